@@ -1,0 +1,41 @@
+"""The errors a user may see.  Each is one clear line; the program never shows a traceback for one of these."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class SssiError(Exception):
+    """Something went wrong that the user can read about in one line."""
+
+
+class InputError(SssiError):
+    """Bad input: names the file, the place in it, what is wrong and how to mend it.
+
+    Parameters
+    ----------
+    file : path of the offending file (or folder)
+    place : where in it, e.g. ``"line 12"``, ``"[gps] sigma_m"``, ``""`` for the whole file
+    problem : what is wrong
+    mend : what the user can do about it
+    """
+
+    def __init__(self, file: str | Path, place: str, problem: str, mend: str) -> None:
+        self.file, self.place, self.problem, self.mend = str(file), place, problem, mend
+        where = f"{file}: {place}" if place else f"{file}"
+        super().__init__(f"{where}: {problem}; {mend}")
+
+
+class SimulationDiverged(SssiError):
+    """The simulation stopped before its end.  ``partial`` keeps what was computed until then.
+
+    Parameters
+    ----------
+    time : recording's clock at which the solver gave up (s)
+    what : which quantity left its range, in words
+    partial : the result up to ``time`` (a ``SimulationResult``), or None
+    """
+
+    def __init__(self, time: float, what: str, partial: object = None) -> None:
+        self.time, self.what, self.partial = time, what, partial
+        super().__init__(f"the simulation diverged at {time:.3f} s: {what}")

@@ -1,0 +1,53 @@
+"""Frames and signs, in one place.
+
+World  east-north-up (e, n, u), origin at the first GPS fix.
+Slope  f down the fall line, l to the left when facing down, n normal and upwards; same origin.  Simulations run here.
+Level  as Slope but not inclined: x along the fall line's azimuth, y left of it, z up against gravity.
+Body   every segment: x forward, y left, z up when standing upright with the arms hanging (anatomical zero).
+BVH    x left, y up, z forward; zero rotation is the T-pose.
+
+Azimuths are clockwise from north; all angles in radians.  Rotation matrices map components in the named frame to the
+outer one: ``v_outer = R @ v_inner``.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+GRAVITY: Final = 9.81
+"""m/s²; the paper's latitude and height give 9.79 to 9.81."""
+
+BODY_FROM_BVH: Final[Array] = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+"""Components (x left, y up, z forward) → (x forward, y left, z up): a cyclic permutation, so a proper rotation."""
+
+
+def rotation_from_bvh(rotation: Array) -> Array:
+    """A rotation (…, 3, 3) given in BVH axes, in body axes."""
+    return BODY_FROM_BVH @ rotation @ BODY_FROM_BVH.T
+
+
+def level_to_enu(azimuth: float) -> Array:
+    """3×3: level frame (x along ``azimuth``, y left, z up) → east-north-up."""
+    s, c = np.sin(azimuth), np.cos(azimuth)
+    return np.array([[s, -c, 0.0], [c, s, 0.0], [0.0, 0.0, 1.0]])
+
+
+def slope_to_level(inclination: float) -> Array:
+    """3×3: slope frame → level frame; f points downhill, so it is turned about y (left) by +inclination."""
+    return Rotation.from_euler("y", inclination).as_matrix()
+
+
+def slope_to_enu(inclination: float, azimuth: float) -> Array:
+    """3×3: slope frame → east-north-up."""
+    return level_to_enu(azimuth) @ slope_to_level(inclination)
+
+
+def gravity_in_slope(inclination: float) -> Array:
+    """Gravity's acceleration in the slope frame (f, l, n), m/s²."""
+    return GRAVITY * np.array([np.sin(inclination), 0.0, -np.cos(inclination)])

@@ -1,0 +1,84 @@
+"""A declared number: default, unit, bounds, source.
+
+Every parameter of the program is declared once, on the class that uses it::
+
+    @dataclass(frozen=True)
+    class CoulombFriction(FrictionTerm):
+        mu_t: float = quantity(0.1, "1", low=0.01, high=0.99, source="paper 2.4", meaning="friction along the ski")
+
+From that declaration come the fit's bounds, the validation of configuration files and the tables in reports.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from sssi_exudyn.errors import InputError
+
+T = TypeVar("T")
+_KEY = "sssi_quantity"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What is known of a declared number besides its value."""
+
+    name: str
+    default: float
+    unit: str
+    low: float
+    high: float
+    source: str
+    meaning: str
+
+
+def quantity(
+    default: float, unit: str, *, low: float, high: float, source: str, meaning: str
+) -> Any:  # Any: a dataclass field stands where the annotation says float
+    """Declare a dataclass field that is a number with unit, bounds and source.
+
+    Raises ValueError when the default lies outside its own bounds.
+    """
+    if not low <= default <= high:
+        raise ValueError(f"default {default} outside [{low}, {high}]")
+    about = {"unit": unit, "low": low, "high": high, "source": source, "meaning": meaning}
+    return field(default=default, metadata={_KEY: about})
+
+
+def quantities(owner: object) -> dict[str, Quantity]:
+    """The declared numbers of a dataclass (class or instance), by name, in order of declaration."""
+    found = {}
+    for entry in dataclasses.fields(owner):  # type: ignore[arg-type]
+        if _KEY in entry.metadata:
+            found[entry.name] = Quantity(name=entry.name, default=float(entry.default), **entry.metadata[_KEY])
+    return found
+
+
+def checked(cls: type[T], values: Mapping[str, object], file: str | Path, place: str) -> T:
+    """Build the dataclass ``cls`` from a mapping read from ``file``, each number held against its bounds.
+
+    Raises InputError for an unknown key, a value that is not a number, or one outside its bounds.
+    Fields that are not declared quantities pass through unchecked.
+    """
+    declared = quantities(cls)
+    names = {entry.name for entry in dataclasses.fields(cls)}  # type: ignore[arg-type]
+    for key, value in values.items():
+        if key not in names:
+            raise InputError(file, f"{place} {key}", "unknown key", f"use one of: {', '.join(sorted(names))}")
+        if key in declared:
+            about = declared[key]
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                raise InputError(file, f"{place} {key}", f"{value!r} is not a number", f"give it in {about.unit}")
+            if not about.low <= value <= about.high:
+                raise InputError(
+                    file,
+                    f"{place} {key}",
+                    f"{value:g} is outside {about.low:g} to {about.high:g} {about.unit}",
+                    "correct the value or its unit",
+                )
+    return cls(**values)
