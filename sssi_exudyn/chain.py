@@ -1,0 +1,274 @@
+"""The skier's kinematic chain: 21 segments, 31 coordinates, pure geometry without mass.
+
+The chain is the full-body lumbar spine model's (paper 2.2.1): the pelvis floats, hips, shoulders and the lumbar joint turn
+about three axes, elbow and forearm about one each, knees, ankles and wrists about one; subtalar and toe joints are fixed by
+the boots, the head is fixed to the torso and the wrist does not deviate.  `JOINTS` declares all of it once; the forward
+kinematics below and the multibody tree are both built from that table.
+
+Positive coordinates follow the paper's Fig. 5: hip flexion, adduction and internal rotation, ankle dorsiflexion, pelvis
+backward tilt, right list and left rotation, lumbar extension, right bending and left rotation; arms: flexion, adduction,
+internal rotation, elbow flexion, pronation, wrist flexion (towards the palm).  The knee is stored as flexion positive.
+
+Segment frames are the body frames of `frames`: x forward, y left, z up in anatomical zero (standing, arms hanging, palms to
+the thighs), where all segments are parallel.  A segment's origin is its joint.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.frames import Array, slope_to_level
+
+Axis = tuple[float, float, float]
+_FORWARD: Final[Axis] = (1.0, 0.0, 0.0)
+_BACKWARD: Final[Axis] = (-1.0, 0.0, 0.0)
+_LEFT: Final[Axis] = (0.0, 1.0, 0.0)
+_RIGHT: Final[Axis] = (0.0, -1.0, 0.0)
+_UP: Final[Axis] = (0.0, 0.0, 1.0)
+_DOWN: Final[Axis] = (0.0, 0.0, -1.0)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """The joint that carries ``segment`` on ``parent`` (None: the slope frame).
+
+    ``rotations`` are intrinsic and in order: (coordinate, axis); each axis is fixed in the frame that the rotations before it
+    have reached.  No rotations means a fixed joint.
+    """
+
+    segment: str
+    parent: str | None
+    rotations: tuple[tuple[str, Axis], ...] = ()
+
+
+def _leg(side: str) -> tuple[Joint, ...]:
+    medial, inwards = (_FORWARD, _UP) if side == "r" else (_BACKWARD, _DOWN)
+    hip = ((f"hip_flexion_{side}", _RIGHT), (f"hip_adduction_{side}", medial), (f"hip_rotation_{side}", inwards))
+    return (
+        Joint(f"femur_{side}", "pelvis", hip),
+        Joint(f"tibia_{side}", f"femur_{side}", ((f"knee_angle_{side}", _LEFT),)),
+        Joint(f"talus_{side}", f"tibia_{side}", ((f"ankle_angle_{side}", _RIGHT),)),
+        Joint(f"calcn_{side}", f"talus_{side}"),
+        Joint(f"toes_{side}", f"calcn_{side}"),
+    )
+
+
+def _arm(side: str) -> tuple[Joint, ...]:
+    medial, inwards = (_FORWARD, _UP) if side == "r" else (_BACKWARD, _DOWN)
+    shoulder = ((f"arm_flex_{side}", _RIGHT), (f"arm_add_{side}", medial), (f"arm_rot_{side}", inwards))
+    return (
+        Joint(f"humerus_{side}", "torso", shoulder),
+        Joint(f"ulna_{side}", f"humerus_{side}", ((f"elbow_flex_{side}", _RIGHT),)),
+        Joint(f"radius_{side}", f"ulna_{side}", ((f"pro_sup_{side}", inwards),)),
+        Joint(f"hand_{side}", f"radius_{side}", ((f"wrist_flex_{side}", medial),)),
+    )
+
+
+JOINTS: Final[tuple[Joint, ...]] = (
+    Joint("pelvis", None, (("pelvis_rotation", _UP), ("pelvis_list", _FORWARD), ("pelvis_tilt", _RIGHT))),
+    *_leg("r"),
+    *_leg("l"),
+    Joint("torso", "pelvis", (("lumbar_extension", _RIGHT), ("lumbar_bending", _FORWARD), ("lumbar_rotation", _UP))),
+    Joint("head", "torso"),
+    *_arm("r"),
+    *_arm("l"),
+)
+"""The chain, parents before children."""
+
+SEGMENTS: Final[tuple[str, ...]] = tuple(joint.segment for joint in JOINTS)
+TRANSLATIONS: Final[tuple[str, ...]] = ("pelvis_f", "pelvis_l", "pelvis_n")
+"""Place of the pelvis' origin in the slope frame (m): free."""
+PRESCRIBED: Final[tuple[str, ...]] = tuple(name for joint in JOINTS for name, _ in joint.rotations)
+"""The 28 angles (rad), prescribed by the motion."""
+COORDINATES: Final[tuple[str, ...]] = TRANSLATIONS + PRESCRIBED
+"""All 31 coordinates q, in order."""
+
+SEGMENT: Final[dict[str, int]] = {name: i for i, name in enumerate(SEGMENTS)}
+"""Index of a segment by name."""
+COORDINATE: Final[dict[str, int]] = {name: i for i, name in enumerate(COORDINATES)}
+"""Index of a coordinate in q by name."""
+PARENT: Final[tuple[int, ...]] = tuple(-1 if joint.parent is None else SEGMENT[joint.parent] for joint in JOINTS)
+"""Index of each segment's parent; -1 for the pelvis."""
+FEET: Final[tuple[int, int]] = (SEGMENT["calcn_l"], SEGMENT["calcn_r"])
+"""Segments that carry the skis: left, right."""
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Lengths of one skier's chain, metres, all in segment frames at anatomical zero.
+
+    joint_in_parent : (21, 3) each segment's origin (its joint) in the parent's frame; zero for the pelvis
+    segment_end : (21, 3) each segment's far end in its own frame: the next joint outwards, the toe tip, the finger tip, the
+        vertex of the head, the base of the neck for the torso, the lumbar joint for the pelvis
+    ankle_to_ski_base : from the ankle joint down to the ski's running surface along the foot's -z
+    """
+
+    joint_in_parent: Array
+    segment_end: Array
+    ankle_to_ski_base: float
+
+    def length(self, segment: str) -> float:
+        """Distance from the segment's joint to its far end (m)."""
+        return float(np.linalg.norm(self.segment_end[SEGMENT[segment]]))
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Where the segments are, in the slope frame.
+
+    rotation : (…, 21, 3, 3) segment frame → slope frame
+    origin : (…, 21, 3) the segments' joints, m
+    axes : (…, 31, 3) direction in which each coordinate moves (translations) or about which it turns (angles), unit vectors
+    """
+
+    rotation: Array
+    origin: Array
+    axes: Array
+
+
+@dataclass(frozen=True)
+class Rates:
+    """How the segments move, in the slope frame: arrays (…, 21, 3).
+
+    angular_velocity rad/s, velocity m/s of the origins, angular_acceleration rad/s², acceleration m/s² of the origins
+    """
+
+    angular_velocity: Array
+    velocity: Array
+    angular_acceleration: Array
+    acceleration: Array
+
+
+def _cross_matrix(axis: Axis) -> Array:
+    x, y, z = axis
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _turned(rotation: Array, axis: Axis, angle: Array) -> Array:
+    """``rotation`` (…, 3, 3) followed by a turn of ``angle`` (…) about its own ``axis`` (Rodrigues)."""
+    k = _cross_matrix(axis)
+    turn = np.eye(3) + np.sin(angle)[..., None, None] * k + (1.0 - np.cos(angle))[..., None, None] * (k @ k)
+    return np.asarray(rotation @ turn)
+
+
+def joint_rotation(joint: Joint, angles: Array) -> Array:
+    """The joint's rotation (…, 3, 3), segment frame → parent frame, for its own angles (…, k) in the table's order."""
+    rotation = np.broadcast_to(np.eye(3), (*angles.shape[:-1], 3, 3))
+    for column, (_, axis) in enumerate(joint.rotations):
+        rotation = _turned(rotation, axis, angles[..., column])
+    return rotation
+
+
+def forward_kinematics(geometry: Geometry, q: Array, inclination: float) -> Poses:
+    """Poses of all segments in the slope frame for coordinates q (…, 31) on a slope of ``inclination`` (rad).
+
+    The pelvis angles count from the level frame (x along the fall line's azimuth, z against gravity); the slope frame is
+    inclined against it, so a constant rotation stands first.
+    """
+    shape = q.shape[:-1]
+    rotation = np.empty((*shape, len(SEGMENTS), 3, 3))
+    origin = np.empty((*shape, len(SEGMENTS), 3))
+    axes = np.empty((*shape, len(COORDINATES), 3))
+    axes[..., :3, :] = np.eye(3)
+    slope_from_level = slope_to_level(inclination).T
+    for i, joint in enumerate(JOINTS):
+        if PARENT[i] < 0:
+            current = np.broadcast_to(slope_from_level, (*shape, 3, 3))
+            origin[..., i, :] = q[..., :3]
+        else:
+            current = rotation[..., PARENT[i], :, :]
+            origin[..., i, :] = origin[..., PARENT[i], :] + current @ geometry.joint_in_parent[i]
+        for name, axis in joint.rotations:
+            axes[..., COORDINATE[name], :] = current @ np.array(axis)
+            current = _turned(current, axis, q[..., COORDINATE[name]])
+        rotation[..., i, :, :] = current
+    return Poses(rotation, origin, axes)
+
+
+def rates(poses: Poses, qd: Array, qdd: Array) -> Rates:
+    """Velocities and accelerations of all segments for coordinate rates qd, qdd (…, 31), exact and recursive.
+
+    About each axis e of a joint in turn: ω ← ω + e q̇, α ← α + e q̈ + ω × e q̇; along a segment from its joint to the next, by r:
+    v ← v + ω × r, a ← a + α × r + ω × (ω × r).
+    """
+    omega, velocity, alpha, acceleration = (np.empty_like(poses.origin) for _ in range(4))
+    for i, joint in enumerate(JOINTS):
+        p = PARENT[i]
+        if p < 0:
+            w = a = np.zeros((*qd.shape[:-1], 3))
+            velocity[..., i, :], acceleration[..., i, :] = qd[..., :3], qdd[..., :3]
+        else:
+            w, a = omega[..., p, :], alpha[..., p, :]
+            r = poses.origin[..., i, :] - poses.origin[..., p, :]
+            swing = np.cross(w, r)
+            velocity[..., i, :] = velocity[..., p, :] + swing
+            acceleration[..., i, :] = acceleration[..., p, :] + np.cross(a, r) + np.cross(w, swing)
+        for name, _ in joint.rotations:
+            c = COORDINATE[name]
+            spin = poses.axes[..., c, :] * qd[..., c, None]
+            a = a + poses.axes[..., c, :] * qdd[..., c, None] + np.cross(w, spin)
+            w = w + spin
+        omega[..., i, :], alpha[..., i, :] = w, a
+    return Rates(omega, velocity, alpha, acceleration)
+
+
+def _moved_by() -> Array:
+    """(21, 31) True where the coordinate moves the segment: it belongs to the segment's joint or to an ancestor's."""
+    moved = np.zeros((len(SEGMENTS), len(COORDINATES)), dtype=bool)
+    for i, joint in enumerate(JOINTS):
+        moved[i] = moved[PARENT[i]] if PARENT[i] >= 0 else False
+        moved[i, [COORDINATE[name] for name, _ in joint.rotations]] = True
+        moved[i, :3] = True
+    return moved
+
+
+_MOVED_BY: Final = _moved_by()
+_CARRIER: Final = np.array([0, 0, 0] + [i for i, joint in enumerate(JOINTS) for _ in joint.rotations])
+"""Index of the segment at whose origin each coordinate's axis passes."""
+
+
+def jacobians(poses: Poses) -> tuple[Array, Array]:
+    """Angular and linear Jacobian, each (…, 21, 3, 31): ω = J_w q̇ (rad/s) and v = J_v q̇ (m/s) of the segments' origins.
+
+    An angle turns every segment beyond it about its axis e through the point o of its joint: J_w = e, J_v = e × (x − o).
+    """
+    mask = _MOVED_BY[:, :, None].astype(np.float64)
+    angular = mask * poses.axes[..., None, :, :]
+    angular[..., :3, :] = 0.0
+    arm = poses.origin[..., :, None, :] - poses.origin[..., None, _CARRIER, :]
+    linear = np.cross(angular, arm)
+    linear[..., :3, :] = np.eye(3)
+    return np.swapaxes(angular, -1, -2), np.swapaxes(linear, -1, -2)
+
+
+def average_geometry(height: float) -> Geometry:
+    """The chain of an average adult of ``height`` (m), segment lengths after Drillis & Contini (1966, in Winter 2009, fig. 4.1).
+
+    For models without a recording; a recorded skier's lengths come from the recording.  Widths of the hips are joint
+    centres (0.0535 of height from the middle), not the skin's.
+    """
+    joint = np.zeros((len(SEGMENTS), 3))
+    end = np.zeros_like(joint)
+    thigh, shank, ankle, foot = 0.245, 0.246, 0.039, 0.152
+    upper_arm, forearm, hand, shoulder_half = 0.186, 0.146, 0.108, 0.129
+    lumbar = 0.055
+    neck = 0.870 - (ankle + shank + thigh) - lumbar
+    shoulder_up = 0.818 - (ankle + shank + thigh) - lumbar
+    joint[SEGMENT["torso"], 2] = end[SEGMENT["pelvis"], 2] = lumbar
+    joint[SEGMENT["head"], 2] = end[SEGMENT["torso"], 2] = neck
+    end[SEGMENT["head"], 2] = 0.130
+    for side, left in (("r", -1.0), ("l", 1.0)):
+        joint[SEGMENT[f"femur_{side}"]] = (0.0, 0.0535 * left, 0.0)
+        joint[SEGMENT[f"tibia_{side}"], 2] = end[SEGMENT[f"femur_{side}"], 2] = -thigh
+        joint[SEGMENT[f"talus_{side}"], 2] = end[SEGMENT[f"tibia_{side}"], 2] = -shank
+        joint[SEGMENT[f"toes_{side}"]] = end[SEGMENT[f"calcn_{side}"]] = (0.55 * foot, 0.0, -ankle)
+        end[SEGMENT[f"toes_{side}"], 0] = 0.2 * foot
+        joint[SEGMENT[f"humerus_{side}"]] = (0.0, shoulder_half * left, shoulder_up)
+        joint[SEGMENT[f"ulna_{side}"], 2] = end[SEGMENT[f"humerus_{side}"], 2] = -upper_arm
+        end[SEGMENT[f"ulna_{side}"], 2] = end[SEGMENT[f"radius_{side}"], 2] = -forearm
+        joint[SEGMENT[f"hand_{side}"], 2] = -forearm
+        end[SEGMENT[f"hand_{side}"], 2] = -hand
+    return Geometry(joint * height, end * height, ankle_to_ski_base=0.13)
