@@ -1,0 +1,41 @@
+"""Friction along the ski and the snow's resistance across it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sssi_exudyn.contact.maths import Math, Number
+from sssi_exudyn.contact.term import FootState, FootTerm
+from sssi_exudyn.quantity import quantity
+
+_BOUNDS = "paper, 2.3: bounds and first guess of the optimisation"
+
+
+@dataclass(frozen=True)
+class AnisotropicFriction(FootTerm):
+    """Coulomb friction with one coefficient along the ski and another across it.
+
+    Formula: f_t = −mu_t·ΣF_N·v_t/√(v_t² + ε²),   f_n = −mu_n·ΣF_N·v_n/√(v_n² + ε²)
+
+    Each direction has its own smoothed sign; ε is the speed over which it is smoothed.
+    """
+
+    name: ClassVar[str] = "friction"
+    sources: ClassVar[tuple[str, ...]] = ("paper, 2.2.3",)
+
+    mu_t: float = quantity(0.1, "1", low=0.01, high=0.99, source=_BOUNDS, meaning="friction along the ski")
+    mu_n: float = quantity(0.5, "1", low=0.01, high=0.99, source=_BOUNDS, meaning="resistance across the ski")
+    eps: float = quantity(
+        0.10,
+        "m/s",
+        low=0.001,
+        high=1.0,
+        source="chosen: the paper gives no number",
+        meaning="speed the sign turns over",
+    )
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        along = -self.mu_t * state.load * math.saturate(state.v_t, self.eps)
+        across = -self.mu_n * state.load * math.saturate(state.v_n, self.eps)
+        return along, across

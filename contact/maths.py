@@ -1,0 +1,114 @@
+"""The arithmetic a force term is written in: one formula over floats, arrays or symbols.
+
+A term calls nothing but ``Math`` and the operators + − · / on its numbers, and never branches on one of them: with
+symbols ``if x > 0`` is always true, without an error.  Both branches of ``where`` are computed, so each of them must
+be defined on both sides of the switch.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+
+Number: TypeAlias = Any
+"""A float, an array, an Exudyn symbol or a sympy expression: whatever the ``Math`` at hand works with."""
+
+Vector: TypeAlias = tuple[Number, Number, Number]
+"""Components along f, l and n of the slope frame."""
+
+
+class Math(Protocol):
+    """The functions a term may use."""
+
+    def sqrt(self, x: Number) -> Number:
+        """Square root of x ≥ 0."""
+
+    def sin(self, x: Number) -> Number:
+        """Sine of an angle in radians."""
+
+    def cos(self, x: Number) -> Number:
+        """Cosine of an angle in radians."""
+
+    def atan(self, x: Number) -> Number:
+        """Inverse tangent, radians."""
+
+    def exp(self, x: Number) -> Number:
+        """Exponential."""
+
+    def tanh(self, x: Number) -> Number:
+        """Hyperbolic tangent."""
+
+    def absolute(self, x: Number) -> Number:
+        """|x|."""
+
+    def sign(self, x: Number) -> Number:
+        """−1, 0 or 1."""
+
+    def power(self, x: Number, p: Number) -> Number:
+        """x to the power p, for x ≥ 0 and p > 0."""
+
+    def where(self, x: Number, a: Number, b: Number) -> Number:
+        """a if x > 0, else b."""
+
+    def maximum(self, a: Number, b: Number) -> Number:
+        """The greater of the two."""
+
+    def minimum(self, a: Number, b: Number) -> Number:
+        """The lesser of the two."""
+
+    def saturate(self, v: Number, eps: Number) -> Number:
+        """v/√(v² + eps²): the sign of v, smoothed over the width eps > 0."""
+
+
+class FloatMath:
+    """Plain Python floats: the reference the other kinds are held against."""
+
+    sqrt = staticmethod(math.sqrt)
+    sin = staticmethod(math.sin)
+    cos = staticmethod(math.cos)
+    atan = staticmethod(math.atan)
+    exp = staticmethod(math.exp)
+    tanh = staticmethod(math.tanh)
+    absolute = staticmethod(abs)
+
+    def sign(self, x: Number) -> Number:
+        return float(x > 0.0) - float(x < 0.0)
+
+    def power(self, x: Number, p: Number) -> Number:
+        return math.pow(x, p)
+
+    def where(self, x: Number, a: Number, b: Number) -> Number:
+        return a if x > 0.0 else b
+
+    def maximum(self, a: Number, b: Number) -> Number:
+        return a if a > b else b
+
+    def minimum(self, a: Number, b: Number) -> Number:
+        return a if a < b else b
+
+    def saturate(self, v: Number, eps: Number) -> Number:
+        return v / math.sqrt(v * v + eps * eps)
+
+
+class ArrayMath:
+    """NumPy arrays that broadcast against each other."""
+
+    sqrt = staticmethod(np.sqrt)
+    sin = staticmethod(np.sin)
+    cos = staticmethod(np.cos)
+    atan = staticmethod(np.arctan)
+    exp = staticmethod(np.exp)
+    tanh = staticmethod(np.tanh)
+    absolute = staticmethod(np.abs)
+    sign = staticmethod(np.sign)
+    power = staticmethod(np.power)
+    maximum = staticmethod(np.maximum)
+    minimum = staticmethod(np.minimum)
+
+    def where(self, x: Number, a: Number, b: Number) -> Number:
+        return np.where(np.asarray(x) > 0.0, a, b)
+
+    def saturate(self, v: Number, eps: Number) -> Number:
+        return v / np.sqrt(v * v + eps * eps)

@@ -1,0 +1,62 @@
+"""The list of the force terms, written out.  A term here that a model does not use is a hypothesis to be raised."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from sssi_exudyn.contact.air import AirDrag
+from sssi_exudyn.contact.friction import AnisotropicFriction
+from sssi_exudyn.contact.penetration import HuntCrossley
+from sssi_exudyn.contact.term import Term, formula
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.quantity import checked, quantities
+
+TERMS: Final[tuple[type[Term], ...]] = (
+    HuntCrossley,
+    AnisotropicFriction,
+    AirDrag,
+)
+
+PAPER_TERMS: Final[tuple[Term, ...]] = (HuntCrossley(), AnisotropicFriction(), AirDrag())
+"""The terms of the published model, with their default parameters."""
+
+
+def term_named(name: str) -> type[Term]:
+    """The term of that name.  Raises KeyError with the names there are."""
+    for cls in TERMS:
+        if cls.name == name:
+            return cls
+    raise KeyError(f"no force term is named {name!r}; there are: {', '.join(cls.name for cls in TERMS)}")
+
+
+def read_term(name: str, values: Mapping[str, object], file: str | Path, place: str) -> Term:
+    """The term ``name`` with parameters as read from ``file`` at ``place``; those not given keep their default.
+
+    Raises InputError for an unknown name, an unknown parameter, or a value that is no number within its bounds.
+    """
+    if name not in [cls.name for cls in TERMS]:
+        known = ", ".join(cls.name for cls in TERMS)
+        raise InputError(file, place, f"no force term is named {name!r}", f"use one of: {known}")
+    return checked(term_named(name), values, file, place)
+
+
+def terms_table() -> list[dict[str, str | float]]:
+    """One row a parameter: name, kind, parameter, unit, default, low, high, source, meaning, formula."""
+    return [
+        {
+            "name": cls.name,
+            "kind": cls.kind,
+            "parameter": about.name,
+            "unit": about.unit,
+            "default": about.default,
+            "low": about.low,
+            "high": about.high,
+            "source": about.source,
+            "meaning": about.meaning,
+            "formula": formula(cls),
+        }
+        for cls in TERMS
+        for about in quantities(cls).values()
+    ]

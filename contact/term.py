@@ -1,0 +1,224 @@
+"""A force term: one law of what pushes on the skier, written once and used everywhere.
+
+One frozen dataclass is one term.  Its parameters are declared with ``quantity``; its formula stands in the docstring,
+on a line that begins with ``Formula:``, and once in code, over a ``Math``.  A term acts in one of six places, each with an abstract
+class and a state here; terms of one kind add up.  Directions and signs are those of the slope frame (``frames.py``).
+"""
+
+from __future__ import annotations
+
+import inspect
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import ClassVar
+
+from sssi_exudyn.contact.maths import Math, Number, Vector
+from sssi_exudyn.quantity import quantities
+
+
+@dataclass(frozen=True)
+class Term(ABC):
+    """What all terms have in common: the name used in files, the place they act in, where they come from."""
+
+    name: ClassVar[str]
+    kind: ClassVar[str]
+    sources: ClassVar[tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class PointState:
+    """One contact point of a ski's edge.
+
+    depth : how deep it is in the snow, along the snow's normal (m, > 0 in the snow)
+    rate : rate of the depth (m/s, > 0 going deeper)
+    length : length of edge the point stands for (m)
+    """
+
+    depth: Number
+    rate: Number
+    length: Number
+
+
+@dataclass(frozen=True)
+class PointTerm(Term):
+    """The snow's push on one contact point, along its normal."""
+
+    kind: ClassVar[str] = "point"
+
+    @abstractmethod
+    def force(self, math: Math, state: PointState) -> Number:
+        """Normal force on the ski (N, ≥ 0; 0 for depth ≤ 0)."""
+
+
+@dataclass(frozen=True)
+class FootState:
+    """One foot with its ski, in the snow's tangent plane.
+
+    load : sum of the ski's normal forces (N, ≥ 0)
+    v_t, v_n : velocity of the foot relative to the snow along t, the ski's forward axis projected on the snow, and
+        along n = normal × t, to its left (m/s)
+    edge : signed angle between the ski's base and the snow about the ski's long axis (rad)
+    groove : sum over the ski's points of max(depth, 0)·length: the area pressed into the snow, seen from the side (m²)
+    t : time (s)
+    f, l : place on the slope (m)
+    side : +1 left ski, −1 right ski
+    """
+
+    load: Number
+    v_t: Number
+    v_n: Number
+    edge: Number
+    groove: Number
+    t: Number
+    f: Number
+    l: Number  # noqa: E741  the slope frame's name of the axis
+    side: Number
+
+
+@dataclass(frozen=True)
+class FootTerm(Term):
+    """The snow's drag on a foot, in the snow's tangent plane."""
+
+    kind: ClassVar[str] = "foot"
+
+    @abstractmethod
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        """Force on the foot (N): along the ski (t) and across it (n, to the left); none without load."""
+
+
+@dataclass(frozen=True)
+class SegmentState:
+    """One body segment in the air, in the slope frame.
+
+    velocity : of its centre of mass (m/s)
+    wind : the air's velocity there (m/s)
+    area : frontal area (m²)
+    """
+
+    velocity: Vector
+    wind: Vector
+    area: Number
+
+
+@dataclass(frozen=True)
+class SegmentTerm(Term):
+    """The air's push on a body segment, at its centre of mass."""
+
+    kind: ClassVar[str] = "segment"
+
+    @abstractmethod
+    def force(self, math: Math, state: SegmentState) -> Vector:
+        """Force on the segment (N), components f, l, n."""
+
+
+@dataclass(frozen=True)
+class PlaceState:
+    """Where and when.  t : time (s);  f, l : place on the slope (m)."""
+
+    t: Number
+    f: Number
+    l: Number  # noqa: E741  the slope frame's name of the axis
+
+
+@dataclass(frozen=True)
+class WindTerm(Term):
+    """Motion of the air over the ground."""
+
+    kind: ClassVar[str] = "wind"
+
+    @abstractmethod
+    def velocity(self, math: Math, state: PlaceState) -> Vector:
+        """Velocity of the air (m/s), components f, l, n."""
+
+
+@dataclass(frozen=True)
+class TerrainTerm(Term):
+    """Shape of the snow surface over the mean slope plane."""
+
+    kind: ClassVar[str] = "terrain"
+
+    @abstractmethod
+    def height(self, math: Math, f: Number, l: Number) -> tuple[Number, Number, Number]:  # noqa: E741
+        """Height h over the plane (m) and its slopes ∂h/∂f, ∂h/∂l (1) at the place f, l (m)."""
+
+
+@dataclass(frozen=True)
+class BodyState:
+    """The skier as a whole, in the slope frame.
+
+    t : time (s)
+    f, l : place of the centre of mass on the slope (m)
+    velocity : of the centre of mass (m/s)
+    """
+
+    t: Number
+    f: Number
+    l: Number  # noqa: E741  the slope frame's name of the axis
+    velocity: Vector
+
+
+@dataclass(frozen=True)
+class BodyTerm(Term):
+    """A force on the skier's centre of mass."""
+
+    kind: ClassVar[str] = "body"
+
+    @abstractmethod
+    def force(self, math: Math, state: BodyState) -> Vector:
+        """Force on the skier (N), components f, l, n."""
+
+
+KINDS: tuple[type[Term], ...] = (PointTerm, FootTerm, SegmentTerm, WindTerm, TerrainTerm, BodyTerm)
+"""The places a term may act in."""
+
+
+def added(vectors: Iterable[tuple[Number, ...]], size: int) -> tuple[Number, ...]:
+    """The sum of vectors of the given size, component by component; zeros when there is none."""
+    total: tuple[Number, ...] = (0.0,) * size
+    for vector in vectors:
+        total = tuple(a + b for a, b in zip(total, vector, strict=True))
+    return total
+
+
+def point_force(math: Math, terms: Iterable[Term], state: PointState) -> Number:
+    """Normal force of all point terms among ``terms`` (N)."""
+    return added(((term.force(math, state),) for term in terms if isinstance(term, PointTerm)), 1)[0]
+
+
+def foot_force(math: Math, terms: Iterable[Term], state: FootState) -> tuple[Number, ...]:
+    """Force of all foot terms among ``terms``, along and across (N)."""
+    return added((term.force(math, state) for term in terms if isinstance(term, FootTerm)), 2)
+
+
+def segment_force(math: Math, terms: Iterable[Term], state: SegmentState) -> tuple[Number, ...]:
+    """Force of all segment terms among ``terms``, components f, l, n (N)."""
+    return added((term.force(math, state) for term in terms if isinstance(term, SegmentTerm)), 3)
+
+
+def air_velocity(math: Math, terms: Iterable[Term], state: PlaceState) -> tuple[Number, ...]:
+    """Velocity of the air by all wind terms among ``terms``, components f, l, n (m/s)."""
+    return added((term.velocity(math, state) for term in terms if isinstance(term, WindTerm)), 3)
+
+
+def terrain_height(math: Math, terms: Iterable[Term], f: Number, l: Number) -> tuple[Number, ...]:  # noqa: E741
+    """Height (m) and slopes (1) of the snow by all terrain terms among ``terms``: h, ∂h/∂f, ∂h/∂l."""
+    return added((term.height(math, f, l) for term in terms if isinstance(term, TerrainTerm)), 3)
+
+
+def body_force(math: Math, terms: Iterable[Term], state: BodyState) -> tuple[Number, ...]:
+    """Force of all body terms among ``terms``, components f, l, n (N)."""
+    return added((term.force(math, state) for term in terms if isinstance(term, BodyTerm)), 3)
+
+
+def parameters(term: Term) -> dict[str, float]:
+    """The values of a term's declared numbers, by name, in order of declaration."""
+    return {name: getattr(term, name) for name in quantities(term)}
+
+
+def formula(cls: type[Term]) -> str:
+    """The formula of a term: the line of its docstring that begins with ``Formula:``, "" where there is none."""
+    for line in inspect.cleandoc(cls.__doc__ or "").splitlines():
+        if line.startswith("Formula:"):
+            return line.removeprefix("Formula:").strip()
+    return ""
