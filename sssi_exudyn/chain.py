@@ -1,16 +1,17 @@
 """The skier's kinematic chain: 21 segments, 31 coordinates, pure geometry without mass.
 
-The chain is the full-body lumbar spine model's (paper 2.2.1): the pelvis floats, hips, shoulders and the lumbar joint turn
-about three axes, elbow and forearm about one each, knees, ankles and wrists about one; subtalar and toe joints are fixed by
-the boots, the head is fixed to the torso and the wrist does not deviate.  `JOINTS` declares all of it once; the forward
-kinematics below and the multibody tree are both built from that table.
+The chain is the full-body lumbar spine model's (paper 2.2.1): the pelvis floats, hips, shoulders and the lumbar joint
+turn about three axes, elbow and forearm about one each, knees, ankles and wrists about one; subtalar and toe joints are
+fixed by the boots, the head is fixed to the torso and the wrist does not deviate.  `JOINTS` declares all of it once; the
+forward kinematics below and the multibody tree are both built from that table.
 
 Positive coordinates follow the paper's Fig. 5: hip flexion, adduction and internal rotation, ankle dorsiflexion, pelvis
-backward tilt, right list and left rotation, lumbar extension, right bending and left rotation; arms: flexion, adduction,
-internal rotation, elbow flexion, pronation, wrist flexion (towards the palm).  The knee is stored as flexion positive.
+backward tilt, right list and left rotation, lumbar extension, right bending and left rotation; arms: flexion,
+adduction, internal rotation, elbow flexion, pronation, wrist flexion (towards the palm).  The knee is stored as flexion
+positive.
 
-Segment frames are the body frames of `frames`: x forward, y left, z up in anatomical zero (standing, arms hanging, palms to
-the thighs), where all segments are parallel.  A segment's origin is its joint.
+Segment frames are the body frames of `frames`: x forward, y left, z up in anatomical zero (standing, arms hanging,
+palms to the thighs), where all segments are parallel.  A segment's origin is its joint.
 """
 
 from __future__ import annotations
@@ -35,8 +36,8 @@ _DOWN: Final[Axis] = (0.0, 0.0, -1.0)
 class Joint:
     """The joint that carries ``segment`` on ``parent`` (None: the slope frame).
 
-    ``rotations`` are intrinsic and in order: (coordinate, axis); each axis is fixed in the frame that the rotations before it
-    have reached.  No rotations means a fixed joint.
+    ``rotations`` are intrinsic and in order: (coordinate, axis); each axis is fixed in the frame that the rotations
+    before it have reached.  No rotations means a fixed joint.
     """
 
     segment: str
@@ -101,8 +102,8 @@ class Geometry:
     """Lengths of one skier's chain, metres, all in segment frames at anatomical zero.
 
     joint_in_parent : (21, 3) each segment's origin (its joint) in the parent's frame; zero for the pelvis
-    segment_end : (21, 3) each segment's far end in its own frame: the next joint outwards, the toe tip, the finger tip, the
-        vertex of the head, the base of the neck for the torso, the lumbar joint for the pelvis
+    segment_end : (21, 3) each segment's far end in its own frame: the next joint outwards, the toe tip, the finger tip,
+        the vertex of the head, the base of the neck for the torso, the lumbar joint for the pelvis
     ankle_to_ski_base : from the ankle joint down to the ski's running surface along the foot's -z
     """
 
@@ -121,7 +122,7 @@ class Poses:
 
     rotation : (…, 21, 3, 3) segment frame → slope frame
     origin : (…, 21, 3) the segments' joints, m
-    axes : (…, 31, 3) direction in which each coordinate moves (translations) or about which it turns (angles), unit vectors
+    axes : (…, 31, 3) unit vectors along which a coordinate moves (translations) or about which it turns (angles)
     """
 
     rotation: Array
@@ -165,8 +166,8 @@ def joint_rotation(joint: Joint, angles: Array) -> Array:
 def forward_kinematics(geometry: Geometry, q: Array, inclination: float) -> Poses:
     """Poses of all segments in the slope frame for coordinates q (…, 31) on a slope of ``inclination`` (rad).
 
-    The pelvis angles count from the level frame (x along the fall line's azimuth, z against gravity); the slope frame is
-    inclined against it, so a constant rotation stands first.
+    The pelvis angles count from the level frame (x along the fall line's azimuth, z against gravity); the slope frame
+    is inclined against it, so a constant rotation stands first.
     """
     shape = q.shape[:-1]
     rotation = np.empty((*shape, len(SEGMENTS), 3, 3))
@@ -191,8 +192,8 @@ def forward_kinematics(geometry: Geometry, q: Array, inclination: float) -> Pose
 def rates(poses: Poses, qd: Array, qdd: Array) -> Rates:
     """Velocities and accelerations of all segments for coordinate rates qd, qdd (…, 31), exact and recursive.
 
-    About each axis e of a joint in turn: ω ← ω + e q̇, α ← α + e q̈ + ω × e q̇; along a segment from its joint to the next, by r:
-    v ← v + ω × r, a ← a + α × r + ω × (ω × r).
+    About each axis e of a joint in turn: ω ← ω + e q̇, α ← α + e q̈ + ω × e q̇; along a segment from its joint to the
+    next, by r: v ← v + ω × r, a ← a + α × r + ω × (ω × r).
     """
     omega, velocity, alpha, acceleration = (np.empty_like(poses.origin) for _ in range(4))
     for i, joint in enumerate(JOINTS):
@@ -231,9 +232,10 @@ _CARRIER: Final = np.array([0, 0, 0] + [i for i, joint in enumerate(JOINTS) for 
 
 
 def jacobians(poses: Poses) -> tuple[Array, Array]:
-    """Angular and linear Jacobian, each (…, 21, 3, 31): ω = J_w q̇ (rad/s) and v = J_v q̇ (m/s) of the segments' origins.
+    """Angular and linear Jacobian, each (…, 21, 3, 31): ω = J_w q̇ (rad/s), v = J_v q̇ (m/s) of the segments' origins.
 
-    An angle turns every segment beyond it about its axis e through the point o of its joint: J_w = e, J_v = e × (x − o).
+    An angle turns every segment beyond it about its axis e through the point o of its joint:
+    J_w = e, J_v = e × (x − o).
     """
     mask = _MOVED_BY[:, :, None].astype(np.float64)
     angular = mask * poses.axes[..., None, :, :]
@@ -245,10 +247,10 @@ def jacobians(poses: Poses) -> tuple[Array, Array]:
 
 
 def average_geometry(height: float) -> Geometry:
-    """The chain of an average adult of ``height`` (m), segment lengths after Drillis & Contini (1966, in Winter 2009, fig. 4.1).
+    """The chain of an average adult of ``height`` (m), for models without a recording.
 
-    For models without a recording; a recorded skier's lengths come from the recording.  Widths of the hips are joint
-    centres (0.0535 of height from the middle), not the skin's.
+    Segment lengths after Drillis & Contini (1966, in Winter 2009, fig. 4.1); the hips are joint centres, 0.0535 of
+    height from the middle, not the skin's width.
     """
     joint = np.zeros((len(SEGMENTS), 3))
     end = np.zeros_like(joint)

@@ -92,7 +92,8 @@ def test_sign_table_is_complete() -> None:
 def test_chain_has_the_papers_size() -> None:
     assert len(SEGMENTS) == 21
     assert len(COORDINATES) == len(set(COORDINATES)) == 31
-    assert PARENT[0] == -1 and all(0 <= parent < i for i, parent in enumerate(PARENT) if i)
+    assert PARENT[0] == -1
+    assert all(0 <= parent < i for i, parent in enumerate(PARENT) if i)
 
 
 def test_sitting_skier_puts_the_knee_in_front_and_the_ankle_below_it() -> None:
@@ -163,12 +164,15 @@ def test_rates_are_the_derivatives_of_the_poses() -> None:
     q, qd, qdd = _smooth(t)
     poses = forward_kinematics(GEOMETRY, q, SLOPE)
     found = rates(poses, qd, qdd)
-    # Products of up to ten sines at 6 rad/s: f⁽⁷⁾ < (60/s)⁷ ≈ 3e12 at worst, so h⁶ f⁽⁷⁾/140 < 2e-8; rounding adds 1e-12/h.
-    tolerance = {"rtol": 0.0, "atol": 2e-8}
-    np.testing.assert_allclose(found.velocity, difference(1), **tolerance)
-    np.testing.assert_allclose(found.angular_velocity, _skew_part(difference(0), poses.rotation), **tolerance)
-    np.testing.assert_allclose(found.angular_acceleration, difference(2), **tolerance)
-    np.testing.assert_allclose(found.acceleration, difference(3), **tolerance)
+    # Products of up to ten sines at 6 rad/s: f⁽⁷⁾ < (60/s)⁷ ≈ 3e12 at worst, so h⁶ f⁽⁷⁾/140 < 2e-8; rounding adds
+    # 1e-12/h.
+    tolerance = 2e-8
+    np.testing.assert_allclose(found.velocity, difference(1), atol=tolerance, rtol=0.0)
+    np.testing.assert_allclose(
+        found.angular_velocity, _skew_part(difference(0), poses.rotation), atol=tolerance, rtol=0.0
+    )
+    np.testing.assert_allclose(found.angular_acceleration, difference(2), atol=tolerance, rtol=0.0)
+    np.testing.assert_allclose(found.acceleration, difference(3), atol=tolerance, rtol=0.0)
 
 
 def test_jacobians_map_rates_of_coordinates_to_rates_of_segments() -> None:
@@ -182,7 +186,7 @@ def test_jacobians_map_rates_of_coordinates_to_rates_of_segments() -> None:
 
 
 def test_average_skier_stands_on_the_ground() -> None:
-    # Standing, the toe tip is below the pelvis by both leg segments and the ankle's height (Drillis & Contini: 0.530 height).
+    # Standing, the sole is below the hips by both leg segments and the ankle's height: 0.530 of height after Drillis.
     poses = forward_kinematics(GEOMETRY, pose(), 0.0)
     sole = poses.origin[SEGMENT["toes_r"], 2]
     assert sole == pytest.approx(-0.530 * 1.75, abs=1e-12)  # sum of three tabulated lengths
