@@ -1,0 +1,146 @@
+"""What one simulation gives, as arrays.
+
+Vectors are in the slope frame (f down the fall line, l left, n normal; see ``frames``).  Pairs are (left, right).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from sssi_exudyn.frames import Array
+
+SIDES = ("left", "right")
+_FREE = ("pelvis_f", "pelvis_l", "pelvis_n")
+"""The coordinates that are lengths; all others are angles."""
+
+
+@dataclass(frozen=True)
+class SimulationResult:
+    """One simulated run: n samples, c coordinates of which p are prescribed.
+
+    Parameters
+    ----------
+    coordinate_names : c names, the order of ``coordinates``
+    moment_names : p names, the order of ``joint_moments``
+    time : (n,) s, the recording's clock
+    pelvis, pelvis_velocity : (n, 3) m, m/s
+    com, com_velocity : (n, 3) m, m/s; centre of mass of skier, boots and skis
+    antenna : (n, 3) m, the GPS antenna; None where the recording has none
+    coordinates : (n, c) m for the pelvis's translations, rad for all others
+    foot_load : (n, 2) N, sum of the snow's normal forces on each ski
+    foot_friction : (n, 2, 3) N, friction on each foot
+    foot_position, foot_velocity : (n, 2, 3) m, m/s; where that friction acts
+    foot_forward : (n, 2, 3), unit vector along each ski
+    edge_angle : (n, 2) rad, between ski base and snow about the ski's long axis
+    penetration : (n, 2) m, the deepest contact point of each ski
+    drag : (n, 3) N, the air's force on the whole skier
+    joint_moments : (n, p) N m, what drives each prescribed coordinate.  Those of the pelvis's rotations are the
+        residual moment: nothing holds a real pelvis, so they say how consistent the motion is
+    ski_deflection : (n, 2, 2) m, normal deflection of each ski's (tip, tail) against its unloaded shape
+    energy : cumulative J by name, each (n,): gravity, kinetic, posture (the prescribed joints' work), friction, …
+    energy_closure : (n,) J, what the balance of those terms leaves over; zero for an exact integration
+    statistics : about the solver: steps, wall_s, newton_iterations, jacobians, backend
+
+    Raises ValueError when an array's shape does not fit.
+    """
+
+    coordinate_names: tuple[str, ...]
+    moment_names: tuple[str, ...]
+    time: Array
+    pelvis: Array
+    pelvis_velocity: Array
+    com: Array
+    com_velocity: Array
+    antenna: Array | None
+    coordinates: Array
+    foot_load: Array
+    foot_friction: Array
+    foot_position: Array
+    foot_velocity: Array
+    foot_forward: Array
+    edge_angle: Array
+    penetration: Array
+    drag: Array
+    joint_moments: Array
+    ski_deflection: Array
+    energy: Mapping[str, Array]
+    energy_closure: Array
+    statistics: Mapping[str, int | float | str]
+
+    def __post_init__(self) -> None:
+        n = len(self.time)
+        shapes: dict[str, tuple[int, ...]] = {
+            "time": (n,),
+            "coordinates": (n, len(self.coordinate_names)),
+            "joint_moments": (n, len(self.moment_names)),
+            "ski_deflection": (n, 2, 2),
+            "energy_closure": (n,),
+        }
+        shapes |= dict.fromkeys(("pelvis", "pelvis_velocity", "com", "com_velocity", "drag"), (n, 3))
+        shapes |= dict.fromkeys(("foot_load", "edge_angle", "penetration"), (n, 2))
+        shapes |= dict.fromkeys(("foot_friction", "foot_position", "foot_velocity", "foot_forward"), (n, 2, 3))
+        given = {name: np.shape(getattr(self, name)) for name in shapes}
+        given |= {f"energy {name}": np.shape(values) for name, values in self.energy.items()}
+        shapes |= {f"energy {name}": (n,) for name in self.energy}
+        if self.antenna is not None:
+            given["antenna"], shapes["antenna"] = np.shape(self.antenna), (n, 3)
+        for name, shape in shapes.items():
+            if given[name] != shape:
+                raise ValueError(f"{name} has shape {given[name]}, expected {shape}")
+
+    @property
+    def closure_percent(self) -> float:
+        """Largest gap of the energy balance, in percent of the largest energy that was turned over."""
+        turnover = max((float(np.ptp(values)) for values in self.energy.values()), default=0.0)
+        gap = float(np.max(np.abs(self.energy_closure), initial=0.0))
+        return 100.0 * gap / turnover if turnover > 0.0 else float("nan")
+
+    def to_frame(self, slope_to_enu: Array) -> pd.DataFrame:
+        """One row a sample, one column a component, each with its unit in its name; vectors east-north-up.
+
+        Parameters
+        ----------
+        slope_to_enu : (3, 3) rotation, as ``frames.slope_to_enu`` gives it
+
+        Where there is no antenna its columns are NaN.  Angles and edge angles are in degrees.
+        """
+        columns: dict[str, Array] = {"time_s": self.time}
+
+        def add_vector(name: str, vectors: Array, unit: str) -> None:
+            turned = vectors @ slope_to_enu.T
+            for axis, label in enumerate(("east", "north", "up")):
+                columns[f"{name}_{label}_{unit}"] = turned[:, axis]
+
+        antenna = np.full_like(self.com, np.nan) if self.antenna is None else self.antenna
+        add_vector("antenna", antenna, "m")
+        add_vector("com", self.com, "m")
+        add_vector("com_velocity", self.com_velocity, "mps")
+        add_vector("pelvis", self.pelvis, "m")
+        add_vector("pelvis_velocity", self.pelvis_velocity, "mps")
+        for index, side in enumerate(SIDES):
+            columns[f"{side}_load_N"] = self.foot_load[:, index]
+            add_vector(f"{side}_friction", self.foot_friction[:, index], "N")
+            add_vector(f"{side}_foot", self.foot_position[:, index], "m")
+            add_vector(f"{side}_foot_velocity", self.foot_velocity[:, index], "mps")
+            add_vector(f"{side}_foot_forward", self.foot_forward[:, index], "1")
+            columns[f"{side}_edge_angle_deg"] = np.degrees(self.edge_angle[:, index])
+            columns[f"{side}_penetration_m"] = self.penetration[:, index]
+            columns[f"{side}_tip_deflection_m"] = self.ski_deflection[:, index, 0]
+            columns[f"{side}_tail_deflection_m"] = self.ski_deflection[:, index, 1]
+        add_vector("drag", self.drag, "N")
+        for index, name in enumerate(self.coordinate_names):
+            values = self.coordinates[:, index]
+            if name in _FREE:
+                columns[f"{name}_m"] = values
+            else:
+                columns[f"{name}_deg"] = np.degrees(values)
+        for index, name in enumerate(self.moment_names):
+            columns[f"{name}_moment_Nm"] = self.joint_moments[:, index]
+        for name, energy in self.energy.items():
+            columns[f"energy_{name}_J"] = energy
+        columns["energy_closure_J"] = self.energy_closure
+        return pd.DataFrame(columns)

@@ -1,0 +1,194 @@
+"""A result on disk: a folder of plain files that other programs read.
+
+``summary.json`` is put in place last.  All files are first written under other names and only then moved, so that a
+full disk or an interrupt leaves either the old result or the new one, and never half a file.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import filelock
+import numpy as np
+import pandas as pd
+import tomli_w
+
+from sssi_exudyn.errors import InputError
+
+FORMAT = 1
+SUMMARY, SERIES, MODEL, DIAGNOSIS, REPORT = (
+    "summary.json",
+    "series.parquet",
+    "model.toml",
+    "diagnosis.json",
+    "report.html",
+)
+_LOCK = ".lock"
+
+_FIGURES: Mapping[str, Any] = {
+    "recording": None,
+    "friction": {"mu_t": {"value": None, "se": None}, "mu_n": {"value": None, "se": None}},
+    "trajectory": {"mean_error_m": None, "percent_of_length": None, "length_m": None},
+    "pressure_ratio": {"correlation": None, "rmsd": None},
+    "fit": {"converged": None, "evaluations": None, "wall_s": None},
+    "solver": {"simulated_s": None, "wall_s": None, "steps": None, "backend": None},
+    "energy": {"closure_percent": None},
+    "provenance": {"inputs": {}, "versions": {}, "settings": {}, "seed": None},
+}
+"""Every figure of a summary.  One that does not apply is null, never missing."""
+
+
+def complete_summary(figures: Mapping[str, Any]) -> dict[str, Any]:
+    """A summary of format 1 from the figures there are: missing and not-a-number ones become null, others stay."""
+    return {"format": FORMAT, **_merged(_FIGURES, _plain(figures))}
+
+
+def write_result(
+    folder: Path,
+    summary: Mapping[str, Any],
+    series: pd.DataFrame,
+    model: Mapping[str, Any],
+    *,
+    diagnosis: Mapping[str, Any] | None = None,
+    report: str | None = None,
+) -> None:
+    """Write a whole result, replacing the one that may be there.
+
+    Parameters
+    ----------
+    folder : made when missing
+    summary : figures by group, completed by ``complete_summary``
+    series : one row a sample (``SimulationResult.to_frame``)
+    model : the complete model as a table (written as TOML)
+    diagnosis, report : left out, an older one goes away, since it would belong to another run
+
+    Raises InputError when the folder cannot be written or another process is writing it.
+    """
+    text = json.dumps(complete_summary(summary), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    writers: dict[str, Callable[[Path], object]] = {
+        SERIES: lambda path: series.to_parquet(path, index=False),
+        MODEL: lambda path: path.write_text(tomli_w.dumps(model), encoding="utf-8"),
+    }
+    if diagnosis is not None:
+        made = json.dumps(_plain(diagnosis), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        writers[DIAGNOSIS] = lambda path: path.write_text(made, encoding="utf-8")
+    if report is not None:
+        writers[REPORT] = lambda path: path.write_text(report, encoding="utf-8")
+    writers[SUMMARY] = lambda path: path.write_text(text, encoding="utf-8")
+    with locked(folder), said_clearly(folder):
+        stale = {DIAGNOSIS, REPORT} - writers.keys()
+        _replace_together(folder, writers, stale)
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """The summary of a result folder.  Raises InputError when there is none or it is of another format."""
+    path = folder / SUMMARY
+    with said_clearly(path):
+        try:
+            summary = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise InputError(path, "", f"not a summary ({error})", "run again") from error
+    if not isinstance(summary, dict) or summary.get("format") != FORMAT:
+        raise InputError(path, "format", f"not a summary of format {FORMAT}", "run again with this version")
+    return summary
+
+
+def read_series(folder: Path) -> pd.DataFrame:
+    """The time series of a result folder.  Raises InputError when there is none or it cannot be read."""
+    path = folder / SERIES
+    with said_clearly(path):
+        try:
+            return pd.read_parquet(path)
+        except ValueError as error:  # pyarrow's ArrowInvalid is one
+            raise InputError(path, "", "not a Parquet file", "run again") from error
+
+
+def read_model(folder: Path) -> dict[str, Any]:
+    """The model's table of a result folder.  Raises InputError when there is none or it is not TOML."""
+    path = folder / MODEL
+    with said_clearly(path):
+        try:
+            return tomllib.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise InputError(path, "", f"not TOML ({error})", "run again") from error
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold ``folder`` (made when missing) against other processes.  May be nested within one thread.
+
+    Raises InputError when another process holds it, or when it cannot be made.
+    """
+    with said_clearly(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = filelock.FileLock(folder / _LOCK, timeout=0, is_singleton=True)
+        try:
+            lock.acquire()
+        except filelock.Timeout as error:
+            raise InputError(
+                folder, "", "another process is writing here", "wait for it, or choose another folder with --out"
+            ) from error
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+@contextmanager
+def said_clearly(path: Path) -> Iterator[None]:
+    """Turn the operating system's refusals (read-only, full, missing, not a folder) into one clear InputError."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(
+            path, "", (error.strerror or str(error)).lower(), "check the path, its permissions and the space left"
+        ) from error
+
+
+def write_atomically(path: Path, text: str) -> None:
+    """Write one text file whole or not at all.  Raises InputError where it cannot be written."""
+    with said_clearly(path):
+        _replace_together(path.parent, {path.name: lambda made: made.write_text(text, encoding="utf-8")}, set())
+
+
+def _replace_together(folder: Path, writers: Mapping[str, Callable[[Path], object]], stale: set[str]) -> None:
+    """Write every file under another name, then move them all into place in the order given."""
+    made = {name: folder / f".{name}.{os.getpid()}" for name in writers}
+    try:
+        for name, write in writers.items():
+            write(made[name])
+        for name in stale:
+            (folder / name).unlink(missing_ok=True)
+        for name, path in made.items():
+            path.replace(folder / name)
+    finally:
+        for path in made.values():
+            path.unlink(missing_ok=True)
+
+
+def _merged(template: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    merged = dict(template) | dict(given)
+    for name, default in template.items():
+        if isinstance(default, Mapping) and name in given:
+            merged[name] = _merged(default, given[name] or {})
+    return merged
+
+
+def _plain(value: Any) -> Any:
+    """NumPy's numbers and arrays as Python's; what is not finite as None."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
