@@ -1,0 +1,100 @@
+"""Evaluations kept on disk under the hash of what they were computed from, so that an interrupted run can go on.
+
+One entry is one ``.npz`` of named arrays, written under another name and moved into place: a reader sees a whole entry
+or none.  An entry that cannot be read is computed anew.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import os
+import zipfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Arrays = dict[str, NDArray[np.generic]]
+
+
+def fingerprint(*parts: object) -> str:
+    """sha256 (hexadecimal) of the parts' content, the same in every process and on every machine.
+
+    Parts are None, bool, int, float, str, bytes, NumPy arrays and scalars, dataclasses, and tuples, lists and mappings
+    of those.  Floats are taken bit for bit.  Raises TypeError for anything else, since what has no content to hash
+    (functions, open files, paths of this machine) would make a key that lies.
+    """
+    digest = hashlib.sha256()
+    for piece in _pieces(parts):
+        digest.update(len(piece).to_bytes(8, "little"))
+        digest.update(piece)
+    return digest.hexdigest()
+
+
+@dataclass(frozen=True)
+class Cache:
+    """Entries below ``folder``, which is made when the first is kept."""
+
+    folder: Path
+
+    def get(self, key: str) -> Arrays | None:
+        """The arrays kept under ``key`` (a ``fingerprint``), or None."""
+        try:
+            with np.load(self._path(key), allow_pickle=False) as entry:
+                return {name: entry[name] for name in entry.files}
+        except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+            return None
+
+    def put(self, key: str, arrays: Mapping[str, NDArray[np.generic]]) -> None:
+        """Keep ``arrays`` under ``key``.  Raises OSError where the folder cannot be written."""
+        path = self._path(key)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        made = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            with made.open("wb") as file:
+                np.savez(file, allow_pickle=False, **dict(arrays))
+            made.replace(path)
+        finally:
+            made.unlink(missing_ok=True)
+
+    def _path(self, key: str) -> Path:
+        return self.folder / f"{key}.npz"
+
+
+def _pieces(value: object) -> Iterator[bytes]:
+    """The content of ``value`` as byte strings; each begins with its kind, so that 1, 1.0 and "1" differ."""
+    match value:
+        case None | bool() | str():
+            yield type(value).__name__.encode()
+            yield json.dumps(value).encode()
+        case bytes():
+            yield b"bytes"
+            yield value
+        case np.ndarray() | np.generic() | int() | float():
+            array = np.asarray(value)
+            if array.dtype.hasobject:
+                raise TypeError("an array of objects has no content to hash")
+            little = array.astype(array.dtype.newbyteorder("<"))
+            yield f"array {little.dtype.str} {array.shape}".encode()
+            yield little.tobytes()
+        case tuple() | list():
+            yield f"sequence {len(value)}".encode()
+            for entry in value:
+                yield from _pieces(entry)
+        case Mapping():
+            yield f"mapping {len(value)}".encode()
+            for name in sorted(value, key=str):
+                yield from _pieces(name)
+                yield from _pieces(value[name])
+        case _ if dataclasses.is_dataclass(value) and not isinstance(value, type):
+            kind = type(value)
+            yield f"{kind.__module__}.{kind.__qualname__}".encode()
+            for entry in dataclasses.fields(value):
+                yield from _pieces(entry.name)
+                yield from _pieces(getattr(value, entry.name))
+        case _:
+            raise TypeError(f"no content to hash in a {type(value).__name__}")

@@ -1,0 +1,50 @@
+"""Where a result came from: hashes of what was read, versions of what ran, settings and seed.
+
+Nothing in it names the machine or its folders, so that results can be passed on and two machines' can be compared.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Mapping
+from importlib import metadata
+from pathlib import Path
+from typing import Any, Final
+
+_PACKAGES: Final = ("exudyn", "numpy", "scipy", "numba", "nlopt", "sympy", "pandas")
+
+
+def sha256_of(path: Path) -> str:
+    """``sha256:…`` of a file's bytes, read piece by piece.  Raises OSError where it cannot be read."""
+    with path.open("rb") as file:
+        return "sha256:" + hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Versions of this program, of Python and of the packages whose version may change a figure."""
+    found = {"sssi_exudyn": metadata.version("sssi-exudyn"), "python": platform.python_version()}
+    return found | {name: metadata.version(name) for name in _PACKAGES}
+
+
+def provenance(inputs: Mapping[str, str], settings: Mapping[str, Any], seed: int | None) -> dict[str, Any]:
+    """The ``provenance`` group of a summary.
+
+    Parameters
+    ----------
+    inputs : hash of each file that was read, by its name within the recording's folder
+    settings : everything the user chose, by name; paths relative to the recording's folder
+    seed : of the random numbers that were drawn; None where none were
+
+    Raises ValueError when a setting holds an absolute path.
+    """
+    for name, value in settings.items():
+        if isinstance(value, Path) or (isinstance(value, str) and Path(value).is_absolute()):
+            raise ValueError(f"setting {name!r} holds a path of this machine")
+    return {
+        "inputs": dict(inputs),
+        "versions": versions(),
+        "settings": dict(settings),
+        "seed": seed,
+        "platform": {"system": platform.system(), "machine": platform.machine()},
+    }
