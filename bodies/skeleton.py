@@ -1,0 +1,165 @@
+"""The skeleton in Exudyn: a kinematic tree of 31 coordinates whose 28 angles are prescribed by constraints.
+
+Every coordinate of the chain is one link of an ``ObjectKinematicTree``; the links between the first and the last rotation of
+a joint have no mass.  Segments on fixed joints (calcaneus and toes in the boot, head on the torso) are welded to the link
+that carries them.  The 28 angles are prescribed by one ``CoordinateConstraint`` each, so a joint's moment is that
+constraint's Lagrange multiplier (paper 2.3); the pelvis' three translations are free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from exudyn import JointType
+from exudyn.itemInterface import (
+    CoordinateConstraint,
+    MarkerKinematicTreeRigid,
+    MarkerNodeCoordinate,
+    NodeGenericODE2,
+    NodePointGround,
+    ObjectKinematicTree,
+)
+
+from sssi_exudyn.bodies.anthropometry import SegmentInertia
+from sssi_exudyn.chain import COORDINATES, JOINTS, PARENT, SEGMENTS, Axis, Geometry
+from sssi_exudyn.frames import Array, slope_to_level
+
+_REVOLUTE = (JointType.RevoluteX, JointType.RevoluteY, JointType.RevoluteZ)
+_PRISMATIC = (JointType.PrismaticX, JointType.PrismaticY, JointType.PrismaticZ)
+
+
+@dataclass(frozen=True)
+class Links:
+    """The chain as a list of one-coordinate links, in the order of ``COORDINATES``.
+
+    parent : index of the parent link, -1 for the first
+    axis : 0, 1, 2 for x, y, z
+    sign : +1 or -1: the tree's coordinate is ``sign`` times the chain's (the tree knows positive axes only)
+    offset : (31, 3) m, in the parent link's frame
+    of_segment : for each of the 21 segments the link that carries it, and its place (3,) m in that link's frame
+    """
+
+    parent: tuple[int, ...]
+    axis: tuple[int, ...]
+    sign: Array
+    offset: Array
+    of_segment: tuple[tuple[int, Array], ...]
+
+
+def _axis_and_sign(axis: Axis) -> tuple[int, float]:
+    index = int(np.argmax(np.abs(axis)))
+    return index, float(np.sign(axis[index]))
+
+
+def chain_links(geometry: Geometry) -> Links:
+    """Unfold the chain's joints into links of one coordinate each."""
+    parent, axis, sign = [-1, 0, 1], [0, 1, 2], [1.0, 1.0, 1.0]
+    offset = [np.zeros(3)] * 3
+    of_segment: list[tuple[int, Array]] = []
+    for i, joint in enumerate(JOINTS):
+        carrier, place = (2, np.zeros(3)) if PARENT[i] < 0 else of_segment[PARENT[i]]
+        place = place + geometry.joint_in_parent[i]
+        for _, direction in joint.rotations:
+            index, direction_sign = _axis_and_sign(direction)
+            parent.append(carrier)
+            axis.append(index)
+            sign.append(direction_sign)
+            offset.append(place)
+            carrier, place = len(parent) - 1, np.zeros(3)
+        of_segment.append((carrier, place))
+    return Links(tuple(parent), tuple(axis), np.array(sign), np.array(offset), tuple(of_segment))
+
+
+def _weld(inertias: Sequence[SegmentInertia], links: Links) -> tuple[Array, Array, Array]:
+    """Mass (31,), centre of mass (31, 3) and inertia about it (31, 3, 3) of each link with the segments it carries."""
+    n = len(links.parent)
+    mass, first, second = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3, 3))
+    for body, (link, place) in zip(inertias, links.of_segment, strict=True):
+        r = place + body.com
+        mass[link] += body.mass
+        first[link] += body.mass * r
+        second[link] += body.inertia + body.mass * (r @ r * np.eye(3) - np.outer(r, r))
+    com = np.divide(first, mass[:, None], out=np.zeros_like(first), where=mass[:, None] > 0)
+    for link in np.flatnonzero(mass):
+        r = com[link]
+        second[link] -= mass[link] * (r @ r * np.eye(3) - np.outer(r, r))
+    return mass, com, second
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """The tree as it stands in an Exudyn system.
+
+    node, tree : item numbers of the coordinates and of the tree
+    constraints : item numbers of the 28 prescribed coordinates, in the order of ``PRESCRIBED``
+    links : how the chain's coordinates map to the tree's
+    """
+
+    node: int
+    tree: int
+    constraints: tuple[int, ...]
+    links: Links
+
+    def marker(self, mbs: Any, segment: str, place: Array) -> int:
+        """A new rigid marker on ``segment`` at ``place`` (3,) m in its frame."""
+        link, origin = self.links.of_segment[SEGMENTS.index(segment)]
+        return int(
+            mbs.AddMarker(MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=link, localPosition=origin + place))
+        )
+
+    def prescribe(self, mbs: Any, angles: Array) -> None:
+        """Set the 28 prescribed angles (rad) for the end of the step."""
+        for constraint, value in zip(self.constraints, self.links.sign[3:] * angles, strict=True):
+            mbs.SetObjectParameter(constraint, "offset", value)
+
+
+def add_skeleton(
+    mbs: Any,
+    geometry: Geometry,
+    inertias: Sequence[SegmentInertia],
+    gravity: Array,
+    inclination: float,
+    q: Array,
+    qd: Array,
+) -> Skeleton:
+    """Add tree and constraints to ``mbs``, in the slope frame.
+
+    gravity (3,) m/s² in the slope frame; q, qd (31,) the chain's coordinates and their rates at the start.
+    """
+    links = chain_links(geometry)
+    mass, com, inertia = _weld(inertias, links)
+    turn = [np.eye(3)] * len(COORDINATES)
+    turn[3] = slope_to_level(inclination).T  # pelvis angles count from the level frame
+    types = [_PRISMATIC[a] if i < 3 else _REVOLUTE[a] for i, a in enumerate(links.axis)]
+    node = mbs.AddNode(
+        NodeGenericODE2(
+            numberOfODE2Coordinates=len(COORDINATES),
+            referenceCoordinates=[0.0] * len(COORDINATES),
+            initialCoordinates=list(links.sign * q),
+            initialCoordinates_t=list(links.sign * qd),
+        )
+    )
+    tree = mbs.AddObject(
+        ObjectKinematicTree(
+            nodeNumber=node,
+            gravity=list(gravity),
+            jointTypes=types,
+            linkParents=list(links.parent),
+            jointTransformations=turn,
+            jointOffsets=list(links.offset),
+            linkInertiasCOM=list(inertia),
+            linkCOMs=list(com),
+            linkMasses=list(mass),
+        )
+    )
+    ground = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=mbs.AddNode(NodePointGround()), coordinate=0))
+    constraints = []
+    for i in range(3, len(COORDINATES)):
+        marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=i))
+        constraints.append(
+            int(mbs.AddObject(CoordinateConstraint(markerNumbers=[ground, marker], offset=float(links.sign[i] * q[i]))))
+        )
+    return Skeleton(int(node), int(tree), tuple(constraints), links)
