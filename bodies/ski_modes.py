@@ -1,8 +1,8 @@
 """Small vibrations of a ski held at its middle node: the reduced model's ski, and the time constant of its damping.
 
-Bending up and down (Timoshenko elements, exact for end loads) and twisting about the long axis, on the elements of a
-``BeamMesh``; the running surface's rise at the tip and tail is left out, as it couples them only at second order.
-Held in the middle, the halves before and behind the boot vibrate each by itself.
+A spatial frame of straight Timoshenko elements along the nodes of a ``BeamMesh``, so that camber and shovel are in it:
+a raised shovel slows twisting by several per cent.  Coordinates at a node: displacement (3), small rotation (3), in the
+ski's frame.
 """
 
 from __future__ import annotations
@@ -10,130 +10,112 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import eigh
+from scipy.linalg import block_diag, eigh
 
 from sssi_exudyn.bodies.ski_mesh import BeamMesh
 from sssi_exudyn.frames import Array
 
-Indices = NDArray[np.int64]
-
 
 @dataclass(frozen=True)
 class ModalSki:
-    """k free vibrations of the ski, held at its middle node, each scaled to a modal mass of 1 kg."""
+    """k free vibrations of the ski, held at its middle node, each scaled to a modal mass of 1 kg.
+
+    With the held node accelerating by a (m/s², gravity taken off) and turning by α (rad/s²), in the ski's frame:
+    q̈ + 2ζω q̇ + ω² q = Σ shape · force − participation · (a, α)
+    """
 
     frequency: Array
     """(k,) Hz, rising"""
     damping_ratio: Array
     """(k,) of critical: in proportion to frequency, as the beam's rotational dampers give it"""
-    lift: Array
-    """(k, m) upward displacement at the contact sections, m a unit of the mode"""
-    twist: Array
-    """(k, m) rotation about x (forward; left edge up) at the contact sections, rad a unit of the mode"""
-    tips: Array
-    """(k, 2) upward displacement of tip and tail, m a unit of the mode"""
+    shape: Array
+    """(k, n + 1, 6) displacement and rotation of the nodes, a unit of the mode"""
+    contact_shape: Array
+    """(k, m, 2, 3) displacement of the contact points by edge (left, right), a unit of the mode"""
     participation: Array
-    """(k, 3) ∫ φ·(rigid field) dm about the middle node, for the base's accelerations a_z (kg m), α_x and α_y (kg m²):
-    the mode's equation is q̈ + 2ζω q̇ + ω² q = modal force − participation · (a_z, α_x, α_y)"""
+    """(k, 6) mode's mass coupling with translation (kg) and rotation about the held node (kg m)"""
 
 
-def modal_ski(mesh: BeamMesh, modes: int = 8) -> ModalSki:
-    """The ``modes`` slowest vibrations, bending and twisting of both halves together."""
-    found: list[tuple[Array, ...]] = []
-    for half in _halves(mesh):
-        found += [_bending(mesh, half, modes), _torsion(mesh, half, modes)]
-    omega, lift, twist, tips, participation = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    if modes > len(omega):
-        raise ValueError(f"the mesh has {len(omega)} modes")
-    order = np.argsort(omega)[:modes]
+def modal_ski(mesh: BeamMesh, modes: int = 12) -> ModalSki:
+    """The ``modes`` slowest vibrations: bending up and down, sideways, and twisting.
+
+    Raises ValueError when the mesh has fewer.
+    """
+    stiffness, mass = frame_matrices(mesh)
+    free = np.delete(np.arange(len(mass)), np.arange(6 * mesh.middle, 6 * mesh.middle + 6))
+    if not 0 < modes <= len(free):
+        raise ValueError(f"the mesh has {len(free)} modes")
+    squares, vectors = eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)], subset_by_index=[0, modes - 1])
+    shape = np.zeros((modes, len(mass)))
+    shape[:, free] = vectors.T
+    omega = np.sqrt(squares)
+    nodal = shape.reshape(modes, -1, 6)
     return ModalSki(
-        frequency=omega[order] / (2.0 * np.pi),
-        damping_ratio=0.5 * damping_time(mesh) * omega[order],
-        lift=lift[order],
-        twist=twist[order],
-        tips=tips[order],
-        participation=participation[order],
+        frequency=omega / (2.0 * np.pi),
+        damping_ratio=0.5 * damping_time(mesh) * omega,
+        shape=nodal,
+        contact_shape=_contact_shape(mesh, nodal),
+        participation=shape @ mass @ _rigid_motions(mesh),
     )
 
 
 def damping_time(mesh: BeamMesh) -> float:
     """Time constant τ (s) of viscous damping in proportion to stiffness, D = τK, so that ζ = τω/2.
 
-    The ski's damping ratio is met at the mean of both halves' first bending frequencies.
+    The ski's damping ratio is met at the mean of the two slowest vibrations of the ski held at its middle node: the
+    first bending of its front and of its back.
     """
-    first = [_bending(mesh, half, 1)[0][0] for half in _halves(mesh)]
-    return 2.0 * mesh.ski.damping_ratio / float(np.mean(first))
+    stiffness, mass = frame_matrices(mesh)
+    free = np.delete(np.arange(len(mass)), np.arange(6 * mesh.middle, 6 * mesh.middle + 6))
+    squares = eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)], eigvals_only=True, subset_by_index=[0, 1])
+    return 2.0 * mesh.ski.damping_ratio / float(np.mean(np.sqrt(squares)))
 
 
-def _halves(mesh: BeamMesh) -> list[Indices]:
-    """Element indices of the half in front and the half behind, each counted outwards from the middle."""
-    n = len(mesh.element_length)
-    return [np.arange(mesh.middle, n, dtype=np.int64), np.arange(mesh.middle - 1, -1, -1, dtype=np.int64)]
+def frame_matrices(mesh: BeamMesh) -> tuple[Array, Array]:
+    """Stiffness and consistent mass (6(n + 1), 6(n + 1)) of the free ski."""
+    size = 6 * len(mesh.node_s)
+    stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
+    for e, length in enumerate(mesh.element_length):
+        along = (mesh.node_position[e + 1] - mesh.node_position[e]) / length
+        left = np.array([0.0, 1.0, 0.0])  # the running surface lies over a straight line: no sideways curve
+        axes = np.stack([along, left, np.cross(along, left)])
+        turn = block_diag(axes, axes, axes, axes)
+        place = slice(6 * e, 6 * e + 12)
+        stiffness[place, place] += turn.T @ _element_stiffness(length, mesh.stiffness[e]) @ turn
+        mass[place, place] += turn.T @ _element_mass(length, mesh.element_mass[e], mesh.section_inertia[e]) @ turn
+    return stiffness, mass
 
 
-def _bending(mesh: BeamMesh, half: Indices, modes: int) -> tuple[Array, ...]:
-    """Circular frequencies and fields of one half's bending, in (upward displacement, slope dw/dx) at each node.
-
-    The coordinate along a half is the straight distance from the middle node, outwards.
-    """
-    outwards = 1.0 if half[0] == mesh.middle else -1.0
-    n = len(half)
-    stiffness, mass = np.zeros((2 * n + 2, 2 * n + 2)), np.zeros((2 * n + 2, 2 * n + 2))
-    for i, e in enumerate(half):
-        place = slice(2 * i, 2 * i + 4)
-        length, bending, shear = mesh.element_length[e], mesh.stiffness[e, 4], mesh.stiffness[e, 2]
-        stiffness[place, place] += _timoshenko_stiffness(length, bending, shear)
-        mass[place, place] += _hermite_mass(length, mesh.element_mass[e], mesh.section_inertia[e, 1])
-    omega, shape = _clamped_modes(stiffness, mass, 2, modes)
-    count = len(omega)
-    nodes = np.concatenate([[half[0] + (outwards < 0)], half + (outwards > 0)])
-    arm = np.abs(mesh.node_position[nodes, 0] - mesh.node_position[mesh.middle, 0])
-    rigid_lift, rigid_pitch = np.zeros(2 * n + 2), np.zeros(2 * n + 2)
-    rigid_lift[0::2] = 1.0
-    rigid_pitch[0::2], rigid_pitch[1::2] = -outwards * arm, -outwards  # z = −α_y·x
-    participation = np.zeros((count, 3))
-    participation[:, 0], participation[:, 2] = shape.T @ mass @ rigid_lift, shape.T @ mass @ rigid_pitch
-    lift = np.zeros((count, len(mesh.contact_s)))
-    for i, e in enumerate(half):
-        for p in np.flatnonzero(mesh.contact_element == e):
-            xi = mesh.contact_weight[p] if outwards > 0 else 1.0 - mesh.contact_weight[p]
-            lift[:, p] = _hermite(xi, mesh.element_length[e]) @ shape[2 * i : 2 * i + 4]
-    tips = np.zeros((count, 2))
-    tips[:, 0 if outwards > 0 else 1] = shape[-2]
-    return omega, lift, np.zeros_like(lift), tips, participation
+_UP = np.array([2, 4, 8, 10])  # w and rotation about y at both ends
+_SIDE = np.array([1, 5, 7, 11])  # v and rotation about z
+_SLOPE_DOWN = np.diag([1.0, -1.0, 1.0, -1.0])  # rotation about y is −dw/dx
 
 
-def _torsion(mesh: BeamMesh, half: Indices, modes: int) -> tuple[Array, ...]:
-    """Circular frequencies and fields of one half's twisting."""
-    n = len(half)
-    stiffness, mass = np.zeros((n + 1, n + 1)), np.zeros((n + 1, n + 1))
-    for i, e in enumerate(half):
-        place = slice(i, i + 2)
-        length = mesh.element_length[e]
-        stiffness[place, place] += mesh.stiffness[e, 3] / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        mass[place, place] += mesh.section_inertia[e, 0] * length / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
-    omega, shape = _clamped_modes(stiffness, mass, 1, modes)
-    count = len(omega)
-    participation = np.zeros((count, 3))
-    participation[:, 1] = shape.T @ mass @ np.ones(n + 1)
-    twist = np.zeros((count, len(mesh.contact_s)))
-    for i, e in enumerate(half):
-        for p in np.flatnonzero(mesh.contact_element == e):
-            xi = mesh.contact_weight[p] if half[0] == mesh.middle else 1.0 - mesh.contact_weight[p]
-            twist[:, p] = (1.0 - xi) * shape[i] + xi * shape[i + 1]
-    return omega, np.zeros_like(twist), twist, np.zeros((count, 2)), participation
+def _element_stiffness(length: float, section: Array) -> Array:
+    """(12, 12) in the element's own axes, x along it, for the section (EA, GA_y, GA_z, GJ, EI_y, EI_z)."""
+    axial, shear_y, shear_z, torsion, bend_y, bend_z = section
+    matrix = np.zeros((12, 12))
+    rod = np.array([[1.0, -1.0], [-1.0, 1.0]]) / length
+    matrix[np.ix_([0, 6], [0, 6])] = axial * rod
+    matrix[np.ix_([3, 9], [3, 9])] = torsion * rod
+    matrix[np.ix_(_UP, _UP)] = _SLOPE_DOWN @ _bending_stiffness(length, bend_y, shear_z) @ _SLOPE_DOWN
+    matrix[np.ix_(_SIDE, _SIDE)] = _bending_stiffness(length, bend_z, shear_y)
+    return matrix
 
 
-def _clamped_modes(stiffness: Array, mass: Array, held: int, modes: int) -> tuple[Array, Array]:
-    """Lowest circular frequencies (rad/s) and mass-normalised shapes with the first ``held`` coordinates fixed."""
-    count = min(modes, len(mass) - held)
-    squares, free = eigh(stiffness[held:, held:], mass[held:, held:], subset_by_index=[0, count - 1])
-    return np.sqrt(squares), np.vstack([np.zeros((held, count)), free])
+def _element_mass(length: float, mass: float, inertia: Array) -> Array:
+    """(12, 12) consistent with linear shapes along and about the axis and cubic ones across it."""
+    matrix = np.zeros((12, 12))
+    rod = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
+    matrix[np.ix_([0, 6], [0, 6])] = mass * rod
+    matrix[np.ix_([3, 9], [3, 9])] = inertia[0] * length * rod
+    matrix[np.ix_(_UP, _UP)] = _SLOPE_DOWN @ _bending_mass(length, mass, inertia[1]) @ _SLOPE_DOWN
+    matrix[np.ix_(_SIDE, _SIDE)] = _bending_mass(length, mass, inertia[2])
+    return matrix
 
 
-def _timoshenko_stiffness(length: float, bending: float, shear: float) -> Array:
-    """Stiffness over (w, w') at both ends: exact for a uniform element loaded at its ends.
+def _bending_stiffness(length: float, bending: float, shear: float) -> Array:
+    """Stiffness over (w, dw/dx) at both ends: exact for a uniform element loaded at its ends.
 
     Przemieniecki, "Theory of Matrix Structural Analysis" (1968), 5.6, with Φ = 12 EI/(κGA L²).
     """
@@ -143,8 +125,11 @@ def _timoshenko_stiffness(length: float, bending: float, shear: float) -> Array:
     return bending / ((1.0 + phi) * length**3) * rows
 
 
-def _hermite_mass(length: float, mass: float, rotary: float) -> Array:
-    """Consistent mass over (w, w') at both ends for cubic shapes, with the sections' rotary inertia (kg m)."""
+def _bending_mass(length: float, mass: float, rotary: float) -> Array:
+    """Mass over (w, dw/dx) at both ends for cubic shapes, with the sections' rotary inertia (kg m).
+
+    Przemieniecki (1968), 11.3, without the shear terms.
+    """
     m = length
     lift = np.array(
         [
@@ -166,13 +151,22 @@ def _hermite_mass(length: float, mass: float, rotary: float) -> Array:
     return result
 
 
-def _hermite(xi: float, length: float) -> Array:
-    """Cubic shape functions at ξ (0 to 1) over (w, w') at both ends: (4,)."""
-    return np.array(
-        [
-            1.0 - 3.0 * xi**2 + 2.0 * xi**3,
-            length * (xi - 2.0 * xi**2 + xi**3),
-            3.0 * xi**2 - 2.0 * xi**3,
-            length * (xi**3 - xi**2),
-        ]
-    )
+def _rigid_motions(mesh: BeamMesh) -> Array:
+    """(6(n + 1), 6) node coordinates of unit translations and of unit rotations about the middle node."""
+    arm = mesh.node_position - mesh.node_position[mesh.middle]
+    field = np.zeros((len(arm), 6, 6))
+    for axis, unit in enumerate(np.eye(3)):
+        field[:, :3, axis] = unit
+        field[:, :3, 3 + axis] = np.cross(unit, arm)
+        field[:, 3:, 3 + axis] = unit
+    return field.reshape(-1, 6)
+
+
+def _contact_shape(mesh: BeamMesh, nodal: Array) -> Array:
+    """Displacement of the contact points: the derivative of ``BeamMesh.contact_positions``."""
+    pair = np.stack([mesh.contact_element, mesh.contact_element + 1], axis=1)
+    weight = np.stack([1.0 - mesh.contact_weight, mesh.contact_weight], axis=1)
+    arms = np.einsum("mkij,mekj->mkei", mesh.node_rotation[pair], mesh.contact_offset)
+    moved = nodal[:, pair, None, :3] + np.cross(nodal[:, pair, None, 3:], arms)
+    result: Array = np.einsum("mk,cmkei->cmei", weight, moved)
+    return result
