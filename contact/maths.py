@@ -49,6 +49,9 @@ class Math(Protocol):
     def power(self, x: Number, p: Number) -> Number:
         """x to the power p, for x ≥ 0 and p > 0."""
 
+    def signed_power(self, x: Number, p: Number) -> Number:
+        """sign(x)·|x| to the power p, for p ≥ 1: smooth through 0, where sign and power each are not."""
+
     def where(self, x: Number, a: Number, b: Number) -> Number:
         """a if x > 0, else b."""
 
@@ -79,6 +82,9 @@ class FloatMath:
     def power(self, x: Number, p: Number) -> Number:
         return math.pow(x, p)
 
+    def signed_power(self, x: Number, p: Number) -> Number:
+        return math.copysign(math.pow(abs(x), p), x)
+
     def where(self, x: Number, a: Number, b: Number) -> Number:
         return a if x > 0.0 else b
 
@@ -106,6 +112,9 @@ class ArrayMath:
     power = staticmethod(np.power)
     maximum = staticmethod(np.maximum)
     minimum = staticmethod(np.minimum)
+
+    def signed_power(self, x: Number, p: Number) -> Number:
+        return np.copysign(np.power(np.abs(x), p), x)
 
     def where(self, x: Number, a: Number, b: Number) -> Number:
         return np.where(np.asarray(x) > 0.0, a, b)

@@ -41,5 +41,5 @@ class HuntCrossley(PointTerm):
     def force(self, math: Math, state: PointState) -> Number:
         depth = math.maximum(state.depth, 0.0)
         spring = self.k * math.power(depth, self.m1)
-        damper = self.c * math.sign(state.rate) * math.power(math.absolute(state.rate), self.m2)
+        damper = self.c * math.signed_power(state.rate, self.m2)
         return math.maximum(spring + damper * math.power(depth, self.m3), 0.0) * (state.length / POINT_LENGTH)

@@ -1,8 +1,8 @@
 """A force term: one law of what pushes on the skier, written once and used everywhere.
 
 One frozen dataclass is one term.  Its parameters are declared with ``quantity``; its formula stands in the docstring,
-on a line that begins with ``Formula:``, and once in code, over a ``Math``.  A term acts in one of six places, each with an abstract
-class and a state here; terms of one kind add up.  Directions and signs are those of the slope frame (``frames.py``).
+on a line that begins with ``Formula:``, and once in code, over a ``Math``.  A term acts in one of six places, each
+with an abstract class and a state here; terms of one kind add up.  Directions and signs are those of the slope frame.
 """
 
 from __future__ import annotations

@@ -1,0 +1,264 @@
+"""A tape of the operations that a force term carries out, from which code and derivatives are written.
+
+``TapeMath`` is the fourth kind of ``Math``: its numbers are nodes of a ``Tape``.  Equal operations share a node, the
+order of operations is the term's own, so that what is written from the tape rounds as the plain formula does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import NoReturn, TypeAlias
+
+from sssi_exudyn.contact.maths import Number
+
+Operand: TypeAlias = "Node | float"
+"""What an operation works on: another node's result, or a constant."""
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """The result of one operation on a tape.  It has no truth value: a term must not branch on it."""
+
+    tape: Tape
+    index: int
+    operation: str
+    operands: tuple[Operand, ...]
+
+    __array_ufunc__ = None  # NumPy's scalars leave arithmetic with a node to the node
+
+    def __bool__(self) -> NoReturn:
+        raise TypeError("a force term must not branch on a number; use math.where, math.maximum or math.minimum")
+
+    def __float__(self) -> NoReturn:
+        raise TypeError("a force term must not turn a number into a float; use the functions of math")
+
+    def __lt__(self, other: object) -> NoReturn:
+        self.__bool__()
+
+    __le__ = __gt__ = __ge__ = __lt__
+
+    def __add__(self, other: Operand) -> Operand:
+        return self.tape.add(self, other)
+
+    def __radd__(self, other: Operand) -> Operand:
+        return self.tape.add(other, self)
+
+    def __sub__(self, other: Operand) -> Operand:
+        return self.tape.subtract(self, other)
+
+    def __rsub__(self, other: Operand) -> Operand:
+        return self.tape.subtract(other, self)
+
+    def __mul__(self, other: Operand) -> Operand:
+        return self.tape.multiply(self, other)
+
+    def __rmul__(self, other: Operand) -> Operand:
+        return self.tape.multiply(other, self)
+
+    def __truediv__(self, other: Operand) -> Operand:
+        return self.tape.divide(self, other)
+
+    def __rtruediv__(self, other: Operand) -> Operand:
+        return self.tape.divide(other, self)
+
+    def __neg__(self) -> Operand:
+        return self.tape.multiply(-1.0, self)
+
+
+def _is(operand: Operand, value: float) -> bool:
+    return not isinstance(operand, Node) and operand == value
+
+
+@dataclass
+class Tape:
+    """The operations so far, each only once.  Sums and products with constant 0 or 1 are taken off at once."""
+
+    nodes: list[Node] = field(default_factory=list)
+    known: dict[tuple[object, ...], Node] = field(default_factory=dict)
+
+    def node(self, operation: str, *operands: Operand) -> Node:
+        """The node of that operation, a new one unless it has been carried out before."""
+        constants_as_floats = tuple(x if isinstance(x, Node) else float(x) for x in operands)
+        key = (operation, *(("node", x.index) if isinstance(x, Node) else x for x in constants_as_floats))
+        if key not in self.known:
+            self.known[key] = Node(self, len(self.nodes), operation, constants_as_floats)
+            self.nodes.append(self.known[key])
+        return self.known[key]
+
+    def name(self, name: str) -> Node:
+        """An argument of the function to be written: a name, or an expression such as ``parameters[3]``."""
+        key = ("name", name)
+        if key not in self.known:
+            self.known[key] = Node(self, len(self.nodes), name, ())
+            self.nodes.append(self.known[key])
+        return self.known[key]
+
+    def add(self, a: Operand, b: Operand) -> Operand:
+        if _is(a, 0.0) or _is(b, 0.0):
+            return b if _is(a, 0.0) else a
+        return self.node("+", a, b)
+
+    def subtract(self, a: Operand, b: Operand) -> Operand:
+        if _is(b, 0.0):
+            return a
+        return self.multiply(-1.0, b) if _is(a, 0.0) else self.node("-", a, b)
+
+    def multiply(self, a: Operand, b: Operand) -> Operand:
+        if _is(a, 0.0) or _is(b, 0.0):
+            return 0.0
+        if _is(a, 1.0) or _is(b, 1.0):
+            return b if _is(a, 1.0) else a
+        return self.node("*", a, b)
+
+    def divide(self, a: Operand, b: Operand) -> Operand:
+        if _is(a, 0.0) or _is(b, 1.0):
+            return a
+        return self.node("/", a, b)
+
+    def where(self, x: Operand, a: Operand, b: Operand) -> Operand:
+        if a is b or (not isinstance(a, Node) and not isinstance(b, Node) and a == b):
+            return a
+        return self.node("where", x, a, b)
+
+    def derivatives(self, outputs: Sequence[Operand], variable: Node) -> list[Operand]:
+        """∂output/∂variable of each output, as further operations on this tape.
+
+        At a switch (``where``, ``maximum``, ``minimum``, ``absolute``) it is that of the branch taken there.
+        Raises TypeError when an exponent depends on the variable: exponents are parameters.
+        """
+        slopes: dict[int, Operand] = {}
+
+        def slope(x: Operand) -> Operand:
+            return slopes[x.index] if isinstance(x, Node) else 0.0
+
+        for node in tuple(self.nodes):
+            if node is variable:
+                slopes[node.index] = 1.0
+            else:
+                inner = tuple(slope(x) for x in node.operands)
+                still = all(_is(d, 0.0) for d in inner)
+                slopes[node.index] = 0.0 if still else _RULES[node.operation](self, node, *inner)
+        return [slope(x) for x in outputs]
+
+
+def _slope_of_power(tape: Tape, node: Node, dx: Operand, dp: Operand) -> Operand:
+    if not _is(dp, 0.0):
+        raise TypeError("a force term's exponent must be a parameter, not depend on the state")
+    x, p = node.operands
+    base = tape.node("absolute", x) if node.operation == "signed_power" else x
+    return tape.multiply(tape.multiply(p, tape.node("power", base, tape.subtract(p, 1.0))), dx)
+
+
+def _slope_of_saturate(tape: Tape, node: Node, dv: Operand, de: Operand) -> Operand:
+    v, e = node.operands
+    square = tape.add(tape.multiply(v, v), tape.multiply(e, e))
+    cube = tape.multiply(square, tape.node("sqrt", square))
+    turned = tape.subtract(tape.multiply(e, dv), tape.multiply(v, de))
+    return tape.divide(tape.multiply(e, turned), cube)
+
+
+_RULES: dict[str, Callable[..., Operand]] = {
+    "+": lambda tape, node, da, db: tape.add(da, db),
+    "-": lambda tape, node, da, db: tape.subtract(da, db),
+    "*": lambda tape, node, da, db: tape.add(tape.multiply(da, node.operands[1]), tape.multiply(node.operands[0], db)),
+    "/": lambda tape, node, da, db: tape.divide(tape.subtract(da, tape.multiply(node, db)), node.operands[1]),
+    "sqrt": lambda tape, node, dx: tape.divide(tape.multiply(0.5, dx), node),
+    "sin": lambda tape, node, dx: tape.multiply(tape.node("cos", *node.operands), dx),
+    "cos": lambda tape, node, dx: tape.multiply(tape.multiply(-1.0, tape.node("sin", *node.operands)), dx),
+    "atan": lambda tape, node, dx: tape.divide(dx, tape.add(1.0, tape.multiply(*node.operands * 2))),
+    "exp": lambda tape, node, dx: tape.multiply(node, dx),
+    "tanh": lambda tape, node, dx: tape.multiply(tape.subtract(1.0, tape.multiply(node, node)), dx),
+    "absolute": lambda tape, node, dx: tape.multiply(tape.node("sign", *node.operands), dx),
+    "sign": lambda tape, node, dx: 0.0,
+    "power": _slope_of_power,
+    "signed_power": _slope_of_power,
+    "where": lambda tape, node, dx, da, db: tape.where(node.operands[0], da, db),
+    "maximum": lambda tape, node, da, db: tape.where(tape.subtract(*node.operands), da, db),
+    "minimum": lambda tape, node, da, db: tape.where(tape.subtract(*reversed(node.operands)), da, db),
+    "saturate": _slope_of_saturate,
+}
+"""Of each operation, its derivative from its operands' derivatives; where all of those vanish it is not asked."""
+
+
+class TapeMath:
+    """``Math`` whose numbers are nodes of one tape."""
+
+    def __init__(self, tape: Tape) -> None:
+        self.tape = tape
+
+    def sqrt(self, x: Number) -> Number:
+        return self.tape.node("sqrt", x)
+
+    def sin(self, x: Number) -> Number:
+        return self.tape.node("sin", x)
+
+    def cos(self, x: Number) -> Number:
+        return self.tape.node("cos", x)
+
+    def atan(self, x: Number) -> Number:
+        return self.tape.node("atan", x)
+
+    def exp(self, x: Number) -> Number:
+        return self.tape.node("exp", x)
+
+    def tanh(self, x: Number) -> Number:
+        return self.tape.node("tanh", x)
+
+    def absolute(self, x: Number) -> Number:
+        return self.tape.node("absolute", x)
+
+    def sign(self, x: Number) -> Number:
+        return self.tape.node("sign", x)
+
+    def power(self, x: Number, p: Number) -> Number:
+        return self.tape.node("power", x, p)
+
+    def signed_power(self, x: Number, p: Number) -> Number:
+        return self.tape.node("signed_power", x, p)
+
+    def where(self, x: Number, a: Number, b: Number) -> Number:
+        return self.tape.node("where", x, a, b)
+
+    def maximum(self, a: Number, b: Number) -> Number:
+        return self.tape.node("maximum", a, b)
+
+    def minimum(self, a: Number, b: Number) -> Number:
+        return self.tape.node("minimum", a, b)
+
+    def saturate(self, v: Number, eps: Number) -> Number:
+        return self.tape.node("saturate", v, eps)
+
+
+_SPELLING = {name: f"_math.{name}" for name in ("sqrt", "sin", "cos", "atan", "exp", "tanh")}
+
+
+def written(tape: Tape, outputs: Sequence[Operand]) -> list[str]:
+    """The tape as lines of Python that end in ``return``: only what the outputs need, one operation a line.
+
+    The library's functions are spelt ``_math.sqrt``, the others of ``Math`` with an underscore (``_where``).
+    """
+    needed: set[int] = set()
+    waiting = [x for x in outputs if isinstance(x, Node)]
+    while waiting:
+        node = waiting.pop()
+        if node.index not in needed:
+            needed.add(node.index)
+            waiting.extend(x for x in node.operands if isinstance(x, Node))
+
+    def text(x: Operand) -> str:
+        if isinstance(x, Node):
+            return f"x{x.index}" if x.operands else x.operation
+        return repr(float(x))
+
+    lines = []
+    for node in tape.nodes:
+        if node.index in needed and node.operands:
+            names = [text(x) for x in node.operands]
+            if node.operation in "+-*/":
+                right = f" {node.operation} ".join(names)
+            else:
+                right = f"{_SPELLING.get(node.operation, '_' + node.operation)}({', '.join(names)})"
+            lines.append(f"x{node.index} = {right}")
+    results = ", ".join(text(x) for x in outputs)
+    return [*lines, f"return {results}"]
