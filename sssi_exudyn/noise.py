@@ -1,0 +1,108 @@
+"""Noise that remembers: residuals whose neighbours resemble each other carry less news than their number suggests.
+
+A GPS fix is wrong in nearly the same direction for seconds.  The model here is the stationary process with an
+exponential correlation, cov(t, t') = σ² exp(−|t − t'|/T) (Ornstein-Uhlenbeck; sampled evenly it is AR(1)).  It is
+Markov, so each sample needs only the one before, at any spacing:
+
+    e₀ = r₀/σ,   e_k = (r_k − φ_k r_{k−1}) / (σ √(1 − φ_k²)),   φ_k = exp(−Δt_k/T)
+
+are independent with variance one.  Source: Rasmussen and Williams 2006, appendix B.2; Sokal 1997 for the window.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from sssi_exudyn.frames import Array
+
+_SOKAL_WINDOW = 5.0
+"""The sum of correlations stops at five autocorrelation times: later lags add noise only (Sokal 1997)."""
+
+
+@dataclass(frozen=True)
+class ExponentialNoise:
+    """Standard deviation ``sigma`` (the residual's unit) and ``correlation_time`` (s; 0 is white)."""
+
+    sigma: float
+    correlation_time: float
+
+
+def whiten(time: Array, residual: Array, noise: ExponentialNoise) -> Array:
+    """The residual as independent numbers of variance one, if it is such noise.
+
+    Parameters
+    ----------
+    time : (n,) s, increasing
+    residual : (n,) or (n, d); the d columns are independent of each other
+
+    Returns an array of the residual's shape.
+    """
+    steps, spread = _steps(time, residual, noise.correlation_time)
+    return steps / (noise.sigma * spread)
+
+
+def fit_noise(time: Array, residual: Array) -> ExponentialNoise:
+    """Most likely σ and correlation time of a residual of zero mean; arguments as for ``whiten``.
+
+    For each T the best σ² is the mean square of the samples whitened with σ = 1; T is searched between a tenth of the
+    mean step (white, for all that can be seen) and the record's length.
+    """
+    step = float(np.mean(np.diff(time)))
+
+    def minus_log_likelihood(log_time: float) -> float:
+        steps, spread = _steps(time, residual, float(np.exp(log_time)))
+        variance = float(np.mean((steps / spread) ** 2))
+        return 0.5 * float(np.log(variance)) + float(np.mean(np.log(spread)))
+
+    bounds = (np.log(0.1 * step), np.log(float(time[-1] - time[0])))
+    correlation_time = float(np.exp(minimize_scalar(minus_log_likelihood, bounds=bounds, method="bounded").x))
+    steps, spread = _steps(time, residual, correlation_time)
+    return ExponentialNoise(float(np.sqrt(np.mean((steps / spread) ** 2))), correlation_time)
+
+
+def chi_square_per_dof(time: Array, residual: Array, noise: ExponentialNoise, parameters: int = 0) -> float:
+    """χ² of the whitened residual over its degrees of freedom: about 1 where the noise explains all of it.
+
+    ``parameters`` were fitted to the same data.  Raises ValueError when they leave no degree of freedom.
+    """
+    dof = residual.size - parameters
+    if dof <= 0:
+        raise ValueError(f"{parameters} parameters leave no degree of freedom in {residual.size} values")
+    return float(np.sum(whiten(time, residual, noise) ** 2)) / dof
+
+
+def autocorrelation_time(residual: Array) -> float:
+    """Integrated autocorrelation time τ = 1 + 2 Σ ρ_k of evenly spaced samples (n,), in samples; at least 1.
+
+    White noise has 1, AR(1) has (1 + φ)/(1 − φ).  A constant residual has n: it says one thing n times.
+    """
+    n = len(residual)
+    centred = residual - np.mean(residual)
+    variance = float(np.dot(centred, centred))
+    if variance <= np.finfo(float).eps * float(np.dot(residual, residual)) or n < 2:
+        return float(n)
+    spectrum = np.fft.rfft(centred, 2 * n)
+    correlation = np.fft.irfft(np.abs(spectrum) ** 2)[:n] / variance
+    times = 2.0 * np.cumsum(correlation) - 1.0
+    enough = np.flatnonzero(np.arange(n) >= _SOKAL_WINDOW * times)
+    chosen = times[enough[0]] if len(enough) else times[-1]
+    return float(np.clip(chosen, 1.0, n))
+
+
+def effective_samples(residual: Array) -> float:
+    """How many independent samples an evenly spaced residual (n,) is worth: n/τ."""
+    return len(residual) / autocorrelation_time(residual)
+
+
+def _steps(time: Array, residual: Array, correlation_time: float) -> tuple[Array, Array]:
+    """Innovations of the residual, and their standard deviation for σ = 1 (broadcast against the residual)."""
+    decay = np.diff(time) / correlation_time if correlation_time > 0.0 else np.full(len(time) - 1, np.inf)
+    # expm1 keeps the spread right where a step is a tiny share of the correlation time
+    spread = np.concatenate([[1.0], np.sqrt(-np.expm1(-2.0 * decay))])
+    column = (slice(None),) + (None,) * (residual.ndim - 1)
+    steps = np.array(residual, dtype=float)
+    steps[1:] -= np.exp(-decay)[column] * residual[:-1]
+    return steps, spread[column]
