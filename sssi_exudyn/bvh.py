@@ -1,0 +1,321 @@
+"""Motion capture in Biovision Hierarchy (BVH) files, as Axis Studio exports them.
+
+Centimetres and degrees in the file; metres and rotation matrices here.  Axes stay the file's: x left, y up, z forward.
+A joint's local rotation is the product of its channels in the order written, so ``Yrotation Xrotation Zrotation``
+means R = R_y R_x R_z; the joint's place in its parent is its OFFSET.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.files import read_text
+from sssi_exudyn.frames import Array
+from sssi_exudyn.table import numbers
+
+_SIDES: Final = ("Right", "Left")
+LEGS: Final = tuple(side + part for side in _SIDES for part in ("UpLeg", "Leg", "Foot"))
+_ARMS: Final = tuple(side + part for side in _SIDES for part in ("Shoulder", "Arm", "ForeArm", "Hand"))
+REQUIRED_JOINTS: Final = ("Hips", *LEGS, "Spine", "Spine1", "Spine2", "Neck", "Head", *_ARMS)
+"""Joints every recording must have; ``Neck1``, ``Spine3`` and the fingers may be there."""
+
+_XSENS: Final = ("RightHip", "RightKnee", "RightAnkle", "LeftHip", "LeftKnee", "LeftAnkle", "RightElbow", "LeftElbow")
+_FRAME_TIME: Final = (0.0005, 0.05)
+"""Shortest and longest plausible frame time, s: 20 Hz is the least that still carries the 6 Hz of the filter."""
+
+
+@dataclass(frozen=True)
+class Bvh:
+    """A motion capture: tree, time and rotations, in BVH axes (x left, y up, z forward).
+
+    Attributes
+    ----------
+    names : the J joints, parents before children
+    parents : index of each joint's parent; −1 for the root
+    offsets : (J, 3) m, each joint's place in its parent's axes
+    end_offsets : (3,) m by the joint that ends there (End Site)
+    time : (n,) s on the recording's clock
+    rotations : (n, J, 3, 3) local rotations, parent ← joint; the root's are world ← root
+    root_position : (n, 3) m; dead reckoning of the capture, not to be used as a measurement
+    notes : what was noticed in the file and did not hinder reading it
+    """
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    offsets: Array
+    end_offsets: dict[str, Array]
+    time: Array
+    rotations: Array
+    root_position: Array
+    notes: tuple[str, ...] = ()
+
+    def index(self, name: str) -> int:
+        """The place of a joint in ``names``; raises KeyError for a joint that is not there."""
+        try:
+            return self.names.index(name)
+        except ValueError:
+            raise KeyError(name) from None
+
+
+@dataclass
+class _Tree:
+    """The hierarchy while it is being read."""
+
+    names: list[str] = field(default_factory=list)
+    parents: list[int] = field(default_factory=list)
+    offsets: list[list[float]] = field(default_factory=list)
+    ends: dict[str, Array] = field(default_factory=dict)
+    channels: list[list[str]] = field(default_factory=list)
+
+
+def read_bvh(path: Path, time_offset: float = 0.0) -> Bvh:
+    """Read a BVH file.
+
+    Parameters
+    ----------
+    path : the file
+    time_offset : s, added to the frames' times (frame 0 is at 0 s in the file)
+
+    Raises InputError for a truncated file, a frame count that does not match, missing joints, text or NaN in a
+    number's place, other axes or units, and a joint of the legs or the pelvis that never moves.
+    """
+    path = Path(path)
+    lines = read_text(path).split("\n")
+    tree, motion_line = _read_hierarchy(path, lines)
+    _check_joints(path, tree)
+    frames, frame_time, first = _read_motion_header(path, lines, motion_line)
+    width = sum(len(channels) for channels in tree.channels)
+    rows = [(number, line) for number, line in enumerate(lines[first - 1 :], first) if line.strip()]
+    if len(rows) != frames:
+        what = "the file is truncated" if len(rows) < frames else "there are more frames than announced"
+        raise InputError(
+            path,
+            f"line {rows[-1][0] if rows else first}",
+            f"{what}: the header announces {frames} frames, {len(rows)} are there",
+            "export the motion again, or correct 'Frames:' to what is there",
+        )
+    values = numbers(path, rows, width, None)
+    return _assemble(path, tree, values, time_offset + frame_time * np.arange(frames, dtype=np.float64))
+
+
+def world_rotations(bvh: Bvh) -> Array:
+    """(n, J, 3, 3) rotations world ← joint, in BVH axes."""
+    world = np.empty_like(bvh.rotations)
+    for joint, parent in enumerate(bvh.parents):
+        local = bvh.rotations[:, joint]
+        world[:, joint] = local if parent < 0 else world[:, parent] @ local
+    return world
+
+
+def joint_positions(bvh: Bvh, world: Array) -> Array:
+    """(n, J, 3) m positions of the joints from the root joint, in the capture's world axes.
+
+    ``world`` is ``world_rotations(bvh)``.
+    """
+    positions = np.zeros((*world.shape[:2], 3))
+    for joint, parent in enumerate(bvh.parents):
+        if parent >= 0:
+            positions[:, joint] = positions[:, parent] + world[:, parent] @ bvh.offsets[joint]
+    return positions
+
+
+def _read_hierarchy(path: Path, lines: list[str]) -> tuple[_Tree, int]:
+    """The tree and the number (from 1) of the line that says MOTION."""
+    if not lines or lines[0].strip().upper() != "HIERARCHY":
+        raise InputError(path, "line 1", "a BVH file starts with HIERARCHY", "export the motion as BVH")
+    tree, pending = _Tree(), ""
+    stack: list[int] = []
+    for number, line in enumerate(lines[1:], 2):
+        words = line.split()
+        if not words:
+            continue
+        key = words[0].upper()
+        if key == "MOTION":
+            if stack or not tree.names:
+                raise InputError(path, f"line {number}", "the hierarchy is not closed", "export the motion again")
+            return tree, number
+        if key in ("ROOT", "JOINT") and len(words) >= 2:
+            if (key == "ROOT") == bool(tree.names) or (key == "JOINT" and not stack):
+                raise InputError(path, f"line {number}", "a second root", "export one skier alone")
+            pending = " ".join(words[1:])
+            if pending in tree.names:
+                raise InputError(path, f"line {number}", f"joint {pending!r} appears twice", "export one skier alone")
+            tree.parents.append(stack[-1] if stack else -1)
+            tree.names.append(pending)
+            tree.offsets.append([])
+            tree.channels.append([])
+        elif key == "END":
+            pending = "End Site"
+        elif key == "{":
+            stack.append(-1 if pending == "End Site" else len(tree.names) - 1)
+            pending = ""
+        elif key == "}" and stack:
+            stack.pop()
+        elif key == "OFFSET" and stack:
+            _read_offset(path, number, words, tree, stack)
+        elif key == "CHANNELS" and stack and stack[-1] >= 0:
+            tree.channels[stack[-1]] = _read_channels(path, number, words)
+        else:
+            raise InputError(path, f"line {number}", f"{line.strip()[:40]!r} is not BVH", "export the motion again")
+    raise InputError(
+        path, f"line {len(lines)}", "the file is truncated: it ends without MOTION", "export the motion again"
+    )
+
+
+def _read_offset(path: Path, number: int, words: list[str], tree: _Tree, stack: list[int]) -> None:
+    try:
+        offset = [float(word) / 100.0 for word in words[1:]]
+    except ValueError:
+        offset = []
+    if len(offset) != 3 or not np.all(np.isfinite(offset)):
+        raise InputError(path, f"line {number}", "OFFSET needs three numbers", "export the motion again")
+    if stack[-1] >= 0:
+        tree.offsets[stack[-1]] = offset
+    else:
+        tree.ends[tree.names[stack[-2]]] = np.array(offset)
+
+
+def _read_channels(path: Path, number: int, words: list[str]) -> list[str]:
+    channels = [word.lower() for word in words[2:]]
+    known = {axis + kind for axis in "xyz" for kind in ("position", "rotation")}
+    if len(words) < 2 or words[1] != str(len(channels)) or len(set(channels)) != len(channels) or set(channels) - known:
+        raise InputError(
+            path,
+            f"line {number}",
+            f"cannot understand {' '.join(words)[:60]!r}",
+            "CHANNELS is followed by a count and as many of Xposition … Zrotation",
+        )
+    return channels
+
+
+def _read_motion_header(path: Path, lines: list[str], motion: int) -> tuple[int, float, int]:
+    """Frame count, frame time (s) and the number of the first line of frames."""
+    found: dict[str, float] = {}
+    number = motion
+    while len(found) < 2:
+        number += 1
+        if number > len(lines):
+            raise InputError(path, f"line {len(lines)}", "the file is truncated", "export the motion again")
+        line = lines[number - 1].strip()
+        if not line:
+            continue
+        key, _, value = line.partition(":")
+        try:
+            found[{"frames": "frames", "frame time": "frame time"}[key.strip().lower()]] = float(value)
+        except (KeyError, ValueError):
+            raise InputError(
+                path, f"line {number}", f"expected 'Frames:' and 'Frame Time:', found {line[:40]!r}", "export it again"
+            ) from None
+    frames, frame_time = found["frames"], found["frame time"]
+    if not (frames >= 2 and frames == int(frames)):
+        raise InputError(path, f"line {motion + 1}", f"{frames:g} frames are no motion", "export the recorded motion")
+    if not _FRAME_TIME[0] <= frame_time <= _FRAME_TIME[1]:
+        raise InputError(
+            path,
+            "Frame Time",
+            f"{frame_time:g} is outside {_FRAME_TIME[0]:g} to {_FRAME_TIME[1]:g} s",
+            "give the frame time in seconds, of 20 Hz or more",
+        )
+    return int(frames), frame_time, number + 1
+
+
+def _check_joints(path: Path, tree: _Tree) -> None:
+    missing = [name for name in REQUIRED_JOINTS if name not in tree.names]
+    if missing:
+        xsens = sum(name in tree.names for name in _XSENS) >= 4
+        whose = " (these are Xsens's names)" if xsens else ""
+        raise InputError(
+            path,
+            "HIERARCHY",
+            f"missing joints: {', '.join(missing)}; found: {', '.join(tree.names[:24])}{whose}",
+            "export with Axis Studio's names, or rename the joints to them",
+        )
+    if tree.names[0] != "Hips":
+        raise InputError(path, "HIERARCHY", f"the root is {tree.names[0]!r}, not 'Hips'", "export with Hips as root")
+    for name, offset, channels in zip(tree.names, tree.offsets, tree.channels, strict=True):
+        if not offset:
+            raise InputError(path, f"joint {name}", "no OFFSET", "export the motion again")
+        rotations = [channel for channel in channels if channel.endswith("rotation")]
+        if len(rotations) != 3:
+            raise InputError(
+                path, f"joint {name}", f"{len(rotations)} rotation channels, not 3", "export all rotation channels"
+            )
+    place = dict(zip(tree.names, np.array(tree.offsets), strict=True))
+    down = [place[side + part] for side in _SIDES for part in ("Leg", "Foot")]
+    upright = all(-offset[1] > 0.9 * np.linalg.norm(offset) for offset in down)
+    if not upright or place["LeftUpLeg"][0] <= place["RightUpLeg"][0]:
+        raise InputError(
+            path,
+            "OFFSET of the legs",
+            "the axes are not x left, y up, z forward (legs must point along −y, the left one at +x)",
+            "export with Axis Studio's default axes",
+        )
+
+
+def _assemble(path: Path, tree: _Tree, values: Array, time: Array) -> Bvh:
+    offsets = np.array(tree.offsets)
+    frames, joints = len(values), len(tree.names)
+    rotations = np.empty((frames, joints, 3, 3))
+    root_position = np.broadcast_to(offsets[0], (frames, 3)).copy()
+    notes: list[str] = []
+    frozen: list[str] = []
+    moved: list[str] = []
+    column = 0
+    for joint, (name, channels) in enumerate(zip(tree.names, tree.channels, strict=True)):
+        rotation = np.broadcast_to(np.eye(3), (frames, 3, 3))
+        position = np.broadcast_to(offsets[joint], (frames, 3)).copy()
+        constant = []
+        for channel in channels:
+            data = values[:, column]
+            column += 1
+            axis = "xyz".index(channel[0])
+            if channel.endswith("position"):
+                position[:, axis] = data / 100.0
+            else:
+                rotation = rotation @ _about(axis, np.deg2rad(data))
+                if np.ptp(data) == 0.0:
+                    constant.append(channel)
+        rotations[:, joint] = rotation
+        if joint == 0:
+            root_position = position
+        elif np.max(np.abs(position - offsets[joint])) > 1e-4:  # the file's last digit is 0.01 mm
+            moved.append(name)
+        _judge_constant(path, name, constant, frozen, notes)
+    if len(frozen) > 0:
+        notes.append(f"{path.name}: {', '.join(frozen)} never moves; check the sensors there if that is no surprise")
+    if moved:
+        notes.append(
+            f"{path.name}: positions of {', '.join(moved)} differ from their OFFSET; the OFFSET is used,"
+            " as segments are rigid"
+        )
+    return Bvh(tuple(tree.names), tuple(tree.parents), offsets, tree.ends, time, rotations, root_position, tuple(notes))
+
+
+def _judge_constant(path: Path, name: str, constant: list[str], frozen: list[str], notes: list[str]) -> None:
+    """A joint that never moves: an error where the skis hang on it, a note elsewhere; fingers may rest."""
+    if name not in REQUIRED_JOINTS or not constant:
+        return
+    if len(constant) == 3 and name in ("Hips", *LEGS):
+        raise InputError(
+            path, f"joint {name}", "its rotation is constant: a dead sensor", "repair the capture and export it again"
+        )
+    if len(constant) == 3:
+        frozen.append(name)
+    elif name in ("Hips", *LEGS):
+        notes.append(f"{path.name}: joint {name}: {', '.join(constant)} is constant; check its sensor")
+
+
+def _about(axis: int, angle: Array) -> Array:
+    """(n, 3, 3) rotations by ``angle`` (n,) rad about a coordinate axis."""
+    rotation = np.zeros((*angle.shape, 3, 3))
+    one, two = (axis + 1) % 3, (axis + 2) % 3
+    rotation[:, axis, axis] = 1.0
+    rotation[:, one, one] = rotation[:, two, two] = np.cos(angle)
+    rotation[:, two, one] = np.sin(angle)
+    rotation[:, one, two] = -np.sin(angle)
+    return rotation

@@ -1,0 +1,175 @@
+"""Instruments and notes held against each other: what one of them says wrongly, another one gives away.
+
+What makes a simulation meaningless raises InputError; what is merely odd is a notice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.bvh import Bvh
+from sssi_exudyn.errors import InputError, SssiError
+from sssi_exudyn.estimate import (
+    Estimate,
+    SlopeEstimate,
+    estimate_heading,
+    estimate_slope,
+    ski_direction_misfit,
+    stance_at_fixes,
+    track_of_skis,
+)
+from sssi_exudyn.frames import GRAVITY
+from sssi_exudyn.gps import Gps
+from sssi_exudyn.insoles import Insoles
+
+_LEG_SHARE: Final = 0.495
+"""Thigh and shank, (0.4222 + 0.4403) m of 1.741 m of height: de Leva (1996), men."""
+_LENGTH_UNITS: Final = {"metres": 0.01, "millimetres": 10.0, "inches": 1.0 / 2.54, "feet": 1.0 / 30.48}
+"""The factor by which lengths come out wrong when they are written in another unit than centimetres."""
+_FEET: Final = 1.0 / 0.3048
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What motion and fixes together say of heading and slope; None where they cannot say it, and why."""
+
+    heading: Estimate | None
+    slope: SlopeEstimate | None
+    why_not: tuple[str, ...] = ()
+
+
+def estimate_setting(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, heading: float | None = None) -> Setting:
+    """Estimate heading and slope.
+
+    Parameters
+    ----------
+    ankle_to_ski_base : m, along the foot's up axis
+    heading : rad, the given azimuth of the BVH +z axis; the skis' track is found with it, else with the estimate
+    """
+    stance = stance_at_fixes(bvh, gps, ankle_to_ski_base)
+    if len(stance.time) < 5:
+        return Setting(None, None, ("fewer than five fixes lie within the motion capture",))
+    why_not: list[str] = []
+    found: Estimate | None = None
+    slope: SlopeEstimate | None = None
+    try:
+        found = estimate_heading(stance, gps)
+    except SssiError as error:
+        why_not.append(str(error))
+    azimuth = heading if heading is not None else (found.value if found is not None else 0.0)
+    try:
+        slope = estimate_slope(track_of_skis(stance, gps, azimuth), float(np.median(gps.sigma)))
+    except SssiError as error:
+        why_not.append(str(error))
+    return Setting(found, slope, tuple(why_not))
+
+
+def check_coordinates(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, heading: float | None, path: Path) -> None:
+    """Raise InputError when the skis follow the track only with latitude and longitude exchanged.
+
+    Exchanged, left turns become right turns; the turning of the skis tells.
+    """
+    stance = stance_at_fixes(bvh, gps, ankle_to_ski_base)
+    if len(stance.time) < 5:
+        return
+    as_is = ski_direction_misfit(stance, gps, heading=heading)
+    swapped = ski_direction_misfit(stance, gps, swap=True, heading=heading)
+    # 0.2 is a mean angle of 37° between skis and course, more than skidding makes; a true track is at 0.15 or below
+    if as_is > 0.2 and swapped < 0.4 * as_is:
+        raise InputError(
+            path,
+            "latitude_deg, longitude_deg",
+            "the skis turn left where the track turns right: latitude and longitude look swapped",
+            "swap the two columns back, or mend a lost sign",
+        )
+
+
+def check_heading(given: float, setting: Setting, path: Path) -> tuple[str, ...]:
+    """Hold ``heading_deg`` (``given``, rad) against its estimate; returns notices."""
+    if setting.heading is None:
+        return ()
+    apart, sigma = _apart(given, setting.heading.value), setting.heading.sigma
+    found = f"{_deg(setting.heading.value) % 360.0:.1f} ± {_deg(sigma):.1f}"
+    told = f"heading_deg is {_deg(given):.1f}, course and skis say {found}"
+    if apart > max(np.deg2rad(60.0), 6.0 * sigma):  # skis across or against their own course
+        raise InputError(
+            path,
+            "[motion] heading_deg",
+            told,
+            "correct it (clockwise from north), or leave it out to have it estimated",
+        )
+    if apart > max(np.deg2rad(10.0), 4.0 * sigma):
+        return (f"{path.name}: [motion] heading_deg: {told}; check it, or leave it out to have it estimated",)
+    return ()
+
+
+def check_slope(inclination: float, azimuth: float, setting: Setting, path: Path, gps_path: Path) -> tuple[str, ...]:
+    """Hold ``[slope]`` (rad) against the plane through the track; returns notices."""
+    if setting.slope is None:
+        return ()
+    found, fall = setting.slope.inclination, setting.slope.azimuth
+    if _apart(azimuth, fall.value) > max(np.deg2rad(60.0), 6.0 * fall.sigma):
+        raise InputError(
+            path,
+            "[slope] fall_line_azimuth_deg",
+            f"it is {_deg(azimuth):.1f}, but the track falls towards {_deg(fall.value) % 360.0:.1f}",
+            "correct it (downhill, clockwise from north), or leave [slope] out to have it estimated",
+        )
+    ratio = np.tan(found.value) / np.tan(max(inclination, 1e-3))
+    if abs(ratio / _FEET - 1.0) < 0.12:  # a slope measured to 12 % can still tell feet from metres
+        raise InputError(
+            gps_path,
+            "column altitude_m",
+            f"the track is {ratio:.2f} times as steep as [slope] says: the altitude looks like feet",
+            "give the altitude in metres",
+        )
+    notices = []
+    if abs(found.value - inclination) > max(np.deg2rad(3.0), 4.0 * found.sigma):
+        notices.append(
+            f"{path.name}: [slope] inclination_deg is {_deg(inclination):.1f}, the track falls by"
+            f" {_deg(found.value):.1f} ± {_deg(found.sigma):.1f}; check it, or leave [slope] out to have it estimated"
+        )
+    if _apart(azimuth, fall.value) > max(np.deg2rad(10.0), 4.0 * fall.sigma):
+        notices.append(
+            f"{path.name}: [slope] fall_line_azimuth_deg is {_deg(azimuth):.1f}, the track falls towards"
+            f" {_deg(fall.value) % 360.0:.1f} ± {_deg(fall.sigma):.1f}; check it"
+        )
+    return tuple(notices)
+
+
+def check_size(bvh: Bvh, height: float, path: Path) -> None:
+    """Raise InputError when the capture's legs cannot belong to a skier of ``height`` m."""
+    shafts = [bvh.index(side + part) for side in ("Left", "Right") for part in ("Leg", "Foot")]
+    leg = 0.5 * float(np.sum(np.linalg.norm(bvh.offsets[shafts], axis=1)))
+    ratio = leg / (_LEG_SHARE * height)
+    # people's legs differ by 15 % of their share (three sigma); twice that leaves room for a rough skeleton
+    if 0.7 < ratio < 1.3:
+        return
+    looks = [f": lengths look like {unit}" for unit, factor in _LENGTH_UNITS.items() if 0.7 < ratio / factor < 1.3]
+    raise InputError(
+        path,
+        "OFFSET of the legs",
+        f"legs of {leg:.3g} m do not fit a skier of {height:g} m{looks[0] if looks else ''}",
+        "export the capture in centimetres, or correct height_m",
+    )
+
+
+def check_load(insoles: Insoles, mass: float, path: Path) -> tuple[str, ...]:
+    """Hold the mean force under both feet against the weight of ``mass`` kg; returns notices."""
+    weights = float(np.mean(insoles.left + insoles.right)) / (mass * GRAVITY)
+    # boots' cuffs carry part of the weight, never nine tenths of it; turns add less than that again
+    if 0.1 < weights < 3.0:
+        return ()
+    return (f"{path.name}: the feet carry {weights:.2g} times the skier's weight on average; check the unit (newtons)",)
+
+
+def _apart(one: float, other: float) -> float:
+    return abs(float(np.angle(np.exp(1j * (one - other)))))
+
+
+def _deg(angle: float) -> float:
+    return float(np.rad2deg(angle))

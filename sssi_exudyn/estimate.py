@@ -1,0 +1,281 @@
+"""Slope and heading from the recording itself, where nobody measured them; and the same as a check where somebody did.
+
+Slope: a robust plane through the track of the feet.  Heading: two witnesses that err differently, the course against
+the direction of the skis and the acceleration against the body's lean, weighted by their uncertainties.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.bvh import Bvh, joint_positions, world_rotations
+from sssi_exudyn.errors import SssiError
+from sssi_exudyn.frames import GRAVITY, Array
+from sssi_exudyn.gps import Gps
+
+Complex = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
+
+CAPTURE_HEADING_SIGMA: Final = float(np.deg2rad(1.0))
+"""rad; how far an inertial capture's own heading strays, however well its mean is known."""
+_TRAVERSE_SIGMA: Final = float(np.tan(np.deg2rad(20.0)))
+"""Tangent of the angle by which the way from start to end of a run usually departs from the fall line."""
+_SLOW: Final = 1.5
+"""m/s; below it skis point anywhere and the course is noise."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number and its standard deviation, in one unit."""
+
+    value: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class SlopeEstimate:
+    """Inclination and fall-line azimuth (clockwise from north), rad."""
+
+    inclination: Estimate
+    azimuth: Estimate
+
+
+@dataclass(frozen=True)
+class Stance:
+    """What the estimates need of the capture, at the times of the fixes; BVH axes of the capture's world.
+
+    Attributes
+    ----------
+    time : (n,) s, the fixes within the capture
+    fixes : (n,) their places in the Gps
+    antenna : (n, 3) m, the antenna from the middle of both ski bases
+    body : (n, 3) m, the hips from the middle of both ski bases
+    forward : (n, 3) mean forward axis of the feet
+    """
+
+    time: Array
+    fixes: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+    antenna: Array
+    body: Array
+    forward: Array
+
+
+def stance_at_fixes(bvh: Bvh, gps: Gps, ankle_to_ski_base: float) -> Stance:
+    """Antenna, hips and ski direction at the times of the fixes.
+
+    Parameters
+    ----------
+    ankle_to_ski_base : m, from the ankle joint to the running surface along the foot's up axis
+    """
+    world = world_rotations(bvh)
+    joints = joint_positions(bvh, world)
+    down = np.array([0.0, -ankle_to_ski_base, 0.0])
+    left, right, carrier = bvh.index("LeftFoot"), bvh.index("RightFoot"), bvh.index(gps.segment)
+    bases = [joints[:, foot] + world[:, foot] @ down for foot in (left, right)]
+    middle = 0.5 * (bases[0] + bases[1])
+    antenna = joints[:, carrier] + world[:, carrier] @ gps.offset - middle
+    forward = world[:, left, :, 2] + world[:, right, :, 2]
+    fixes = np.flatnonzero((gps.time >= bvh.time[0]) & (gps.time <= bvh.time[-1]))
+    time = gps.time[fixes]
+
+    def at_fixes(values: Array) -> Array:
+        return np.column_stack([np.interp(time, bvh.time, column) for column in values.T])
+
+    return Stance(time, fixes, at_fixes(antenna), at_fixes(-middle), at_fixes(forward))
+
+
+def track_of_skis(stance: Stance, gps: Gps, heading: float) -> Array:
+    """(n, 3) m east-north-up of the middle of both ski bases: the fixes less the antenna's place above the skis.
+
+    ``heading`` is the azimuth of the BVH +z axis, rad.
+    """
+    horizontal = _turned(_level(stance.antenna), heading)
+    above = np.column_stack([horizontal.imag, horizontal.real, stance.antenna[:, 1]])
+    return gps.enu[stance.fixes] - above
+
+
+def estimate_slope(track: Array, sigma: float) -> SlopeEstimate:
+    """Fit the plane u = c + g·(e, n) through a track by robust least squares.
+
+    Heights are Huber-weighted and their noise is taken to be correlated as their residuals are, so that a drifting
+    altitude widens the uncertainty.  A narrow track hardly tells the gradient across it; there a prior takes over: the
+    way from start to end departs from the fall line by 20° (one sigma).  A drift of the height from start to end cannot
+    be told from the slope and shows in no residual: it is added from ``sigma``.
+
+    Parameters
+    ----------
+    track : (n, 3) m east-north-up
+    sigma : m, standard deviation of a horizontal fix; a height's is taken as twice that
+
+    Raises SssiError when the track does not lead downhill.
+    """
+    way = track[-1, :2] - track[0, :2]
+    along = way / np.linalg.norm(way)
+    across = np.array([-along[1], along[0]])
+    plan = track[:, :2] - track[:, :2].mean(axis=0)
+    columns = np.column_stack([np.ones(len(track)), plan @ along, plan @ across])
+    fitted, covariance = _robust_fit(columns, track[:, 2], np.ones(len(track)))
+    drift = np.diag([(2.0 * sigma * np.sqrt(2.0) / np.linalg.norm(way)) ** 2, 0.0])
+    gradient, information = fitted[1:], np.linalg.inv(covariance[1:, 1:] + drift)
+    prior = np.diag([0.0, 1.0 / (_TRAVERSE_SIGMA * gradient[0]) ** 2])
+    covariance = np.linalg.inv(information + prior)
+    gradient = covariance @ information @ gradient
+    steep = float(np.linalg.norm(gradient))
+    if gradient[0] >= 0.0:
+        raise SssiError("the track does not lead downhill")
+    downhill = -(gradient[0] * along + gradient[1] * across)
+    fall, side = gradient / steep, np.array([-gradient[1], gradient[0]]) / steep
+    return SlopeEstimate(
+        Estimate(float(np.arctan(steep)), float(np.sqrt(fall @ covariance @ fall)) / (1.0 + steep**2)),
+        Estimate(float(np.arctan2(downhill[0], downhill[1])), float(np.sqrt(side @ covariance @ side)) / steep),
+    )
+
+
+def estimate_heading(stance: Stance, gps: Gps) -> Estimate:
+    """The azimuth of the BVH +z axis, rad, clockwise from north.
+
+    Two witnesses are combined by their uncertainties:
+
+    * The skis point where the skier goes: course minus ski direction, speed-weighted.  Skis skid, so the regression
+      carries two terms that change sign from a left to a right turn (lateral acceleration, direction of travel across
+      the run); the constant that remains is the heading.
+    * The body leans into the turn along the horizontal acceleration: the direction of one in the world and of the
+      other in the capture differ by the heading.  It knows nothing of skidding and is blind on a straight run.
+
+    Raises SssiError when the skier hardly moves.
+    """
+    velocity, acceleration = _motion_of_antenna(stance, gps)
+    skis = _unit(_level(stance.forward))
+    swing = _level(_local_fit(stance.time, stance.antenna, 0.6)[1])
+    fast = np.abs(velocity) > _SLOW
+    if np.count_nonzero(fast) < 5:
+        raise SssiError(f"the skier hardly ever moves faster than {_SLOW:g} m/s")
+    heading = float(np.angle(np.sum(velocity * np.conj(skis))))
+    for _ in range(3):  # the antenna's swing about the feet has to be turned by the heading that is sought
+        of_feet = velocity - _turned(swing, heading)
+        heading = float(np.angle(np.sum((of_feet * np.conj(skis))[fast])))
+    by_course = _heading_by_course(stance.time[fast], of_feet[fast], skis[fast], heading)
+    by_lean = _heading_by_lean(stance, acceleration, skis, heading)
+    weights = np.array([by_course.sigma**-2, by_lean.sigma**-2])
+    apart = _wrapped(by_lean.value - by_course.value)
+    value = by_course.value + apart * weights[1] / weights.sum()
+    return Estimate(_wrapped(value), float(np.hypot(weights.sum() ** -0.5, CAPTURE_HEADING_SIGMA)))
+
+
+def ski_direction_misfit(stance: Stance, gps: Gps, swap: bool = False, heading: float | None = None) -> float:
+    """Speed-weighted mean of 1 − cos(course − ski direction − heading), between 0 (alike) and 2.
+
+    Parameters
+    ----------
+    swap : True to judge the track with east and north exchanged, as swapped coordinates would have it
+    heading : rad; None leaves it free and takes the best
+    """
+    velocity, _ = _motion_of_antenna(stance, gps)
+    if swap:
+        velocity = velocity.imag + 1j * velocity.real
+    alike = np.sum(velocity * np.conj(_unit(_level(stance.forward)))) / np.sum(np.abs(velocity))
+    return float(1.0 - (np.abs(alike) if heading is None else (alike * np.exp(-1j * heading)).real))
+
+
+def _heading_by_course(time: Array, velocity: Complex, skis: Complex, heading: float) -> Estimate:
+    course = np.unwrap(np.angle(velocity))
+    lateral = np.gradient(course, time) * np.abs(velocity)
+    run = np.angle(np.sum(velocity))
+    columns = np.column_stack([np.ones(len(time)), lateral, np.sin(course - run)])
+    slip = np.angle(velocity * np.conj(skis) * np.exp(-1j * heading))
+    fitted, covariance = _robust_fit(columns, slip, np.abs(velocity))
+    return Estimate(heading + float(fitted[0]), float(np.sqrt(covariance[0, 0])))
+
+
+def _heading_by_lean(stance: Stance, acceleration: Array, skis: Complex, heading: float) -> Estimate:
+    """a_h/(g + a_u) = exp(i·heading)·(k·lean + (p + i·q)·skis); k: how the load is shared, p, q: off balance."""
+    pull = (acceleration[:, 1] + 1j * acceleration[:, 0]) / (GRAVITY + acceleration[:, 2])
+    lean = _level(stance.body) / stance.body[:, 1]
+    sides = [1j * _turned(lean, heading), _turned(lean, heading), _turned(skis, heading), 1j * _turned(skis, heading)]
+    columns = np.column_stack([np.r_[side.real, side.imag] for side in sides])
+    fitted, covariance = _robust_fit(columns, np.r_[pull.real, pull.imag], np.ones(len(columns)))
+    # k·exp(i·d) = fitted[1] + i·fitted[0]: d is what the first guess of the heading lacks
+    along = float(np.hypot(fitted[0], fitted[1]))
+    side = np.array([fitted[1], -fitted[0]]) / along**2
+    sigma = float(np.sqrt(side @ covariance[:2, :2] @ side))
+    return Estimate(heading + float(np.arctan2(fitted[0], fitted[1])), sigma)
+
+
+def _motion_of_antenna(stance: Stance, gps: Gps) -> tuple[Complex, Array]:
+    """Horizontal velocity (north + i·east, m/s) and acceleration (n, 3) m/s² of the antenna.
+
+    A receiver's own speed and course are taken where its fixes are too coarse to be differentiated.
+    """
+    sigma = float(np.median(gps.sigma))
+    # noise of a slope over a window T goes with sigma/T^1.5, its bias with T²: the best T goes with sigma^(2/7)
+    window = max(0.8 * (sigma / 0.02) ** (2.0 / 7.0), 4.0 * float(np.median(np.diff(gps.time))))
+    fitted = _local_fit(stance.time, gps.enu[stance.fixes], window)
+    velocity = fitted[1, :, 1] + 1j * fitted[1, :, 0]
+    if sigma > 0.5 and gps.speed is not None and gps.course is not None:
+        velocity = gps.speed[stance.fixes] * np.exp(1j * gps.course[stance.fixes])
+    return velocity, fitted[2]
+
+
+def _local_fit(time: Array, values: Array, window: float) -> Array:
+    """(3, n, k): value, first and second derivative of ``values`` (n, k), by quadratics within about ±``window`` s."""
+    found = np.empty((3, *values.shape))
+    for sample, centre in enumerate(time):
+        near = np.abs(time - centre) <= max(window, np.sort(np.abs(time - centre))[min(3, len(time) - 1)])
+        apart = time[near] - centre
+        weight = np.exp(-3.0 * (apart / window) ** 2)[:, None]
+        columns = np.column_stack([np.ones_like(apart), apart, 0.5 * apart**2])
+        found[:, sample] = np.linalg.lstsq(columns * weight, values[near] * weight, rcond=None)[0]
+    return found
+
+
+def _robust_fit(columns: Array, data: Array, weights: Array) -> tuple[Array, Array]:
+    """Huber-weighted least squares; returns the coefficients and their covariance.
+
+    The covariance is widened by the residuals' integrated correlation time, as noise of positions is correlated over
+    seconds and skidding over a turn.
+    """
+    robust = np.ones(len(data))
+    for _ in range(20):
+        root = np.sqrt(weights * robust)
+        fitted: Array = np.linalg.lstsq(columns * root[:, None], data * root, rcond=None)[0]
+        residual = data - columns @ fitted
+        scale = 1.4826 * float(np.median(np.abs(residual))) + 1e-12  # a perfect fit must not divide by nothing
+        robust = np.minimum(1.0, 1.345 * scale / np.maximum(np.abs(residual), 1e-12))
+    total = weights * robust
+    variance = float(np.sum(total * residual**2) / np.sum(total)) * len(data) / (len(data) - columns.shape[1])
+    normal = columns.T @ (columns * (total / total.mean())[:, None])
+    covariance: Array = variance * _correlation(residual) * np.linalg.inv(normal)
+    return fitted, covariance
+
+
+def _correlation(residual: Array) -> float:
+    """1 + 2·Σρ up to the first negative autocorrelation: how many samples count as one."""
+    length = len(residual)
+    spectrum = np.abs(np.fft.rfft(residual - residual.mean(), 2 * length)) ** 2
+    rho = np.fft.irfft(spectrum)[: length // 2]
+    rho = rho / max(float(rho[0]), 1e-300)
+    stop = int(np.argmax(rho < 0.0)) or len(rho)
+    return float(1.0 + 2.0 * np.sum(rho[1:stop]))
+
+
+def _level(vectors: Array) -> Complex:
+    """Horizontal parts of BVH vectors (x left, y up, z forward) as forward + i·right, so azimuths add as angles."""
+    return vectors[..., 2] - 1j * vectors[..., 0]
+
+
+def _turned(vectors: Complex, heading: float) -> Complex:
+    """forward + i·right in the capture → north + i·east."""
+    turned: Complex = vectors * np.exp(1j * heading)
+    return turned
+
+
+def _unit(vectors: Complex) -> Complex:
+    unit: Complex = vectors / np.abs(vectors)
+    return unit
+
+
+def _wrapped(angle: float) -> float:
+    """The same angle within ±π."""
+    return float(np.angle(np.exp(1j * angle)))

@@ -1,0 +1,357 @@
+"""Satellite positioning: fixes of one antenna, in local east-north-up coordinates.
+
+One reader a format, chosen by the file's suffix through ``READERS``.  Degrees and WGS84 in the files, metres and
+radians here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Final
+from xml.etree.ElementTree import Element, ParseError
+
+import numpy as np
+import pymap3d
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import fromstring
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.files import read_bytes
+from sssi_exudyn.frames import Array
+from sssi_exudyn.table import Clock, check_time, mend_clock, read_table
+
+_REQUIRED: Final = ("time_s", "latitude_deg", "longitude_deg", "altitude_m")
+_OPTIONAL: Final = ("speed_mps", "course_deg", "sigma_m")
+_BOUNDS: Final = {
+    "altitude_m": (-500.0, 9000.0),
+    "speed_mps": (0.0, 75.0),
+    "course_deg": (-360.0, 360.0),
+    "sigma_m": (1e-4, 100.0),
+}
+_FASTEST: Final = 75.0
+"""m/s; nobody has skied faster (record of speed skiing 255 km/h = 70.8 m/s)."""
+_TURN_ACCELERATION: Final = 5.0
+"""m/s²; what a skier's acceleration may be in a gap, for the uncertainty of an interpolated fix."""
+_UNITS: Final = {"km/h": 3.6, "mph": 2.237, "knots": 1.944, "feet per second": 3.281}
+
+
+@dataclass(frozen=True)
+class Gps:
+    """Fixes of one antenna.
+
+    Attributes
+    ----------
+    time : (n,) s on the recording's clock, rising
+    enu : (n, 3) m east-north-up from the file's first fix (WGS84)
+    sigma : (n,) m standard deviation of a horizontal fix; larger where the fix is interpolated
+    origin : latitude (deg), longitude (deg), altitude (m) of the first fix
+    segment : the joint the antenna moves with
+    offset : (3,) m, the antenna from that joint, in the joint's BVH axes (x left, y up, z forward)
+    speed : (n,) m/s over ground where the receiver wrote it
+    course : (n,) rad clockwise from north where the receiver wrote it, unwrapped
+    notes : what was done to the data, in words
+    """
+
+    time: Array
+    enu: Array
+    sigma: Array
+    origin: tuple[float, float, float]
+    segment: str
+    offset: Array
+    speed: Array | None = None
+    course: Array | None = None
+    notes: tuple[str, ...] = ()
+
+
+def read_gps_csv(path: Path, *, segment: str, offset: Array, sigma: float | None, time_offset: float = 0.0) -> Gps:
+    """Read ``time_s,latitude_deg,longitude_deg,altitude_m`` and optionally ``speed_mps,course_deg,sigma_m``.
+
+    Parameters
+    ----------
+    path : the file
+    segment, offset : where the antenna sits (see Gps)
+    sigma : m, standard deviation of a horizontal fix; the file's own column goes before it
+    time_offset : s, added to the file's times
+
+    Raises InputError for every fault described in ``gps_from_columns`` and in ``read_table``.
+    """
+    path = Path(path)
+    table = read_table(path)
+    missing = [name for name in _REQUIRED if name not in table.columns]
+    if missing:
+        raise InputError(
+            path,
+            "header",
+            f"missing columns {', '.join(missing)}; found {', '.join(table.columns)}",
+            f"name the columns {','.join(_REQUIRED)}",
+        )
+    unknown = [name for name in table.columns if name not in _REQUIRED + _OPTIONAL]
+    notes = (f"{path.name}: columns not used: {', '.join(unknown)}",) if unknown else ()
+    return gps_from_columns(
+        path,
+        table.columns,
+        tuple(f"line {line}" for line in table.lines),
+        segment=segment,
+        offset=offset,
+        sigma=sigma,
+        time_offset=time_offset,
+        notes=notes,
+    )
+
+
+def read_gpx(path: Path, *, segment: str, offset: Array, sigma: float | None, time_offset: float = 0.0) -> Gps:
+    """Read the track points of a GPX 1.0 or 1.1 file; time counts from the first of them.
+
+    Parameters are those of ``read_gps_csv``.  Entities and external references are refused.
+
+    Raises InputError for broken XML, points without ``ele`` or ``time``, and for every fault described in
+    ``gps_from_columns``.
+    """
+    path = Path(path)
+    try:
+        root = fromstring(read_bytes(path), forbid_dtd=True)
+    except ParseError as error:
+        raise InputError(path, f"line {error.position[0]}", "broken XML", "export the track again") from None
+    except DefusedXmlException:
+        raise InputError(path, "", "a DTD or entities are not accepted", "export the track as plain GPX") from None
+    except (LookupError, ValueError):  # an encoding nobody knows
+        raise InputError(path, "", "the encoding cannot be read", "save the file as UTF-8") from None
+    points = [element for element in root.iter() if _local(element) == "trkpt"]
+    if len(points) < 3:
+        raise InputError(path, "", f"{len(points)} track points are no recording", "export the whole run as a track")
+    clock = [_gpx_time(path, point, number) for number, point in enumerate(points, 1)]
+    columns = {
+        "time_s": np.array([time - clock[0] for time in clock]),
+        "latitude_deg": _gpx_numbers(path, points, "lat"),
+        "longitude_deg": _gpx_numbers(path, points, "lon"),
+        "altitude_m": _gpx_numbers(path, points, "ele"),
+    }
+    for column, tag in (("speed_mps", "speed"), ("course_deg", "course")):
+        if all(_child(point, tag) is not None for point in points):
+            columns[column] = _gpx_numbers(path, points, tag)
+    return gps_from_columns(
+        path,
+        columns,
+        tuple(f"trkpt {number}" for number in range(1, len(points) + 1)),
+        segment=segment,
+        offset=offset,
+        sigma=sigma,
+        time_offset=time_offset,
+    )
+
+
+READERS: Final[dict[str, Callable[..., Gps]]] = {".csv": read_gps_csv, ".gpx": read_gpx}
+
+
+def read_gps(path: Path, **how: Any) -> Gps:  # Any: the readers' own keywords, listed in read_gps_csv
+    """Read fixes with the reader of the file's suffix; raises InputError for a suffix that has none."""
+    try:
+        reader = READERS[path.suffix.lower()]
+    except KeyError:
+        raise InputError(
+            path, "", f"no reader for {path.suffix!r}", f"export the fixes as {' or '.join(READERS)}"
+        ) from None
+    return reader(path, **how)
+
+
+def gps_from_columns(
+    path: Path,
+    columns: dict[str, Array],
+    places: tuple[str, ...],
+    *,
+    segment: str,
+    offset: Array,
+    sigma: float | None,
+    time_offset: float = 0.0,
+    notes: tuple[str, ...] = (),
+) -> Gps:
+    """Check columns of fixes, turn them to east-north-up and mend their gaps.
+
+    Parameters
+    ----------
+    columns : (n,) each, under the names of the CSV file
+    places : where in the file each sample stands, for messages
+
+    Raises InputError for coordinates out of range, constant or swapped, time that stands still or runs back, a jump no
+    skier can make, a speed in another unit, and a missing standard deviation.
+    """
+    _check_columns(path, columns, places)
+    check_time(path, columns["time_s"], places)
+    lat, lon, alt = columns["latitude_deg"], columns["longitude_deg"], columns["altitude_m"]
+    origin = (float(lat[0]), float(lon[0]), float(alt[0]))
+    enu = np.stack(pymap3d.geodetic2enu(lat, lon, alt, *origin), axis=-1)
+    if "sigma_m" in columns:
+        spread = columns["sigma_m"]
+    elif sigma is not None:
+        spread = np.full(len(lat), sigma)
+    else:
+        raise InputError(path, "", "nothing says how exact a fix is", "give sigma_m in [gps], e.g. 0.02 for RTK")
+    _check_travel(path, columns, enu, spread, places)
+    clock = mend_clock(path, columns["time_s"])
+    keep = clock.keep
+    speed, course = columns.get("speed_mps"), columns.get("course_deg")
+    turned = None if course is None else np.unwrap(np.deg2rad(course[keep]))
+    bridged_enu = _bridge(clock, enu[keep])
+    # between two fixes t apart, an unknown acceleration a leaves at most a·t²/8
+    spread = np.hypot(_linear(clock, spread[keep]), _TURN_ACCELERATION * clock.gap**2 / 8.0)
+    return Gps(
+        time=clock.time + time_offset,
+        enu=bridged_enu,
+        sigma=spread,
+        origin=origin,
+        segment=segment,
+        offset=np.asarray(offset, dtype=float),
+        speed=None if speed is None else _linear(clock, speed[keep]),
+        course=None if turned is None else _linear(clock, turned),
+        notes=notes + clock.notes,
+    )
+
+
+def _check_columns(path: Path, columns: dict[str, Array], places: tuple[str, ...]) -> None:
+    lat, lon = columns["latitude_deg"], columns["longitude_deg"]
+    bad = np.abs(lat) > 90.0
+    if np.any(bad):
+        first = int(np.argmax(bad))
+        swapped = bool(np.all(np.abs(lon) <= 90.0) and np.all(np.abs(lat) <= 180.0))
+        raise InputError(
+            path,
+            f"{places[first]}, latitude_deg",
+            f"{lat[first]:g} is no latitude" + (": latitude and longitude look swapped" if swapped else ""),
+            "swap the two columns" if swapped else "give decimal degrees",
+        )
+    bad = np.abs(lon) > 180.0
+    if np.any(bad):
+        first = int(np.argmax(bad))
+        raise InputError(
+            path, f"{places[first]}, longitude_deg", f"{lon[first]:g} is no longitude", "give decimal degrees"
+        )
+    lost = (lat == 0.0) & (lon == 0.0)
+    if np.any(lost):
+        raise InputError(path, places[int(np.argmax(lost))], "latitude and longitude are 0: no fix", "delete it")
+    for name, (low, high) in _BOUNDS.items():
+        if name in columns:
+            bad = (columns[name] < low) | (columns[name] > high)
+            if np.any(bad):
+                first = int(np.argmax(bad))
+                hint = "give metres, not feet" if name == "altitude_m" else "correct the value or its unit"
+                raise InputError(
+                    path,
+                    f"{places[first]}, {name}",
+                    f"{columns[name][first]:g} is outside {low:g} to {high:g} {name.rsplit('_', 1)[1]}",
+                    hint,
+                )
+    for name in ("latitude_deg", "longitude_deg", "altitude_m"):
+        if np.ptp(columns[name]) == 0.0:
+            raise InputError(
+                path,
+                f"column {name}",
+                f"it is {columns[name][0]:g} all along: a constant channel cannot come from a run",
+                "export the fixes again, with latitude, longitude and altitude",
+            )
+
+
+def _check_travel(path: Path, columns: dict[str, Array], enu: Array, sigma: Array, places: tuple[str, ...]) -> None:
+    """Jumps no skier makes, an antenna at rest, and speeds in another unit."""
+    time = columns["time_s"]
+    steps, intervals = np.linalg.norm(np.diff(enu[:, :2], axis=0), axis=1), np.diff(time)
+    # six sigma of the difference of two fixes: noise alone must not be called a jump
+    bad = steps > _FASTEST * intervals + 6.0 * np.hypot(sigma[1:], sigma[:-1])
+    if np.any(bad):
+        first = int(np.argmax(bad)) + 1
+        raise InputError(
+            path,
+            places[first],
+            f"the antenna jumps by {steps[first - 1]:.0f} m in {intervals[first - 1]:.2f} s",
+            "correct or delete this fix",
+        )
+    extent = float(np.linalg.norm(np.ptp(enu[:, :2], axis=0)))
+    if extent < 2.0:
+        raise InputError(
+            path,
+            "",
+            f"the whole run lies within {extent:.2f} m",
+            "export decimal degrees with seven digits or more, of the run itself",
+        )
+    if "speed_mps" in columns:
+        length = float(np.sum(np.linalg.norm(np.diff(enu[:: _stride(time)], axis=0), axis=1)))
+        told = float(np.sum(0.5 * (columns["speed_mps"][1:] + columns["speed_mps"][:-1]) * intervals))
+        for unit, factor in _UNITS.items():
+            # the narrowest pair of units, mph and knots, is 15 % apart
+            if abs(told / length / factor - 1.0) < 0.07:
+                raise InputError(
+                    path,
+                    "column speed_mps",
+                    f"it is {told / length:.2f} times the speed of the fixes: it looks like {unit}",
+                    "convert it to m/s, or leave the column out",
+                )
+
+
+def _stride(time: Array) -> int:
+    """Samples in a second: over it the noise of fixes no longer lengthens the path much."""
+    return max(1, round(1.0 / float(np.median(np.diff(time)))))
+
+
+def _linear(clock: Clock, values: Array) -> Array:
+    """Values of the kept samples on the mended clock, straight across gaps."""
+    return np.interp(clock.time, clock.time[~clock.bridged], values)
+
+
+def _bridge(clock: Clock, enu: Array) -> Array:
+    """Fixes on the mended clock: across a gap a cubic through its neighbourhood, by least squares.
+
+    A straight line would cut the corner of a turn by a·t²/8 = 0.6 m in a second; a spline through the last two noisy
+    fixes would swing.
+    """
+    full = np.empty((len(clock.time), 3))
+    full[~clock.bridged] = enu
+    known = clock.time[~clock.bridged]
+    for gap_start in known[:-1][np.diff(np.flatnonzero(~clock.bridged)) > 1]:
+        gap_stop = known[np.searchsorted(known, gap_start, side="right")]
+        reach = gap_stop - gap_start
+        near = (known >= gap_start - reach) & (known <= gap_stop + reach)
+        lacking = clock.bridged & (clock.time > gap_start) & (clock.time < gap_stop)
+        degree = min(3, int(np.count_nonzero(near)) - 1)
+        middle = 0.5 * (gap_start + gap_stop)
+        cubic = np.polynomial.polynomial.polyfit(known[near] - middle, enu[near], degree)
+        full[lacking] = np.polynomial.polynomial.polyval(clock.time[lacking] - middle, cubic).T
+    return full
+
+
+def _local(element: Element) -> str:
+    """A tag's name without its namespace."""
+    return str(element.tag).rsplit("}", 1)[-1]
+
+
+def _child(point: Element, name: str) -> str | None:
+    """The text of the first descendant of that name, wherever extensions put it."""
+    for element in point.iter():
+        if _local(element) == name and element.text:
+            return element.text.strip()
+    return None
+
+
+def _gpx_numbers(path: Path, points: list[Element], name: str) -> Array:
+    values = np.empty(len(points))
+    for number, point in enumerate(points):
+        text = point.get(name) if name in ("lat", "lon") else _child(point, name)
+        try:
+            values[number] = float(text if text is not None else "")
+        except ValueError:
+            values[number] = np.nan
+        if not np.isfinite(values[number]):
+            what = f"no {name}" if text is None else f"{name} {text[:30]!r} is not a number"
+            raise InputError(path, f"trkpt {number + 1}", what, "export the track again, with elevation and time")
+    return values
+
+
+def _gpx_time(path: Path, point: Element, number: int) -> float:
+    text = _child(point, "time")
+    try:
+        moment = datetime.fromisoformat(text if text is not None else "")
+    except ValueError:
+        what = "no time" if text is None else f"time {text[:40]!r} is not ISO 8601"
+        raise InputError(path, f"trkpt {number}", what, "export the track with the time of every point") from None
+    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()

@@ -1,0 +1,129 @@
+"""Pressure insoles: the force of each cell, or one total, for each foot."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import Array
+from sssi_exudyn.table import Table, check_time, mend_clock, read_table
+
+_CELL: Final = re.compile(r"(left|right)_(\d+)_N")
+_SHARE_STUCK: Final = 0.2
+"""A cell that stays on one value for this share of the run, while its foot is loaded, is dead."""
+
+
+@dataclass(frozen=True)
+class Insoles:
+    """Forces under both feet.
+
+    Attributes
+    ----------
+    time : (n,) s on the recording's clock, rising
+    left, right : (n,) N, the sum of each foot's living cells
+    left_cells, right_cells : (n, c) N, all cells in the order of their numbers, dead ones too
+    dead_cells : names of the cells that are not in the sums
+    notes : what was done to the data, in words
+    """
+
+    time: Array
+    left: Array
+    right: Array
+    left_cells: Array
+    right_cells: Array
+    dead_cells: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+
+def read_insoles(path: Path, time_offset: float = 0.0) -> Insoles:
+    """Read ``time_s`` and ``left_1_N … left_c_N, right_1_N … right_c_N`` (any c), or ``time_s,left_N,right_N``.
+
+    Parameters
+    ----------
+    path : the file
+    time_offset : s, added to the file's times
+
+    Raises InputError for missing columns, feet with different numbers of cells, time that stands still or runs back,
+    and a foot whose cells are all dead.  Single dead cells are left out of the sums and noted.
+    """
+    path = Path(path)
+    table = read_table(path)
+    left, right = _cell_names(table)
+    time = table.columns["time_s"]
+    check_time(path, time, tuple(f"line {line}" for line in table.lines))
+    values = np.column_stack([table.columns[name] for name in left + right])
+    dead = _dead(path, left, values[:, : len(left)]) + _dead(path, right, values[:, len(left) :])
+    clock = mend_clock(path, time)
+    kept = time[clock.keep]
+    cells = np.column_stack([np.interp(clock.time, kept, column[clock.keep]) for column in values.T])
+    living = {name: name not in dead for name in left + right}
+    notes = list(clock.notes)
+    if dead:
+        notes.append(f"{path.name}: dead cells {', '.join(dead)} are left out of the sums; replace the insole's cells")
+    unused = [name for name in table.columns if name != "time_s" and name not in living]
+    if unused:
+        notes.append(f"{path.name}: columns not used: {', '.join(unused)}")
+    left_cells, right_cells = cells[:, : len(left)], cells[:, len(left) :]
+    return Insoles(
+        time=clock.time + time_offset,
+        left=left_cells[:, [living[name] for name in left]].sum(axis=1),
+        right=right_cells[:, [living[name] for name in right]].sum(axis=1),
+        left_cells=left_cells,
+        right_cells=right_cells,
+        dead_cells=dead,
+        notes=tuple(notes),
+    )
+
+
+def _cell_names(table: Table) -> tuple[list[str], list[str]]:
+    """The columns of the left and the right foot, by cell number."""
+    place = "header"
+    if "time_s" not in table.columns:
+        raise InputError(table.file, place, "column time_s is missing", "name the column of times time_s")
+    if "left_N" in table.columns and "right_N" in table.columns:
+        return ["left_N"], ["right_N"]
+    found: dict[str, list[tuple[int, str]]] = {"left": [], "right": []}
+    for name in table.columns:
+        match = _CELL.fullmatch(name)
+        if match:
+            found[match[1]].append((int(match[2]), name))
+    left, right = ([name for _, name in sorted(found[foot])] for foot in ("left", "right"))
+    if not left or len(left) != len(right):
+        raise InputError(
+            table.file,
+            place,
+            f"{len(left)} cells of the left foot and {len(right)} of the right",
+            "name the columns left_1_N …, right_1_N …, as many on each foot, or left_N,right_N",
+        )
+    return left, right
+
+
+def _dead(path: Path, names: list[str], values: Array) -> tuple[str, ...]:
+    """Names of the cells that stay on one value while the foot's other cells move; ``values`` (n, c) N."""
+    total = values.sum(axis=1)
+    dead = []
+    for name, cell in zip(names, values.T, strict=True):
+        start, stop = _longest_rest(cell)
+        others = (total - cell)[start:stop]
+        whole = stop - start == len(cell)
+        # a lifted foot leaves its cells at rest as well: the others must carry what they usually carry
+        loaded = len(names) > 1 and np.mean(others) > 0.5 * np.mean(total - cell) and np.ptp(others) > 0.0
+        if whole or (stop - start > _SHARE_STUCK * len(cell) and loaded):
+            dead.append(name)
+    if len(dead) == len(names):
+        raise InputError(
+            path, f"column {dead[0]}", "the foot has no living cell", "leave [insoles] out, or repair and record again"
+        )
+    return tuple(dead)
+
+
+def _longest_rest(values: Array) -> tuple[int, int]:
+    """First and past-the-last sample of the longest stretch of one value."""
+    edges = np.r_[0, np.flatnonzero(np.diff(values) != 0.0) + 1, len(values)]
+    longest = int(np.argmax(np.diff(edges)))
+    return int(edges[longest]), int(edges[longest + 1])

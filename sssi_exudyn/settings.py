@@ -1,0 +1,131 @@
+"""Tables of ``recording.toml``: keys that carry units on one side, declared quantities in SI on the other.
+
+A field declared ``quantity(..., "kg", ...)`` as ``mass`` is the key ``mass_kg``; angles stand in degrees in the file.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Collection, Iterable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.files import read_text
+from sssi_exudyn.quantity import Quantity, quantities
+
+_IN_FILE: Final = {"kg": ("kg", 1.0), "m": ("m", 1.0), "s": ("s", 1.0), "rad": ("deg", math.pi / 180.0)}
+"""SI unit → the unit in the key, and the factor from it to SI."""
+_MISTAKEN: Final = {
+    "m": {"feet": 0.3048, "centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254},
+    "kg": {"pounds": 0.45359237, "grams": 0.001},
+}
+"""Units often written where the first is due, and their size in it."""
+
+Settings = Mapping[str, Any]  # Any: what TOML holds is checked value by value below
+
+
+def read_toml(path: Path) -> Settings:
+    """Read a TOML file; raises InputError with the line where it cannot be understood."""
+    try:
+        return tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(path, "", f"not valid TOML: {error}", "correct that line") from None
+    except (RecursionError, ValueError):  # nested or figured beyond what any recording needs
+        raise InputError(path, "", "not valid TOML", "write it as in the documentation of recordings") from None
+
+
+def key_of(about: Quantity) -> str:
+    """The key of a declared quantity in the file: its name and the unit written there."""
+    return f"{about.name}_{_IN_FILE[about.unit][0]}"
+
+
+def table_of(settings: Settings, name: str, path: Path) -> Settings:
+    """The table ``[name]``; raises InputError when it is missing or is no table."""
+    table = settings.get(name)
+    if not isinstance(table, Mapping):
+        what = "the table is missing" if table is None else "this must be a table"
+        raise InputError(path, f"[{name}]", what, f"write a table [{name}] with its keys below")
+    return table
+
+
+def check_keys(table: Settings, known: Iterable[str], path: Path, place: str) -> None:
+    """Raise InputError for a key nobody reads, with the nearest one that is read."""
+    names = sorted(known)
+    for key in table:
+        if key not in names:
+            near = difflib.get_close_matches(key, names, 1)
+            mend = f"did you mean {near[0]!r}?" if near else f"use of: {', '.join(names)}"
+            raise InputError(path, f"{place} {key}".strip(), "unknown key", mend)
+
+
+def numbers_of(cls: type, table: Settings, path: Path, place: str, optional: Collection[str] = ()) -> dict[str, float]:
+    """The declared quantities of the dataclass ``cls`` from a table, in SI, by field name.
+
+    Parameters
+    ----------
+    optional : names of fields that may be missing; they are then not in the result
+
+    Raises InputError for a missing key, a value that is no number, or one outside its bounds.
+    """
+    found = {}
+    for name, about in quantities(cls).items():
+        key = key_of(about)
+        if key not in table:
+            if name in optional:
+                continue
+            raise InputError(path, f"{place} {key}", "the key is missing", f"add it: {about.meaning}")
+        found[name] = _number(table[key], about, path, f"{place} {key}")
+    return found
+
+
+def text_of(table: Settings, key: str, path: Path, place: str, default: str | None = None) -> str:
+    """A string; raises InputError when it is missing without a default, empty, or no string."""
+    value = table.get(key, default)
+    where = f"{place} {key}".strip()
+    if value is None:
+        raise InputError(path, where, "the key is missing", f'add {key} = "…"')
+    if not isinstance(value, str) or (not value.strip() and value != default):
+        raise InputError(path, where, f"{value!r} is not a text", f'write {key} = "…"')
+    return value
+
+
+def vector_of(table: Settings, key: str, path: Path, place: str, limit: float) -> tuple[float, float, float]:
+    """Three numbers (m), none larger than ``limit``; raises InputError otherwise."""
+    value = table.get(key)
+    where = f"{place} {key}"
+    if value is None:
+        raise InputError(path, where, "the key is missing", f"add {key} = [x left, y up, z forward]")
+    if not isinstance(value, list) or len(value) != 3 or not all(_is_number(part) for part in value):
+        raise InputError(path, where, f"{str(value)[:60]} is not three numbers", "write [x left, y up, z forward] in m")
+    if max(abs(part) for part in value) > limit:
+        raise InputError(path, where, f"{value} reaches more than {limit:g} m", "give metres, not centimetres or feet")
+    return float(value[0]), float(value[1]), float(value[2])
+
+
+def _number(value: object, about: Quantity, path: Path, place: str) -> float:
+    unit, factor = _IN_FILE[about.unit]
+    if not _is_number(value):
+        raise InputError(path, place, f"{str(value)[:40]!r} is not a number", f"give it in {unit}, without quotes")
+    number = float(value)  # type: ignore[arg-type]
+    low, high = about.low / factor, about.high / factor
+    slack = 1e-9 * max(abs(low), abs(high))  # bounds went through degrees and back
+    if not low - slack <= number <= high + slack:
+        mend = "correct the value or its unit"
+        for name, size in _MISTAKEN.get(unit, {}).items():
+            if low <= number * size <= high:
+                mend = f"{number:g} {name} would be {number * size:.3g} {unit}: give {unit}"
+                break
+        raise InputError(path, place, f"{number:g} is outside {low:g} to {high:g} {unit}", mend)
+    return number * factor
+
+
+def _is_number(value: object) -> bool:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return math.isfinite(float(value))
+    except OverflowError:
+        return False
