@@ -60,7 +60,7 @@ def _absolute(x):
 
 @_inner
 def _sign(x):
-    return float(x > 0.0) - float(x < 0.0)
+    return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
 
 
 @_inner

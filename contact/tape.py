@@ -20,7 +20,7 @@ Operand: TypeAlias = "Node | float"
 class Node:
     """The result of one operation on a tape.  It has no truth value: a term must not branch on it."""
 
-    tape: Tape
+    tape: Tape = field(repr=False)
     index: int
     operation: str
     operands: tuple[Operand, ...]

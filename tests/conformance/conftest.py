@@ -1,0 +1,13 @@
+"""The tests' own cache of compiled terms."""
+
+from __future__ import annotations
+
+import pytest
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
+    patch = pytest.MonkeyPatch()
+    patch.setenv("SSSI_CACHE_DIR", str(tmp_path_factory.mktemp("compiled")))
+    yield
+    patch.undo()

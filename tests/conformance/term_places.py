@@ -1,0 +1,249 @@
+"""For each place that a term may act in: a grid of states, how a term is asked there, and what its switches are."""
+
+from __future__ import annotations
+
+import cmath
+import itertools
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from term_examples import EXAMPLES, UniformWind
+
+from sssi_exudyn.contact import compiled
+from sssi_exudyn.contact.compiled import parameter_values
+from sssi_exudyn.contact.maths import FloatMath, Math, Number
+from sssi_exudyn.contact.registry import TERMS
+from sssi_exudyn.contact.term import BodyState, FootState, PlaceState, PointState, SegmentState
+from sssi_exudyn.frames import Array
+from sssi_exudyn.quantity import quantities
+
+State = Mapping[str, Number]
+CLASSES: tuple[type[Any], ...] = (*TERMS, *EXAMPLES)
+
+_ABOUT_ZERO = (-3.0, -0.1, -1e-9, 0.0, 1e-9, 0.1, 3.0)
+GRIDS: dict[str, dict[str, Sequence[float]]] = {
+    "point": {"depth": (-0.02, -1e-9, 0.0, 1e-9, 1e-4, 0.01, 0.05), "rate": _ABOUT_ZERO, "length": (0.033, 0.01)},
+    "foot": {
+        "load": (0.0, 1.0, 800.0),
+        "v_t": (-5.0, -1e-9, 0.0, 0.1, 12.0),
+        "v_n": (-2.0, -0.05, 0.0, 1e-9, 3.0),
+        "edge": (-0.6, 0.0, 0.6),
+        "groove": (0.0, 0.003),
+        "t": (1.5,),
+        "f": (20.0,),
+        "l": (-3.0, 2.0),
+        "side": (-1.0, 1.0),
+    },
+    "segment": {
+        "v_f": (-3.0, 0.0, 12.0),
+        "v_l": (-2.0, 0.0),
+        "v_n": (0.0, 1.0),
+        "w_f": (0.0, -4.0),
+        "w_l": (0.0, 3.0),
+        "w_n": (0.0,),
+        "area": (0.0, 0.05),
+    },
+    "wind": {"t": (0.0, 3.0), "f": (-10.0, 0.0, 40.0), "l": (-10.0, 0.0, 10.0)},
+    "terrain": {"f": (-10.0, 0.0, 4.0, 5.0, 6.5, 40.0), "l": (-10.0, 0.0, 10.0)},
+    "body": {
+        "t": (3.0,),
+        "f": (40.0,),
+        "l": (-10.0,),
+        "v_f": (-3.0, -1e-9, 0.0, 0.1, 3.0),
+        "v_l": (-1.0, 0.0, 1e-9, 0.5),
+        "v_n": (-0.7, 0.0, 1e-9, 0.5),
+    },
+}
+VARIABLES = {"point": ("depth", "rate"), "foot": ("load", "v_t", "v_n")} | dict.fromkeys(
+    ("segment", "body"), ("v_f", "v_l", "v_n")
+)
+"""What the compiled derivatives are taken by."""
+
+
+def grid(kind: str) -> list[dict[str, float]]:
+    """All combinations of the values above."""
+    axes = GRIDS[kind]
+    return [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
+
+
+def instances(cls: type[Any]) -> list[Any]:
+    """The term by default, with all parameters at their lower and their upper bounds, and half-way between."""
+    about = quantities(cls).values()
+    shares = [{q.name: q.low + share * (q.high - q.low) for q in about} for share in (0.0, 0.5, 1.0)]
+    return [cls(), *(cls(**values) for values in shares)]
+
+
+def ask(math: Math, term: Any, state: State) -> tuple[Number, ...]:
+    """What the term gives in that state, always as a tuple."""
+    s = dict(state)
+    velocity = tuple(s.pop(f"v_{axis}") for axis in "fln") if term.kind in ("segment", "body") else ()
+    match term.kind:
+        case "point":
+            return (term.force(math, PointState(**s)),)
+        case "foot":
+            return tuple(term.force(math, FootState(**s)))
+        case "segment":
+            return tuple(term.force(math, SegmentState(velocity, (s["w_f"], s["w_l"], s["w_n"]), s["area"])))
+        case "wind":
+            return tuple(term.velocity(math, PlaceState(**s)))
+        case "terrain":
+            return tuple(term.height(math, s["f"], s["l"]))
+        case _:
+            return tuple(term.force(math, BodyState(velocity=velocity, **s)))
+
+
+def reference(term: Any) -> Array:
+    """(states, components) of the grid, in plain floats."""
+    return np.array([ask(FloatMath(), term, state) for state in grid(term.kind)])
+
+
+def compiled_on_grid(term: Any, derivatives: bool = False) -> Array:
+    """(states, …) what the compiled value or derivatives of that term give; another term blows a segment's wind."""
+    terms = (UniformWind(), term) if term.kind == "segment" else (term,)
+    law = getattr(compiled, f"compile_{term.kind}")(terms)
+    function, rows = law.derivatives if derivatives else law.value, []
+    for state in grid(term.kind):
+        if term.kind == "segment":
+            s = dict(state)
+            terms = (UniformWind(*(s.pop(f"w_{axis}") for axis in "fln")), term)
+            arguments = {"t": 0.0, "f": 0.0, "l": 0.0} | s
+        else:
+            arguments = state
+        rows.append(np.atleast_1d(function(parameter_values(terms), *arguments.values())))
+    return np.array(rows)
+
+
+class SwitchMath(FloatMath):
+    """Plain floats, and a note of every number whose sign decides something."""
+
+    def __init__(self) -> None:
+        self.switches: list[float] = []
+
+    def absolute(self, x: Number) -> Number:
+        self.switches.append(x)
+        return super().absolute(x)
+
+    def sign(self, x: Number) -> Number:
+        self.switches.append(x)
+        return super().sign(x)
+
+    def signed_power(self, x: Number, p: Number) -> Number:
+        self.switches.append(x)
+        return super().signed_power(x, p)
+
+    def where(self, x: Number, a: Number, b: Number) -> Number:
+        self.switches.append(x)
+        return super().where(x, a, b)
+
+    def maximum(self, a: Number, b: Number) -> Number:
+        self.switches.append(a - b)
+        return super().maximum(a, b)
+
+    def minimum(self, a: Number, b: Number) -> Number:
+        self.switches.append(b - a)
+        return super().minimum(a, b)
+
+
+def switches(term: Any, state: State) -> list[float]:
+    """The numbers whose signs decide which branch the term takes in that state."""
+    math = SwitchMath()
+    ask(math, term, state)
+    return math.switches
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """Two states as near to each other as floats allow, between which a switch of the term turns."""
+
+    before: State
+    after: State
+
+
+def crossings(term: Any) -> Iterator[Crossing]:
+    """Every place where a switch turns between neighbours of the grid."""
+    axes = GRIDS[term.kind]
+    for state in grid(term.kind):
+        for name, values in axes.items():
+            for low, high in itertools.pairwise(values):
+                if state[name] == low:
+                    yield from _crossings_between(term, state, name, high)
+
+
+def _crossings_between(term: Any, state: State, name: str, high: float) -> Iterator[Crossing]:
+    first, last = np.array(switches(term, state)), np.array(switches(term, {**state, name: high}))
+    for i in np.flatnonzero((first > 0.0) != (last > 0.0)):
+        a, b = state[name], high
+        while a < (middle := 0.5 * (a + b)) < b:
+            if (switches(term, {**state, name: middle})[i] > 0.0) == (first[i] > 0.0):
+                a = middle
+            else:
+                b = middle
+        yield Crossing({**state, name: a}, {**state, name: b})
+
+
+class ComplexMath:
+    """Complex numbers that branch by their real part: a step of 10⁻³⁰ i gives a derivative without cancellation."""
+
+    sqrt, sin, cos = staticmethod(cmath.sqrt), staticmethod(cmath.sin), staticmethod(cmath.cos)
+    atan, exp, tanh = staticmethod(cmath.atan), staticmethod(cmath.exp), staticmethod(cmath.tanh)
+
+    def sign(self, x: Number) -> Number:
+        return float(np.sign(complex(x).real))
+
+    def absolute(self, x: Number) -> Number:
+        return self.sign(x) * x
+
+    def power(self, x: Number, p: Number) -> Number:
+        return complex(x) ** p
+
+    def signed_power(self, x: Number, p: Number) -> Number:
+        return self.sign(x) * complex(self.absolute(x)) ** p
+
+    def where(self, x: Number, a: Number, b: Number) -> Number:
+        return a if complex(x).real > 0.0 else b
+
+    def maximum(self, a: Number, b: Number) -> Number:
+        return self.where(a - b, a, b)
+
+    def minimum(self, a: Number, b: Number) -> Number:
+        return self.where(b - a, a, b)
+
+    def saturate(self, v: Number, eps: Number) -> Number:
+        return v / cmath.sqrt(v * v + eps * eps)
+
+
+def complex_step(term: Any, state: State, variable: str) -> Array:
+    """(components,) derivatives of what the term gives by one of the state's numbers."""
+    step = 1e-30
+    given = ask(ComplexMath(), term, {**state, variable: complex(state[variable], step)})
+    return np.array([complex(x).imag / step for x in given])
+
+
+def assert_close(actual: Array, expected: Array) -> None:
+    """To 10⁻¹² of each number, or 10⁻¹³ of the greatest: where two parts nearly cancel, only the whole is exact."""
+    scale = float(np.max(np.abs(expected), initial=0.0))
+    np.testing.assert_allclose(actual, expected, rtol=1e-12, atol=1e-13 * scale)
+
+
+def printed_by_exudyn() -> str:
+    """JSON: for every class and every instance, the grid in Exudyn's symbols.  To be run in a process of its own."""
+    import exudyn
+
+    from sssi_exudyn.contact.symbolic import SymbolicMath
+
+    exudyn.symbolic.SetRecording(True)
+
+    def values(term: Any) -> list[list[float]]:
+        symbols = {name: exudyn.symbolic.Real(name, 0.0) for name in GRIDS[term.kind]}
+        expressions = ask(SymbolicMath(), term, symbols)
+        rows = []
+        for state in grid(term.kind):
+            for name, symbol in symbols.items():
+                symbol.SetValue(state[name])
+            rows.append([x if isinstance(x, float) else x.Evaluate() for x in expressions])
+        return rows
+
+    return json.dumps({cls.name: [values(term) for term in instances(cls)] for cls in CLASSES})

@@ -1,0 +1,164 @@
+"""What is special to compiled terms: several at once, derivatives on the surface, kernels, and the cache on disk."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from term_examples import Everything, Ridge, UniformWind
+
+from sssi_exudyn.contact.air import AirDrag
+from sssi_exudyn.contact.compiled import (
+    cache_folder,
+    compile_body,
+    compile_foot,
+    compile_kernel,
+    compile_point,
+    compile_segment,
+    compile_terrain,
+    compile_wind,
+    laws_source,
+    parameter_values,
+)
+from sssi_exudyn.contact.friction import AnisotropicFriction
+from sssi_exudyn.contact.maths import FloatMath
+from sssi_exudyn.contact.penetration import HuntCrossley
+from sssi_exudyn.contact.registry import PAPER_TERMS
+from sssi_exudyn.contact.term import FootState, PointState, SegmentState
+
+TEMPLATE = """
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from numba import njit
+
+point_force: Callable[..., float]
+
+
+@njit(cache=True, error_model="numpy")
+def load(parameters, depth, rate, length):
+    total = 0.0
+    for i in range(depth.shape[0]):
+        total += point_force(parameters, depth[i], rate[i], length)
+    return total
+"""
+
+
+def _template(folder: Path) -> ModuleType:
+    path = folder / "load_template.py"
+    path.write_text(TEMPLATE, encoding="utf-8")
+    spec = importlib.util.spec_from_file_location("load_template", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_terms_of_one_place_add_up_each_with_its_own_parameters() -> None:
+    first, second = HuntCrossley(k=4e3, c=1e3), HuntCrossley(k=9e3, m1=2.0)
+    slow, fast = AnisotropicFriction(mu_t=0.05), AnisotropicFriction(mu_t=0.2, mu_n=0.7, eps=0.5)
+    terms = (first, slow, second, fast)  # places mixed: the parameters of each must still be its own
+    point, foot = compile_point(terms), compile_foot(terms)
+    at, on = PointState(0.01, -0.2, 0.02), FootState(700.0, 4.0, -0.3, 0.2, 1e-3, 0.0, 0.0, 0.0, 1.0)
+    math = FloatMath()
+    np.testing.assert_allclose(
+        point.value(point.parameters, 0.01, -0.2, 0.02), first.force(math, at) + second.force(math, at), rtol=1e-14
+    )  # rounding
+    np.testing.assert_allclose(
+        foot.value(foot.parameters, 700.0, 4.0, -0.3, 0.2, 1e-3, 0.0, 0.0, 0.0, 1.0),
+        np.add(slow.force(math, on), fast.force(math, on)),
+        rtol=1e-14,
+    )  # rounding
+
+
+def test_winds_add_up_and_blow_on_segments() -> None:
+    terms = (UniformWind(w_f=-3.0), AirDrag(), UniformWind(w_f=1.0, w_l=2.0))
+    segment, wind = compile_segment(terms), compile_wind(terms)
+    assert wind.value(wind.parameters, 0.0, 0.0, 0.0) == (-2.0, 2.0, 0.0)
+    expected = AirDrag().force(FloatMath(), SegmentState((10.0, 0.0, 1.0), (-2.0, 2.0, 0.0), 0.06))
+    given = segment.value(segment.parameters, 0.0, 0.0, 0.0, 10.0, 0.0, 1.0, 0.06)
+    np.testing.assert_allclose(given, expected, rtol=1e-14)  # rounding
+
+
+def test_no_term_is_no_force() -> None:
+    nothing = np.zeros(0)
+    assert compile_point(()).value(nothing, 0.01, 0.1, 0.033) == 0.0
+    assert compile_body(()).value(nothing, *[1.0] * 6) == (0.0, 0.0, 0.0)
+    assert compile_terrain(()).value(nothing, 1.0, 2.0) == (0.0, 0.0, 0.0)
+
+
+def test_damping_counts_at_rest() -> None:
+    # at rate 0 the law is smooth: ∂F/∂rate = c·δ^m3, although sign and absolute value each have a corner there
+    law = compile_point((HuntCrossley(),))
+    assert law.derivatives is not None
+    _, stiffness, damping = law.derivatives(law.parameters, 0.01, 0.0, 0.033)
+    assert damping == pytest.approx(5e3 * 0.01**1.5, rel=1e-14)  # rounding
+    assert stiffness == pytest.approx(1.5 * 5e3 * 0.01**0.5, rel=1e-14)
+
+
+def test_one_text_for_all_values_of_the_parameters() -> None:
+    assert laws_source((Everything(), Ridge())) == laws_source((Everything(a=7.0), Ridge(at=1.0)))
+
+
+def test_a_kernel_calls_the_laws(tmp_path: Path) -> None:
+    kernel, parameters = compile_kernel(PAPER_TERMS, _template(tmp_path)), parameter_values(PAPER_TERMS)
+    depth, rate = np.array([-0.01, 0.002, 0.02]), np.array([0.1, -0.2, 0.3])
+    expected = sum(HuntCrossley().force(FloatMath(), PointState(d, r, 0.033)) for d, r in zip(depth, rate, strict=True))
+    assert kernel.load(parameters, depth, rate, 0.033) == pytest.approx(expected, rel=1e-14)  # rounding
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+
+import numpy as np
+from test_compiled import PAPER_TERMS, _template, compile_kernel, parameter_values
+
+kernel = compile_kernel(PAPER_TERMS, _template(Path(sys.argv[1])))
+kernel.load(parameter_values(PAPER_TERMS), np.ones(2), np.ones(2), 0.033)
+print(sum(kernel.load.stats.cache_hits.values()))
+"""
+
+
+def test_another_process_finds_the_kernel_compiled(tmp_path: Path) -> None:
+    def hits() -> int:
+        done = subprocess.run(
+            [sys.executable, "-c", SCRIPT, str(tmp_path)],
+            cwd=Path(__file__).parent,
+            env=os.environ | {"SSSI_CACHE_DIR": str(tmp_path / "cache")},
+            check=True,
+            capture_output=True,
+            text=True,
+        )
+        return int(done.stdout)
+
+    assert hits() == 0
+    assert hits() == 1
+
+
+def test_a_broken_file_in_the_cache_is_written_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path))
+    terms = (HuntCrossley(), Everything())
+    source = laws_source(terms)
+    kept = tmp_path / f"sssi_exudyn_generated_{hashlib.sha256(source.encode()).hexdigest()}.py"
+    kept.write_text(source[: len(source) // 2], encoding="utf-8")  # as a full disk would leave it
+    assert compile_point(terms).value(parameter_values(terms), -1.0, 0.0, 0.033) == 0.0
+    assert kept.read_text(encoding="utf-8") == source
+
+
+def test_a_cache_that_cannot_be_is_replaced_by_one_for_this_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path / "file" / "cache"))
+    assert cache_folder().is_dir()
+    assert cache_folder() == cache_folder()

@@ -1,0 +1,93 @@
+"""Properties of the published model's terms, for whatever state and parameters within their bounds."""
+
+from __future__ import annotations
+
+import math as library
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sssi_exudyn.contact.air import AirDrag, FrontalAreas
+from sssi_exudyn.contact.friction import AnisotropicFriction
+from sssi_exudyn.contact.maths import FloatMath
+from sssi_exudyn.contact.penetration import HuntCrossley
+from sssi_exudyn.contact.term import FootState, PointState, SegmentState
+from sssi_exudyn.quantity import quantities
+
+MATH = FloatMath()
+DEPTHS = st.floats(-0.2, 0.2)
+RATES = st.floats(-5.0, 5.0)
+SPEEDS = st.floats(-40.0, 40.0)
+VELOCITIES = st.tuples(SPEEDS, SPEEDS, SPEEDS)
+
+
+def _any(cls: type[Any]) -> st.SearchStrategy[Any]:
+    return st.builds(cls, **{name: st.floats(q.low, q.high) for name, q in quantities(cls).items()})
+
+
+def _foot(load: float, v_t: float, v_n: float) -> FootState:
+    return FootState(load, v_t, v_n, edge=0.0, groove=0.0, t=0.0, f=0.0, l=0.0, side=1.0)
+
+
+@given(_any(HuntCrossley), DEPTHS, RATES)
+def test_snow_pushes_only_where_it_is_pressed(law: HuntCrossley, depth: float, rate: float) -> None:
+    force = law.force(MATH, PointState(depth, rate, 0.033))
+    assert force >= 0.0
+    assert depth > 0.0 or force == 0.0
+
+
+@given(_any(HuntCrossley), st.floats(0.0, 0.2), st.floats(0.0, 0.2), st.floats(0.0, 5.0))
+def test_deeper_is_harder_while_sinking(law: HuntCrossley, one: float, other: float, rate: float) -> None:
+    less, more = sorted((one, other))
+    forces = [law.force(MATH, PointState(depth, rate, 0.033)) for depth in (less, more)]
+    assert forces[0] <= forces[1] * (1.0 + 1e-14)  # rounding of the powers
+
+
+@given(_any(HuntCrossley), st.floats(0.0, 0.2), RATES, RATES)
+def test_the_damper_resists(law: HuntCrossley, depth: float, one: float, other: float) -> None:
+    slower, faster = sorted((one, other))
+    assert law.force(MATH, PointState(depth, slower, 0.033)) <= law.force(MATH, PointState(depth, faster, 0.033)) * (
+        1.0 + 1e-14  # rounding of the powers
+    )
+
+
+@given(_any(AnisotropicFriction), st.floats(0.0, 5e3), SPEEDS, SPEEDS)
+def test_friction_is_bounded_by_its_coefficients(law: AnisotropicFriction, load: float, v_t: float, v_n: float) -> None:
+    along, across = law.force(MATH, _foot(load, v_t, v_n))
+    assert abs(along) <= law.mu_t * load * (1.0 + 1e-15)  # rounding
+    assert abs(across) <= law.mu_n * load * (1.0 + 1e-15)
+    assert along * v_t + across * v_n <= 0.0
+
+
+@given(st.floats(1.0, 40.0))
+def test_friction_of_a_gliding_ski_is_coulombs(v_t: float) -> None:
+    # 1 − v/√(v² + ε²) < ε²/(2 v²)
+    along, across = AnisotropicFriction().force(MATH, _foot(800.0, v_t, 0.0))
+    assert along == pytest.approx(-0.1 * 800.0, rel=0.1**2 / (2.0 * v_t**2))
+    assert across == 0.0
+
+
+@given(_any(AirDrag), VELOCITIES, VELOCITIES)
+def test_drag_depends_on_the_relative_wind_only(
+    law: AirDrag, velocity: tuple[float, ...], wind: tuple[float, ...]
+) -> None:
+    relative = tuple(w - v for w, v in zip(wind, velocity, strict=True))
+    moving = law.force(MATH, SegmentState(velocity, wind, 0.05))
+    assert moving == law.force(MATH, SegmentState((0.0, 0.0, 0.0), relative, 0.05))
+
+
+@given(_any(AirDrag), st.floats(0.1, 40.0), st.floats(0.0, library.tau), st.floats(0.01, 0.3))
+def test_drag_is_the_formula(law: AirDrag, speed: float, heading: float, area: float) -> None:
+    velocity = (speed * library.cos(heading), speed * library.sin(heading), 0.0)
+    force = law.force(MATH, SegmentState(velocity, (0.0, 0.0, 0.0), area))
+    # the smoothing of 10⁻⁶ m/s counts 10⁻¹⁰/2 at the slowest speed here
+    assert library.hypot(*force) == pytest.approx(0.5 * law.c_d * law.rho * area * speed**2, rel=1e-10)
+
+
+def test_air_acts_on_fourteen_segments_in_proportion_to_height_squared() -> None:
+    small, tall = (FrontalAreas().of_height(height) for height in (1.75, 2.0 * 1.75))
+    assert len(small) == 14
+    assert sum(small.values()) == pytest.approx(0.060 + 0.170 + 2.0 * (0.055 + 0.045 + 0.012 + 0.030 + 0.020 + 0.008))
+    assert tall == {segment: pytest.approx(4.0 * area) for segment, area in small.items()}
