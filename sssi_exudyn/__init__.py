@@ -1,0 +1,24 @@
+"""Skier, ski and snow: from a recorded run to forces, friction and joint moments.
+
+What the command line does stands here as functions: ``inspect``, ``fit``, ``validate``, ``run``, ``terms``; a single
+simulation is ``simulate`` of the module ``sssi_exudyn.simulate``.  The functions are loaded when first used, so that
+importing the package is quick and starts no solver.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module, metadata
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sssi_exudyn.commands import fit, inspect, run, terms, validate
+
+__all__ = ["fit", "inspect", "run", "terms", "validate"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in __all__:
+        return getattr(import_module("sssi_exudyn.commands"), name)
+    if name == "__version__":
+        return metadata.version("sssi-exudyn")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -5,7 +5,6 @@ Nothing in it names the machine or its folders, so that results can be passed on
 
 from __future__ import annotations
 
-import hashlib
 import platform
 from collections.abc import Mapping
 from importlib import metadata
@@ -13,12 +12,6 @@ from pathlib import Path
 from typing import Any, Final
 
 _PACKAGES: Final = ("exudyn", "numpy", "scipy", "numba", "nlopt", "sympy", "pandas")
-
-
-def sha256_of(path: Path) -> str:
-    """``sha256:…`` of a file's bytes, read piece by piece.  Raises OSError where it cannot be read."""
-    with path.open("rb") as file:
-        return "sha256:" + hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def versions() -> dict[str, str]:

@@ -6,6 +6,7 @@ full disk or an interrupt leaves either the old result or the new one, and never
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import os
@@ -47,7 +48,7 @@ _FIGURES: Mapping[str, Any] = {
 
 def complete_summary(figures: Mapping[str, Any]) -> dict[str, Any]:
     """A summary of format 1 from the figures there are: missing and not-a-number ones become null, others stay."""
-    return {"format": FORMAT, **_merged(_FIGURES, _plain(figures))}
+    return {"format": FORMAT, **_merged(_FIGURES, plain(figures))}
 
 
 def write_result(
@@ -71,13 +72,13 @@ def write_result(
 
     Raises InputError when the folder cannot be written or another process is writing it.
     """
-    text = json.dumps(complete_summary(summary), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    text = to_json(complete_summary(summary))
     writers: dict[str, Callable[[Path], object]] = {
         SERIES: lambda path: series.to_parquet(path, index=False),
         MODEL: lambda path: path.write_text(tomli_w.dumps(model), encoding="utf-8"),
     }
     if diagnosis is not None:
-        made = json.dumps(_plain(diagnosis), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        made = to_json(diagnosis)
         writers[DIAGNOSIS] = lambda path: path.write_text(made, encoding="utf-8")
     if report is not None:
         writers[REPORT] = lambda path: path.write_text(report, encoding="utf-8")
@@ -158,6 +159,26 @@ def write_atomically(path: Path, text: str) -> None:
         _replace_together(path.parent, {path.name: lambda made: made.write_text(text, encoding="utf-8")}, set())
 
 
+def to_json(value: Any) -> str:
+    """JSON text, readable by people too, of whatever ``plain`` takes."""
+    return json.dumps(plain(value), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def plain(value: Any) -> Any:
+    """What JSON can hold: dataclasses as mappings, NumPy's numbers and arrays as Python's, not finite as None."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = {entry.name: getattr(value, entry.name) for entry in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
+
+
 def _replace_together(folder: Path, writers: Mapping[str, Callable[[Path], object]], stale: set[str]) -> None:
     """Write every file under another name, then move them all into place in the order given."""
     made = {name: folder / f".{name}.{os.getpid()}" for name in writers}
@@ -179,16 +200,3 @@ def _merged(template: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, 
         if isinstance(default, Mapping) and name in given:
             merged[name] = _merged(default, given[name] or {})
     return merged
-
-
-def _plain(value: Any) -> Any:
-    """NumPy's numbers and arrays as Python's; what is not finite as None."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value

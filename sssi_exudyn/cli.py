@@ -1,0 +1,127 @@
+"""The command line: reads arguments, calls one function of ``commands`` each, prints what it gives.
+
+Exit status: 0 only when the result is whole; 2 for bad input, 1 for any other failure, 130 when interrupted.  Errors
+are one line on stderr, progress goes there too; stdout holds nothing but the result.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import traceback
+from collections.abc import Mapping, Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import Any, NoReturn
+
+from sssi_exudyn.errors import InputError, SssiError
+from sssi_exudyn.progress import on_stderr
+
+METHODS = ("joint", "paper")
+"""How friction is fitted: with the recording's nuisances along, or the paper's two parameters alone."""
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Entry point of ``sssi``; ends the process with its exit status."""
+    options = parser().parse_args(arguments)
+    sys.exit(_status(options))
+
+
+def parser() -> argparse.ArgumentParser:
+    """The arguments that ``sssi`` takes."""
+    top = argparse.ArgumentParser(prog="sssi", description="Skier, ski and snow, simulated from a recorded run.")
+    top.add_argument("--version", action="version", version=f"sssi {metadata.version('sssi-exudyn')}")
+    common = argparse.ArgumentParser(add_help=False)
+    common.add_argument("--debug", action="store_true", help="show where in the program an error came from")
+    common.add_argument("--json", action="store_true", help="print the result as JSON")
+    recorded = argparse.ArgumentParser(add_help=False)
+    recorded.add_argument("folder", type=Path, metavar="FOLDER", help="the recording: a folder with recording.toml")
+    written = argparse.ArgumentParser(add_help=False)
+    written.add_argument("--out", type=Path, metavar="DIR", required=True, help="folder the result is left in")
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
+
+    inspect = commands.add_parser("inspect", parents=[common, recorded], help="what a recording holds and what ails it")
+    inspect.add_argument("--out", type=Path, metavar="PICTURE", help="draw it too (.png, .svg or .pdf)")
+    simulate = commands.add_parser("simulate", parents=[common, recorded, written], help="one run of a model")
+    simulate.add_argument("--model", type=Path, metavar="TOML", help="the model, as a result's model.toml has it")
+    fit = commands.add_parser("fit", parents=[common, recorded, written], help="friction that explains the GPS track")
+    fit.add_argument("--method", choices=METHODS, default=METHODS[0], help="default: %(default)s")
+    validate = commands.add_parser(
+        "validate", parents=[common, recorded, written], help="hold a result against GPS and insoles"
+    )
+    validate.add_argument("--result", type=Path, metavar="DIR", required=True, help="folder of the result to judge")
+    run = commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
+    run.add_argument("--jobs", type=_positive, metavar="N", help="processes at once; default: one a core")
+    commands.add_parser("terms", parents=[common], help="every force term and its parameters")
+    return top
+
+
+def _status(options: argparse.Namespace) -> int:
+    """Run the command; its exit status."""
+    try:
+        sys.stdout.write(_call(options))
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        return _failed(options, 130, "interrupted; resume with the same command")
+    except BrokenPipeError:
+        # Whoever read stdout has seen enough (sssi terms | head).  Python flushes once more at exit: not into the pipe.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except InputError as error:
+        return _failed(options, 2, str(error))
+    except SssiError as error:
+        return _failed(options, 1, str(error))
+    except Exception as error:
+        if isinstance(error, ImportError) and "libGL" in str(error):
+            return _failed(options, 1, f"Exudyn cannot be loaded ({error}); on Debian: sudo apt-get install libgl1")
+        fault = f"{type(error).__name__}: {error}".splitlines()[0]
+        return _failed(options, 1, f"{fault}; this is a fault of the program, --debug shows where")
+    return 0
+
+
+def _call(options: argparse.Namespace) -> str:
+    """Call the command; what it gives, as text for stdout."""
+    # Here, so that --help and --version answer at once.
+    from sssi_exudyn import commands
+    from sssi_exudyn.result_folder import to_json
+    from sssi_exudyn.text import format_summary, format_table
+
+    progress = on_stderr()
+    summary: Mapping[str, Any]
+    match options.command:
+        case "inspect":
+            from sssi_exudyn.inspection import format_inspection
+
+            inspection = commands.inspect(options.folder, options.out)
+            return to_json(inspection) if options.json else format_inspection(inspection)
+        case "terms":
+            rows = commands.terms()
+            return to_json(rows) if options.json else format_table(rows)
+        case "simulate":
+            summary = commands.simulate(options.folder, options.out, model=options.model, progress=progress)
+        case "fit":
+            summary = commands.fit(options.folder, options.out, method=options.method, progress=progress)
+        case "validate":
+            summary = commands.validate(options.folder, options.result, options.out, progress=progress)
+        case _:
+            summary = commands.run(options.folder, options.out, jobs=options.jobs, progress=progress)
+    return to_json(summary) if options.json else format_summary(summary)
+
+
+def _failed(options: argparse.Namespace, status: int, line: str) -> int:
+    if options.debug:
+        traceback.print_exc()
+    sys.stderr.write(f"sssi: {line}\n")
+    return status
+
+
+def _positive(text: str) -> int:
+    """A whole number from 1 upwards; argparse says the message."""
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 upwards")
+    return number

@@ -1,0 +1,44 @@
+"""Results as plain text for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+
+def format_summary(summary: Mapping[str, Any]) -> str:
+    """The figures of a summary, one a line; those that are null and where they came from are left to the files."""
+    lines = [str(summary["recording"])]
+    for group, figures in summary.items():
+        if group != "provenance" and isinstance(figures, Mapping):
+            lines += [f"  {name:<36} {value}" for name, value in _figures(group, figures)]
+    return "\n".join(lines) + "\n"
+
+
+def format_table(rows: Sequence[Mapping[str, object]]) -> str:
+    """Rows of one set of names as columns under a headline; empty where there is no row."""
+    if not rows:
+        return ""
+    table = [[str(name) for name in rows[0]], *([_shown(value) for value in row.values()] for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    lines = ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
+    return "\n".join(lines) + "\n"
+
+
+def _figures(name: str, figure: object) -> list[tuple[str, str]]:
+    """A figure, or the figures of a group, each with the way to it; a value with its standard error is one."""
+    match figure:
+        case None | {"value": None}:
+            return []
+        case {"value": value, "se": float(se)}:
+            return [(name, f"{_shown(value)} ± {_shown(se)}")]
+        case {"value": value}:
+            return [(name, _shown(value))]
+        case Mapping():
+            return [entry for key, value in figure.items() for entry in _figures(f"{name} {key}", value)]
+        case _:
+            return [(name, _shown(figure))]
+
+
+def _shown(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

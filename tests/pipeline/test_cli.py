@@ -1,0 +1,157 @@
+"""The command line's edge: what it passes on, what it prints where, and the exit status of every ending."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from sssi_exudyn import cli
+from sssi_exudyn.errors import InputError, SimulationDiverged
+from sssi_exudyn.result_folder import complete_summary
+
+SUMMARY = complete_summary(
+    {
+        "recording": "little hill",
+        "friction": {"mu_t": {"value": 0.0612345, "se": 0.001}},
+        "trajectory": {"mean_error_m": 0.25},
+        "fit": {"converged": True},
+    }
+)
+COMMANDS = {
+    "simulate": ["simulate", "rec", "--out", "res"],
+    "fit": ["fit", "rec", "--out", "res"],
+    "validate": ["validate", "rec", "--result", "res", "--out", "res2"],
+    "run": ["run", "rec", "--out", "res"],
+}
+
+
+@pytest.fixture
+def behind(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, Callable[..., Any]], None]:
+    """Put a function of the test's behind a command."""
+
+    def put(name: str, function: Callable[..., Any]) -> None:
+        commands = ModuleType("sssi_exudyn.commands")
+        setattr(commands, name, function)
+        monkeypatch.setitem(sys.modules, "sssi_exudyn.commands", commands)
+        monkeypatch.setattr("sssi_exudyn.commands", commands, raising=False)
+
+    return put
+
+
+def status(arguments: list[str]) -> int:
+    with pytest.raises(SystemExit) as end:
+        cli.main(arguments)
+    assert isinstance(end.value.code, int)
+    return end.value.code
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_summary_goes_to_stdout_as_text_or_json(
+    name: str, behind: Callable[..., None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    behind(name, lambda *_, **__: SUMMARY)
+    assert status(COMMANDS[name]) == 0
+    text = capsys.readouterr()
+    assert "little hill" in text.out
+    assert "0.06123 ± 0.001" in text.out
+    assert "null" not in text.out
+    assert "None" not in text.out
+    assert status([*COMMANDS[name], "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == SUMMARY
+
+
+def test_arguments_arrive_as_paths_and_numbers(behind: Callable[..., None]) -> None:
+    seen: dict[str, Any] = {}
+
+    def run(*arguments: Any, **named: Any) -> dict[str, Any]:
+        seen.update(named, arguments=arguments)
+        return SUMMARY
+
+    behind("run", run)
+    assert status(["run", "rec", "--out", "res", "--jobs", "3"]) == 0
+    assert seen["arguments"] == (Path("rec"), Path("res"))
+    assert seen["jobs"] == 3
+
+
+@pytest.mark.parametrize(
+    ("error", "expected", "line"),
+    [
+        (InputError("gps.csv", "line 7", "not a number", "correct it"), 2, "gps.csv: line 7: not a number; correct it"),
+        (SimulationDiverged(1.25, "penetration"), 1, "diverged at 1.250 s: penetration"),
+        (KeyboardInterrupt(), 130, "resume with the same command"),
+        (ZeroDivisionError("division by zero"), 1, "a fault of the program"),
+        (ImportError("libGL.so.1: cannot open shared object file"), 1, "apt-get install libgl1"),
+    ],
+    ids=["bad input", "diverged", "interrupted", "fault", "no OpenGL"],
+)
+def test_every_failure_is_one_line_with_its_status(
+    error: BaseException, expected: int, line: str, behind: Callable[..., None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*_: Any, **__: Any) -> None:
+        raise error
+
+    behind("run", fail)
+    assert status(COMMANDS["run"]) == expected
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err.startswith("sssi: ")
+    assert shown.err.count("\n") == 1
+    assert line in shown.err
+    assert status([*COMMANDS["run"], "--debug"]) == expected
+    assert "Traceback" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [[], ["run", "rec"], ["run", "rec", "--out", "res", "--jobs", "0"], ["fit", "rec", "--out", "r", "--method", "x"]],
+    ids=["no command", "no out", "no jobs", "unknown method"],
+)
+def test_wrong_usage_has_status_two(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert status(arguments) == 2
+    assert "usage: sssi" in capsys.readouterr().err
+
+
+def test_terms_are_a_table(behind: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    behind("terms", lambda: [{"name": "friction", "low": 0.01}, {"name": "air", "low": 0.5}])
+    assert status(["terms"]) == 0
+    assert capsys.readouterr().out == "name      low\nfriction  0.01\nair       0.5\n"
+
+
+def test_a_reader_that_stops_early_is_no_traceback() -> None:
+    # `sssi terms | head -0`: the pipe is closed before anything is written.
+    reading, writing = os.pipe()
+    os.close(reading)
+    script = (
+        "import sys, types\n"
+        "import sssi_exudyn.cli as cli\n"
+        "commands = types.ModuleType('sssi_exudyn.commands')\n"
+        "commands.terms = lambda: [{'name': 'x' * 100000}]\n"
+        "sys.modules['sssi_exudyn.commands'] = commands\n"
+        "import sssi_exudyn\n"
+        "sssi_exudyn.commands = commands\n"
+        "cli.main(['terms'])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], stdout=writing, stderr=subprocess.PIPE, check=False)
+    os.close(writing)
+    assert done.stderr == b""
+    assert done.returncode == 1
+
+
+def test_help_and_import_start_no_solver() -> None:
+    # The point of lazy loading: neither numbers nor the solver are imported before there is work.
+    script = (
+        "import sys, contextlib, io\n"
+        "import sssi_exudyn\n"
+        "from sssi_exudyn import cli\n"
+        "with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):\n"
+        "    cli.main(['--help'])\n"
+        "print(sorted({'exudyn', 'numpy', 'matplotlib', 'pandas', 'numba'} & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"

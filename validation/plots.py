@@ -1,0 +1,126 @@
+"""Plots of a result as SVG text that a page can hold inline.
+
+Frames and words take the colour of the text around them, so that a plot reads on light and on dark; the data's colours
+have enough contrast on both and differ in lightness and in line style too, for whoever does not tell hues apart.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from sssi_exudyn.frames import Array
+from sssi_exudyn.rotations import lowpass
+from sssi_exudyn.validation.metrics import at_times, pressure_ratio
+
+SIMULATED, MEASURED, OTHER = "#2f7fc1", "#d9772b", "#7a9a3a"
+CUTOFF_HZ = 6.0
+"""The paper's filter of insole data (2.4)."""
+_INK = "#010203"
+"""Stands for the text's colour until the SVG is written; no plot uses it for anything else."""
+_STYLE: dict[Any, Any] = {
+    "svg.fonttype": "none",  # words stay words: searchable, and in the page's own font
+    "font.size": 10.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.2,
+    "legend.frameon": False,
+    "lines.linewidth": 1.6,
+} | dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color", "grid.color"), _INK)
+
+
+def trajectory_svg(antenna: Array, fixes: Array | None) -> str:
+    """Seen from above: the simulated antenna (n, ≥2) and the GPS fixes (m, ≥2), east and north in metres."""
+
+    def draw(axes: Axes) -> None:
+        if fixes is not None:
+            axes.plot(fixes[:, 0], fixes[:, 1], "o", color=MEASURED, markersize=3.0, label="GPS")
+        axes.plot(antenna[:, 0], antenna[:, 1], color=SIMULATED, label="simulated")
+        axes.plot(*antenna[0, :2], marker="^", color=SIMULATED, markersize=8.0, linestyle="none", label="start")
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.set(xlabel="east (m)", ylabel="north (m)")
+
+    return _svg("trajectory", draw, height=4.2)
+
+
+def error_svg(time: Array, error: Array, sigma: Array | None) -> str:
+    """Distance (n,) between simulated antenna and GPS in metres over time (s), and the GPS's own σ."""
+
+    def draw(axes: Axes) -> None:
+        axes.plot(time, error, color=SIMULATED, label="distance simulated to GPS")
+        if sigma is not None:
+            axes.plot(time, sigma, color=MEASURED, linestyle="--", label="standard deviation of a GPS fix")
+        axes.set_ylim(bottom=0.0)
+        axes.set(xlabel="time (s)", ylabel="distance (m)")
+
+    return _svg("error", draw)
+
+
+def ratio_svg(time: Array, simulated: Array, insole_time: Array | None, measured: Array | None) -> str:
+    """Left foot's share of the load over time (s): simulated (n,) and from the insoles (m,)."""
+
+    def draw(axes: Axes) -> None:
+        axes.plot(time, simulated, color=SIMULATED, label="simulated")
+        if insole_time is not None and measured is not None:
+            axes.plot(insole_time, measured, color=MEASURED, linestyle="--", label="insoles")
+        axes.set_ylim(-0.02, 1.02)
+        axes.set(xlabel="time (s)", ylabel="left over both (1)")
+
+    return _svg("ratio", draw)
+
+
+def load_svg(time: Array, left: Array, right: Array) -> str:
+    """The snow's normal force on each ski (N) over time (s)."""
+
+    def draw(axes: Axes) -> None:
+        axes.plot(time, left, color=SIMULATED, linestyle="--", label="left ski")
+        axes.plot(time, right, color=MEASURED, label="right ski")
+        axes.set(xlabel="time (s)", ylabel="normal force (N)")
+
+    return _svg("load", draw)
+
+
+def antenna_of(series: pd.DataFrame) -> Array:
+    """The simulated antenna (n, 3), east-north-up in metres, of a result's time series."""
+    return series[[f"antenna_{axis}_m" for axis in ("east", "north", "up")]].to_numpy(dtype=float)
+
+
+def distances(series: pd.DataFrame, times: Array, fixes: Array) -> Array:
+    """Distance (m,) in metres of the simulated antenna to GPS fixes (m, 3) at ``times`` (m,); NaN outside the run."""
+    simulated = at_times(series["time_s"].to_numpy(dtype=float), antenna_of(series), times)
+    return np.asarray(np.linalg.norm(simulated - fixes, axis=1))
+
+
+def filtered_ratio(time: Array, left: Array, right: Array) -> Array:
+    """Pressure ratio (n,) of measured loads (N), both filtered first as the paper does (2.4)."""
+    rate = 1.0 / float(np.median(np.diff(time)))
+    if rate > 2.0 * CUTOFF_HZ:
+        left, right = lowpass(left, rate, CUTOFF_HZ), lowpass(right, rate, CUTOFF_HZ)
+    return pressure_ratio(left, right)
+
+
+def _svg(name: str, draw: Callable[[Axes], None], height: float = 2.9) -> str:
+    with mpl.rc_context(_STYLE | {"svg.hashsalt": name}):  # a salt of its own: identical runs give identical bytes
+        figure = Figure(figsize=(7.2, height), layout="constrained")
+        figure.patch.set_alpha(0.0)
+        axes = figure.add_subplot()
+        axes.patch.set_alpha(0.0)
+        draw(axes)
+        axes.legend(loc="best")
+        text = io.StringIO()
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    svg = text.getvalue()
+    svg = svg[svg.index("<svg") :].replace(_INK, "currentColor")
+    # Several plots share one page, and identifiers have to be one plot's own there.
+    svg = re.sub(r'\bid="', f'id="{name}-', svg)
+    svg = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", svg)
+    return re.sub(r' (width|height)="[\d.]+pt"', "", svg, count=2)
