@@ -112,6 +112,8 @@ def estimate_slope(track: Array, sigma: float) -> SlopeEstimate:
     Raises SssiError when the track does not lead downhill.
     """
     way = track[-1, :2] - track[0, :2]
+    if float(np.linalg.norm(way)) < 2.0:
+        raise SssiError("the track leads nowhere")
     along = way / np.linalg.norm(way)
     across = np.array([-along[1], along[0]])
     plan = track[:, :2] - track[:, :2].mean(axis=0)
@@ -197,10 +199,10 @@ def _heading_by_lean(stance: Stance, acceleration: Array, skis: Complex, heading
     columns = np.column_stack([np.r_[side.real, side.imag] for side in sides])
     fitted, covariance = _robust_fit(columns, np.r_[pull.real, pull.imag], np.ones(len(columns)))
     # k·exp(i·d) = fitted[1] + i·fitted[0]: d is what the first guess of the heading lacks
-    along = float(np.hypot(fitted[0], fitted[1]))
+    along = float(np.hypot(fitted[0], fitted[1])) + 1e-9  # a body that never leans tells nothing
     side = np.array([fitted[1], -fitted[0]]) / along**2
     sigma = float(np.sqrt(side @ covariance[:2, :2] @ side))
-    return Estimate(heading + float(np.arctan2(fitted[0], fitted[1])), sigma)
+    return Estimate(heading + float(np.arctan2(fitted[0], fitted[1])), min(sigma, float(np.pi)))
 
 
 def _motion_of_antenna(stance: Stance, gps: Gps) -> tuple[Complex, Array]:
@@ -224,9 +226,9 @@ def _local_fit(time: Array, values: Array, window: float) -> Array:
     for sample, centre in enumerate(time):
         near = np.abs(time - centre) <= max(window, np.sort(np.abs(time - centre))[min(3, len(time) - 1)])
         apart = time[near] - centre
-        weight = np.exp(-3.0 * (apart / window) ** 2)[:, None]
+        weight = np.exp(-6.0 * (apart / window) ** 2)
         columns = np.column_stack([np.ones_like(apart), apart, 0.5 * apart**2])
-        found[:, sample] = np.linalg.lstsq(columns * weight, values[near] * weight, rcond=None)[0]
+        found[:, sample] = _least_squares(columns, values[near], weight)
     return found
 
 
@@ -236,18 +238,26 @@ def _robust_fit(columns: Array, data: Array, weights: Array) -> tuple[Array, Arr
     The covariance is widened by the residuals' integrated correlation time, as noise of positions is correlated over
     seconds and skidding over a turn.
     """
-    robust = np.ones(len(data))
+    robust: Array = np.ones(len(data))
     for _ in range(20):
-        root = np.sqrt(weights * robust)
-        fitted: Array = np.linalg.lstsq(columns * root[:, None], data * root, rcond=None)[0]
+        fitted = _least_squares(columns, data, weights * robust)
         residual = data - columns @ fitted
         scale = 1.4826 * float(np.median(np.abs(residual))) + 1e-12  # a perfect fit must not divide by nothing
-        robust = np.minimum(1.0, 1.345 * scale / np.maximum(np.abs(residual), 1e-12))
+        robust = np.minimum(1.0, 1.345 * scale / np.maximum(np.abs(residual), 1e-12)).astype(np.float64)
     total = weights * robust
     variance = float(np.sum(total * residual**2) / np.sum(total)) * len(data) / (len(data) - columns.shape[1])
     normal = columns.T @ (columns * (total / total.mean())[:, None])
+    normal += 1e-9 * np.trace(normal) * np.eye(len(normal))  # what the data cannot tell at all comes out very uncertain
     covariance: Array = variance * _correlation(residual) * np.linalg.inv(normal)
     return fitted, covariance
+
+
+def _least_squares(columns: Array, data: Array, weights: Array) -> Array:
+    """Coefficients (c,) or (c, k) that minimise Σ weights·(data − columns·coefficients)²."""
+    root = np.sqrt(weights).reshape(-1, 1)
+    sides = data.reshape(len(data), -1) * root
+    found: Array = np.linalg.lstsq(columns * root, sides, rcond=None)[0].reshape(-1, *data.shape[1:])
+    return found
 
 
 def _correlation(residual: Array) -> float:
