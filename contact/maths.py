@@ -13,7 +13,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 
 Number: TypeAlias = Any
-"""A float, an array, an Exudyn symbol or a sympy expression: whatever the ``Math`` at hand works with."""
+"""A float, an array, an Exudyn symbol or a node of a tape: whatever the ``Math`` at hand works with."""
 
 Vector: TypeAlias = tuple[Number, Number, Number]
 """Components along f, l and n of the slope frame."""
