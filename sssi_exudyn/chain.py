@@ -1,9 +1,9 @@
 """The skier's kinematic chain: 21 segments, 31 coordinates, pure geometry without mass.
 
 The chain is the full-body lumbar spine model's (paper 2.2.1): the pelvis floats, hips, shoulders and the lumbar joint
-turn about three axes, elbow and forearm about one each, knees, ankles and wrists about one; subtalar and toe joints are
-fixed by the boots, the head is fixed to the torso and the wrist does not deviate.  `JOINTS` declares all of it once; the
-forward kinematics below and the multibody tree are both built from that table.
+turn about three axes, elbow and forearm about one each, knees, ankles and wrists about one; subtalar and toe joints
+are fixed by the boots, the head is fixed to the torso and the wrist does not deviate.  `JOINTS` declares all of it
+once; the forward kinematics below and the multibody tree are both built from that table.
 
 Positive coordinates follow the paper's Fig. 5: hip flexion, adduction and internal rotation, ankle dorsiflexion, pelvis
 backward tilt, right list and left rotation, lumbar extension, right bending and left rotation; arms: flexion,

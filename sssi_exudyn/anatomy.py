@@ -1,0 +1,256 @@
+"""From a captured skeleton (BVH) to the chain: where the joints lie, and which angles bring it to the captured pose.
+
+The capture has three angles in every joint, the chain only those that a skier in boots has, so its angles are a
+weighted least-squares fit (`limb`).  What the skis see comes first, the foot's orientation and place relative to the
+pelvis: the standard deviations below say what a deviation is worth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sssi_exudyn.bvh import Bvh, joint_positions, world_rotations
+from sssi_exudyn.chain import JOINTS, SEGMENT, SEGMENTS, Geometry, Joint
+from sssi_exudyn.frames import BODY_FROM_BVH, Array, rotation_from_bvh
+from sssi_exudyn.limb import Limb, ball_joint_angles, fit_angles
+
+_SIDES: Final = (("r", "Right", -1.0), ("l", "Left", 1.0))
+
+CAPTURED_BY: Final[dict[str, str]] = {
+    "pelvis": "Hips",
+    "torso": "Spine2",
+    "head": "Head",
+    **{
+        f"{segment}_{side}": f"{word}{joint}"
+        for side, word, _ in _SIDES
+        for segment, joint in (
+            ("femur", "UpLeg"),
+            ("tibia", "Leg"),
+            ("calcn", "Foot"),
+            ("humerus", "Arm"),
+            ("radius", "ForeArm"),
+            ("hand", "Hand"),
+        )
+    },
+}
+"""The captured joint that moves with each segment (``Spine3`` is the torso's where the tree has one)."""
+
+_FOOT_SIGMA: Final[Array] = np.radians([0.1, 0.1, 0.03])
+"""Roll (edge angle), pitch, yaw of the foot: 0.1° of edge is asked for; 0.1° of a ski's heading steers a run of 150 m
+0.3 m aside, so yaw is held closer."""
+_PLACE_SIGMA: Final = 0.001
+"""m; at 2 cm of penetration 1 mm of height changes a ski's load by 7 %, F ~ depth^1.5."""
+_LEG_SIGMA: Final[Array] = np.radians([3.0, 3.0, 3.0])
+"""Thigh and shank: only to keep a straight leg's angles determined."""
+_ARM_SIGMA: Final[Array] = np.radians([1.0, 1.0, 1.0])
+"""Upper arm, forearm and hand count alike: they carry mass and little else."""
+_EXACT: Final = 1e-3
+"""Factor on the foot's sigmas that makes its orientation practically exact."""
+_LUMBAR_SIGMA: Final = 0.05
+"""m; how far the functional lumbar joint may lie from the anatomical one where the motion does not say."""
+_TOE_LENGTH: Final = 0.03
+"""Toes over body height: a foot of 0.152 (Drillis & Contini 1966), of which the toes are a fifth."""
+
+
+@dataclass(frozen=True)
+class Capture:
+    """A captured motion in body axes, as the chain has them.
+
+    pelvis : (n, 3, 3) pelvis → the capture's level frame (x along its heading, z up)
+    rotation : (n, J, 3, 3) each joint's segment → pelvis; the arms count from hanging, not from the T-pose
+    place : (n, J, 3) m, each joint in the pelvis' frame
+    """
+
+    bvh: Bvh
+    pelvis: Array
+    rotation: Array
+    place: Array
+
+    def joint(self, segment: str) -> int:
+        """Index of the captured joint that moves with the segment."""
+        return self.bvh.index(_captured_by(self.bvh, segment))
+
+    def point(self, joint: str, offset: Array) -> Array:
+        """(n, 3) m in the pelvis' frame: the point ``offset`` (3,) m from a captured joint, in its BVH axes."""
+        at = self.bvh.index(joint)
+        arm = _hanging_from_t_pose(joint).T @ BODY_FROM_BVH @ offset
+        return np.asarray(self.place[:, at] + self.rotation[:, at] @ arm)
+
+
+def _captured_by(bvh: Bvh, segment: str) -> str:
+    return "Spine3" if segment == "torso" and "Spine3" in bvh.names else CAPTURED_BY[segment]
+
+
+def segment_of_joint(bvh: Bvh, joint: str) -> str:
+    """The segment that a captured joint, also a finger, a collar bone or a vertebra, moves with.
+
+    Raises KeyError for a joint that the tree does not have.
+    """
+    segments = {_captured_by(bvh, segment): segment for segment in CAPTURED_BY}
+    at = bvh.index(joint)
+    while bvh.names[at] not in segments:
+        if bvh.names[at].startswith("Spine"):
+            return "torso"
+        at = bvh.parents[at]
+    return segments[bvh.names[at]]
+
+
+def _hanging_from_t_pose(name: str) -> Array:
+    """T-pose axes ← anatomical axes: an arm hangs a right angle below the T-pose; other joints: identity."""
+    for _, word, left in _SIDES:
+        if name.startswith(word) and any(part in name for part in ("Arm", "ForeArm", "Hand")):
+            return np.asarray(Rotation.from_euler("x", left * np.pi / 2).as_matrix())
+    return np.eye(3)
+
+
+def capture_in_body_axes(bvh: Bvh) -> Capture:
+    """The capture's segments relative to its pelvis; the root's position (dead reckoning) is left out."""
+    world_bvh = world_rotations(bvh)
+    world = rotation_from_bvh(world_bvh)
+    place = joint_positions(bvh, world_bvh) @ BODY_FROM_BVH.T
+    pelvis = world[:, 0]
+    to_pelvis = np.swapaxes(pelvis, -1, -2)[:, None]
+    zero = np.stack([_hanging_from_t_pose(name) for name in bvh.names])
+    return Capture(bvh, pelvis, to_pelvis @ world @ zero, (to_pelvis @ place[..., None])[..., 0])
+
+
+def _far_end(bvh: Bvh, joint: int) -> Array:
+    """The farthest point (3,) m beyond a joint in the zero pose, in body axes: finger tip, vertex, ball of the foot."""
+    reach = np.zeros((len(bvh.names), 3))
+    ends = [np.zeros(3)]
+    beyond = {joint}
+    for at in range(joint, len(bvh.names)):
+        if bvh.parents[at] in beyond and at != joint:
+            beyond.add(at)
+            reach[at] = reach[bvh.parents[at]] + bvh.offsets[at]
+        if at in beyond:
+            ends += [reach[at], reach[at] + bvh.end_offsets.get(bvh.names[at], np.zeros(3))]
+    return np.asarray(BODY_FROM_BVH @ max(ends, key=lambda end: float(end @ end)))
+
+
+def mean_in(rotation: Array, origin: Array, place: Array) -> Array:
+    """Mean place (3,) of points (n, 3), seen from a moving frame."""
+    return np.asarray(np.mean(np.swapaxes(rotation, -1, -2) @ (place - origin)[..., None], axis=0)[:, 0])
+
+
+def lumbar_joint(capture: Capture) -> Array:
+    """The one lumbar joint that best stands for the captured spine: its place (3,) m in the pelvis.
+
+    The spine's top moves as p = j + R s, R the torso's rotation against the pelvis; j and s (3,) m are the
+    least-squares solution over the run (a functional joint centre), with the anatomical lumbosacral joint as prior.
+    """
+    bvh, top = capture.bvh, capture.joint("torso")
+    prior_joint = BODY_FROM_BVH @ bvh.offsets[bvh.index("Spine")]
+    prior_top = -prior_joint
+    at = top
+    while at > 0:
+        prior_top = prior_top + BODY_FROM_BVH @ bvh.offsets[at]
+        at = bvh.parents[at]
+    frames = len(bvh.time)
+    moving = np.concatenate([np.broadcast_to(np.eye(3), (frames, 3, 3)), capture.rotation[:, top]], axis=-1)
+    weight = _PLACE_SIGMA / _LUMBAR_SIGMA
+    matrix = np.concatenate([moving.reshape(-1, 6), weight * np.eye(6)])
+    right = np.concatenate([capture.place[:, top].ravel(), weight * np.concatenate([prior_joint, prior_top])])
+    solution = np.linalg.lstsq(matrix, right, rcond=None)[0]
+    return np.asarray(solution[:3])
+
+
+def skier_geometry(capture: Capture, height: float, ankle_to_ski_base: float) -> Geometry:
+    """The skier's lengths: limbs from the capture's offsets, points on the torso from their mean place over the run.
+
+    Shoulders and head move a little on the captured torso (collar bones, neck); the chain has them fixed where they
+    were on average.  The hips are put where the chain, its feet held in the captured orientation, reaches the captured
+    ankles: knee and ankle turn about parallel axes, so the leg moves in a plane, and without this a constant
+    inclination of the captured shank would stand as a sideways error of the foot.
+
+    height, ankle_to_ski_base : m
+    """
+    bvh = capture.bvh
+    joint, end = np.zeros((len(SEGMENTS), 3)), np.zeros((len(SEGMENTS), 3))
+    lumbar = lumbar_joint(capture)
+    joint[SEGMENT["torso"]] = end[SEGMENT["pelvis"]] = lumbar
+    torso = capture.rotation[:, capture.joint("torso")]
+    neck, head = bvh.index("Neck"), capture.joint("head")
+    joint[SEGMENT["head"]] = end[SEGMENT["torso"]] = mean_in(torso, lumbar, capture.place[:, neck])
+    vertex = capture.place[:, head] + capture.rotation[:, head] @ _far_end(bvh, head)
+    end[SEGMENT["head"]] = mean_in(torso, capture.place[:, neck], vertex)
+    for side, word, _ in _SIDES:
+        for segment, name in (("femur", "UpLeg"), ("tibia", "Leg"), ("talus", "Foot")):
+            joint[SEGMENT[f"{segment}_{side}"]] = BODY_FROM_BVH @ bvh.offsets[bvh.index(word + name)]
+        ball = _far_end(bvh, bvh.index(word + "Foot"))
+        joint[SEGMENT[f"toes_{side}"]] = end[SEGMENT[f"calcn_{side}"]] = ball
+        end[SEGMENT[f"toes_{side}"]] = (_TOE_LENGTH * height, 0.0, 0.0)
+        shoulder = capture.place[:, bvh.index(word + "Arm")]
+        joint[SEGMENT[f"humerus_{side}"]] = mean_in(torso, lumbar, shoulder)
+        hanging = _hanging_from_t_pose(word + "Arm").T @ BODY_FROM_BVH
+        joint[SEGMENT[f"ulna_{side}"]] = hanging @ bvh.offsets[bvh.index(word + "ForeArm")]
+        joint[SEGMENT[f"hand_{side}"]] = hanging @ bvh.offsets[bvh.index(word + "Hand")]
+        tip = _far_end(bvh, bvh.index(word + "Hand"))
+        end[SEGMENT[f"hand_{side}"]] = hanging @ BODY_FROM_BVH.T @ tip
+        for segment, beyond in (("femur", "tibia"), ("tibia", "talus"), ("humerus", "ulna")):
+            end[SEGMENT[f"{segment}_{side}"]] = joint[SEGMENT[f"{beyond}_{side}"]]
+        end[SEGMENT[f"ulna_{side}"]] = end[SEGMENT[f"radius_{side}"]] = joint[SEGMENT[f"hand_{side}"]]
+    geometry = Geometry(joint, end, ankle_to_ski_base)
+    for side, _, _ in _SIDES:
+        joint[SEGMENT[f"femur_{side}"], 1] += _hip_shift(capture, geometry, side)
+    return geometry
+
+
+def _hip_shift(capture: Capture, geometry: Geometry, side: str) -> float:
+    """How far to the left (m) a hip must go for the foot's sagittal plane to hold hip and ankle on average."""
+    limb = _leg(capture, geometry, side, _EXACT)
+    pose = limb.pose(fit_angles(limb))
+    assert limb.place is not None
+    across = pose.rotation[:, -1, :, 1]
+    missing = np.sum((limb.place - pose.origin[:, -1]) * across, axis=-1)
+    return float(np.sum(missing * across[:, 1]) / np.sum(across[:, 1] ** 2))
+
+
+def _joints(*segments: str) -> tuple[Joint, ...]:
+    return tuple(JOINTS[SEGMENT[segment]] for segment in segments)
+
+
+def _leg(capture: Capture, geometry: Geometry, side: str, exactness: float = 1.0) -> Limb:
+    joints = _joints(f"femur_{side}", f"tibia_{side}", f"talus_{side}")
+    measured = [capture.joint(f"{segment}_{side}") for segment in ("femur", "tibia", "calcn")]
+    return Limb(
+        joints=joints,
+        offset=np.stack([geometry.joint_in_parent[SEGMENT[joint.segment]] for joint in joints]),
+        rotation=capture.rotation[:, measured],
+        rotation_sigma=np.stack([_LEG_SIGMA, _LEG_SIGMA, exactness * _FOOT_SIGMA]),
+        place=capture.place[:, capture.joint(f"calcn_{side}")],
+        place_sigma=_PLACE_SIGMA,
+    )
+
+
+def _arm(capture: Capture, side: str) -> Limb:
+    joints = _joints(f"humerus_{side}", f"ulna_{side}", f"radius_{side}", f"hand_{side}")
+    measured = [capture.joint(f"{segment}_{side}") for segment in ("humerus", "radius", "radius", "hand")]
+    to_torso = np.swapaxes(capture.rotation[:, capture.joint("torso")], -1, -2)[:, None]
+    # The capture has one forearm: it tells of the radius; the ulna, before pronation, is not compared.
+    unmeasured = np.full(3, np.inf)
+    return Limb(
+        joints=joints,
+        offset=np.zeros((len(joints), 3)),
+        rotation=to_torso @ capture.rotation[:, measured],
+        rotation_sigma=np.stack([_ARM_SIGMA, unmeasured, _ARM_SIGMA, _ARM_SIGMA]),
+    )
+
+
+def chain_angles(capture: Capture, geometry: Geometry, level_from_capture: Array) -> Array:
+    """The 28 prescribed angles (n, 28) rad, in the order of `chain.PRESCRIBED`, continuous over time.
+
+    level_from_capture : (3, 3) the capture's level frame → level frame along the fall line
+    """
+    by_segment: dict[str, Array] = {
+        "pelvis": ball_joint_angles(JOINTS[SEGMENT["pelvis"]], level_from_capture @ capture.pelvis),
+        "torso": ball_joint_angles(JOINTS[SEGMENT["torso"]], capture.rotation[:, capture.joint("torso")]),
+    }
+    for side, _, _ in _SIDES:
+        for limb in (_leg(capture, geometry, side), _arm(capture, side)):
+            by_segment |= limb.by_segment(fit_angles(limb))
+    return np.concatenate([by_segment[joint.segment] for joint in JOINTS if joint.rotations], axis=-1)

