@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from exudyn import JointType
+from exudyn import JointType, Matrix3DList, Vector3DList
 from exudyn.itemInterface import (
     CoordinateConstraint,
     MarkerKinematicTreeRigid,
@@ -24,7 +24,7 @@ from exudyn.itemInterface import (
 )
 
 from sssi_exudyn.bodies.anthropometry import SegmentInertia
-from sssi_exudyn.chain import COORDINATES, JOINTS, PARENT, SEGMENTS, Axis, Geometry
+from sssi_exudyn.chain import COORDINATES, JOINTS, PARENT, Axis, Geometry
 from sssi_exudyn.frames import Array, slope_to_level
 
 _REVOLUTE = (JointType.RevoluteX, JointType.RevoluteY, JointType.RevoluteZ)
@@ -103,12 +103,12 @@ class Skeleton:
     constraints: tuple[int, ...]
     links: Links
 
-    def marker(self, mbs: Any, segment: str, place: Array) -> int:
-        """A new rigid marker on ``segment`` at ``place`` (3,) m in its frame."""
-        link, origin = self.links.of_segment[SEGMENTS.index(segment)]
-        return int(
-            mbs.AddMarker(MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=link, localPosition=origin + place))
-        )
+    def marker(self, mbs: Any, segment: int, place: Array, rotation: Array) -> int:
+        """A new rigid marker on the segment of that index, at ``place`` (3,) m and turned by ``rotation`` (3, 3) in its frame."""
+        link, origin = self.links.of_segment[segment]
+        frame = np.eye(4)
+        frame[:3, :3], frame[:3, 3] = rotation, origin + place
+        return int(mbs.AddMarker(MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=link, localHT=frame)))
 
     def prescribe(self, mbs: Any, angles: Array) -> None:
         """Set the 28 prescribed angles (rad) for the end of the step."""
@@ -148,10 +148,10 @@ def add_skeleton(
             gravity=list(gravity),
             jointTypes=types,
             linkParents=list(links.parent),
-            jointTransformations=turn,
-            jointOffsets=list(links.offset),
-            linkInertiasCOM=list(inertia),
-            linkCOMs=list(com),
+            jointTransformations=Matrix3DList(turn),
+            jointOffsets=Vector3DList(list(links.offset)),
+            linkInertiasCOM=Matrix3DList(list(inertia)),
+            linkCOMs=Vector3DList(list(com)),
             linkMasses=list(mass),
         )
     )

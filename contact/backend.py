@@ -1,0 +1,154 @@
+"""Force terms in Exudyn: the ways in which the same laws reach the solver.
+
+``compiled``  one object over all coordinates; its force and its Jacobian are one pass of machine code (``kernel``)
+``python``    the same object; the laws are called as they are written, with floats, point by point: the reference
+``symbolic``  a connector a contact section, whose law Exudyn evaluates itself without returning to Python; friction and air
+              in the object as for ``python``
+
+All give the same forces; they differ in speed only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any, Final, Literal
+
+import exudyn as exu
+import numpy as np
+from exudyn.itemInterface import ObjectGenericODE2
+
+from sssi_exudyn.contact import kernel
+from sssi_exudyn.contact.compiled import compile_kernel, parameter_values
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.frames import Array
+
+Backend = Literal["compiled", "python", "symbolic"]
+BACKENDS: Final[tuple[Backend, ...]] = ("compiled", "python", "symbolic")
+
+
+@dataclass(frozen=True)
+class Sections:
+    """Contact sections of a ski, the same for both skis.
+
+    element, share, length : (m,) element index, share of the way to its second node, length of edge (m)
+    offset : (m, 2, 3) left and right edge in the section's frame, m
+    damping : (n, 3) structural damping of each element against relative spin about its own axes, N m s
+    """
+
+    element: Any
+    share: Array
+    offset: Array
+    length: Array
+    damping: Array
+
+
+@dataclass(frozen=True)
+class Instant:
+    """What the forces need to know of the posture at one time: see ``Posture`` for the meaning of each."""
+
+    time: float
+    foot_place: Array
+    foot_velocity: Array
+    foot_rotation: Array
+    foot_jacobian: Array
+    com_place: Array
+    com_velocity: Array
+    com_jacobian: Array
+    exposed_velocity: Array
+    exposed_jacobian: Array
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What one evaluation of the forces gives besides the forces: see the columns of ``kernel``."""
+
+    feet: Array
+    drag: Array
+
+
+class CompiledForces:
+    """All forces by the compiled kernel.
+
+    Parameters
+    ----------
+    terms : the model's terms
+    sections : contact sections of a ski
+    sign : (31,) tree's coordinate / chain's coordinate
+    area : (k,) frontal areas of the exposed segments, m²
+    ref : reference coordinates of all nodes, in the kernel's order
+    """
+
+    def __init__(self, terms: Sequence[Term], sections: Sections, sign: Array, area: Array, ref: Array) -> None:
+        self._kernel: ModuleType = compile_kernel(terms, kernel)
+        self._parameters = parameter_values(terms)
+        self._sections = (sections.element, sections.share, sections.offset, sections.length, sections.damping)
+        self._sign, self._area, self._ref = sign, area, ref
+        self.out = np.zeros(len(ref))
+        self.seen = np.zeros((2, kernel.SEEN))
+        self.drag = np.zeros(4)
+        self.body = np.zeros(3)
+        points = 196 * len(sections.share) + 64 * len(sections.damping)
+        self._rows = np.zeros(2 * points + 3 * kernel.TREE, dtype=np.int64)
+        self._columns = np.zeros_like(self._rows)
+        self._values = np.zeros(len(self._rows))
+
+    def evaluate(self, q: Array, v: Array, at: Instant) -> Array:
+        """Generalised forces on all coordinates (a buffer that the next call overwrites); fills ``seen``, ``drag``, ``body``."""
+        self._kernel.forces(
+            self._parameters, q, v, self._ref, at.time, *self._sections,
+            self._sign, at.foot_place, at.foot_velocity, at.foot_rotation, at.foot_jacobian,
+            at.com_place, at.com_velocity, at.com_jacobian, self._area, at.exposed_velocity, at.exposed_jacobian,
+            self.out, self.seen, self.drag, self.body,
+        )  # fmt: skip
+        return self.out
+
+    def foot_axes(self, place: Array, rotation: Array) -> tuple[Array, Array, float]:
+        """Forward and left axes (3,) of a foot in the snow's tangent plane, and the ski's edge angle (rad)."""
+        along, across, edge = self._kernel.foot_axes(self._parameters, place, rotation)
+        return along, across, edge
+
+    def triplets(self, q: Array, v: Array, at: Instant, by_place: float, by_rate: float) -> Array:
+        """Sparse triplets (k, 3) of −(by_place ∂f/∂q + by_rate ∂f/∂v), after an ``evaluate`` near by."""
+        count = self._kernel.jacobian(
+            self._parameters, q, v, self._ref, at.time, by_place, by_rate, *self._sections,
+            self._sign, at.foot_place, at.foot_velocity, at.foot_rotation, at.foot_jacobian, self.seen,
+            self._area, at.exposed_velocity, at.exposed_jacobian,
+            self._rows, self._columns, self._values,
+        )  # fmt: skip
+        return np.column_stack([self._rows[:count], self._columns[:count], self._values[:count]])
+
+
+def add_forces(mbs: Any, nodes: Sequence[int], forces: CompiledForces, now: Callable[[], Instant]) -> int:
+    """Add the object through which ``forces`` act on ``nodes``, which must be all of the system's, in the kernel's order.
+
+    ``now`` gives the posture at the end of the current step.  Exudyn hands coordinates to user functions as lists; reading
+    them from the system as arrays that share its memory is a hundred times faster.
+    """
+    size = len(forces.out)
+    data = mbs.systemData
+
+    def force(_mbs: Any, _t: float, _item: int, _q: Any, _v: Any) -> Array:
+        return forces.evaluate(data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False), now())
+
+    def jacobian(_mbs: Any, _t: float, _item: int, _q: Any, _v: Any, by_place: float, by_rate: float) -> Any:
+        q, v = data.GetODE2Coordinates(copy=False), data.GetODE2Coordinates_t(copy=False)
+        matrix = exu.MatrixContainer()
+        matrix.SetWithSparseMatrix(forces.triplets(q, v, now(), by_place, by_rate), size, size)
+        return matrix
+
+    nothing = exu.MatrixContainer()
+    nothing.SetWithSparseMatrix(np.zeros((0, 3)), size, size)
+    return int(
+        mbs.AddObject(
+            ObjectGenericODE2(
+                nodeNumbers=list(nodes),
+                massMatrix=nothing,
+                stiffnessMatrix=nothing,
+                dampingMatrix=nothing,
+                forceUserFunction=force,
+                jacobianUserFunction=jacobian,
+            )
+        )
+    )

@@ -1,0 +1,182 @@
+"""A model: skier, skis, slope, force terms and how the run starts.  Pure data; what simulates it is elsewhere.
+
+``model.toml`` holds a model whole, so that it can be run again without the recording's other files.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from sssi_exudyn.bodies.ski import Ski, read_ski
+from sssi_exudyn.contact.friction import AnisotropicFriction
+from sssi_exudyn.contact.registry import PAPER_TERMS, read_term
+from sssi_exudyn.contact.term import Term, parameters
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.quantity import checked, quantity
+from sssi_exudyn.recording import Equipment, Skier
+
+_CHOICE = "chosen; see docs/verification.md for what it does to the result"
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where, how fast and how turned the run starts; fitted along with the friction because no instrument gives it exactly."""
+
+    f: float = quantity(0.0, "m", low=-1e5, high=1e5, source="GPS", meaning="the antenna's place down the slope")
+    l: float = quantity(0.0, "m", low=-1e5, high=1e5, source="GPS", meaning="the antenna's place to the left")  # noqa: E741
+    velocity_f: float = quantity(0.0, "m/s", low=-50.0, high=50.0, source="GPS", meaning="the antenna's speed down the slope")
+    velocity_l: float = quantity(0.0, "m/s", low=-50.0, high=50.0, source="GPS", meaning="the antenna's speed to the left")
+    heading_offset: float = quantity(
+        0.0, "rad", low=-0.35, high=0.35, source="prior of 1 degree", meaning="turn of the whole capture about gravity"
+    )
+    clock_offset: float = quantity(
+        0.0, "s", low=-3.0, high=3.0, source="known in most recordings", meaning="how much the GPS clock is late"
+    )
+
+
+@dataclass(frozen=True)
+class Solver:
+    """How the equations of motion are integrated (Exudyn's implicit generalised-α method)."""
+
+    step: float = quantity(0.005, "s", low=1e-4, high=0.02, source=_CHOICE, meaning="time step")
+    elements: int = quantity(50, "1", low=10, high=200, source="paper 2.2.2", meaning="beam elements of a ski, an even number")
+    spectral_radius: float = quantity(
+        0.7, "1", low=0.0, high=0.95, source=_CHOICE, meaning="numerical damping: 1 none, 0 most"
+    )
+    relative_tolerance: float = quantity(1e-4, "1", low=1e-10, high=1e-2, source=_CHOICE, meaning="Newton's, of the first residual")
+    absolute_tolerance: float = quantity(1e-4, "1", low=1e-9, high=1e-1, source=_CHOICE, meaning="Newton's, of the residual")
+
+
+@dataclass(frozen=True)
+class Model:
+    """Everything that is simulated except the movement.
+
+    inclination, fall_line_azimuth : rad
+    terms : the laws that act, in the order in which their forces are reported
+    """
+
+    name: str
+    skier: Skier
+    equipment: Equipment
+    ski: Ski
+    inclination: float
+    fall_line_azimuth: float
+    terms: tuple[Term, ...] = PAPER_TERMS
+    start: Start = field(default_factory=Start)
+    solver: Solver = field(default_factory=Solver)
+
+    def term(self, name: str) -> Term:
+        """The term of that name.  Raises KeyError when the model has none."""
+        for term in self.terms:
+            if term.name == name:
+                return term
+        raise KeyError(f"the model has no term {name!r}; it has {', '.join(term.name for term in self.terms)}")
+
+    @property
+    def friction(self) -> AnisotropicFriction:
+        """The friction of the snow."""
+        found = self.term(AnisotropicFriction.name)
+        assert isinstance(found, AnisotropicFriction)
+        return found
+
+    def with_term(self, name: str, **values: float) -> Model:
+        """The same model with other parameters of one of its terms."""
+        changed = replace(self.term(name), **values)  # type: ignore[arg-type]
+        return replace(self, terms=tuple(changed if term.name == name else term for term in self.terms))
+
+    def with_start(self, **values: float) -> Model:
+        """The same model with another start."""
+        return replace(self, start=replace(self.start, **values))
+
+
+def model_to_dict(model: Model) -> dict[str, Any]:
+    """The model as nested plain data, as ``model.toml`` holds it; angles in degrees, units in the keys' names."""
+    start = asdict(model.start)
+    start["heading_offset_deg"] = float(np.degrees(start.pop("heading_offset")))
+    return {
+        "format": 1,
+        "name": model.name,
+        "skier": {"mass_kg": model.skier.mass, "height_m": model.skier.height, "sex": model.skier.sex},
+        "equipment": {
+            "skis": model.equipment.skis,
+            "ski_mass_kg": model.equipment.ski_mass,
+            "boot_mass_kg": model.equipment.boot_mass,
+            "ankle_to_ski_base_m": model.equipment.ankle_to_ski_base,
+        },
+        "slope": {
+            "inclination_deg": float(np.degrees(model.inclination)),
+            "fall_line_azimuth_deg": float(np.degrees(model.fall_line_azimuth)),
+        },
+        "term": [{"name": term.name, **parameters(term)} for term in model.terms],
+        "start": start,
+        "solver": asdict(model.solver),
+    }
+
+
+def read_model(path: Path) -> Model:
+    """A model from ``model.toml``; a ski given by a file is sought beside it.
+
+    Raises InputError for whatever is missing, unknown or outside its bounds.
+    """
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(path, "", "there is no such file", "name the model.toml of a result") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(path, "", f"not a TOML file: {error}", "correct the file") from None
+
+    def table(name: str) -> Mapping[str, Any]:
+        found = data.get(name)
+        if not isinstance(found, dict):
+            raise InputError(path, f"[{name}]", "the table is missing", "add it as in a model.toml of this program")
+        return found
+
+    def number(name: str, key: str) -> float:
+        value = table(name).get(key)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise InputError(path, f"[{name}] {key}", f"{value!r} is not a number", "give a number")
+        return float(value)
+
+    skier, gear, start = table("skier"), table("equipment"), dict(table("start"))
+    start["heading_offset"] = np.radians(number("start", "heading_offset_deg")).item()
+    del start["heading_offset_deg"]
+    terms = data.get("term")
+    if not isinstance(terms, list) or not terms:
+        raise InputError(path, "[[term]]", "there is no term", "give at least penetration, friction and air")
+    equipment = checked(
+        Equipment,
+        {
+            "skis": gear.get("skis"),
+            "ski_mass": number("equipment", "ski_mass_kg"),
+            "boot_mass": number("equipment", "boot_mass_kg"),
+            "ankle_to_ski_base": number("equipment", "ankle_to_ski_base_m"),
+        },
+        path,
+        "[equipment]",
+    )
+    return Model(
+        name=str(data.get("name", path.stem)),
+        skier=checked(
+            Skier,
+            {"mass": number("skier", "mass_kg"), "height": number("skier", "height_m"), "sex": skier.get("sex", "male")},
+            path,
+            "[skier]",
+        ),
+        equipment=equipment,
+        ski=read_ski(equipment.skis, path.parent),
+        inclination=float(np.radians(number("slope", "inclination_deg"))),
+        fall_line_azimuth=float(np.radians(number("slope", "fall_line_azimuth_deg"))),
+        terms=tuple(
+            read_term(str(entry.get("name")), {k: v for k, v in entry.items() if k != "name"}, path, f"[[term]] {i + 1}")
+            for i, entry in enumerate(terms)
+        ),
+        start=checked(Start, start, path, "[start]"),
+        solver=checked(Solver, table("solver"), path, "[solver]"),
+    )

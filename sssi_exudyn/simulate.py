@@ -1,0 +1,197 @@
+"""Run a model along a motion: from the settled start on the snow to time series of everything.
+
+Posture is prescribed, the pelvis' translations are free: where the skier goes follows from gravity, snow and air.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import exudyn as exu
+import numpy as np
+
+from sssi_exudyn.contact.kernel import NODE, TREE
+from sssi_exudyn.errors import SimulationDiverged
+from sssi_exudyn.frames import Array, gravity_in_slope
+from sssi_exudyn.model import Model
+from sssi_exudyn.motion import Motion, antenna_offset, with_heading_offset
+from sssi_exudyn.posture import Posture
+from sssi_exudyn.result import SimulationResult
+from sssi_exudyn.simulate_record import Record, result_from_record
+from sssi_exudyn.simulate_system import Parts, System, build, instant, rigid_accelerations, rigid_rates
+
+SETTLING = 0.4
+"""s of standing still on the snow before the start; the slowest motion of a loaded ski in snow has died out by then."""
+Progress = Callable[[float, str], None]
+
+
+def simulate(
+    model: Model,
+    motion: Motion,
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+    progress: Progress | None = None,
+) -> SimulationResult:
+    """Simulate the full model from ``start`` to ``stop`` (recording's clock, s; the motion's ends if None).
+
+    Raises SimulationDiverged, with the partial result, when the solver gives up.
+    """
+    begin = clock.perf_counter()
+    parts = Parts(model, with_heading_offset(motion, model.start.heading_offset))
+    t0 = motion.start if start is None else start
+    t1 = motion.stop if stop is None else stop
+    step = model.solver.step
+    count = max(1, round((t1 - t0) / step))
+    posture = parts.posture(t0 + step * np.arange(count + 1))
+    pelvis, velocity = _start_of_pelvis(parts, posture)
+    coordinates = settle(parts, posture, pelvis, velocity)
+    system = build(parts, posture, coordinates[:3], velocity)
+    run = _Run(parts, system, posture, progress)
+    run.start_from(coordinates, rigid_rates(parts, posture, velocity, coordinates))
+    problem = run.solve()
+    wall = clock.perf_counter() - begin
+    result = result_from_record(parts, posture, system, run.record, wall)
+    if problem:
+        raise SimulationDiverged(float(result.time[-1]), problem, result)
+    return result
+
+
+def _start_of_pelvis(parts: Parts, posture: Posture) -> tuple[Array, Array]:
+    """Place and velocity of the pelvis (3,) that put the antenna where the model's start says.
+
+    The height is a first guess (both feet's mean on the plane); the velocity along the normal lets the loaded foot keep its
+    height.
+    """
+    start = parts.model.start
+    place, speed = antenna_offset(parts.motion, posture.time[:1])
+    pelvis = np.array([start.f - place[0, 0], start.l - place[0, 1], -float(np.mean(posture.foot_place[0, :, 2]))])
+    velocity = np.array([start.velocity_f - speed[0, 0], start.velocity_l - speed[0, 1], 0.0])
+    velocity[2] = -float(np.mean(posture.foot_velocity[0, :, 2]))
+    return pelvis, velocity
+
+
+def settle(parts: Parts, posture: Posture, pelvis: Array, velocity: Array) -> Array:
+    """Coordinates (total values) of skier and skis at rest on the snow, loaded as at the start of the run.
+
+    The load along the normal is the weight's share plus what lifts the centre of mass as the posture does at the start.
+    ``velocity`` (3,) is corrected in place: along the normal the pelvis goes so that the feet, weighted by their loads,
+    keep their depth.
+    """
+    gravity = gravity_in_slope(parts.model.inclination)
+    share = np.array([0.5, 0.5])
+    system, coordinates = None, np.zeros(0)
+    pelvis = pelvis.copy()
+    for _ in range(2):
+        lift = posture.com_acceleration[0, 2] - share @ posture.foot_acceleration[0, :, 2]
+        load = parts.mass * max(-gravity[2] + lift, 0.2 * -gravity[2])
+        system = build(parts, posture, pelvis, np.zeros(3), held_by=load)
+        _integrate_standing(system, parts)
+        coordinates = np.asarray(system.mbs.systemData.GetODE2Coordinates()) + system.ref
+        rest = np.zeros(len(coordinates))
+        system.forces.evaluate(coordinates - system.ref, rest, system.now)
+        loads = system.forces.seen[:, 0]
+        if loads.sum() <= 0.0:
+            raise SimulationDiverged(float(posture.time[0]), "the skier does not come to rest on the snow at the start")
+        share = loads / loads.sum()
+        pelvis = coordinates[:3].copy()
+        velocity[2] = -float(share @ posture.foot_velocity[0, :, 2])
+    return coordinates
+
+
+def _integrate_standing(system: System, parts: Parts) -> None:
+    settings = _settings(parts.model, 0.0, SETTLING, round(SETTLING / parts.model.solver.step))
+    settings.timeIntegration.generalizedAlpha.spectralRadius = 0.3  # a rest is sought, not a vibration
+    if not _solve(system.mbs, settings):
+        raise SimulationDiverged(system.now.time, "the skier does not come to rest on the snow at the start")
+
+
+def _settings(model: Model, start: float, stop: float, steps: int) -> Any:
+    solver = model.solver
+    settings = exu.SimulationSettings()
+    integration = settings.timeIntegration
+    integration.startTime, integration.endTime, integration.numberOfSteps = start, stop, steps
+    integration.minimumStepSize = solver.step / 16.0
+    integration.generalizedAlpha.spectralRadius = solver.spectral_radius
+    integration.generalizedAlpha.computeInitialAccelerations = False
+    integration.newton.useModifiedNewton = True
+    integration.newton.relativeTolerance = solver.relative_tolerance
+    integration.newton.absoluteTolerance = solver.absolute_tolerance
+    integration.verboseMode = 0
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    settings.solution.file.write = False
+    settings.solution.sensors.active = False
+    return settings
+
+
+def _solve(mbs: Any, settings: Any, dynamic: Any = None) -> bool:
+    """Solve without Exudyn's own words on the screen; False when it gave up."""
+    solver = dynamic or exu.MainSolverImplicitSecondOrder()
+    return bool(solver.SolveSystem(mbs, settings))
+
+
+@dataclass
+class _Run:
+    """One integration: feeds the posture to the system step by step and keeps what comes out."""
+
+    parts: Parts
+    system: System
+    posture: Posture
+    progress: Progress | None
+    record: Record = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.record = Record(self.system, self.parts)
+        self._step = self.parts.model.solver.step
+        self._t0 = float(self.posture.time[0])
+
+    def start_from(self, coordinates: Array, rates: Array) -> None:
+        """Set the initial state, with accelerations that fit the posture's."""
+        system, parts = self.system, self.parts
+        displaced = coordinates - system.ref
+        system.forces.evaluate(displaced, rates, system.now)
+        force = system.forces.out[:3].copy() + parts.mass * gravity_in_slope(parts.model.inclination)
+        nodes = system.forces.out[TREE:].reshape(-1, NODE)
+        force += nodes[:, :3].sum(axis=0)
+        accelerations = rigid_accelerations(parts, self.posture, coordinates, rates, force)
+        sign = np.concatenate([system.skeleton.links.sign, np.ones(len(coordinates) - TREE)])
+        data, initial = system.mbs.systemData, exu.ConfigurationType.Initial
+        data.SetODE2Coordinates(list(displaced), initial)
+        data.SetODE2Coordinates_t(list(rates), initial)
+        data.SetODE2Coordinates_tt(list(sign * accelerations), initial)
+
+    def solve(self) -> str:
+        """Integrate to the end; "" or what went wrong."""
+        mbs, model = self.system.mbs, self.parts.model
+        mbs.SetPreStepUserFunction(self._before)
+        mbs.SetPostStepUserFunction(self._after)
+        steps = len(self.posture.time) - 1
+        settings = _settings(model, self._t0, float(self.posture.time[-1]), steps)
+        solver = exu.MainSolverImplicitSecondOrder()
+        try:
+            done = _solve(mbs, settings, solver)
+        except Exception as error:  # noqa: BLE001  Exudyn raises its own types and RuntimeError alike
+            return f"the solver stopped: {str(error).splitlines()[0]}"
+        self.record.statistics(solver)
+        return "" if done else "Newton's method finds no step small enough"
+
+    def _before(self, _mbs: Any, t: float) -> bool:
+        row = round((t - self._t0) / self._step)
+        if row < len(self.posture.time) and abs(t - self.posture.time[row]) < 1e-9:
+            self.system.now = instant(self.posture, row)
+            angles = self.posture.angles[row]
+        else:  # the solver has cut the step
+            between = self.parts.posture(np.array([t]))
+            self.system.now, angles = instant(between, 0), between.angles[0]
+        self.system.skeleton.prescribe(self.system.mbs, angles)
+        return True
+
+    def _after(self, _mbs: Any, t: float) -> bool:
+        self.record.take(t)
+        if self.progress is not None:
+            span = float(self.posture.time[-1]) - self._t0
+            self.progress((t - self._t0) / span, f"{t:.1f} s")
+        return True

@@ -1,0 +1,180 @@
+"""What a run of the full model leaves: states step by step, turned into time series, forces and energies afterwards."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.spatial.transform import Rotation
+
+from sssi_exudyn.bodies.ski_mesh import BeamMesh
+from sssi_exudyn.chain import COORDINATES, PRESCRIBED
+from sssi_exudyn.contact import kernel
+from sssi_exudyn.contact.kernel import NODE, TREE
+from sssi_exudyn.frames import Array, gravity_in_slope
+from sssi_exudyn.motion import antenna_offset
+from sssi_exudyn.posture import Posture
+from sssi_exudyn.result import SimulationResult
+from sssi_exudyn.simulate_system import Parts, System, instant
+
+
+class Record:
+    """States and multipliers at the end of every accepted step."""
+
+    def __init__(self, system: System, parts: Parts) -> None:
+        self._data = system.mbs.systemData
+        self._places = [int(self._data.GetObjectLTGAE(c)[0]) for c in system.skeleton.constraints]
+        self._sign = system.skeleton.links.sign[3:]
+        self.time: list[float] = []
+        self.q: list[Array] = []
+        self.v: list[Array] = []
+        self.moments: list[Array] = []
+        self.solver: dict[str, int | float | str] = {}
+
+    def take(self, t: float) -> None:
+        """Keep the current state.  A joint's moment is minus its constraint's multiplier, in the chain's sense of turn."""
+        self.time.append(t)
+        self.q.append(np.array(self._data.GetODE2Coordinates(copy=False)))
+        self.v.append(np.array(self._data.GetODE2Coordinates_t(copy=False)))
+        multipliers = np.asarray(self._data.GetAECoordinates(copy=False))
+        self.moments.append(-self._sign * multipliers[self._places])
+
+    def statistics(self, solver: Any) -> None:
+        """Keep the solver's counts."""
+        self.solver = {
+            "steps": int(solver.it.currentStepIndex),
+            "newton_iterations": int(solver.it.newtonStepsCount),
+            "jacobians": int(solver.it.newtonJacobiCount),
+        }
+
+
+def result_from_record(parts: Parts, posture: Posture, system: System, record: Record, wall: float) -> SimulationResult:
+    """Time series of everything from the recorded states; ``posture`` is the table the run was fed with."""
+    time = np.array(record.time)
+    q, v = np.array(record.q), np.array(record.v)
+    rows = np.searchsorted(posture.time, time - 1e-9)
+    if not np.allclose(posture.time[np.minimum(rows, len(posture.time) - 1)], time, atol=1e-9):
+        posture, rows = parts.posture(time), np.arange(len(time))
+    n = len(time)
+    feet, drag = np.empty((n, 2, kernel.SEEN)), np.empty((n, 4))
+    along, across = np.empty((n, 2, 3)), np.empty((n, 2, 3))
+    body = np.empty((n, 3))
+    forces = system.forces
+    for i, row in enumerate(rows):
+        at = instant(posture, row)
+        forces.evaluate(q[i], v[i], at)
+        feet[i], drag[i], body[i] = forces.seen, forces.drag, forces.body
+        for side in range(2):
+            place = q[i, :3] + at.foot_place[side]
+            along[i, side], across[i, side], _ = forces.foot_axes(place, at.foot_rotation[side])
+    pelvis, speed = q[:, :3], v[:, :3]
+    nodes = (q + system.ref)[:, TREE:].reshape(n, 2, -1, NODE)
+    rates = v[:, TREE:].reshape(n, 2, -1, NODE)
+    cut = parts.mesh
+    share = np.zeros(len(cut.node_s))
+    share[:-1] += 0.5 * cut.element_mass
+    share[1:] += 0.5 * cut.element_mass
+    ski_first = np.einsum("k,nskc->nc", share, nodes[..., :3])
+    ski_moving = np.einsum("k,nskc->nc", share, rates[..., :3])
+    com_place, com_speed = posture.com_place[rows], posture.com_velocity[rows]
+    com = (parts.body_mass * (pelvis + com_place) + ski_first) / parts.mass
+    com_velocity = (parts.body_mass * (speed + com_speed) + ski_moving) / parts.mass
+    moments = np.array(record.moments)
+    friction = feet[:, :, kernel.ALONG, None] * along + feet[:, :, kernel.ACROSS, None] * across
+    kinetic = (
+        0.5 * parts.body_mass * np.sum(speed**2, axis=1)
+        + parts.body_mass * np.sum(speed * com_speed, axis=1)
+        + posture.kinetic[rows]
+        + _ski_kinetic(cut, nodes, rates)
+    )
+    elastic = _ski_elastic(cut, nodes)
+    body_power = np.sum(body * (speed + com_speed), axis=1)
+    powers = {
+        "posture": np.sum(moments * posture.rates[rows], axis=1),
+        "contact": feet[:, :, kernel.CONTACT_POWER].sum(axis=1),
+        "friction": feet[:, :, kernel.FRICTION_POWER].sum(axis=1),
+        "air": drag[:, 3],
+        "body": body_power,
+        "damping": feet[:, :, kernel.DAMPING_POWER].sum(axis=1),
+    }
+    energy = {name: cumulative_trapezoid(power, time, initial=0.0) for name, power in powers.items()}
+    energy["gravity"] = parts.mass * (com - com[0]) @ gravity_in_slope(parts.model.inclination)
+    closure = sum(energy.values()) - (kinetic - kinetic[0]) - (elastic - elastic[0])
+    energy |= {"kinetic": kinetic, "elastic": elastic}
+    angles = posture.angles[rows]
+    return SimulationResult(
+        coordinate_names=COORDINATES,
+        moment_names=PRESCRIBED,
+        time=time,
+        pelvis=pelvis,
+        pelvis_velocity=speed,
+        com=com,
+        com_velocity=com_velocity,
+        antenna=None if parts.motion.antenna is None else pelvis + antenna_offset(parts.motion, time)[0],
+        coordinates=np.hstack([pelvis, angles]),
+        foot_load=feet[:, :, kernel.LOAD],
+        foot_friction=friction,
+        foot_position=pelvis[:, None] + posture.foot_place[rows],
+        foot_velocity=speed[:, None] + posture.foot_velocity[rows],
+        foot_forward=posture.foot_rotation[rows][..., 0],
+        edge_angle=feet[:, :, kernel.EDGE],
+        penetration=feet[:, :, kernel.DEPTH],
+        drag=drag[:, :3],
+        joint_moments=moments,
+        ski_deflection=_deflection(parts, posture.foot_rotation[rows], pelvis[:, None] + posture.foot_place[rows], nodes),
+        energy=energy,
+        energy_closure=np.asarray(closure),
+        statistics={**record.solver, "wall_s": wall, "backend": "compiled"},
+    )
+
+
+def _turn(nodes: Array) -> Rotation:
+    return Rotation.from_quat(nodes[..., 3:].reshape(-1, 4), scalar_first=True)
+
+
+def _deflection(parts: Parts, rotation: Array, place: Array, nodes: Array) -> Array:
+    """(n, 2, 2) m: how far (tip, tail) stand above where the unloaded ski on the same foot has them."""
+    ends = [-1, 0]
+    arm = nodes[:, :, ends, :3] - place[:, :, None, :]
+    local = np.einsum("nsji,nskj->nski", rotation, arm)
+    unloaded = parts.ski_in_foot[2] + parts.mesh.node_position[ends, 2]
+    return np.asarray(local[..., 2] - unloaded)
+
+
+def _ski_kinetic(cut: BeamMesh, nodes: Array, rates: Array) -> Array:
+    """(n,) J of both skis; velocities are linear along an element: ∫v² = (v₀² + v₀·v₁ + v₁²)/3 of its length."""
+    velocity = rates[..., :3]
+    scalar, vector = nodes[..., 3:4], nodes[..., 4:]
+    # spin in the node's own frame: 2 q̄ ∘ q̇
+    spin = 2.0 * (scalar * rates[..., 4:] - rates[..., 3:4] * vector - np.cross(vector, rates[..., 4:]))
+
+    def mean_square(field: Array, weight: Array) -> Array:
+        first, second = field[:, :, :-1], field[:, :, 1:]
+        square = (first * first + first * second + second * second) / 3.0
+        return np.asarray(0.5 * np.einsum("nsec,ec->n", square, weight))
+
+    translation = mean_square(velocity, np.repeat(cut.element_mass[:, None], 3, axis=1))
+    return translation + mean_square(spin, cut.section_inertia * cut.element_length[:, None])
+
+
+def _strains(nodes: Array) -> Array:
+    """(…, e, 6) SE(3) logarithm of each element's relative pose: stretch along x, y, z (m), turn about x, y, z (rad)."""
+    shape = nodes.shape[:-2]
+    count = nodes.shape[-2] - 1
+    first, second = _turn(nodes[..., :-1, :]), _turn(nodes[..., 1:, :])
+    move = first.inv().apply((nodes[..., 1:, :3] - nodes[..., :-1, :3]).reshape(-1, 3))
+    turn = (first.inv() * second).as_rotvec()
+    angle = np.linalg.norm(turn, axis=1, keepdims=True)
+    half = 0.5 * np.maximum(angle, 1e-9)
+    once = np.cross(turn, move)
+    twice = np.cross(turn, once)
+    rho = move - 0.5 * once + (1.0 - half / np.tan(half)) / (2.0 * half) ** 2 * twice
+    return np.asarray(np.hstack([rho, turn]).reshape(*shape, count, 6))
+
+
+def _ski_elastic(cut: BeamMesh, nodes: Array) -> Array:
+    """(n,) J of both skis: ½ Σ εᵀ C ε L with the strains of the unloaded ski taken off."""
+    reference = np.hstack([cut.node_position, Rotation.from_matrix(cut.node_rotation).as_quat(scalar_first=True)])
+    strain = (_strains(nodes) - _strains(reference)) / cut.element_length[:, None]
+    return np.asarray(0.5 * np.einsum("nsec,ec,e->n", strain**2, cut.stiffness, cut.element_length))
