@@ -115,9 +115,9 @@ def _svg(name: str, draw: Callable[[Axes], None], height: float = 2.9) -> str:
         axes = figure.add_subplot()
         axes.patch.set_alpha(0.0)
         draw(axes)
-        axes.legend(loc="best")
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderpad=0.0)  # above, where no data are
         text = io.StringIO()
-        figure.savefig(text, format="svg", metadata={"Date": None})
+        figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
     svg = text.getvalue()
     svg = svg[svg.index("<svg") :].replace(_INK, "currentColor")
     # Several plots share one page, and identifiers have to be one plot's own there.

@@ -1,0 +1,105 @@
+"""What is installed: the packages that exist, under their one name, with their data and without anything else."""
+
+import re
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("bodies", "contact", "fitting", "validation")
+
+
+@pytest.fixture(scope="module")
+def declared() -> dict[str, Any]:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, built from a copy without what lies about in a developer's tree."""
+    folder = tmp_path_factory.mktemp("wheel")
+    source = folder / "source"
+    source.mkdir()
+    names = ("pyproject.toml", "README.md", "LICENSE", "sssi_exudyn", *FOLDERS)
+    subprocess.run(["cp", "-a", *(str(ROOT / name) for name in names), str(source)], check=True)
+    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*command, "--wheel-dir", str(folder), str(source)], check=True, stdout=subprocess.DEVNULL)
+    (built,) = folder.glob("*.whl")
+    return built
+
+
+def test_package_list_is_the_folders_that_exist(declared: dict[str, Any]) -> None:
+    found = {"sssi_exudyn"} | {
+        "sssi_exudyn." + ".".join(path.parent.relative_to(ROOT / "sssi_exudyn").parts)
+        for path in (ROOT / "sssi_exudyn").glob("*/__init__.py")
+    }
+    assert set(declared["tool"]["setuptools"]["packages"]) == found
+    # Flat: a folder with modules below one of these would be left out of the wheel without a word.
+    deep = [path for name in FOLDERS for path in (ROOT / name).glob("*/*.py")]
+    assert deep == []
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_model_folders_are_one_package_under_one_name(name: str, declared: dict[str, Any]) -> None:
+    link = ROOT / "sssi_exudyn" / name
+    assert link.is_symlink()
+    assert link.resolve() == (ROOT / name).resolve()
+    assert not link.readlink().is_absolute()
+    assert declared["tool"]["setuptools"]["package-dir"][f"sssi_exudyn.{name}"] == name
+    command = [sys.executable, "-c", f"import {name}"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert f"sssi_exudyn.{name}" in done.stderr.splitlines()[-1]
+
+
+def test_every_dependency_is_imported_and_every_import_is_a_dependency(declared: dict[str, Any]) -> None:
+    wanted = {re.split(r"[<>=]", entry)[0].replace("-", "_") for entry in declared["project"]["dependencies"]}
+    code = "\n".join(
+        path.read_text(encoding="utf-8")
+        for folder in ("sssi_exudyn", *FOLDERS)
+        for path in sorted((ROOT / folder).glob("*.py"))
+    )
+    imported = set(re.findall(r"^\s*(?:import|from) (\w+)", code, flags=re.MULTILINE))
+    third_party = imported - sys.stdlib_module_names - {"sssi_exudyn"}
+    # pandas writes Parquet through pyarrow, which it loads by itself.
+    assert third_party | {"pyarrow"} == wanted
+
+
+def test_wheel_holds_every_module_and_table_and_nothing_else(wheel: Path) -> None:
+    with zipfile.ZipFile(wheel) as archive:
+        inside = {name for name in archive.namelist() if ".dist-info/" not in name}
+    expected = {
+        f"sssi_exudyn/{path.relative_to(ROOT / 'sssi_exudyn')}"
+        for pattern in ("*.py", "*/*.py", "*.toml", "*/*.toml", "py.typed")
+        for path in (ROOT / "sssi_exudyn").glob(pattern)
+    }
+    assert inside == expected
+
+
+def test_wheel_works_away_from_its_source(wheel: Path, tmp_path: Path) -> None:
+    target = tmp_path / "installed"
+    command = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target", str(target), str(wheel)]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    script = (
+        f"import sys; sys.path.insert(0, {str(target)!r})\n"
+        "import sssi_exudyn, sssi_exudyn.bodies, sssi_exudyn.contact, sssi_exudyn.fitting, sssi_exudyn.validation\n"
+        "from sssi_exudyn.bodies.ski import read_ski\n"
+        "from pathlib import Path\n"
+        "read_ski('slalom_165', Path())\n"  # a table that has to travel with the code
+        "modules = [module for name, module in sys.modules.items() if name.startswith('sssi_exudyn')]\n"
+        f"assert all(Path(module.__file__).is_relative_to({str(target)!r}) for module in modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True)
+
+
+def test_functions_of_the_package_are_not_hidden_by_its_modules() -> None:
+    # Importing a submodule puts it under its name on the package, over a lazy function of the same name.
+    import sssi_exudyn
+
+    modules = {path.stem for path in (ROOT / "sssi_exudyn").iterdir()}
+    assert modules.isdisjoint(sssi_exudyn.__all__)

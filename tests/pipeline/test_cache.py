@@ -1,0 +1,92 @@
+"""The cache: the same content has the same key everywhere, other content has another, and no entry is half one."""
+
+import subprocess
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sssi_exudyn.cache import Cache, fingerprint
+
+
+@dataclass(frozen=True)
+class Inner:
+    mu: float
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Outer:
+    inner: Inner
+    table: np.ndarray
+    note: str | None = None
+
+
+OUTER = Outer(Inner(0.1, ("a", "b")), np.arange(6.0).reshape(2, 3))
+
+
+def test_equal_content_has_one_key() -> None:
+    same = Outer(Inner(0.1, ("a", "b")), np.arange(6.0).reshape(2, 3))
+    assert fingerprint(OUTER, {"b": 1, "a": 2}) == fingerprint(same, {"a": 2, "b": 1})
+    # Memory order is no content.
+    assert fingerprint(np.asfortranarray(OUTER.table)) == fingerprint(OUTER.table)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        replace(OUTER, inner=Inner(np.nextafter(0.1, 1.0), ("a", "b"))),
+        replace(OUTER, inner=Inner(0.1, ("ab",))),
+        replace(OUTER, table=np.arange(6.0)),
+        replace(OUTER, table=np.arange(6).reshape(2, 3)),
+        replace(OUTER, note=""),
+    ],
+    ids=["last bit", "joined names", "shape", "type", "empty note"],
+)
+def test_any_difference_is_another_key(other: Outer) -> None:
+    assert fingerprint(other) != fingerprint(OUTER)
+
+
+def test_neighbouring_parts_do_not_run_together() -> None:
+    assert fingerprint("ab", "c") != fingerprint("a", "bc")
+    assert fingerprint((1,), 2) != fingerprint((1, 2))
+    assert len({fingerprint(value) for value in (1, 1.0, "1", b"1", True)}) == 5
+
+
+def test_key_is_the_same_in_another_process() -> None:
+    # Python's own hash of strings is not: it is salted anew in each.
+    script = "from sssi_exudyn.cache import fingerprint; print(fingerprint('friction', 0.1, {'b': (1, None)}))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == fingerprint("friction", 0.1, {"b": (1, None)})
+
+
+@pytest.mark.parametrize("value", [lambda: 0, Path("here"), np.array([object()])], ids=["function", "path", "objects"])
+def test_what_has_no_content_is_refused(value: object) -> None:
+    with pytest.raises(TypeError, match="no content"):
+        fingerprint(value)
+
+
+def test_entries_come_back_bit_for_bit(tmp_path: Path) -> None:
+    cache = Cache(tmp_path / "made")
+    arrays = {"x": np.array([0.1, np.nan, -0.0]), "n": np.array(3)}
+    assert cache.get("k") is None
+    cache.put("k", arrays)
+    back = cache.get("k")
+    assert back is not None
+    assert {name: value.tobytes() for name, value in back.items()} == {k: v.tobytes() for k, v in arrays.items()}
+    assert [path.name for path in (tmp_path / "made").iterdir()] == ["k.npz"]
+
+
+@pytest.mark.parametrize("keep", [0, 1, 40, -10], ids=["empty", "one byte", "head only", "tail lost"])
+def test_a_torn_entry_is_computed_anew(tmp_path: Path, keep: int) -> None:
+    cache = Cache(tmp_path)
+    cache.put("k", {"x": np.arange(1000.0)})
+    path = tmp_path / "k.npz"
+    path.write_bytes(path.read_bytes()[:keep])
+    assert cache.get("k") is None
+    cache.put("k", {"x": np.arange(2.0)})
+    back = cache.get("k")
+    assert back is not None
+    np.testing.assert_array_equal(back["x"], [0.0, 1.0])
