@@ -11,7 +11,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, Final
 
-_PACKAGES: Final = ("exudyn", "numpy", "scipy", "numba", "nlopt", "sympy", "pandas")
+_PACKAGES: Final = ("exudyn", "numpy", "scipy", "numba", "nlopt", "pandas")
 
 
 def versions() -> dict[str, str]:
