@@ -71,7 +71,7 @@ def add_ski_beam(
             mbs.AddObject(
                 ObjectBeamGeometricallyExact(
                     nodeNumbers=nodes[e : e + 2],
-                    physicsLength=mesh.element_length[e],
+                    length=mesh.element_length[e],
                     sectionData=_section(mesh, e),
                 )
             )
