@@ -68,7 +68,7 @@ def estimate_setting(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, heading: floa
     return Setting(found, slope, tuple(why_not))
 
 
-def check_coordinates(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, heading: float | None, path: Path) -> None:
+def check_coordinates(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, path: Path) -> None:
     """Raise InputError when the skis follow the track only with latitude and longitude exchanged.
 
     Exchanged, left turns become right turns; the turning of the skis tells.
@@ -76,10 +76,11 @@ def check_coordinates(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, heading: flo
     stance = stance_at_fixes(bvh, gps, ankle_to_ski_base)
     if len(stance.time) < 5:
         return
-    as_is = ski_direction_misfit(stance, gps, heading=heading)
-    swapped = ski_direction_misfit(stance, gps, swap=True, heading=heading)
-    # 0.2 is a mean angle of 37° between skis and course, more than skidding makes; a true track is at 0.15 or below
-    if as_is > 0.2 and swapped < 0.4 * as_is:
+    as_is = ski_direction_misfit(stance, gps)
+    swapped = ski_direction_misfit(stance, gps, swap=True)
+    # skidding lets skis stray from the course, but with it: mirrored, a true track fits three times worse, not better.
+    # 0.03 is a stray of 14°, below which a run is too straight to tell
+    if as_is > 0.03 and swapped < 0.4 * as_is:
         raise InputError(
             path,
             "latitude_deg, longitude_deg",

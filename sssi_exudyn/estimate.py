@@ -166,19 +166,18 @@ def estimate_heading(stance: Stance, gps: Gps) -> Estimate:
     return Estimate(_wrapped(value), float(np.hypot(weights.sum() ** -0.5, CAPTURE_HEADING_SIGMA)))
 
 
-def ski_direction_misfit(stance: Stance, gps: Gps, swap: bool = False, heading: float | None = None) -> float:
-    """Speed-weighted mean of 1 − cos(course − ski direction − heading), between 0 (alike) and 2.
+def ski_direction_misfit(stance: Stance, gps: Gps, swap: bool = False) -> float:
+    """Speed-weighted mean of 1 − cos(course − ski direction − heading) at the heading that fits best; 0 is alike.
 
     Parameters
     ----------
     swap : True to judge the track with east and north exchanged, as swapped coordinates would have it
-    heading : rad; None leaves it free and takes the best
     """
     velocity, _ = _motion_of_antenna(stance, gps)
     if swap:
         velocity = velocity.imag + 1j * velocity.real
     alike = np.sum(velocity * np.conj(_unit(_level(stance.forward)))) / np.sum(np.abs(velocity))
-    return float(1.0 - (np.abs(alike) if heading is None else (alike * np.exp(-1j * heading)).real))
+    return float(1.0 - np.abs(alike))
 
 
 def _heading_by_course(time: Array, velocity: Complex, skis: Complex, heading: float) -> Estimate:
@@ -243,7 +242,7 @@ def _robust_fit(columns: Array, data: Array, weights: Array) -> tuple[Array, Arr
         fitted = _least_squares(columns, data, weights * robust)
         residual = data - columns @ fitted
         scale = 1.4826 * float(np.median(np.abs(residual))) + 1e-12  # a perfect fit must not divide by nothing
-        robust = np.minimum(1.0, 1.345 * scale / np.maximum(np.abs(residual), 1e-12)).astype(np.float64)
+        robust = np.minimum(1.0, 1.345 * scale / np.maximum(np.abs(residual), 1e-12))
     total = weights * robust
     variance = float(np.sum(total * residual**2) / np.sum(total)) * len(data) / (len(data) - columns.shape[1])
     normal = columns.T @ (columns * (total / total.mean())[:, None])
@@ -256,8 +255,8 @@ def _least_squares(columns: Array, data: Array, weights: Array) -> Array:
     """Coefficients (c,) or (c, k) that minimise Σ weights·(data − columns·coefficients)²."""
     root = np.sqrt(weights).reshape(-1, 1)
     sides = data.reshape(len(data), -1) * root
-    found: Array = np.linalg.lstsq(columns * root, sides, rcond=None)[0].reshape(-1, *data.shape[1:])
-    return found
+    found = np.asarray(np.linalg.lstsq(columns * root, sides, rcond=None)[0], dtype=np.float64)
+    return found.reshape(-1, *data.shape[1:])
 
 
 def _correlation(residual: Array) -> float:

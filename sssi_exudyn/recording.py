@@ -178,7 +178,7 @@ def read_recording(folder: str | Path) -> Recording:
     if gps is not None:
         notices += gps.notes
         gps_path = folder / settings["gps"]["file"]
-        check_coordinates(bvh, gps, equipment.ankle_to_ski_base, given_heading, gps_path)
+        check_coordinates(bvh, gps, equipment.ankle_to_ski_base, gps_path)
         setting = estimate_setting(bvh, gps, equipment.ankle_to_ski_base, given_heading)
         if given_heading is not None:
             notices += check_heading(given_heading, setting, toml)

@@ -1,0 +1,261 @@
+"""Readers of fixes: east-north-up, gaps, units, and files that are broken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tiny import Columns, csv, motion
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.gps import READERS, Gps, read_gps
+
+OFFSET = np.array([0.0, 0.1, -0.16])
+
+
+def read(path: Path, sigma: float | None = 0.02, time_offset: float = 0.0) -> Gps:
+    return read_gps(path, segment="Spine2", offset=OFFSET, sigma=sigma, time_offset=time_offset)
+
+
+def write_csv(folder: Path, columns: Columns) -> Path:
+    path = folder / "gps.csv"
+    path.write_text(csv(columns), encoding="utf-8")
+    return path
+
+
+def write_gpx(folder: Path, columns: Columns, head: str = "") -> Path:
+    start = datetime(2026, 2, 1, 10, 0, 0, tzinfo=UTC)
+    points = "".join(
+        f'<trkpt lat="{lat:.9f}" lon="{lon:.9f}"><ele>{ele:.4f}</ele>'
+        f"<time>{(start + timedelta(seconds=time)).isoformat()}</time></trkpt>\n"
+        for time, lat, lon, ele in zip(*columns.values(), strict=True)
+    )
+    path = folder / "gps.gpx"
+    path.write_text(
+        f'<?xml version="1.0"?>\n{head}<gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1">'
+        f"<trk><trkseg>\n{points}</trkseg></trk></gpx>",
+        encoding="utf-8",
+    )
+    return path
+
+
+def test_east_north_up_against_the_ellipsoids_radii(tmp_path: Path) -> None:
+    lat, lon, alt = np.deg2rad(46.8), np.deg2rad(9.8), 2000.0
+    a, f = 6378137.0, 1.0 / 298.257223563
+    e2 = f * (2.0 - f)
+    w = np.sqrt(1.0 - e2 * np.sin(lat) ** 2)
+    meridian, normal = a * (1.0 - e2) / w**3, a / w
+    step = np.linspace(0.0, 1.0, 11)
+    east, north, up = 30.0 * step, -40.0 * step, -10.0 * step
+    columns = {
+        "time_s": 5.0 * step,
+        "latitude_deg": np.rad2deg(lat + north / (meridian + alt)),
+        "longitude_deg": np.rad2deg(lon + east / ((normal + alt) * np.cos(lat))),
+        "altitude_m": alt + up,
+    }
+    found = read(write_csv(tmp_path, columns))
+    # nine digits of a degree are 0.1 mm; the earth's curve over 50 m lowers by 0.2 mm and, as the height changes by
+    # 10 m, stretches 40 m by 0.06 mm
+    np.testing.assert_allclose(found.enu, np.column_stack([east, north, up]), atol=5e-4)
+    assert found.origin == pytest.approx((46.8, 9.8, 2000.0))
+
+
+def test_gpx_and_csv_agree(tmp_path: Path) -> None:
+    columns = motion()[1]
+    one, other = read(write_csv(tmp_path, columns)), read(write_gpx(tmp_path, columns), time_offset=1.5)
+    np.testing.assert_allclose(one.enu, other.enu, atol=1e-9)  # the same digits in both files
+    np.testing.assert_allclose(one.time + 1.5, other.time, atol=1e-6)  # GPX has microseconds
+    assert set(READERS) == {".csv", ".gpx"}
+
+
+def test_optional_columns_are_read_in_si(tmp_path: Path) -> None:
+    columns = motion()[1]
+    count = len(columns["time_s"])
+    columns["speed_mps"] = np.full(count, 8.1)
+    columns["course_deg"] = (np.linspace(350.0, 370.0, count)) % 360.0
+    columns["sigma_m"] = np.linspace(0.02, 0.05, count)
+    columns["satellites"] = np.full(count, 12.0)
+    found = read(write_csv(tmp_path, columns), sigma=None)
+    assert found.speed is not None
+    assert found.course is not None
+    assert found.speed[0] == 8.1
+    assert np.all(np.diff(found.course) > 0.0)  # unwrapped over north
+    assert np.ptp(found.course) == pytest.approx(np.deg2rad(20.0), abs=1e-6)  # four digits in the file
+    assert found.sigma[-1] == 0.05
+    assert any("satellites" in note for note in found.notes)
+
+
+def test_short_gap_is_bridged_and_said(tmp_path: Path) -> None:
+    whole = read(write_csv(tmp_path, motion(noise=0.0)[1]))
+    columns = {name: np.delete(column, slice(30, 35)) for name, column in motion(noise=0.0)[1].items()}
+    found = read(write_csv(tmp_path, columns))
+    np.testing.assert_allclose(found.time, whole.time, atol=1e-9)
+    # a straight line would cut the turn's corner by a·t²/8 = 3.7 m/s²·(0.6 s)²/8 = 0.17 m; a curve must do far better
+    np.testing.assert_allclose(found.enu, whole.enu, atol=0.04)
+    assert np.all(found.sigma[30:35] > 0.1)  # ½·5 m/s²·(0.3 s)²
+    assert np.all(np.delete(found.sigma, slice(30, 35)) == 0.02)
+    assert any("interpolated" in note and "2.90 to 3.50" in note for note in found.notes)
+
+
+def test_long_gap_splits_and_the_longest_part_stays(tmp_path: Path) -> None:
+    columns = {name: np.delete(column, slice(20, 45)) for name, column in motion()[1].items()}
+    found = read(write_csv(tmp_path, columns))
+    assert found.time[0] == pytest.approx(4.5)
+    assert found.time[-1] == pytest.approx(8.0)
+    assert any("split" in note for note in found.notes)
+
+
+def test_slow_receiver_has_no_gaps(tmp_path: Path) -> None:
+    columns = {name: column[::10] for name, column in motion()[1].items()}
+    found = read(write_csv(tmp_path, columns))
+    assert len(found.time) == 9
+    assert found.notes == ()
+
+
+def put(name: str, row: int, value: float) -> Callable[[Columns], Columns]:
+    def change(columns: Columns) -> Columns:
+        columns[name][row] = value
+        return columns
+
+    return change
+
+
+def whole(name: str, value: float) -> Callable[[Columns], Columns]:
+    def change(columns: Columns) -> Columns:
+        return columns | {name: np.full_like(columns["time_s"], value)}
+
+    return change
+
+
+def swap(columns: Columns) -> Columns:
+    lat, lon = columns["latitude_deg"], columns["longitude_deg"]
+    return columns | {"latitude_deg": lon + 100.0, "longitude_deg": lat}
+
+
+FAULTS: dict[str, tuple[Callable[[Columns], Columns], str, str]] = {
+    "time stands still": (put("time_s", 20, 1.9), "line 22", "time stands still"),
+    "time runs back": (put("time_s", 20, 1.0), "line 22", "time runs back"),
+    "swapped": (swap, "line 2, latitude_deg", "swapped"),
+    "no longitude": (whole("longitude_deg", 200.0), "longitude_deg", "no longitude"),
+    "constant latitude": (whole("latitude_deg", 46.8), "column latitude_deg", "constant"),
+    "constant altitude": (whole("altitude_m", 2000.0), "column altitude_m", "constant"),
+    "altitude in feet": (put("altitude_m", 3, 11500.0), "line 5, altitude_m", "outside"),
+    "jump": (put("latitude_deg", 40, 46.9), "line 42", "jumps"),
+    "kilometres an hour": (whole("speed_mps", 8.1 * 3.6), "column speed_mps", "km/h"),
+    "knots": (whole("speed_mps", 8.1 * 1.944), "column speed_mps", "knots"),
+    "speed of sound": (whole("speed_mps", 340.0), "speed_mps", "outside"),
+    "negative sigma": (whole("sigma_m", -1.0), "sigma_m", "outside"),
+    "column missing": (lambda c: {n: v for n, v in c.items() if n != "altitude_m"}, "header", "altitude_m"),
+    "one sample": (lambda c: {n: v[:1] for n, v in c.items()}, "", "1 samples"),
+    "only gaps": (lambda c: c | {"time_s": c["time_s"] + 5.0 * (np.arange(81) // 5)}, "time_s", "gap"),
+    "at rest": (lambda c: {n: v[:2].repeat(2) + 1e-7 * np.arange(4) * (n != "time_s") for n, v in c.items()}
+                | {"time_s": np.arange(4.0)}, "", "lies within"),
+    "radians": (lambda c: c | {n: np.deg2rad(c[n]) for n in ("latitude_deg", "longitude_deg")}, "", "lies within"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faulty_columns_are_named_with_place_and_mend(tmp_path: Path, fault: str) -> None:
+    change, place, problem = FAULTS[fault]
+    path = write_csv(tmp_path, change(motion()[1]))
+    with pytest.raises(InputError) as caught:
+        read(path)
+    assert str(path) in str(caught.value)
+    assert place in caught.value.place
+    assert problem in caught.value.problem
+    assert caught.value.mend
+    assert "\n" not in str(caught.value)
+
+
+def test_lost_fix_at_zero_zero(tmp_path: Path) -> None:
+    columns = motion()[1]
+    columns["latitude_deg"][7] = columns["longitude_deg"][7] = 0.0
+    with pytest.raises(InputError, match="line 9: latitude and longitude are 0"):
+        read(write_csv(tmp_path, columns))
+
+
+TEXT_FAULTS = {
+    "text": (lambda t: t.replace("\n0.5000,", "\nn/a,"), "line 7, column 1"),
+    "NaN": (lambda t: t.replace("\n0.5000,", "\nNaN,"), "line 7, column 1"),
+    "nothing": (lambda t: t.replace("\n0.5000,", "\n,"), "line 7, column 1"),
+    "torn line": (lambda t: t[:-20], "line 82"),
+    "semicolons": (lambda t: t.replace(",", ";"), "line 1"),
+    "no header": (lambda t: t.split("\n", 1)[1], "line 1"),
+    "column twice": (lambda t: t.replace("altitude_m", "time_s"), "line 1"),
+    "header only": (lambda t: t.split("\n", 1)[0], ""),
+    "empty": (lambda t: "", ""),
+    "blank": (lambda t: "\n \n", ""),
+}
+
+
+@pytest.mark.parametrize("fault", TEXT_FAULTS)
+def test_broken_text_is_named_with_its_line(tmp_path: Path, fault: str) -> None:
+    change, place = TEXT_FAULTS[fault]
+    path = tmp_path / "gps.csv"
+    path.write_text(change(csv(motion()[1])), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read(path)
+    assert caught.value.place.startswith(place)
+    assert caught.value.mend
+
+
+def test_text_in_another_encoding(tmp_path: Path) -> None:
+    path = tmp_path / "gps.csv"
+    path.write_bytes(csv(motion()[1]).encode("utf-16"))
+    with pytest.raises(InputError, match="UTF-8"):
+        read(path)
+
+
+def test_byte_order_mark_carriage_returns_and_blank_lines_are_harmless(tmp_path: Path) -> None:
+    path = tmp_path / "gps.csv"
+    plain = read(write_csv(tmp_path, motion()[1]))
+    path.write_bytes(b"\xef\xbb\xbf" + csv(motion()[1]).replace("\n", "\r\n").encode() + b"\r\n\r\n")
+    np.testing.assert_array_equal(read(path).enu, plain.enu)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        '<!DOCTYPE gpx [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]>\n',
+        '<!DOCTYPE gpx [<!ENTITY a SYSTEM "file:///etc/hostname">]>\n',
+        '<!DOCTYPE gpx SYSTEM "gpx.dtd">\n',
+    ],
+)
+def test_gpx_with_entities_is_refused(tmp_path: Path, head: str) -> None:
+    with pytest.raises(InputError, match="entities are not accepted"):
+        read(write_gpx(tmp_path, motion()[1], head))
+
+
+GPX_FAULTS = {
+    "broken XML": (lambda t: t[:-20], "line"),
+    "no time": (lambda t: t.replace("<time>2026-02-01T10:00:00.300000+00:00</time>", ""), "trkpt 4"),
+    "no elevation": (lambda t: t.replace("<ele>", "<el>", 1).replace("</ele>", "</el>", 1), "trkpt 1"),
+    "text": (lambda t: t.replace("<ele>", "<ele>high", 1), "trkpt 1"),
+    "not a date": (lambda t: t.replace("<time>2026-02-01T", "<time>noon", 1), "trkpt 1"),
+    "no track": (lambda t: t.replace("trkpt", "wpt"), ""),
+}
+
+
+@pytest.mark.parametrize("fault", GPX_FAULTS)
+def test_faulty_gpx_is_named_with_place_and_mend(tmp_path: Path, fault: str) -> None:
+    change, place = GPX_FAULTS[fault]
+    path = write_gpx(tmp_path, motion()[1])
+    text = path.read_text(encoding="utf-8")
+    assert change(text) != text
+    path.write_text(change(text), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read(path)
+    assert caught.value.place.startswith(place)
+    assert caught.value.mend
+
+
+def test_unknown_format_and_missing_sigma(tmp_path: Path) -> None:
+    path = tmp_path / "gps.fit"
+    path.write_bytes(b"x")
+    with pytest.raises(InputError, match=r"no reader for '\.fit'"):
+        read(path)
+    with pytest.raises(InputError, match="sigma_m"):
+        read(write_csv(tmp_path, motion()[1]), sigma=None)

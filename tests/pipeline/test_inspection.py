@@ -1,0 +1,71 @@
+"""The inspection: figures, their text and their picture."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tiny import TOML, Tiny
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.inspection import format_inspection, inspect_recording, plot_inspection
+from sssi_exudyn.recording import read_recording
+
+
+def test_figures_of_a_recording(tmp_path: Path) -> None:
+    tiny = Tiny()
+    tiny.gps = {name: np.delete(column, slice(30, 34)) for name, column in tiny.gps.items()}
+    tiny.insoles["left_1_N"][:] = 0.0
+    found = inspect_recording(read_recording(tiny.write(tmp_path)))
+    motion, gps, insoles = found.instruments
+    assert (motion.samples, gps.samples, insoles.samples) == (481, 81, 401)
+    assert motion.rate_hz == pytest.approx(60.0, rel=1e-6)
+    assert gps.rate_hz == pytest.approx(10.0, rel=1e-6)
+    assert (found.start_s, found.stop_s) == pytest.approx((0.0, 8.0))
+    assert found.mean_speed_mps is not None
+    # 8 m/s down the slope, √(1 + (swing·ω)²/2/8²) = 1.02 times that along the path
+    assert found.mean_speed_mps == pytest.approx(8.2, abs=0.3)
+    assert found.dead_cells == ("left_1_N",)
+    for item in found.setting:
+        assert item.given
+        assert item.estimate_deg is not None
+        assert item.sigma_deg is not None
+        assert abs(item.estimate_deg - item.used_deg) < 4.0 * item.sigma_deg
+    assert json.loads(json.dumps(dataclasses.asdict(found)))["name"] == "tiny"
+
+
+def test_text_says_what_was_done_and_found(tmp_path: Path) -> None:
+    tiny = Tiny(toml=TOML.replace("heading_deg = 25.0", ""))
+    tiny.gps = {name: np.delete(column, slice(30, 34)) for name, column in tiny.gps.items()}
+    text = format_inspection(inspect_recording(read_recording(tiny.write(tmp_path))))
+    for words in ("60.0 Hz", "10.0 Hz", "note: gps.csv: 1 short gap(s) interpolated", "16.00° given", "estimated, ±"):
+        assert words in text
+
+
+def test_text_of_motion_alone(tmp_path: Path) -> None:
+    found = inspect_recording(read_recording(Tiny(toml=TOML.split("[gps]")[0]).write(tmp_path)))
+    assert found.track_length_m is None
+    assert "track" not in format_inspection(found)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_picture_is_drawn(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"picture{suffix}"
+    plot_inspection(read_recording(Tiny().write(tmp_path / "run")), path)
+    assert path.stat().st_size > 5000  # an empty figure is smaller
+
+
+def test_picture_of_motion_alone(tmp_path: Path) -> None:
+    recording = read_recording(Tiny(toml=TOML.split("[gps]")[0]).write(tmp_path / "run"))
+    plot_inspection(recording, tmp_path / "picture.png")
+    assert (tmp_path / "picture.png").exists()
+
+
+@pytest.mark.parametrize("name", ["nowhere/picture.png", "picture.doc"])
+def test_picture_that_cannot_be_written(tmp_path: Path, name: str) -> None:
+    recording = read_recording(Tiny().write(tmp_path / "run"))
+    with pytest.raises(InputError):
+        plot_inspection(recording, tmp_path / name)

@@ -1,0 +1,250 @@
+"""A whole folder: what is read from it, and everything that can be wrong with it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, TOML, Tiny, loads
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.files import MAX_BYTES
+from sssi_exudyn.recording import read_recording
+
+
+def caught(folder: Path) -> InputError:
+    """The one clear line a folder gives; every one names a file and a mend."""
+    with pytest.raises(InputError) as info:
+        read_recording(folder)
+    error = info.value
+    assert error.file
+    assert error.mend
+    assert "\n" not in str(error)
+    return error
+
+
+def test_whole_recording_in_si_units(tmp_path: Path) -> None:
+    folder = Tiny().write(tmp_path)
+    found = read_recording(folder)
+    assert found.name == "tiny"
+    assert (found.skier.mass, found.skier.height, found.skier.sex) == (70.0, 1.65, "male")
+    assert (found.equipment.skis, found.equipment.ski_mass) == ("slalom_165", 2.4)
+    assert found.slope.inclination == pytest.approx(np.deg2rad(INCLINATION_DEG))
+    assert found.slope.fall_line_azimuth == pytest.approx(np.deg2rad(AZIMUTH_DEG))
+    assert found.heading.value == pytest.approx(np.deg2rad(HEADING_DEG))
+    assert not found.slope.estimated
+    assert not found.heading.estimated
+    assert found.gps is not None
+    assert found.gps.segment == "Spine2"
+    assert (found.start, found.stop) == pytest.approx((0.0, 8.0))
+    assert found.notices == ()
+    digest = hashlib.sha256((folder / "motion.bvh").read_bytes()).hexdigest()
+    assert found.hashes["motion.bvh"] == f"sha256:{digest}"
+    assert set(found.hashes) == {"recording.toml", "motion.bvh", "gps.csv", "insoles.csv"}
+    assert pickle.loads(pickle.dumps(found)).skier == found.skier
+
+
+def test_instruments_may_be_absent(tmp_path: Path) -> None:
+    head = TOML.split("[gps]")[0]
+    found = read_recording(Tiny(toml=head).write(tmp_path))
+    assert found.gps is None
+    assert found.insoles is None
+
+
+def test_time_offsets_move_each_instrument(tmp_path: Path) -> None:
+    toml = TOML.replace('"gps.csv"', '"gps.csv"\ntime_offset_s = 0.5').replace(
+        '"insoles.csv"', '"insoles.csv"\ntime_offset_s = -1.0'
+    )
+    found = read_recording(Tiny(toml=toml).write(tmp_path))
+    assert (found.start, found.stop) == pytest.approx((0.5, 7.0))
+    assert any("together cover" in notice for notice in found.notices)
+
+
+def test_own_ski_file_is_read_from_the_folder_and_hashed(tmp_path: Path) -> None:
+    folder = Tiny(toml=TOML.replace('"slalom_165"', '"skis/mine.toml"')).write(tmp_path)
+    (folder / "skis").mkdir()
+    (folder / "skis" / "mine.toml").write_text("length_m = 1.5\n", encoding="utf-8")
+    found = read_recording(folder)
+    assert found.equipment.skis == "skis/mine.toml"
+    assert "skis/mine.toml" in found.hashes
+
+
+def without(name: str) -> Callable[[str], str]:
+    return lambda toml: "\n".join(line for line in toml.split("\n") if not line.startswith(name))
+
+
+def instead(old: str, new: str) -> Callable[[str], str]:
+    return lambda toml: toml.replace(old, new)
+
+
+SETTINGS: dict[str, tuple[Callable[[str], str], str, str]] = {
+    "700 kg": (instead("mass_kg = 70.0", "mass_kg = 700.0"), "[skier] mass_kg", "700 is outside 20 to 200 kg"),
+    "grams": (instead("mass_kg = 70.0", "mass_kg = 70000"), "[skier] mass_kg", "grams"),
+    "feet for metres": (instead("height_m = 1.65", "height_m = 5.41"), "[skier] height_m", "feet"),
+    "centimetres": (instead("height_m = 1.65", "height_m = 165"), "[skier] height_m", "centimetres"),
+    "slope of 80°": (instead("_deg = 16.0", "_deg = 80.0"), "[slope] inclination_deg", "80 is outside 0 to 60 deg"),
+    "antenna in centimetres": (instead("[0.0, 0.1, -0.16]", "[0, 10, -16]"), "[gps] offset_m", "centimetres"),
+    "offset of two": (instead("[0.0, 0.1, -0.16]", "[0.1, -0.16]"), "[gps] offset_m", "three numbers"),
+    "text for a number": (instead("mass_kg = 70.0", 'mass_kg = "70"'), "[skier] mass_kg", "not a number"),
+    "NaN": (instead("mass_kg = 70.0", "mass_kg = nan"), "[skier] mass_kg", "not a number"),
+    "true": (instead("mass_kg = 70.0", "mass_kg = true"), "[skier] mass_kg", "not a number"),
+    "beyond floats": (instead("mass_kg = 70.0", "mass_kg = 1" + "0" * 400), "[skier] mass_kg", "not a number"),
+    "no mass": (without("mass_kg"), "[skier] mass_kg", "missing"),
+    "no skier": (instead("[skier]", "[skyer]"), "skyer", "did you mean 'skier'"),
+    "slip of a key": (instead("height_m", "heigth_m"), "[skier] heigth_m", "did you mean 'height_m'"),
+    "half a slope": (without("inclination"), "[slope] inclination_deg", "missing"),
+    "no motion": (lambda t: t.split("[motion]")[0], "[motion]", "missing"),
+    "skier as text": (lambda t: t.split("[skier]")[0] + 'skier = "me"\n', "[skier]", "must be a table"),
+    "sex": (instead('"male"', '"both"'), "[skier] sex", "anthropometric"),
+    "no format": (without("format"), "format", "format = 1"),
+    "later format": (instead("format = 1", "format = 2"), "format", "2 is not known"),
+    "name of spaces": (instead('"tiny"', '" "'), "name", "not a text"),
+    "unknown joint": (instead('"Spine2"', '"Backpack"'), "[gps] segment", "no joint 'Backpack'"),
+    "not TOML": (instead("mass_kg = 70.0", "mass_kg 70.0"), "", "line 5"),
+    "bottomless": (lambda t: "x = " + "[" * 5000, "", "not valid TOML"),
+    "missing file": (instead('"gps.csv"', '"fixes.csv"'), "", "does not exist"),
+    "folder as a file": (instead('"gps.csv"', '"."'), "", "not a file"),
+    "climbs out": (instead('"gps.csv"', '"../gps.csv"'), "[gps] file", "out of the recording's folder"),
+    "absolute": (instead('"gps.csv"', '"/etc/hostname"'), "[gps] file", "relative path"),
+    "drive": (instead('"gps.csv"', "'C:\\gps.csv'"), "[gps] file", "relative path"),
+    "null byte": (instead('"gps.csv"', '"gps\\u0000.csv"'), "[gps] file", "not a file name"),
+    "skis climb out": (instead('"slalom_165"', '"../ski.toml"'), "[equipment] skis", "out of the recording's folder"),
+    "video as motion": (instead('"motion.bvh"', '"gps.csv"'), "[motion] file", "no reader"),
+    "clocks apart": (instead('"gps.csv"', '"gps.csv"\ntime_offset_s = 3600'), "time_offset_s", "do not overlap"),
+    "backwards": (instead("heading_deg = 25.0", "heading_deg = 205.0"), "[motion] heading_deg", "skis say"),
+    "uphill": (instead("azimuth_deg = 70.0", "azimuth_deg = 250.0"), "fall_line_azimuth_deg", "falls towards"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", SETTINGS)
+def test_faulty_settings_are_named_with_place_and_mend(tmp_path: Path, fault: str) -> None:
+    change, place, problem = SETTINGS[fault]
+    assert change(TOML) != TOML
+    error = caught(Tiny(toml=change(TOML)).write(tmp_path / "run"))
+    assert place in error.place
+    assert problem in str(error)
+
+
+@pytest.mark.parametrize("name", ["recording.toml", "motion.bvh", "gps.csv", "insoles.csv"])
+class TestEveryFile:
+    """Faults that any of the files may have."""
+
+    def test_missing(self, tmp_path: Path, name: str) -> None:
+        folder = Tiny().write(tmp_path)
+        (folder / name).unlink()
+        error = caught(folder)
+        assert name in error.file
+        assert "does not exist" in error.problem
+
+    def test_empty(self, tmp_path: Path, name: str) -> None:
+        folder = Tiny().write(tmp_path)
+        (folder / name).write_bytes(b"")
+        error = caught(folder)
+        assert name in error.file
+        assert "empty" in error.problem
+
+    def test_gigabyte_is_refused_unread(self, tmp_path: Path, name: str) -> None:
+        folder = Tiny().write(tmp_path)
+        os.truncate(folder / name, 5 * MAX_BYTES)  # sparse: takes no room on the disk
+        error = caught(folder)
+        assert name in error.file
+        assert "1000 MB" in error.problem
+
+    def test_symlink_out_of_the_folder(self, tmp_path: Path, name: str) -> None:
+        folder = Tiny().write(tmp_path / "run")
+        (folder / name).rename(tmp_path / name)
+        (folder / name).symlink_to(tmp_path / name)
+        error = caught(folder)
+        assert name in str(error)
+        assert "out of the recording's folder" in error.problem
+
+    def test_symlink_to_itself(self, tmp_path: Path, name: str) -> None:
+        folder = Tiny().write(tmp_path)
+        (folder / name).unlink()
+        (folder / name).symlink_to(name)
+        assert name in str(caught(folder))
+
+    def test_pipe(self, tmp_path: Path, name: str) -> None:
+        folder = Tiny().write(tmp_path)
+        (folder / name).unlink()
+        os.mkfifo(folder / name)
+        assert "not a file" in caught(folder).problem
+
+    def test_bytes_that_are_no_text(self, tmp_path: Path, name: str) -> None:
+        folder = Tiny().write(tmp_path)
+        (folder / name).write_bytes(bytes(range(128, 256)) * 10)
+        error = caught(folder)
+        assert name in error.file
+        assert "UTF-8" in error.problem
+
+
+def test_symlink_within_the_folder_is_fine(tmp_path: Path) -> None:
+    folder = Tiny().write(tmp_path)
+    (folder / "gps.csv").rename(folder / "fixes.csv")
+    (folder / "gps.csv").symlink_to("fixes.csv")
+    assert read_recording(folder).gps is not None
+
+
+def test_no_folder(tmp_path: Path) -> None:
+    assert "does not exist" in caught(tmp_path / "nowhere").problem
+    path = tmp_path / "file"
+    path.write_text("x", encoding="utf-8")
+    assert "not a recording's folder" in caught(path).problem
+
+
+@pytest.mark.parametrize("known", ["heading_deg = 25.0", ""])
+def test_latitude_and_longitude_swapped_where_both_are_possible(tmp_path: Path, known: str) -> None:
+    tiny = Tiny(toml=TOML.replace("heading_deg = 25.0", known))
+    tiny.gps["latitude_deg"], tiny.gps["longitude_deg"] = tiny.gps["longitude_deg"], tiny.gps["latitude_deg"]
+    error = caught(tiny.write(tmp_path))
+    assert "gps.csv" in error.file
+    assert "swapped" in error.problem
+
+
+def test_altitude_in_feet_against_the_slope(tmp_path: Path) -> None:
+    tiny = Tiny()
+    tiny.gps["altitude_m"] = tiny.gps["altitude_m"] / 0.3048
+    error = caught(tiny.write(tmp_path))
+    assert error.place == "column altitude_m"
+    assert "feet" in error.problem
+
+
+@pytest.mark.parametrize(("unit", "size"), [("metres", 0.01), ("millimetres", 10.0), ("inches", 1.0 / 2.54)])
+def test_capture_in_another_unit_against_the_height(tmp_path: Path, unit: str, size: float) -> None:
+    tiny = Tiny()
+    tiny.skeleton = tuple((name, above, (x * size, y * size, z * size)) for name, above, (x, y, z) in tiny.skeleton)
+    error = caught(tiny.write(tmp_path))
+    assert "motion.bvh" in error.file
+    assert unit in error.problem
+
+
+def test_oddities_are_noticed_but_read(tmp_path: Path) -> None:
+    toml = TOML.replace("heading_deg = 25.0", "heading_deg = 45.0").replace('sex = "male"', "")
+    toml = toml.replace("inclination_deg = 16.0", "inclination_deg = 22.0").replace("_deg = 70.0", "_deg = 92.0")
+    tiny = Tiny(toml=toml)
+    tiny.insoles = {name: column / (1.0 if name == "time_s" else 50.0) for name, column in loads(4).items()}
+    told = " ".join(read_recording(tiny.write(tmp_path)).notices)
+    odd = ("heading_deg is 45.0", "inclination_deg is 22.0", "azimuth_deg is 92.0", "sex is not given", "newtons")
+    for words in odd:
+        assert words in told
+
+
+def test_without_fixes_slope_and_heading_have_to_be_given(tmp_path: Path) -> None:
+    head = TOML.split("[gps]")[0]
+    error = caught(Tiny(toml=head.replace("heading_deg = 25.0", "")).write(tmp_path / "heading"))
+    assert error.place == "[motion] heading_deg"
+    slope = head[head.index("[slope]") : head.index("[motion]")]
+    error = caught(Tiny(toml=head.replace(slope, "")).write(tmp_path / "slope"))
+    assert error.place == "[slope]"
+
+
+def test_nothing_is_written_into_the_folder(tmp_path: Path) -> None:
+    folder = Tiny().write(tmp_path)
+    before = sorted(path.name for path in folder.iterdir())
+    read_recording(folder)
+    assert sorted(path.name for path in folder.iterdir()) == before
