@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sssi_exudyn.errors import InputError
+from sssi_exudyn.files import inside, read_text
 from sssi_exudyn.frames import Array
 from sssi_exudyn.quantity import checked, quantities, quantity
 
@@ -23,7 +24,6 @@ CATALOGUE: Final = Path(__file__).with_name("skis.toml")
 KINDS: Final = ("linear", "flat_at_start", "flat_at_end")
 PROFILES: Final = {"width": (20.0, 300.0), "thickness": (1.0, 60.0), "height": (-50.0, 400.0)}
 """The profiles of a ski and the bounds of their values (mm): wide enough for snowboards, too narrow for metres."""
-_MAX_FILE_BYTES: Final = 1_000_000
 _GAUSS_S, _GAUSS_W = np.polynomial.legendre.leggauss(8)
 
 
@@ -169,11 +169,7 @@ def read_ski(name_or_path: str, folder: str | Path) -> Ski:
             f"no ski is called {name_or_path!r}",
             f"use one of {', '.join(known)}, or the path of a .toml file",
         )
-    path = folder / name_or_path
-    if not path.resolve().is_relative_to(folder.resolve()):
-        raise InputError(
-            recording, "[equipment] skis", f"{name_or_path!r} lies outside the recording", "copy the ski file into it"
-        )
+    path = inside(folder, name_or_path, recording, "[equipment] skis")
     tables = _tables(path)
     if len(tables) != 1:
         raise InputError(path, "", f"{len(tables)} skis in one file", "keep exactly one table, named after the ski")
@@ -247,13 +243,8 @@ def _profile(table: object, name: str, file: str | Path, place: str) -> Profile:
 
 def _tables(path: Path) -> dict[str, object]:
     try:
-        if path.stat().st_size > _MAX_FILE_BYTES:
-            raise InputError(path, "", "is too large for a ski file", "name the right file")
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        reason = error.strerror or "cannot be read"
-        raise InputError(path, "", f"cannot be read ({reason})", "check the name and the permissions") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        return tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
         raise InputError(path, "", f"is not TOML: {error}", "correct the file") from None
 
 

@@ -178,11 +178,11 @@ def test_a_missing_number_is_named(slalom) -> None:
 def test_a_wrong_name_or_file_gets_one_clear_line(slalom, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"no ski is called 'slalom'.*slalom_165"):
         read_ski("slalom", tmp_path)
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="does not exist"):
         read_ski("missing.toml", tmp_path)
     (tmp_path / "run").mkdir()
     (tmp_path / "ski.toml").write_text(tomli_w.dumps({"mine": ski_to_table(slalom)}))
-    with pytest.raises(InputError, match="outside"):
+    with pytest.raises(InputError, match="out of the recording"):
         read_ski("../ski.toml", tmp_path / "run")
     (tmp_path / "two.toml").write_text(tomli_w.dumps({name: ski_to_table(slalom) for name in "ab"}))
     with pytest.raises(InputError, match="2 skis"):
@@ -190,6 +190,3 @@ def test_a_wrong_name_or_file_gets_one_clear_line(slalom, tmp_path: Path) -> Non
     (tmp_path / "text.toml").write_text("a ski of wood")
     with pytest.raises(InputError, match="not TOML"):
         read_ski("text.toml", tmp_path)
-    (tmp_path / "huge.toml").write_bytes(b"#" * 1_000_001)
-    with pytest.raises(InputError, match="too large"):
-        read_ski("huge.toml", tmp_path)

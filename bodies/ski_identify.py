@@ -1,0 +1,168 @@
+"""A ski from what is measured on it: density, Young's modulus and damping, each with its interval (paper 2.2.2).
+
+The stuff is taken as homogeneous and isotropic with ν = 0.3, so the shear modulus is E/(2(1 + ν)).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.optimize import curve_fit
+from scipy.signal import detrend, hilbert
+from scipy.stats import linregress
+from scipy.stats import t as student
+
+from sssi_exudyn.bodies.ski import Profile, Ski, integrate_pieces
+from sssi_exudyn.bodies.ski_measurements import Measurements
+from sssi_exudyn.bodies.ski_mesh import mesh
+from sssi_exudyn.bodies.ski_modes import modal_ski
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import Array
+
+_SETTLING_PERIODS: Final = 3.0
+"""Periods of the first bending after which the faster, more strongly damped ones have died out."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its standard error and its 95 % interval."""
+
+    value: float
+    se: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class IdentifiedSki:
+    """The ski, and how well each number is known; ``damping_ratio`` is that of the tip's vibration.
+
+    ``frequency`` (Hz) is the measured one of the tip; ``predicted_frequency`` that of the ski as identified, which no
+    fit has seen: their difference tests homogeneity.
+    """
+
+    ski: Ski
+    density: Estimate
+    young_modulus: Estimate
+    damping_ratio: Estimate
+    frequency: Estimate
+    predicted_frequency: float
+
+
+def identify_ski(measured: Measurements) -> IdentifiedSki:
+    """Density, Young's modulus and damping from the tests on one ski.
+
+    Raises InputError when a test does not determine its number.
+    """
+    length = float(measured.scan_place[-1] - measured.scan_place[0])
+    s = tuple(float(v) for v in (measured.scan_place - measured.scan_place[0]) / length)
+
+    def profile(values: Array) -> Profile:
+        return Profile(s, tuple(float(v) for v in values), ("linear",) * (len(s) - 1))
+
+    blank = Ski(
+        name=measured.name,
+        source="identified from scan, weight, three-point bending and free vibration",
+        width=profile(measured.width),
+        thickness=profile(measured.thickness),
+        height=profile(measured.height),
+        length=length,
+        boot_centre=measured.boot_centre,
+        mass=measured.mass,
+    )
+    thicker = dataclasses.replace(blank, thickness=profile(measured.thickness + measured.thickness_sigma))
+    volume, volume_up = (_volume(ski) for ski in (blank, thicker))
+    density_se = math.hypot(measured.mass_sigma / volume, measured.mass / volume - measured.mass / volume_up)
+    young = _young_modulus(measured, blank, thicker)
+    shear = young.value / (2.0 * (1.0 + blank.poisson_ratio))
+    stiff = dataclasses.replace(blank, young_modulus=young.value, shear_modulus=shear)
+    frequency, damping = _decay(measured)
+    modes = modal_ski(mesh(stiff), 2)
+    tip = int(np.argmax(np.abs(modes.shape[:, -1, 2])))
+    # Damping grows with frequency, and a ski's ratio is declared for the mean of its front and its back.
+    ratio = damping.value * float(np.mean(modes.frequency) / modes.frequency[tip])
+    ski = dataclasses.replace(stiff, damping_ratio=ratio)
+    return IdentifiedSki(
+        ski=ski,
+        density=_interval(measured.mass / volume, density_se, math.inf),
+        young_modulus=young,
+        damping_ratio=damping,
+        frequency=frequency,
+        predicted_frequency=float(modes.frequency[tip]),
+    )
+
+
+def _volume(ski: Ski) -> float:
+    area = integrate_pieces(ski, np.array([0.0, 1.0]), lambda s: ski.width(s) * ski.thickness(s)).item()
+    return float(ski.length * area)
+
+
+def _interval(value: float, se: float, freedom: float) -> Estimate:
+    reach = float(student.ppf(0.975, freedom)) * se
+    return Estimate(value, se, value - reach, value + reach)
+
+
+def _young_modulus(measured: Measurements, ski: Ski, thicker: Ski) -> Estimate:
+    """E = compliance of a ski of unit modulus over the slope of deflection against force.
+
+    The slope's error and the caliper's, which enters with the cube of thickness, add up in quadrature.
+    """
+    line = linregress(measured.force, measured.deflection)
+    freedom = len(measured.force) - 2
+    if not line.slope > 2.0 * line.stderr:
+        raise InputError("bench.toml", "[bending]", "deflection does not grow with force", "check columns and signs")
+    unit, unit_up = (_unit_compliance(measured, each) for each in (ski, thicker))
+    value = unit / float(line.slope)
+    se = math.hypot(value * float(line.stderr / line.slope), (unit - unit_up) / float(line.slope))
+    return _interval(value, se, freedom)
+
+
+def _unit_compliance(measured: Measurements, ski: Ski) -> float:
+    """Deflection under the force times E (m/N · Pa) on two supports: E ∫ M²/EI + V²/κGA dx for a unit force."""
+    unit = dataclasses.replace(ski, young_modulus=1.0)
+    left, load, right = (place / ski.length for place in (measured.left, measured.load, measured.right))
+    rear, front = (right - load) / (right - left), (load - left) / (right - left)
+
+    def compliance(s: Array) -> Array:
+        behind = s < load
+        shear = np.where(behind, rear, -front)
+        moment = ski.length * np.where(behind, rear * (s - left), front * (right - s))
+        return np.asarray(moment**2 / unit.bending_stiffness(s) + shear**2 / unit.shear_stiffness(s))
+
+    return float(ski.length * integrate_pieces(unit, np.array([left, load, right]), compliance).sum())
+
+
+def _decay(measured: Measurements) -> tuple[Estimate, Estimate]:
+    """Frequency (Hz) and damping ratio of the tip's free vibration, by least squares over its late part."""
+    step = float(np.median(np.diff(measured.time)))
+    even = np.arange(measured.time[0], measured.time[-1], step)
+    wave = detrend(np.interp(even, measured.time, measured.signal), type="constant")
+    spectrum = np.abs(np.fft.rfft(wave, 8 * len(wave)))
+    peak = float(np.fft.rfftfreq(8 * len(wave), step)[np.argmax(spectrum[1:]) + 1])
+    start = measured.time[0] + _SETTLING_PERIODS / peak
+    late = measured.time > start
+    t, y = measured.time[late] - start, measured.signal[late]
+    if len(t) < 20 or t[-1] * peak < 3.0:
+        raise InputError("bench.toml", "[vibration]", "too short to see a decay", "record at least ten periods")
+    half = len(wave) // 2
+    envelope = np.abs(hilbert(wave))[len(wave) // 10 : half]
+    slope = np.polyfit(np.arange(len(envelope)) * step, np.log(envelope), 1)[0]
+    guess = min(max(-slope / (2.0 * np.pi * peak), 0.002), 0.3)
+
+    def swing(t: Array, zeta: float, hertz: float, cosine: float, sine: float, rest: float) -> Array:
+        omega = 2.0 * np.pi * hertz
+        phase = omega * np.sqrt(1.0 - zeta**2) * t
+        return np.asarray(np.exp(-zeta * omega * t) * (cosine * np.cos(phase) + sine * np.sin(phase)) + rest)
+
+    first = [guess, peak, y[0] - y[-1], 0.0, y[-1]]
+    bounds = ([0.0, 0.5 * peak, *[-np.inf] * 3], [0.5, 1.5 * peak, *[np.inf] * 3])
+    found, covariance = curve_fit(swing, t, y, p0=first, bounds=bounds)
+    errors = np.sqrt(np.diag(covariance))
+    if not found[0] > 2.0 * errors[0]:
+        raise InputError("bench.toml", "[vibration]", "no decay can be seen", "check the columns and the recording")
+    freedom = len(t) - len(found)
+    return _interval(found[1], errors[1], freedom), _interval(found[0], errors[0], freedom)
