@@ -74,7 +74,9 @@ def _status(options: argparse.Namespace) -> int:
         return _failed(options, 1, str(error))
     except Exception as error:  # noqa: BLE001 - the last line of defence; --debug shows the traceback
         if isinstance(error, ImportError) and "libGL" in str(error):
-            return _failed(options, 1, f"Exudyn cannot be loaded ({error}); on Debian: sudo apt-get install libgl1")
+            return _failed(
+                options, 1, "Exudyn needs the OpenGL library libGL.so.1; on Debian: sudo apt-get install libgl1"
+            )
         fault = f"{type(error).__name__}: {error}".splitlines()[0]
         return _failed(options, 1, f"{fault}; this is a fault of the program, --debug shows where")
     return 0

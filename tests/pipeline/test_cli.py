@@ -86,7 +86,11 @@ def test_arguments_arrive_as_paths_and_numbers(behind: Callable[..., None]) -> N
         (SimulationDiverged(1.25, "penetration"), 1, "diverged at 1.250 s: penetration"),
         (KeyboardInterrupt(), 130, "resume with the same command"),
         (ZeroDivisionError("division by zero"), 1, "a fault of the program"),
-        (ImportError("libGL.so.1: cannot open shared object file"), 1, "apt-get install libgl1"),
+        (
+            ImportError("Tried, in order:\n  exudynCPP: libGL.so.1: cannot open shared object file"),
+            1,
+            "apt-get install libgl1",
+        ),
     ],
     ids=["bad input", "diverged", "interrupted", "fault", "no OpenGL"],
 )
