@@ -14,9 +14,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.bvh import Bvh, joint_positions, world_rotations
-from sssi_exudyn.chain import JOINTS, SEGMENT, SEGMENTS, Geometry, Joint
+from sssi_exudyn.chain import JOINTS, SEGMENT, SEGMENTS, Axis, Geometry, Joint
 from sssi_exudyn.frames import BODY_FROM_BVH, Array, rotation_from_bvh
-from sssi_exudyn.limb import Limb, ball_joint_angles, fit_angles
+from sssi_exudyn.limb import Limb, ball_joint_angles, fit_angles, turn_about
+from sssi_exudyn.rotations import nearest_rotation
 
 _SIDES: Final = (("r", "Right", -1.0), ("l", "Left", 1.0))
 
@@ -48,11 +49,10 @@ _LEG_SIGMA: Final[Array] = np.radians([3.0, 3.0, 3.0])
 """Thigh and shank: only to keep a straight leg's angles determined."""
 _ARM_SIGMA: Final[Array] = np.radians([1.0, 1.0, 1.0])
 """Upper arm, forearm and hand count alike: they carry mass and little else."""
-_EXACT: Final = 1e-3
-"""Factor on the foot's sigmas that makes its orientation practically exact."""
+_UNMEASURED: Final[Array] = np.full(3, np.inf)
 _LUMBAR_SIGMA: Final = 0.05
 """m; how far the functional lumbar joint may lie from the anatomical one where the motion does not say."""
-_TOE_LENGTH: Final = 0.03
+_TOE_LENGTH: Final = 0.2 * 0.152
 """Toes over body height: a foot of 0.152 (Drillis & Contini 1966), of which the toes are a fifth."""
 
 
@@ -163,14 +163,15 @@ def skier_geometry(capture: Capture, height: float, ankle_to_ski_base: float) ->
     """The skier's lengths: limbs from the capture's offsets, points on the torso from their mean place over the run.
 
     Shoulders and head move a little on the captured torso (collar bones, neck); the chain has them fixed where they
-    were on average.  The hips are put where the chain, its feet held in the captured orientation, reaches the captured
-    ankles: knee and ankle turn about parallel axes, so the leg moves in a plane, and without this a constant
-    inclination of the captured shank would stand as a sideways error of the foot.
+    were on average.  What the capture bends knees and ankles out of their hinges' plane, constantly (crooked shanks,
+    sensors strapped on askew), becomes the constant attitude of ankle and subtalar joint: left out, the feet would be
+    some degrees and centimetres wrong.  What varies of it, the chain's hinges cannot follow.
 
     height, ankle_to_ski_base : m
     """
     bvh = capture.bvh
     joint, end = np.zeros((len(SEGMENTS), 3)), np.zeros((len(SEGMENTS), 3))
+    attitude = np.tile(np.eye(3), (len(SEGMENTS), 1, 1))
     lumbar = lumbar_joint(capture)
     joint[SEGMENT["torso"]] = end[SEGMENT["pelvis"]] = lumbar
     torso = capture.rotation[:, capture.joint("torso")]
@@ -179,8 +180,12 @@ def skier_geometry(capture: Capture, height: float, ankle_to_ski_base: float) ->
     vertex = capture.place[:, head] + capture.rotation[:, head] @ _far_end(bvh, head)
     end[SEGMENT["head"]] = mean_in(torso, capture.place[:, neck], vertex)
     for side, word, _ in _SIDES:
+        thigh, shank, foot = (capture.rotation[:, bvh.index(word + name)] for name in ("UpLeg", "Leg", "Foot"))
+        ankle = attitude[SEGMENT[f"talus_{side}"]] = _hinge_attitude(_hinge(f"tibia_{side}"), thigh, shank)
+        attitude[SEGMENT[f"calcn_{side}"]] = _hinge_attitude(_hinge(f"talus_{side}"), shank, foot)
         for segment, name in (("femur", "UpLeg"), ("tibia", "Leg"), ("talus", "Foot")):
             joint[SEGMENT[f"{segment}_{side}"]] = BODY_FROM_BVH @ bvh.offsets[bvh.index(word + name)]
+        joint[SEGMENT[f"talus_{side}"]] = ankle @ joint[SEGMENT[f"talus_{side}"]]  # the tibia's frame is its knee's
         ball = _far_end(bvh, bvh.index(word + "Foot"))
         joint[SEGMENT[f"toes_{side}"]] = end[SEGMENT[f"calcn_{side}"]] = ball
         end[SEGMENT[f"toes_{side}"]] = (_TOE_LENGTH * height, 0.0, 0.0)
@@ -194,34 +199,40 @@ def skier_geometry(capture: Capture, height: float, ankle_to_ski_base: float) ->
         for segment, beyond in (("femur", "tibia"), ("tibia", "talus"), ("humerus", "ulna")):
             end[SEGMENT[f"{segment}_{side}"]] = joint[SEGMENT[f"{beyond}_{side}"]]
         end[SEGMENT[f"ulna_{side}"]] = end[SEGMENT[f"radius_{side}"]] = joint[SEGMENT[f"hand_{side}"]]
-    geometry = Geometry(joint, end, ankle_to_ski_base)
-    for side, _, _ in _SIDES:
-        joint[SEGMENT[f"femur_{side}"], 1] += _hip_shift(capture, geometry, side)
-    return geometry
+    return Geometry(joint, end, ankle_to_ski_base, attitude)
 
 
-def _hip_shift(capture: Capture, geometry: Geometry, side: str) -> float:
-    """How far to the left (m) a hip must go for the foot's sagittal plane to hold hip and ankle on average."""
-    limb = _leg(capture, geometry, side, _EXACT)
-    pose = limb.pose(fit_angles(limb))
-    assert limb.place is not None
-    across = pose.rotation[:, -1, :, 1]
-    missing = np.sum((limb.place - pose.origin[:, -1]) * across, axis=-1)
-    return float(np.sum(missing * across[:, 1]) / np.sum(across[:, 1] ** 2))
+def _hinge_attitude(axis: Axis, inner: Array, outer: Array) -> Array:
+    """The constant (3, 3) that a hinge leaves between two captured segments (n, 3, 3): inner⁻¹ outer = turn · constant.
+
+    The mean, over the run, of what remains of the joint's rotation when the part about the hinge's axis is taken off.
+    """
+    relative = np.swapaxes(inner, -1, -2) @ outer
+    turn = Rotation.from_rotvec(turn_about(axis, relative)[:, None] * np.array(axis)).as_matrix()
+    return nearest_rotation(np.mean(np.swapaxes(turn, -1, -2) @ relative, axis=0))
+
+
+def _hinge(segment: str) -> Axis:
+    ((_, axis),) = JOINTS[SEGMENT[segment]].rotations
+    return axis
 
 
 def _joints(*segments: str) -> tuple[Joint, ...]:
     return tuple(JOINTS[SEGMENT[segment]] for segment in segments)
 
 
-def _leg(capture: Capture, geometry: Geometry, side: str, exactness: float = 1.0) -> Limb:
-    joints = _joints(f"femur_{side}", f"tibia_{side}", f"talus_{side}")
-    measured = [capture.joint(f"{segment}_{side}") for segment in ("femur", "tibia", "calcn")]
+def _leg(capture: Capture, geometry: Geometry, side: str) -> Limb:
+    joints = _joints(f"femur_{side}", f"tibia_{side}", f"talus_{side}", f"calcn_{side}")
+    at = [SEGMENT[joint.segment] for joint in joints]
+    thigh, shank, foot = (capture.rotation[:, capture.joint(f"{name}_{side}")] for name in ("femur", "tibia", "calcn"))
+    ankle, subtalar = geometry.attitude_in_parent[at[2:]]
     return Limb(
         joints=joints,
-        offset=np.stack([geometry.joint_in_parent[SEGMENT[joint.segment]] for joint in joints]),
-        rotation=capture.rotation[:, measured],
-        rotation_sigma=np.stack([_LEG_SIGMA, _LEG_SIGMA, exactness * _FOOT_SIGMA]),
+        offset=geometry.joint_in_parent[at],
+        attitude=geometry.attitude_in_parent[at],
+        # Shank and talus are captured but for the constant rotation between their own frame and the next joint's.
+        rotation=np.stack([thigh, shank @ ankle.T, foot @ subtalar.T, foot], axis=1),
+        rotation_sigma=np.stack([_LEG_SIGMA, _LEG_SIGMA, _UNMEASURED, _FOOT_SIGMA]),
         place=capture.place[:, capture.joint(f"calcn_{side}")],
         place_sigma=_PLACE_SIGMA,
     )
@@ -232,12 +243,12 @@ def _arm(capture: Capture, side: str) -> Limb:
     measured = [capture.joint(f"{segment}_{side}") for segment in ("humerus", "radius", "radius", "hand")]
     to_torso = np.swapaxes(capture.rotation[:, capture.joint("torso")], -1, -2)[:, None]
     # The capture has one forearm: it tells of the radius; the ulna, before pronation, is not compared.
-    unmeasured = np.full(3, np.inf)
     return Limb(
         joints=joints,
         offset=np.zeros((len(joints), 3)),
+        attitude=np.tile(np.eye(3), (len(joints), 1, 1)),
         rotation=to_torso @ capture.rotation[:, measured],
-        rotation_sigma=np.stack([_ARM_SIGMA, unmeasured, _ARM_SIGMA, _ARM_SIGMA]),
+        rotation_sigma=np.stack([_ARM_SIGMA, _UNMEASURED, _ARM_SIGMA, _ARM_SIGMA]),
     )
 
 

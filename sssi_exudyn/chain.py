@@ -16,7 +16,7 @@ palms to the thighs), where all segments are parallel.  A segment's origin is it
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -105,11 +105,15 @@ class Geometry:
     segment_end : (21, 3) each segment's far end in its own frame: the next joint outwards, the toe tip, the finger tip,
         the vertex of the head, the base of the neck for the torso, the lumbar joint for the pelvis
     ankle_to_ski_base : from the ankle joint down to the ski's running surface along the foot's -z
+    attitude_in_parent : (21, 3, 3) constant rotation of the joint's own frame in the parent's, before the joint turns;
+        identity where the axes of joint and parent are parallel.  The ankle's and the subtalar joint's differ from
+        that: no skier's knee and ankle turn about exactly parallel axes
     """
 
     joint_in_parent: Array
     segment_end: Array
     ankle_to_ski_base: float
+    attitude_in_parent: Array = field(default_factory=lambda: np.tile(np.eye(3), (len(SEGMENTS), 1, 1)))
 
     def length(self, segment: str) -> float:
         """Distance from the segment's joint to its far end (m)."""
@@ -156,7 +160,7 @@ def _turned(rotation: Array, axis: Axis, angle: Array) -> Array:
 
 
 def joint_rotation(joint: Joint, angles: Array) -> Array:
-    """The joint's rotation (…, 3, 3), segment frame → parent frame, for its own angles (…, k) in the table's order."""
+    """The joint's rotation (…, 3, 3), segment frame → joint frame, for its own angles (…, k) in the table's order."""
     rotation = np.broadcast_to(np.eye(3), (*angles.shape[:-1], 3, 3))
     for column, (_, axis) in enumerate(joint.rotations):
         rotation = _turned(rotation, axis, angles[..., column])
@@ -180,8 +184,9 @@ def forward_kinematics(geometry: Geometry, q: Array, inclination: float) -> Pose
             current = np.broadcast_to(slope_from_level, (*shape, 3, 3))
             origin[..., i, :] = q[..., :3]
         else:
-            current = rotation[..., PARENT[i], :, :]
-            origin[..., i, :] = origin[..., PARENT[i], :] + current @ geometry.joint_in_parent[i]
+            parent = rotation[..., PARENT[i], :, :]
+            origin[..., i, :] = origin[..., PARENT[i], :] + parent @ geometry.joint_in_parent[i]
+            current = parent @ geometry.attitude_in_parent[i]
         for name, axis in joint.rotations:
             axes[..., COORDINATE[name], :] = current @ np.array(axis)
             current = _turned(current, axis, q[..., COORDINATE[name]])

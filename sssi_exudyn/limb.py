@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.chain import Joint, joint_rotation
+from sssi_exudyn.chain import Axis, Joint, joint_rotation
 from sssi_exudyn.frames import Array
 
 _ITERATIONS: Final = 50
@@ -41,12 +41,14 @@ class Limb:
     offset : (k, 3) m, each joint in its parent's frame
     rotation : (n, k, 3, 3) captured, segment → base
     rotation_sigma : (k, 3) rad, about the segment's own x, y, z; infinite: not compared
+    attitude : (k, 3, 3) constant rotation of each joint's frame in its parent's
     place : (n, 3) m of the last joint, or None: not compared
     place_sigma : m
     """
 
     joints: tuple[Joint, ...]
     offset: Array
+    attitude: Array
     rotation: Array
     rotation_sigma: Array
     place: Array | None = None
@@ -62,8 +64,10 @@ class Limb:
         """The limb's pose for angles (n, c)."""
         current, place = np.broadcast_to(np.eye(3), (len(angles), 3, 3)), np.zeros((len(angles), 3))
         rotation, origin, axes = [], [], []
-        for joint, offset, part in zip(self.joints, self.offset, self.by_segment(angles).values(), strict=True):
+        parts = self.by_segment(angles).values()
+        for joint, offset, attitude, part in zip(self.joints, self.offset, self.attitude, parts, strict=True):
             place = place + current @ offset
+            current = current @ attitude
             for column, (_, axis) in enumerate(joint.rotations):
                 before = Joint(joint.segment, joint.parent, joint.rotations[:column])
                 axes.append(current @ joint_rotation(before, part[:, :column]) @ np.array(axis))
@@ -110,18 +114,25 @@ def ball_joint_angles(joint: Joint, rotation: Array) -> Array:
     return continuous(tait_bryan(rotation, (first, second, third)) * directions.sum(axis=1))
 
 
+def turn_about(axis: Axis, rotation: Array) -> Array:
+    """The part (n,) rad about ``axis`` of rotations (n, 3, 3), continuous over time: what a hinge makes of them."""
+    quaternion = Rotation.from_matrix(rotation).as_quat()
+    return np.asarray(np.unwrap(2.0 * np.arctan2(quaternion[:, :3] @ np.array(axis), quaternion[:, 3])))
+
+
 def _first_guess(limb: Limb) -> Array:
     """Joint by joint: all of a ball joint's rotation, of a hinge's the part about its axis."""
     current = np.broadcast_to(np.eye(3), limb.rotation[:, 0].shape)
     parts = []
-    for joint, captured in zip(limb.joints, np.moveaxis(limb.rotation, 1, 0), strict=True):
+    for joint, attitude, captured in zip(limb.joints, limb.attitude, np.moveaxis(limb.rotation, 1, 0), strict=True):
+        current = current @ attitude
         relative = np.swapaxes(current, -1, -2) @ captured
         if len(joint.rotations) == 3:
             part = ball_joint_angles(joint, relative)
         else:
-            ((_, axis),) = joint.rotations
-            quaternion = Rotation.from_matrix(relative).as_quat()
-            part = np.unwrap(2.0 * np.arctan2(quaternion[:, :3] @ np.array(axis), quaternion[:, 3]))[:, None]
+            part = np.empty((len(relative), len(joint.rotations)))
+            for column, (_, axis) in enumerate(joint.rotations):
+                part[:, column] = turn_about(axis, relative)
         parts.append(part)
         current = current @ joint_rotation(joint, part)
     return np.concatenate(parts, axis=-1)

@@ -110,13 +110,14 @@ def motion_from_recording(recording: Recording, cutoff_hz: float = 6.0) -> Motio
     equipment, slope = recording.equipment, recording.slope
     geometry = skier_geometry(capture, recording.skier.height, equipment.ankle_to_ski_base)
     level_from_capture = level_to_enu(slope.fall_line_azimuth).T @ level_to_enu(recording.heading.value)
+    slope_from_capture = slope_to_level(slope.inclination).T @ level_from_capture
     angles = chain_angles(capture, geometry, level_from_capture)
     motion = spline_motion(geometry, slope.inclination, bvh.time, angles)
     poses, _ = relative_poses(motion, bvh.time)
     return replace(
         motion,
         antenna=None if recording.gps is None else _antenna(recording.gps, capture, poses),
-        round_trip=_round_trip(raw, capture, poses, slope_to_level(slope.inclination).T @ level_from_capture),
+        round_trip=_round_trip(raw, capture, geometry, poses, slope_from_capture),
         start=max(recording.start, motion.start),
         stop=min(recording.stop, motion.stop),
     )
@@ -173,7 +174,9 @@ def _rms(x: Array) -> float:
     return float(np.sqrt(np.mean(x**2)))
 
 
-def _round_trip(raw: Capture, filtered: Capture, poses: Poses, slope_from_capture: Array) -> tuple[RoundTrip, ...]:
+def _round_trip(
+    raw: Capture, filtered: Capture, geometry: Geometry, poses: Poses, slope_from_capture: Array
+) -> tuple[RoundTrip, ...]:
     """The agreement of poses (n, …) with the capture, recorded and filtered, segment by segment.
 
     The chain holds the head fixed on the torso, in its mean attitude of the run: its row is the deviation from that.
@@ -185,6 +188,8 @@ def _round_trip(raw: Capture, filtered: Capture, poses: Poses, slope_from_captur
         i, joint = SEGMENT[segment], filtered.joint(segment)
         recorded, smooth = (slope_from_capture @ c.pelvis @ c.rotation[:, joint] for c in (raw, filtered))
         rebuilt, point = poses.rotation[:, i], np.zeros(3)
+        if segment.startswith("tibia"):  # its frame is the knee's; the shank is turned against it as the ankle joint is
+            rebuilt = rebuilt @ geometry.attitude_in_parent[SEGMENT[segment.replace("tibia", "talus")]]
         if segment in ("torso", "head"):
             point = mean_in(rotation[:, i], origin[:, i], filtered.place[:, joint])
         if segment == "head":

@@ -27,8 +27,8 @@ def lowpass(values: Array, rate: float, cutoff: float) -> Array:
     passes = 2
     warped = np.tan(np.pi * cutoff / rate) / (2.0 ** (1.0 / passes) - 1.0) ** 0.25
     sections = signal.butter(2, np.arctan(warped) / np.pi * rate, fs=rate, output="sos")
-    # The filter's memory is about a quarter of a period of the cut-off; two periods of continuation outlast it.
-    pad = min(len(values) - 1, int(np.ceil(2.0 * rate / cutoff)))
+    # The filter forgets by e^(−5) in each period of the cut-off; after six nothing is left.
+    pad = min(len(values) - 1, int(np.ceil(6.0 * rate / cutoff)))
     return np.asarray(signal.sosfiltfilt(sections, values, axis=0, padtype="odd", padlen=pad), dtype=np.float64)
 
 

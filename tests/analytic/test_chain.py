@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.chain import (
     COORDINATE,
@@ -22,6 +25,9 @@ from sssi_exudyn.chain import (
 from sssi_exudyn.frames import Array, slope_to_level
 
 GEOMETRY = average_geometry(1.75)
+CROOKED = replace(
+    GEOMETRY, attitude_in_parent=Rotation.random(len(SEGMENTS), random_state=np.random.default_rng(2)).as_matrix()
+)
 SLOPE = np.radians(16.0)
 
 
@@ -126,11 +132,12 @@ def test_slope_and_level_frames() -> None:
 def test_joint_rotation_is_the_chain_between_parent_and_segment() -> None:
     rng = np.random.default_rng(1)
     q = rng.uniform(-1.0, 1.0, (4, 31))
-    poses = forward_kinematics(GEOMETRY, q, SLOPE)
+    poses = forward_kinematics(CROOKED, q, SLOPE)
     for i, joint in enumerate(JOINTS[1:], start=1):
         angles = q[:, [COORDINATE[name] for name, _ in joint.rotations]]
         relative = np.swapaxes(poses.rotation[:, PARENT[i]], -1, -2) @ poses.rotation[:, i]
-        np.testing.assert_allclose(joint_rotation(joint, angles), relative, atol=1e-14)  # rounding of a few products
+        expected = CROOKED.attitude_in_parent[i] @ joint_rotation(joint, angles)
+        np.testing.assert_allclose(expected, relative, atol=1e-14)  # rounding of a few products
 
 
 def _smooth(t: Array) -> tuple[Array, Array, Array]:
@@ -152,7 +159,7 @@ def test_rates_are_the_derivatives_of_the_poses() -> None:
 
     def at(shift: float) -> tuple[Array, Array, Array, Array]:
         q, qd, qdd = _smooth(t + shift)
-        poses = forward_kinematics(GEOMETRY, q, SLOPE)
+        poses = forward_kinematics(CROOKED, q, SLOPE)
         r = rates(poses, qd, qdd)
         return poses.rotation, poses.origin, r.angular_velocity, r.velocity
 
@@ -162,7 +169,7 @@ def test_rates_are_the_derivatives_of_the_poses() -> None:
         return np.asarray((45 * d[0] - 9 * d[1] + d[2]) / (60 * h))
 
     q, qd, qdd = _smooth(t)
-    poses = forward_kinematics(GEOMETRY, q, SLOPE)
+    poses = forward_kinematics(CROOKED, q, SLOPE)
     found = rates(poses, qd, qdd)
     # Products of up to ten sines at 6 rad/s: f⁽⁷⁾ < (60/s)⁷ ≈ 3e12 at worst, so h⁶ f⁽⁷⁾/140 < 2e-8; rounding adds
     # 1e-12/h.
@@ -177,7 +184,7 @@ def test_rates_are_the_derivatives_of_the_poses() -> None:
 
 def test_jacobians_map_rates_of_coordinates_to_rates_of_segments() -> None:
     q, qd, qdd = _smooth(np.linspace(0.0, 2.0, 5))
-    poses = forward_kinematics(GEOMETRY, q, SLOPE)
+    poses = forward_kinematics(CROOKED, q, SLOPE)
     angular, linear = jacobians(poses)
     found = rates(poses, qd, qdd)
     # 1e-12: rounding of sums of 31 terms of order 10.
