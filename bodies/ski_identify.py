@@ -103,7 +103,7 @@ def _volume(ski: Ski) -> float:
 
 def _interval(value: float, se: float, freedom: float) -> Estimate:
     reach = float(student.ppf(0.975, freedom)) * se
-    return Estimate(value, se, value - reach, value + reach)
+    return Estimate(float(value), float(se), float(value - reach), float(value + reach))
 
 
 def _young_modulus(measured: Measurements, ski: Ski, thicker: Ski) -> Estimate:
