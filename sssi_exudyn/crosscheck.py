@@ -96,7 +96,7 @@ def check_heading(given: float, setting: Setting, path: Path) -> tuple[str, ...]
     apart, sigma = _apart(given, setting.heading.value), setting.heading.sigma
     found = f"{_deg(setting.heading.value) % 360.0:.1f} ± {_deg(sigma):.1f}"
     told = f"heading_deg is {_deg(given):.1f}, course and skis say {found}"
-    if apart > max(np.deg2rad(60.0), 6.0 * sigma):  # skis across or against their own course
+    if apart > max(np.deg2rad(45.0), 6.0 * sigma):  # skis across or against their own course
         raise InputError(
             path,
             "[motion] heading_deg",
@@ -121,7 +121,7 @@ def check_slope(inclination: float, azimuth: float, setting: Setting, path: Path
             "correct it (downhill, clockwise from north), or leave [slope] out to have it estimated",
         )
     ratio = np.tan(found.value) / np.tan(max(inclination, 1e-3))
-    if abs(ratio / _FEET - 1.0) < 0.12:  # a slope measured to 12 % can still tell feet from metres
+    if abs(ratio / _FEET - 1.0) < 0.15:  # a slope known to 15 % still tells feet from metres
         raise InputError(
             gps_path,
             "column altitude_m",

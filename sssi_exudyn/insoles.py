@@ -17,6 +17,9 @@ _CELL: Final = re.compile(r"(left|right)_(\d+)_N")
 _SHARE_STUCK: Final = 0.2
 """A cell that stays on one value for this share of the run, while its foot is loaded, is dead."""
 
+_LARGEST_FORCE: Final = 2e4
+"""N on one foot or cell; ten times what racers reach."""
+
 
 @dataclass(frozen=True)
 class Insoles:
@@ -57,6 +60,7 @@ def read_insoles(path: Path, time_offset: float = 0.0) -> Insoles:
     time = table.columns["time_s"]
     check_time(path, time, tuple(f"line {line}" for line in table.lines))
     values = np.column_stack([table.columns[name] for name in left + right])
+    _check_forces(path, table, left + right, values)
     dead = _dead(path, left, values[:, : len(left)]) + _dead(path, right, values[:, len(left) :])
     clock = mend_clock(path, time)
     kept = time[clock.keep]
@@ -101,6 +105,18 @@ def _cell_names(table: Table) -> tuple[list[str], list[str]]:
             "name the columns left_1_N …, right_1_N …, as many on each foot, or left_N,right_N",
         )
     return left, right
+
+
+def _check_forces(path: Path, table: Table, names: list[str], values: Array) -> None:
+    """Raise InputError for a force no foot exerts."""
+    sample, cell = np.unravel_index(int(np.argmax(np.abs(values))), values.shape)
+    if abs(values[sample, cell]) > _LARGEST_FORCE:
+        raise InputError(
+            path,
+            f"line {table.lines[sample]}, {names[cell]}",
+            f"{values[sample, cell]:g} N is no force of a foot",
+            "correct the value or its unit",
+        )
 
 
 def _dead(path: Path, names: list[str], values: Array) -> tuple[str, ...]:

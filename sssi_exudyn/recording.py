@@ -37,6 +37,9 @@ _DAY: Final = 86400.0
 _AZIMUTH: Final = 2.0 * np.pi
 _STEEPEST: Final = float(np.deg2rad(60.0))
 
+_STEEP_PISTE: Final = float(np.deg2rad(40.0))
+"""rad; the steepest groomed pistes have 78 %, 38°."""
+
 
 @dataclass(frozen=True)
 class Skier:
@@ -320,6 +323,8 @@ def _choose_slope(given: Slope | None, setting: Setting, toml: Path) -> tuple[Sl
         f" {np.rad2deg(slope.sigma_inclination):.2f}° towards {np.rad2deg(slope.fall_line_azimuth):.1f} ±"
         f" {np.rad2deg(slope.sigma_fall_line_azimuth):.1f}°"
     )
+    if slope.inclination > _STEEP_PISTE:
+        return slope, (said, f"{FILE}: that is steeper than pistes are: is the altitude in feet? Give [slope] if not")
     return slope, (said,)
 
 

@@ -94,6 +94,7 @@ def back(columns: Columns) -> Columns:
 FAULTS: dict[str, tuple[Callable[[Columns], Columns], str, str]] = {
     "dead foot": (dead_foot, "column left_1_N", "no living cell"),
     "time runs back": (back, "line 52", "runs back"),
+    "a force of tonnes": (lambda c: c | {"left_1_N": c["left_1_N"] * 1e4}, "left_1_N", "no force of a foot"),
     "no time": (lambda c: {n: v for n, v in c.items() if n != "time_s"}, "header", "time_s"),
     "a cell missing": (lambda c: {n: v for n, v in c.items() if n != "left_2_N"}, "header", "3 cells"),
     "no cells": (lambda c: {n.replace("_N", "_kPa"): v for n, v in c.items()}, "header", "0 cells"),

@@ -99,6 +99,12 @@ def test_straight_run_still_tells_its_heading(tmp_path: Path) -> None:
     assert abs(found.heading.value - np.deg2rad(HEADING_DEG)) < 3.0 * found.heading.sigma
 
 
+def test_estimated_slope_too_steep_for_a_piste_asks_for_the_unit(tmp_path: Path) -> None:
+    tiny = Tiny(toml=TOML.replace(SLOPE, ""))
+    tiny.gps["altitude_m"] = tiny.gps["altitude_m"] / 0.3048
+    assert any("feet" in notice for notice in read_recording(tiny.write(tmp_path)).notices)
+
+
 def test_level_ground_is_no_slope(tmp_path: Path) -> None:
     tiny = Tiny(toml=TOML.replace(SLOPE, ""))
     tiny.gps["altitude_m"] = 2000.0 + 0.02 * np.sin(np.arange(81.0))
