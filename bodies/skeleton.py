@@ -16,7 +16,6 @@ import numpy as np
 from exudyn import JointType, Matrix3DList, Vector3DList
 from exudyn.itemInterface import (
     CoordinateConstraint,
-    MarkerKinematicTreeRigid,
     MarkerNodeCoordinate,
     NodeGenericODE2,
     NodePointGround,
@@ -38,15 +37,16 @@ class Links:
     parent : index of the parent link, -1 for the first
     axis : 0, 1, 2 for x, y, z
     sign : +1 or -1: the tree's coordinate is ``sign`` times the chain's (the tree knows positive axes only)
-    offset : (31, 3) m, in the parent link's frame
-    of_segment : for each of the 21 segments the link that carries it, and its place (3,) m in that link's frame
+    offset, attitude : (31, 3) m and (31, 3, 3) of the link in the parent link's frame, before it turns
+    of_segment : for each of the 21 segments the link that carries it, its place (3,) m and attitude (3, 3) in that link's frame
     """
 
     parent: tuple[int, ...]
     axis: tuple[int, ...]
     sign: Array
     offset: Array
-    of_segment: tuple[tuple[int, Array], ...]
+    attitude: Array
+    of_segment: tuple[tuple[int, Array, Array], ...]
 
 
 def _axis_and_sign(axis: Axis) -> tuple[int, float]:
@@ -54,34 +54,38 @@ def _axis_and_sign(axis: Axis) -> tuple[int, float]:
     return index, float(np.sign(axis[index]))
 
 
-def chain_links(geometry: Geometry) -> Links:
-    """Unfold the chain's joints into links of one coordinate each."""
+def chain_links(geometry: Geometry, inclination: float) -> Links:
+    """Unfold the chain's joints into links of one coordinate each, on a slope of ``inclination`` (rad)."""
     parent, axis, sign = [-1, 0, 1], [0, 1, 2], [1.0, 1.0, 1.0]
-    offset = [np.zeros(3)] * 3
-    of_segment: list[tuple[int, Array]] = []
+    offset, attitude = [np.zeros(3)] * 3, [np.eye(3)] * 3
+    of_segment: list[tuple[int, Array, Array]] = []
     for i, joint in enumerate(JOINTS):
-        carrier, place = (2, np.zeros(3)) if PARENT[i] < 0 else of_segment[PARENT[i]]
-        place = place + geometry.joint_in_parent[i]
+        if PARENT[i] < 0:
+            carrier, place, turn = 2, np.zeros(3), slope_to_level(inclination).T  # pelvis angles count from the level frame
+        else:
+            carrier, place, turn = of_segment[PARENT[i]]
+            place, turn = place + turn @ geometry.joint_in_parent[i], turn @ geometry.attitude_in_parent[i]
         for _, direction in joint.rotations:
             index, direction_sign = _axis_and_sign(direction)
             parent.append(carrier)
             axis.append(index)
             sign.append(direction_sign)
             offset.append(place)
-            carrier, place = len(parent) - 1, np.zeros(3)
-        of_segment.append((carrier, place))
-    return Links(tuple(parent), tuple(axis), np.array(sign), np.array(offset), tuple(of_segment))
+            attitude.append(turn)
+            carrier, place, turn = len(parent) - 1, np.zeros(3), np.eye(3)
+        of_segment.append((carrier, place, turn))
+    return Links(tuple(parent), tuple(axis), np.array(sign), np.array(offset), np.array(attitude), tuple(of_segment))
 
 
 def _weld(inertias: Sequence[SegmentInertia], links: Links) -> tuple[Array, Array, Array]:
     """Mass (31,), centre of mass (31, 3) and inertia about it (31, 3, 3) of each link with the segments it carries."""
     n = len(links.parent)
     mass, first, second = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3, 3))
-    for body, (link, place) in zip(inertias, links.of_segment, strict=True):
-        r = place + body.com
+    for body, (link, place, turn) in zip(inertias, links.of_segment, strict=True):
+        r = place + turn @ body.com
         mass[link] += body.mass
         first[link] += body.mass * r
-        second[link] += body.inertia + body.mass * (r @ r * np.eye(3) - np.outer(r, r))
+        second[link] += turn @ body.inertia @ turn.T + body.mass * (r @ r * np.eye(3) - np.outer(r, r))
     com = np.divide(first, mass[:, None], out=np.zeros_like(first), where=mass[:, None] > 0)
     for link in np.flatnonzero(mass):
         r = com[link]
@@ -103,13 +107,6 @@ class Skeleton:
     constraints: tuple[int, ...]
     links: Links
 
-    def marker(self, mbs: Any, segment: int, place: Array, rotation: Array) -> int:
-        """A new rigid marker on the segment of that index, at ``place`` (3,) m and turned by ``rotation`` (3, 3) in its frame."""
-        link, origin = self.links.of_segment[segment]
-        frame = np.eye(4)
-        frame[:3, :3], frame[:3, 3] = rotation, origin + place
-        return int(mbs.AddMarker(MarkerKinematicTreeRigid(objectNumber=self.tree, linkNumber=link, localHT=frame)))
-
     def prescribe(self, mbs: Any, angles: Array) -> None:
         """Set the 28 prescribed angles (rad) for the end of the step."""
         for constraint, value in zip(self.constraints, self.links.sign[3:] * angles, strict=True):
@@ -129,10 +126,8 @@ def add_skeleton(
 
     gravity (3,) m/s² in the slope frame; q, qd (31,) the chain's coordinates and their rates at the start.
     """
-    links = chain_links(geometry)
+    links = chain_links(geometry, inclination)
     mass, com, inertia = _weld(inertias, links)
-    turn = [np.eye(3)] * len(COORDINATES)
-    turn[3] = slope_to_level(inclination).T  # pelvis angles count from the level frame
     types = [_PRISMATIC[a] if i < 3 else _REVOLUTE[a] for i, a in enumerate(links.axis)]
     node = mbs.AddNode(
         NodeGenericODE2(
@@ -148,7 +143,7 @@ def add_skeleton(
             gravity=list(gravity),
             jointTypes=types,
             linkParents=list(links.parent),
-            jointTransformations=Matrix3DList(turn),
+            jointTransformations=Matrix3DList(list(links.attitude)),
             jointOffsets=Vector3DList(list(links.offset)),
             linkInertiasCOM=Matrix3DList(list(inertia)),
             linkCOMs=Vector3DList(list(com)),

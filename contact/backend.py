@@ -30,11 +30,12 @@ BACKENDS: Final[tuple[Backend, ...]] = ("compiled", "python", "symbolic")
 
 @dataclass(frozen=True)
 class Sections:
-    """Contact sections of a ski, the same for both skis.
+    """Contact sections and lumped masses of a ski, the same for both skis.
 
     element, share, length : (m,) element index, share of the way to its second node, length of edge (m)
     offset : (m, 2, 3) left and right edge in the section's frame, m
     damping : (n, 3) structural damping of each element against relative spin about its own axes, N m s
+    node_mass, node_moment : (n + 1,) kg and (n + 1, 3) kg m² of each node, about the foot's axes
     """
 
     element: Any
@@ -42,6 +43,8 @@ class Sections:
     offset: Array
     length: Array
     damping: Array
+    node_mass: Array
+    node_moment: Array
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,10 @@ class Instant:
     time: float
     foot_place: Array
     foot_velocity: Array
+    foot_acceleration: Array
     foot_rotation: Array
+    foot_spin: Array
+    foot_spin_rate: Array
     foot_jacobian: Array
     com_place: Array
     com_velocity: Array
@@ -75,53 +81,82 @@ class CompiledForces:
     ----------
     terms : the model's terms
     sections : contact sections of a ski
+    gravity : (3,) m/s² in the slope frame
     sign : (31,) tree's coordinate / chain's coordinate
     area : (k,) frontal areas of the exposed segments, m²
     ref : reference coordinates of all nodes, in the kernel's order
     """
 
-    def __init__(self, terms: Sequence[Term], sections: Sections, sign: Array, area: Array, ref: Array) -> None:
+    def __init__(
+        self, terms: Sequence[Term], sections: Sections, gravity: Array, sign: Array, area: Array, ref: Array
+    ) -> None:
         self._kernel: ModuleType = compile_kernel(terms, kernel)
         self._parameters = parameter_values(terms)
-        self._sections = (sections.element, sections.share, sections.offset, sections.length, sections.damping)
+        self._contacts = (sections.element, sections.share, sections.offset, sections.length, sections.damping)
+        self._inertia = (sections.node_mass, sections.node_moment, gravity)
         self._sign, self._area, self._ref = sign, area, ref
         self.out = np.zeros(len(ref))
         self.seen = np.zeros((2, kernel.SEEN))
         self.drag = np.zeros(4)
         self.body = np.zeros(3)
-        points = 196 * len(sections.share) + 64 * len(sections.damping)
-        self._rows = np.zeros(2 * points + 3 * kernel.TREE, dtype=np.int64)
+        entries = 2 * (17**2 * len(sections.share) + 64 * len(sections.damping)) + 3 * kernel.TREE
+        self._rows = np.zeros(entries, dtype=np.int64)
         self._columns = np.zeros_like(self._rows)
-        self._values = np.zeros(len(self._rows))
+        self._values = np.zeros(entries)
 
     def evaluate(self, q: Array, v: Array, at: Instant) -> Array:
         """Generalised forces on all coordinates (a buffer that the next call overwrites); fills ``seen``, ``drag``, ``body``."""
         self._kernel.forces(
-            self._parameters, q, v, self._ref, at.time, *self._sections,
-            self._sign, at.foot_place, at.foot_velocity, at.foot_rotation, at.foot_jacobian,
-            at.com_place, at.com_velocity, at.com_jacobian, self._area, at.exposed_velocity, at.exposed_jacobian,
-            self.out, self.seen, self.drag, self.body,
+            self._parameters, q, v, self._ref, at.time, *self._contacts, *self._inertia,
+            self._sign, at.foot_place, at.foot_velocity, at.foot_acceleration, at.foot_rotation, at.foot_spin,
+            at.foot_spin_rate, at.foot_jacobian, at.com_place, at.com_velocity, at.com_jacobian,
+            self._area, at.exposed_velocity, at.exposed_jacobian, self.out, self.seen, self.drag, self.body,
         )  # fmt: skip
         return self.out
 
     def foot_axes(self, place: Array, rotation: Array) -> tuple[Array, Array, float]:
         """Forward and left axes (3,) of a foot in the snow's tangent plane, and the ski's edge angle (rad)."""
         along, across, edge = self._kernel.foot_axes(self._parameters, place, rotation)
-        return along, across, edge
+        return np.array(along), np.array(across), edge
 
     def triplets(self, q: Array, v: Array, at: Instant, by_place: float, by_rate: float) -> Array:
         """Sparse triplets (k, 3) of −(by_place ∂f/∂q + by_rate ∂f/∂v), after an ``evaluate`` near by."""
         count = self._kernel.jacobian(
-            self._parameters, q, v, self._ref, at.time, by_place, by_rate, *self._sections,
-            self._sign, at.foot_place, at.foot_velocity, at.foot_rotation, at.foot_jacobian, self.seen,
-            self._area, at.exposed_velocity, at.exposed_jacobian,
-            self._rows, self._columns, self._values,
+            self._parameters, q, v, self._ref, at.time, by_place, by_rate, *self._contacts,
+            self._sign, at.foot_place, at.foot_velocity, at.foot_rotation, at.foot_spin, at.foot_jacobian, self.seen,
+            self._area, at.exposed_velocity, at.exposed_jacobian, self._rows, self._columns, self._values,
         )  # fmt: skip
         return np.column_stack([self._rows[:count], self._columns[:count], self._values[:count]])
 
 
-def add_forces(mbs: Any, nodes: Sequence[int], forces: CompiledForces, now: Callable[[], Instant]) -> int:
+def coupled_mass(sections: Sections, foot_rotation: Array, size: int) -> Any:
+    """What the skis' masses add to the pelvis, and how they couple it with their nodes, as a sparse matrix.
+
+    A node moves with ẋ + … + R Ẋ: its mass m stands on the pelvis' diagonal, and m R between the pelvis and the node.
+    """
+    nodes = len(sections.node_mass)
+    pelvis, axis = np.meshgrid(np.arange(3), np.arange(3), indexing="ij")
+    rows, columns, values = [np.arange(3)], [np.arange(3)], [np.full(3, 2.0 * sections.node_mass.sum())]
+    for ski, rotation in enumerate(foot_rotation):
+        start = kernel.TREE + kernel.NODE * (nodes * ski + np.arange(nodes))
+        node = (start[:, None, None] + axis).ravel()
+        slope = np.broadcast_to(pelvis, (nodes, 3, 3)).ravel()
+        value = (sections.node_mass[:, None, None] * rotation).ravel()
+        rows += [slope, node]
+        columns += [node, slope]
+        values += [value, value]
+    triplets = np.column_stack([np.concatenate(rows), np.concatenate(columns), np.concatenate(values)])
+    matrix = exu.MatrixContainer()
+    matrix.SetWithSparseMatrix(triplets[triplets[:, 2] != 0.0], size, size)
+    return matrix
+
+
+def add_forces(
+    mbs: Any, nodes: Sequence[int], forces: CompiledForces, mass: Any, now: Callable[[], Instant]
+) -> int:
     """Add the object through which ``forces`` act on ``nodes``, which must be all of the system's, in the kernel's order.
+
+    mass : what the object adds to the mass matrix at the start (``coupled_mass``); to be renewed every step.
 
     ``now`` gives the posture at the end of the current step.  Exudyn hands coordinates to user functions as lists; reading
     them from the system as arrays that share its memory is a hundred times faster.
@@ -144,7 +179,7 @@ def add_forces(mbs: Any, nodes: Sequence[int], forces: CompiledForces, now: Call
         mbs.AddObject(
             ObjectGenericODE2(
                 nodeNumbers=list(nodes),
-                massMatrix=nothing,
+                massMatrix=mass,
                 stiffnessMatrix=nothing,
                 dampingMatrix=nothing,
                 forceUserFunction=force,

@@ -1,9 +1,19 @@
 """All forces of the full model in one pass over its coordinates: a template that ``compiled`` joins with the laws.
 
 Coordinates are the skeleton's 31, then the left and the right ski's nodes of seven each: place (3) and quaternion
-(w, x, y, z).  ``ref`` is the reference that Exudyn keeps apart from its coordinates.  A contact section lies at the share ξ
-of its element; its frame is interpolated on SE(3) and its velocities linearly, as Exudyn's body markers do, so that
-connectors on such markers give the same forces.  A section's force goes to its two nodes by the shares 1 − ξ and ξ.
+(w, x, y, z).  ``ref`` is the reference that Exudyn keeps apart from its coordinates.  A ski's nodes are given in the frame of
+its foot, which moves as prescribed, carried by the pelvis: what a beam feels of that motion are forces of inertia, and the
+solver's Jacobian, dominated by the beams' stiffness, keeps for many steps because nothing turns in that frame.
+
+    place on the slope   p = x + b + R X         x pelvis, b and R place and rotation of the foot, X in the foot's frame
+    velocity             v = ẋ + ḃ + ω × R X + R Ẋ
+    inertia of a node    −m (R·(ẍ + b̈) + Ω̇ × X + Ω × (Ω × X) + 2 Ω × Ẋ)      R·: turned into the foot's frame
+
+The part with ẍ stands in the mass matrix (``coupled_mass`` in ``backend``), all others are here.  Masses are lumped at the
+nodes, as Exudyn's beams have them.
+
+A contact section lies at the share ξ of its element; its frame is interpolated on SE(3) and its velocities linearly, as
+Exudyn's body markers do.  Its force goes to its two nodes by the shares 1 − ξ and ξ.
 """
 
 from __future__ import annotations
@@ -35,81 +45,141 @@ SEEN = 11
 
 
 @njit(cache=True)
-def turned(q, v):
-    """v (3) turned by the quaternion q (w, x, y, z): v + 2 w (u × v) + 2 u × (u × v)."""
-    a, b, c, d = q[0], q[1], q[2], q[3]
-    x = 2.0 * (c * v[2] - d * v[1])
-    y = 2.0 * (d * v[0] - b * v[2])
-    z = 2.0 * (b * v[1] - c * v[0])
-    return np.array((v[0] + a * x + c * z - d * y, v[1] + a * y + d * x - b * z, v[2] + a * z + b * y - c * x))
+def three(a, i):
+    return a[i], a[i + 1], a[i + 2]
+
+
+@njit(cache=True)
+def four(a, b, i):
+    return a[i] + b[i], a[i + 1] + b[i + 1], a[i + 2] + b[i + 2], a[i + 3] + b[i + 3]
+
+
+@njit(cache=True)
+def plus(a, b):
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@njit(cache=True)
+def times(s, a):
+    return s * a[0], s * a[1], s * a[2]
+
+
+@njit(cache=True)
+def dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @njit(cache=True)
 def cross(a, b):
-    return np.array((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @njit(cache=True)
-def spin(q, rate):
-    """Angular velocity (3) in the outer frame of a quaternion and its rate: 2 E(q) q̇."""
-    a, b, c, d = q[0], q[1], q[2], q[3]
-    return np.array(
-        (
-            2.0 * (-b * rate[0] + a * rate[1] - d * rate[2] + c * rate[3]),
-            2.0 * (-c * rate[0] + d * rate[1] + a * rate[2] - b * rate[3]),
-            2.0 * (-d * rate[0] - c * rate[1] + b * rate[2] + a * rate[3]),
-        )
+def out_of(frame, v):
+    """v (3) turned from the frame outwards."""
+    return (
+        frame[0, 0] * v[0] + frame[0, 1] * v[1] + frame[0, 2] * v[2],
+        frame[1, 0] * v[0] + frame[1, 1] * v[1] + frame[1, 2] * v[2],
+        frame[2, 0] * v[0] + frame[2, 1] * v[1] + frame[2, 2] * v[2],
+    )
+
+
+@njit(cache=True)
+def into(frame, v):
+    """v (3) turned into the frame."""
+    return (
+        frame[0, 0] * v[0] + frame[1, 0] * v[1] + frame[2, 0] * v[2],
+        frame[0, 1] * v[0] + frame[1, 1] * v[1] + frame[2, 1] * v[2],
+        frame[0, 2] * v[0] + frame[1, 2] * v[1] + frame[2, 2] * v[2],
+    )
+
+
+@njit(cache=True)
+def conjugate(q):
+    return q[0], -q[1], -q[2], -q[3]
+
+
+@njit(cache=True)
+def product(a, b):
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    )
+
+
+@njit(cache=True)
+def turned(q, v):
+    """v (3) turned by the quaternion q (w, x, y, z): v + 2 w (u × v) + 2 u × (u × v)."""
+    u = (q[1], q[2], q[3])
+    once = cross(u, v)
+    twice = cross(u, once)
+    return (
+        v[0] + 2.0 * (q[0] * once[0] + twice[0]),
+        v[1] + 2.0 * (q[0] * once[1] + twice[1]),
+        v[2] + 2.0 * (q[0] * once[2] + twice[2]),
+    )
+
+
+@njit(cache=True)
+def spin(q, rate, i):
+    """Angular velocity (3) in the outer frame of a quaternion and its rate, which begins at ``i``: 2 E(q) q̇."""
+    a, b, c, d = q
+    w, x, y, z = rate[i], rate[i + 1], rate[i + 2], rate[i + 3]
+    return (
+        2.0 * (-b * w + a * x - d * y + c * z),
+        2.0 * (-c * w + d * x + a * y - b * z),
+        2.0 * (-d * w - c * x + b * y + a * z),
     )
 
 
 @njit(cache=True)
 def on_quaternion(q, torque):
     """Generalised force (4) on a quaternion of a torque (3) in the outer frame: 2 E(q)ᵀ τ."""
-    a, b, c, d = q[0], q[1], q[2], q[3]
-    x, y, z = torque[0], torque[1], torque[2]
-    return np.array(
-        (
-            2.0 * (-b * x - c * y - d * z),
-            2.0 * (a * x + d * y - c * z),
-            2.0 * (-d * x + a * y + b * z),
-            2.0 * (c * x - b * y + a * z),
-        )
+    a, b, c, d = q
+    x, y, z = torque
+    return (
+        2.0 * (-b * x - c * y - d * z),
+        2.0 * (a * x + d * y - c * z),
+        2.0 * (-d * x + a * y + b * z),
+        2.0 * (c * x - b * y + a * z),
     )
+
+
+@njit(cache=True)
+def add_wrench(out, i, share, q, force, torque):
+    """Add a share of force and torque (outer frame) to the node whose coordinates begin at ``i`` and whose quaternion is q."""
+    turn = on_quaternion(q, torque)
+    for k in range(3):
+        out[i + k] += share * force[k]
+    for k in range(4):
+        out[i + 3 + k] += share * turn[k]
 
 
 @njit(cache=True)
 def between(p0, q0, p1, q1, xi):
     """Place (3) and quaternion (4) at the share ``xi`` of the screw motion that leads from one node to the other."""
-    w = q0[0] * q1[0] + q0[1] * q1[1] + q0[2] * q1[2] + q0[3] * q1[3]
-    x = q0[0] * q1[1] - q0[1] * q1[0] - q0[2] * q1[3] + q0[3] * q1[2]
-    y = q0[0] * q1[2] + q0[1] * q1[3] - q0[2] * q1[0] - q0[3] * q1[1]
-    z = q0[0] * q1[3] - q0[1] * q1[2] + q0[2] * q1[1] - q0[3] * q1[0]
-    back = np.array((q0[0], -q0[1], -q0[2], -q0[3]))
-    d = turned(back, p1 - p0)
+    w, x, y, z = product(conjugate(q0), q1)
+    apart = (p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2])
     sine = math.sqrt(x * x + y * y + z * z)
     theta = 2.0 * math.atan2(sine, w)
     if theta < 1e-7:
-        return p0 + xi * (p1 - p0), q0 + xi * (q1 - q0)
-    axis = np.array((x / sine, y / sine, z / sine))
+        mean = (1.0 - xi) * q0[0] + xi * q1[0], (1.0 - xi) * q0[1] + xi * q1[1]
+        return plus(p0, times(xi, apart)), (*mean, (1.0 - xi) * q0[2] + xi * q1[2], (1.0 - xi) * q0[3] + xi * q1[3])
+    axis = (x / sine, y / sine, z / sine)
     half = 0.5 * theta
-    first = cross(axis, d)
-    second = cross(axis, first)
-    rho = d - half * first + (1.0 - half / math.tan(half)) * second
+    d = turned(conjugate(q0), apart)
+    once = cross(axis, d)
+    twice = cross(axis, once)
+    rho = plus(plus(d, times(-half, once)), times(1.0 - half / math.tan(half), twice))
     part = xi * theta
-    first = cross(axis, rho)
-    second = cross(axis, first)
-    move = xi * rho + ((1.0 - math.cos(part)) * first + (part - math.sin(part)) * second) / theta
-    s, c = math.sin(0.5 * part), math.cos(0.5 * part)
-    b, e, g = s * axis[0], s * axis[1], s * axis[2]
-    q = np.array(
-        (
-            q0[0] * c - q0[1] * b - q0[2] * e - q0[3] * g,
-            q0[0] * b + q0[1] * c + q0[2] * g - q0[3] * e,
-            q0[0] * e - q0[1] * g + q0[2] * c + q0[3] * b,
-            q0[0] * g + q0[1] * e - q0[2] * b + q0[3] * c,
-        )
-    )
-    return p0 + turned(q0, move), q
+    once = cross(axis, rho)
+    twice = cross(axis, once)
+    bow = plus(times((1.0 - math.cos(part)) / theta, once), times((part - math.sin(part)) / theta, twice))
+    move = plus(times(xi, rho), bow)
+    s = math.sin(0.5 * part)
+    return plus(p0, turned(q0, move)), product(q0, (math.cos(0.5 * part), s * axis[0], s * axis[1], s * axis[2]))
 
 
 @njit(cache=True)
@@ -117,32 +187,49 @@ def ground(parameters, f, l):
     """Height of the snow over the slope's plane (m) and its unit normal (3) at a place."""
     h, h_f, h_l = terrain_height(parameters, f, l)
     s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
-    return h, np.array((-h_f * s, -h_l * s, s))
+    return h, (-h_f * s, -h_l * s, s)
 
 
 @njit(cache=True)
 def section(q, v, ref, base, element, xi):
-    """Frame (place, quaternion) and velocities (linear, angular) at a share of an element of the ski that starts at ``base``."""
+    """Frame (place, quaternion) and velocities (linear, angular) at a share of an element of the ski that starts at ``base``,
+    with its nodes' quaternions."""
     i = base + NODE * element
     j = i + NODE
-    p0, p1 = q[i : i + 3] + ref[i : i + 3], q[j : j + 3] + ref[j : j + 3]
-    q0, q1 = q[i + 3 : i + 7] + ref[i + 3 : i + 7], q[j + 3 : j + 7] + ref[j + 3 : j + 7]
+    p0 = (q[i] + ref[i], q[i + 1] + ref[i + 1], q[i + 2] + ref[i + 2])
+    p1 = (q[j] + ref[j], q[j + 1] + ref[j + 1], q[j + 2] + ref[j + 2])
+    q0, q1 = four(q, ref, i + 3), four(q, ref, j + 3)
     p, r = between(p0, q0, p1, q1, xi)
-    velocity = (1.0 - xi) * v[i : i + 3] + xi * v[j : j + 3]
-    omega = (1.0 - xi) * spin(q0, v[i + 3 : i + 7]) + xi * spin(q1, v[j + 3 : j + 7])
+    velocity = plus(times(1.0 - xi, three(v, i)), times(xi, three(v, j)))
+    omega = plus(times(1.0 - xi, spin(q0, v, i + 3)), times(xi, spin(q1, v, j + 3)))
     return p, r, velocity, omega, q0, q1
 
 
 @njit(cache=True)
+def edge_contact(parameters, place, velocity, frame, turning, p, r, v, omega, offset):
+    """Depth and rate of sinking of an edge's point, the snow's normal and the point's arm, both in the foot's frame."""
+    arm = turned(r, offset)
+    local = plus(p, arm)
+    out = out_of(frame, local)
+    point = plus(place, out)
+    height, normal = ground(parameters, point[0], point[1])
+    depth = (height - point[2]) * normal[2]
+    if depth <= 0.0:
+        return depth, 0.0, normal, arm
+    speed = plus(plus(velocity, cross(turning, out)), out_of(frame, plus(v, cross(omega, arm))))
+    return depth, -dot(speed, normal), into(frame, normal), arm
+
+
+@njit(cache=True)
 def foot_axes(parameters, place, rotation):
-    """Forward and left axes of a foot in the snow's tangent plane, the normal there, and the ski's edge angle."""
+    """Forward and left axes of a foot in the snow's tangent plane, and the ski's edge angle."""
     _, normal = ground(parameters, place[0], place[1])
-    forward = rotation[:, 0].copy()
-    along = forward - (forward @ normal) * normal
-    along /= math.sqrt(along @ along)
-    across = cross(normal, along)
-    edge = math.atan2(rotation[:, 1].copy() @ normal, rotation[:, 2].copy() @ normal)
-    return along, across, edge
+    forward = (rotation[0, 0], rotation[1, 0], rotation[2, 0])
+    along = plus(forward, times(-dot(forward, normal), normal))
+    along = times(1.0 / math.sqrt(dot(along, along)), along)
+    left = (rotation[0, 1], rotation[1, 1], rotation[2, 1])
+    up = (rotation[0, 2], rotation[1, 2], rotation[2, 2])
+    return along, cross(normal, along), math.atan2(dot(left, normal), dot(up, normal))
 
 
 @njit(cache=True)
@@ -155,18 +242,48 @@ def add_to_tree(out, sign, force, jacobian):
 
 
 @njit(cache=True)
+def ski_inertia(q, v, ref, base, mass, moment, gravity, frame, spin_in, spin_rate, acceleration, out):
+    """Weight and forces of inertia of one ski's nodes but for the pelvis' own acceleration, and their sum on the pelvis.
+
+    mass (n + 1,) kg, moment (n + 1, 3) kg m² of each node about the foot's axes; gravity (3,) and acceleration (3,) of the
+    foot relative to the pelvis in the slope frame; spin_in, spin_rate in the foot's frame.
+    """
+    fall = into(frame, (gravity[0] - acceleration[0], gravity[1] - acceleration[1], gravity[2] - acceleration[2]))
+    total = (0.0, 0.0, 0.0)
+    for node in range(mass.shape[0]):
+        i = base + NODE * node
+        place = (q[i] + ref[i], q[i + 1] + ref[i + 1], q[i + 2] + ref[i + 2])
+        swing = cross(spin_in, plus(cross(spin_in, place), times(2.0, three(v, i))))
+        felt = plus(fall, times(-1.0, plus(cross(spin_rate, place), swing)))
+        force = times(mass[node], felt)
+        turned_inertia = (moment[node, 0] * spin_in[0], moment[node, 1] * spin_in[1], moment[node, 2] * spin_in[2])
+        gyro = cross(spin_in, turned_inertia)
+        torque = (
+            -moment[node, 0] * spin_rate[0] - gyro[0],
+            -moment[node, 1] * spin_rate[1] - gyro[1],
+            -moment[node, 2] * spin_rate[2] - gyro[2],
+        )
+        add_wrench(out, i, 1.0, four(q, ref, i + 3), force, torque)
+        total = plus(total, force)
+    on_pelvis = out_of(frame, total)
+    for k in range(3):
+        out[k] += on_pelvis[k]
+
+
+@njit(cache=True)
 def forces(
     parameters, q, v, ref, t,
-    element, share, offset, length, damping,
-    sign, foot_place, foot_velocity, foot_rotation, foot_jacobian,
+    element, share, offset, length, damping, node_mass, node_moment, gravity,
+    sign, foot_place, foot_velocity, foot_acceleration, foot_rotation, foot_spin, foot_spin_rate, foot_jacobian,
     com_place, com_velocity, com_jacobian, area, exposed_velocity, exposed_jacobian,
     out, seen, drag, body,
 ):  # fmt: skip
-    """Generalised forces of all terms and of the skis' structural damping.
+    """Generalised forces of all terms, of the skis' structural damping and of their weight and inertia.
 
     q, v, ref, out : (31 + 2·7·(n + 1),);  t : s
     element, share, length : (m,) element, ξ and length of edge of each contact section; offset : (m, 2, 3) of its edges
     damping : (n, 3) N m s of each element against relative spin about its own axes
+    node_mass, node_moment : (n + 1,) kg, (n + 1, 3) kg m²;  gravity : (3,) m/s²
     sign : (31,) tree's coordinate / chain's coordinate; foot_…, com_…, exposed_… : one row of ``Posture``; area : (k,) m²
     seen : (2, 11) is filled as its columns say; drag : (4,) with the air's force (N) and its power (W);
     body : (3,) with the force of the body terms (N)
@@ -176,73 +293,86 @@ def forces(
     drag[:] = 0.0
     elements = damping.shape[0]
     per_ski = NODE * (elements + 1)
+    pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
     for ski in range(2):
         base = TREE + ski * per_ski
+        frame = foot_rotation[ski]
+        place, velocity = plus(pelvis, foot_place[ski]), plus(speed, foot_velocity[ski])
+        turning = three(foot_spin[ski], 0)
+        on_pelvis = (0.0, 0.0, 0.0)
         for m in range(element.shape[0]):
             xi = share[m]
             i = base + NODE * element[m]
-            p, r, velocity, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
-            force = np.zeros(3)
-            torque = np.zeros(3)
-            touched = False
+            p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
+            force = (0.0, 0.0, 0.0)
+            torque = (0.0, 0.0, 0.0)
             for edge in range(2):
-                arm = turned(r, offset[m, edge])
-                point = p + arm
-                height, normal = ground(parameters, point[0], point[1])
-                depth = (height - point[2]) * normal[2]
+                depth, rate, normal, arm = edge_contact(
+                    parameters, place, velocity, frame, turning, p, r, moving, omega, three(offset[m, edge], 0)
+                )
                 if depth <= 0.0:
                     continue
-                speed = (velocity + cross(omega, arm)) @ normal
-                push = point_force(parameters, depth, -speed, length[m])
+                push = point_force(parameters, depth, rate, length[m])
                 seen[ski, LOAD] += push
                 seen[ski, GROOVE] += depth * length[m]
                 seen[ski, DEPTH] = max(seen[ski, DEPTH], depth)
-                seen[ski, CONTACT_POWER] += push * speed
-                force += push * normal
-                torque += cross(arm, push * normal)
-                touched = True
-            if touched:
-                out[i : i + 3] += (1.0 - xi) * force
-                out[i + 7 : i + 10] += xi * force
-                out[i + 3 : i + 7] += (1.0 - xi) * on_quaternion(q0, torque)
-                out[i + 10 : i + 14] += xi * on_quaternion(q1, torque)
+                seen[ski, CONTACT_POWER] -= push * rate
+                pushed = times(push, normal)
+                force = plus(force, pushed)
+                torque = plus(torque, cross(arm, pushed))
+            if force[0] != 0.0 or force[1] != 0.0 or force[2] != 0.0:
+                add_wrench(out, i, 1.0 - xi, q0, force, torque)
+                add_wrench(out, i + NODE, xi, q1, force, torque)
+                on_pelvis = plus(on_pelvis, force)
+        on_pelvis = out_of(frame, on_pelvis)
+        for k in range(3):
+            out[k] += on_pelvis[k]
         for e in range(elements):
             i = base + NODE * e
             j = i + NODE
-            q0, q1 = q[i + 3 : i + 7] + ref[i + 3 : i + 7], q[j + 3 : j + 7] + ref[j + 3 : j + 7]
-            relative = spin(q1, v[j + 3 : j + 7]) - spin(q0, v[i + 3 : i + 7])
-            middle = 0.5 * (q0 + q1)
-            middle /= math.sqrt(middle @ middle)
-            local = turned(np.array((middle[0], -middle[1], -middle[2], -middle[3])), relative)
-            torque = turned(middle, damping[e] * local)
-            out[i + 3 : i + 7] += on_quaternion(q0, torque)
-            out[j + 3 : j + 7] -= on_quaternion(q1, torque)
-            seen[ski, DAMPING_POWER] -= local @ (damping[e] * local)
-    pelvis, speed = q[:3] + ref[:3], v[:3]
-    for ski in range(2):
-        place, velocity = pelvis + foot_place[ski], speed + foot_velocity[ski]
-        along, across, edge = foot_axes(parameters, place, foot_rotation[ski])
-        v_t, v_n = velocity @ along, velocity @ across
+            q0, q1 = four(q, ref, i + 3), four(q, ref, j + 3)
+            relative = plus(spin(q1, v, j + 3), times(-1.0, spin(q0, v, i + 3)))
+            middle = middle_of(q0, q1)
+            local = turned(conjugate(middle), relative)
+            torque = (damping[e, 0] * local[0], damping[e, 1] * local[1], damping[e, 2] * local[2])
+            seen[ski, DAMPING_POWER] -= dot(local, torque)
+            torque = turned(middle, torque)
+            add_wrench(out, i, 1.0, q0, (0.0, 0.0, 0.0), torque)
+            add_wrench(out, j, -1.0, q1, (0.0, 0.0, 0.0), torque)
+        spin_in, spin_rate = into(frame, foot_spin[ski]), into(frame, foot_spin_rate[ski])
+        ski_inertia(
+            q, v, ref, base, node_mass, node_moment, gravity, frame, spin_in, spin_rate, foot_acceleration[ski], out
+        )
+        along, across, edge_angle = foot_axes(parameters, place, frame)
+        v_t, v_n = dot(velocity, along), dot(velocity, across)
         side = 1.0 - 2.0 * ski
         f_t, f_n = foot_force(
-            parameters, seen[ski, LOAD], v_t, v_n, edge, seen[ski, GROOVE], t, place[0], place[1], side
+            parameters, seen[ski, LOAD], v_t, v_n, edge_angle, seen[ski, GROOVE], t, place[0], place[1], side
         )
-        add_to_tree(out, sign, f_t * along + f_n * across, foot_jacobian[ski])
-        seen[ski, ALONG], seen[ski, ACROSS], seen[ski, EDGE] = f_t, f_n, edge
+        add_to_tree(out, sign, plus(times(f_t, along), times(f_n, across)), foot_jacobian[ski])
+        seen[ski, ALONG], seen[ski, ACROSS], seen[ski, EDGE] = f_t, f_n, edge_angle
         seen[ski, V_T], seen[ski, V_N] = v_t, v_n
         seen[ski, FRICTION_POWER] = f_t * v_t + f_n * v_n
     for k in range(area.shape[0]):
-        velocity = speed + exposed_velocity[k]
-        force = np.array(
-            segment_force(parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], area[k])
-        )
+        velocity = plus(speed, exposed_velocity[k])
+        force = segment_force(parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], area[k])
         add_to_tree(out, sign, force, exposed_jacobian[k])
-        drag[:3] += force
-        drag[3] += force @ velocity
-    place, velocity = pelvis + com_place, speed + com_velocity
-    force = np.array(body_force(parameters, t, place[0], place[1], velocity[0], velocity[1], velocity[2]))
+        for c in range(3):
+            drag[c] += force[c]
+        drag[3] += dot(force, velocity)
+    place, velocity = plus(pelvis, com_place), plus(speed, com_velocity)
+    force = body_force(parameters, t, place[0], place[1], velocity[0], velocity[1], velocity[2])
     add_to_tree(out, sign, force, com_jacobian)
-    body[:] = force
+    for c in range(3):
+        body[c] = force[c]
+
+
+@njit(cache=True)
+def middle_of(a, b):
+    """The quaternion half-way between two neighbours."""
+    w, x, y, z = a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]
+    s = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
+    return s * w, s * x, s * y, s * z
 
 
 @njit(cache=True)
@@ -258,66 +388,72 @@ def put(rows, columns, values, count, row, column, value):
 def jacobian(
     parameters, q, v, ref, t, by_place, by_rate,
     element, share, offset, length, damping,
-    sign, foot_place, foot_velocity, foot_rotation, foot_jacobian, seen,
+    sign, foot_place, foot_velocity, foot_rotation, foot_spin, foot_jacobian, seen,
     area, exposed_velocity, exposed_jacobian,
     rows, columns, values,
 ):  # fmt: skip
     """Triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; returns their number.
 
-    Kept: contact stiffness and damping along the normal, structural damping, friction and drag by velocity.  Left out, as they
-    only cost iterations: the turning of the contact's arms, and friction's dependence on the load.
+    Kept: contact stiffness and damping along the normal between the nodes of a section and the pelvis, structural damping,
+    friction and drag by velocity.  Left out, as they only cost iterations: the turning of the contact's arms, friction's
+    dependence on the load, the forces of inertia.
     """
     count = 0
     elements = damping.shape[0]
     per_ski = NODE * (elements + 1)
-    slope = np.zeros(14)
-    block = np.zeros((14, 14))
+    slope = np.zeros(17)
+    block = np.zeros((17, 17))
+    tree = np.zeros((3, TREE))
+    pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
     for ski in range(2):
         base = TREE + ski * per_ski
+        frame = foot_rotation[ski]
+        place, velocity = plus(pelvis, foot_place[ski]), plus(speed, foot_velocity[ski])
+        turning = three(foot_spin[ski], 0)
         for m in range(element.shape[0]):
             xi = share[m]
             i = base + NODE * element[m]
-            p, r, velocity, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
+            p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
             touched = False
             for edge in range(2):
-                arm = turned(r, offset[m, edge])
-                point = p + arm
-                height, normal = ground(parameters, point[0], point[1])
-                depth = (height - point[2]) * normal[2]
+                depth, rate, normal, arm = edge_contact(
+                    parameters, place, velocity, frame, turning, p, r, moving, omega, three(offset[m, edge], 0)
+                )
                 if depth <= 0.0:
                     continue
-                rate = -((velocity + cross(omega, arm)) @ normal)
-                _, by_depth, by_sinking = point_derivatives(parameters, depth, rate, length[m])
-                stiffness = by_place * by_depth + by_rate * by_sinking
+                found = point_derivatives(parameters, depth, rate, length[m])
+                stiffness = by_place * found[1] + by_rate * found[2]
                 if stiffness == 0.0:
                     continue
                 if not touched:
                     block[:] = 0.0
                     touched = True
                 turn = cross(arm, normal)
-                slope[0:3] = (1.0 - xi) * normal
-                slope[3:7] = (1.0 - xi) * on_quaternion(q0, turn)
-                slope[7:10] = xi * normal
-                slope[10:14] = xi * on_quaternion(q1, turn)
-                for a in range(14):
-                    for b in range(14):
+                turn0, turn1 = on_quaternion(q0, turn), on_quaternion(q1, turn)
+                outwards = out_of(frame, normal)
+                for k in range(3):
+                    slope[k], slope[7 + k], slope[14 + k] = (1.0 - xi) * normal[k], xi * normal[k], outwards[k]
+                for k in range(4):
+                    slope[3 + k], slope[10 + k] = (1.0 - xi) * turn0[k], xi * turn1[k]
+                for a in range(17):
+                    for b in range(17):
                         block[a, b] += stiffness * slope[a] * slope[b]
             if touched:
-                for a in range(14):
-                    for b in range(14):
-                        count = put(rows, columns, values, count, i + a, i + b, block[a, b])
+                for a in range(17):
+                    row = i + a if a < 14 else a - 14
+                    for b in range(17):
+                        column = i + b if b < 14 else b - 14
+                        count = put(rows, columns, values, count, row, column, block[a, b])
         for e in range(elements):
             i = base + NODE * e
-            q0, q1 = q[i + 3 : i + 7] + ref[i + 3 : i + 7], q[i + 10 : i + 14] + ref[i + 10 : i + 14]
-            middle = 0.5 * (q0 + q1)
-            middle /= math.sqrt(middle @ middle)
+            q0, q1 = four(q, ref, i + 3), four(q, ref, i + NODE + 3)
+            middle = middle_of(q0, q1)
             block[:8, :8] = 0.0
             for k in range(3):
-                axis = np.zeros(3)
-                axis[k] = 1.0
-                axis = turned(middle, axis)
-                slope[0:4] = on_quaternion(q0, axis)
-                slope[4:8] = -on_quaternion(q1, axis)
+                axis = turned(middle, (1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2)))
+                turn0, turn1 = on_quaternion(q0, axis), on_quaternion(q1, axis)
+                for c in range(4):
+                    slope[c], slope[4 + c] = turn0[c], -turn1[c]
                 for a in range(8):
                     for b in range(8):
                         block[a, b] += by_rate * damping[e, k] * slope[a] * slope[b]
@@ -325,26 +461,22 @@ def jacobian(
                 for b in range(8):
                     row, column = i + 3 + a + 3 * (a // 4), i + 3 + b + 3 * (b // 4)
                     count = put(rows, columns, values, count, row, column, block[a, b])
-    pelvis, speed = q[:3] + ref[:3], v[:3]
-    tree = np.zeros((TREE, 3))
-    for ski in range(2):
-        place, velocity = pelvis + foot_place[ski], speed + foot_velocity[ski]
-        along, across, edge = foot_axes(parameters, place, foot_rotation[ski])
+        along, across, edge_angle = foot_axes(parameters, place, frame)
         side = 1.0 - 2.0 * ski
-        found = foot_derivatives(
-            parameters, seen[ski, LOAD], velocity @ along, velocity @ across, edge, seen[ski, GROOVE], t,
+        slopes = foot_derivatives(
+            parameters, seen[ski, LOAD], dot(velocity, along), dot(velocity, across), edge_angle, seen[ski, GROOVE], t,
             place[0], place[1], side,
         )  # fmt: skip
         for k in range(3):
-            column = (found[3] * along[k] + found[4] * across[k]) * along
-            column = column + (found[6] * along[k] + found[7] * across[k]) * across
-            add_to_tree(tree[:, k], sign, column, foot_jacobian[ski])
+            column_t = slopes[3] * along[k] + slopes[4] * across[k]
+            column_n = slopes[6] * along[k] + slopes[7] * across[k]
+            add_to_tree(tree[k], sign, plus(times(column_t, along), times(column_n, across)), foot_jacobian[ski])
     for k in range(area.shape[0]):
-        velocity = speed + exposed_velocity[k]
-        found = segment_derivatives(parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], area[k])
+        velocity = plus(speed, exposed_velocity[k])
+        pushed = segment_derivatives(parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], area[k])
         for c in range(3):
-            add_to_tree(tree[:, c], sign, np.array((found[3 + c], found[6 + c], found[9 + c])), exposed_jacobian[k])
+            add_to_tree(tree[c], sign, (pushed[3 + c], pushed[6 + c], pushed[9 + c]), exposed_jacobian[k])
     for row in range(TREE):
         for c in range(3):
-            count = put(rows, columns, values, count, row, c, -by_rate * tree[row, c])
+            count = put(rows, columns, values, count, row, c, -by_rate * tree[c, row])
     return count

@@ -27,6 +27,7 @@ class Posture:
     foot_rotation : (n, 2, 3, 3) foot frame → slope frame
     foot_spin, foot_spin_rate : (n, 2, 3) angular velocity and acceleration, rad/s, rad/s²
     foot_jacobian : (n, 2, 3, 28) velocity of that point a unit rate of each prescribed coordinate
+    foot_turning : (n, 2, 3, 28) the feet's angular velocity a unit rate of each prescribed coordinate
     com_place, com_velocity, com_acceleration : (n, 3) centre of mass of skier, boots and bindings (skis apart)
     com_jacobian : (n, 3, 28)
     kinetic : (n,) kinetic energy of the same in the pelvis' frame of translation, J
@@ -45,6 +46,7 @@ class Posture:
     foot_spin: Array
     foot_spin_rate: Array
     foot_jacobian: Array
+    foot_turning: Array
     com_place: Array
     com_velocity: Array
     com_acceleration: Array
@@ -78,7 +80,9 @@ def posture_at(motion: Motion, inertias: Sequence[SegmentInertia], exposed: Sequ
 
     feet = list(FEET)
     sole = np.array([0.0, 0.0, -motion.geometry.ankle_to_ski_base])
-    ankle = [sole - motion.geometry.joint_in_parent[foot] for foot in feet]  # counted from the ankle, not the heel
+    # the ankle, from which the sole is measured along the foot's axes, is the talus' origin
+    heel = [motion.geometry.attitude_in_parent[foot].T @ motion.geometry.joint_in_parent[foot] for foot in feet]
+    ankle = [sole - place for place in heel]
     foot_parts = [np.stack(parts, axis=1) for parts in zip(*map(point, feet, ankle), strict=True)]
     mass = np.array([body.mass for body in inertias])
     body_parts = [point(i, body.com) for i, body in enumerate(inertias)]
@@ -102,6 +106,7 @@ def posture_at(motion: Motion, inertias: Sequence[SegmentInertia], exposed: Sequ
         foot_spin=moving.angular_velocity[:, feet],
         foot_spin_rate=moving.angular_acceleration[:, feet],
         foot_jacobian=foot_parts[3],
+        foot_turning=angular[:, feet, :, 3:],
         com_place=com_parts[0],
         com_velocity=com_parts[1],
         com_acceleration=com_parts[2],

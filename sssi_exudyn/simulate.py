@@ -13,7 +13,7 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
-from sssi_exudyn.contact.kernel import NODE, TREE
+from sssi_exudyn.contact.kernel import TREE
 from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import Array, gravity_in_slope
 from sssi_exudyn.model import Model
@@ -21,7 +21,7 @@ from sssi_exudyn.motion import Motion, antenna_offset, with_heading_offset
 from sssi_exudyn.posture import Posture
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.simulate_record import Record, result_from_record
-from sssi_exudyn.simulate_system import Parts, System, build, instant, rigid_accelerations, rigid_rates
+from sssi_exudyn.simulate_system import Parts, System, build, instant
 
 SETTLING = 0.4
 """s of standing still on the snow before the start; the slowest motion of a loaded ski in snow has died out by then."""
@@ -49,9 +49,9 @@ def simulate(
     posture = parts.posture(t0 + step * np.arange(count + 1))
     pelvis, velocity = _start_of_pelvis(parts, posture)
     coordinates = settle(parts, posture, pelvis, velocity)
-    system = build(parts, posture, coordinates[:3], velocity)
+    system = build(parts, posture, coordinates[:3])
     run = _Run(parts, system, posture, progress)
-    run.start_from(coordinates, rigid_rates(parts, posture, velocity, coordinates))
+    run.start_from(coordinates, velocity)
     problem = run.solve()
     wall = clock.perf_counter() - begin
     result = result_from_record(parts, posture, system, run.record, wall)
@@ -88,7 +88,7 @@ def settle(parts: Parts, posture: Posture, pelvis: Array, velocity: Array) -> Ar
     for _ in range(2):
         lift = posture.com_acceleration[0, 2] - share @ posture.foot_acceleration[0, :, 2]
         load = parts.mass * max(-gravity[2] + lift, 0.2 * -gravity[2])
-        system = build(parts, posture, pelvis, np.zeros(3), held_by=load)
+        system = build(parts, posture, pelvis, held_by=load)
         _integrate_standing(system, parts)
         coordinates = np.asarray(system.mbs.systemData.GetODE2Coordinates()) + system.ref
         rest = np.zeros(len(coordinates))
@@ -148,20 +148,22 @@ class _Run:
         self._step = self.parts.model.solver.step
         self._t0 = float(self.posture.time[0])
 
-    def start_from(self, coordinates: Array, rates: Array) -> None:
-        """Set the initial state, with accelerations that fit the posture's."""
-        system, parts = self.system, self.parts
-        displaced = coordinates - system.ref
-        system.forces.evaluate(displaced, rates, system.now)
-        force = system.forces.out[:3].copy() + parts.mass * gravity_in_slope(parts.model.inclination)
-        nodes = system.forces.out[TREE:].reshape(-1, NODE)
-        force += nodes[:, :3].sum(axis=0)
-        accelerations = rigid_accelerations(parts, self.posture, coordinates, rates, force)
-        sign = np.concatenate([system.skeleton.links.sign, np.ones(len(coordinates) - TREE)])
+    def start_from(self, coordinates: Array, velocity: Array) -> None:
+        """Set the initial state: settled skis that move with the feet, the pelvis moving with ``velocity`` (3,).
+
+        The accelerations fit the posture's; the pelvis' is what the forces leave over after the posture's own.
+        """
+        system, parts, posture = self.system, self.parts, self.posture
+        sign = system.skeleton.links.sign[3:]
+        rates, accelerations = np.zeros(len(coordinates)), np.zeros(len(coordinates))
+        rates[:3], rates[3:TREE] = velocity, sign * posture.rates[0]
+        force = system.forces.evaluate(coordinates - system.ref, rates, system.now)[:3].copy()
+        force += parts.body_mass * (gravity_in_slope(parts.model.inclination) - posture.com_acceleration[0])
+        accelerations[:3], accelerations[3:TREE] = force / parts.mass, sign * posture.accelerations[0]
         data, initial = system.mbs.systemData, exu.ConfigurationType.Initial
-        data.SetODE2Coordinates(list(displaced), initial)
+        data.SetODE2Coordinates(list(coordinates - system.ref), initial)
         data.SetODE2Coordinates_t(list(rates), initial)
-        data.SetODE2Coordinates_tt(list(sign * accelerations), initial)
+        data.SetODE2Coordinates_tt(list(accelerations), initial)
 
     def solve(self) -> str:
         """Integrate to the end; "" or what went wrong."""
@@ -181,12 +183,10 @@ class _Run:
     def _before(self, _mbs: Any, t: float) -> bool:
         row = round((t - self._t0) / self._step)
         if row < len(self.posture.time) and abs(t - self.posture.time[row]) < 1e-9:
-            self.system.now = instant(self.posture, row)
-            angles = self.posture.angles[row]
+            self.system.advance(self.parts, instant(self.posture, row), self.posture.angles[row])
         else:  # the solver has cut the step
             between = self.parts.posture(np.array([t]))
-            self.system.now, angles = instant(between, 0), between.angles[0]
-        self.system.skeleton.prescribe(self.system.mbs, angles)
+            self.system.advance(self.parts, instant(between, 0), between.angles[0])
         return True
 
     def _after(self, _mbs: Any, t: float) -> bool:

@@ -25,20 +25,23 @@ class Record:
     def __init__(self, system: System, parts: Parts) -> None:
         self._data = system.mbs.systemData
         self._places = [int(self._data.GetObjectLTGAE(c)[0]) for c in system.skeleton.constraints]
+        self._clamps = [[int(self._data.GetObjectLTGAE(c)[0]) for c in clamp] for clamp in system.clamps]
         self._sign = system.skeleton.links.sign[3:]
         self.time: list[float] = []
         self.q: list[Array] = []
         self.v: list[Array] = []
         self.moments: list[Array] = []
+        self.clamps: list[Array] = []
         self.solver: dict[str, int | float | str] = {}
 
     def take(self, t: float) -> None:
-        """Keep the current state.  A joint's moment is minus its constraint's multiplier, in the chain's sense of turn."""
+        """Keep the current state.  What a constraint does to its coordinate is minus its multiplier."""
         self.time.append(t)
         self.q.append(np.array(self._data.GetODE2Coordinates(copy=False)))
         self.v.append(np.array(self._data.GetODE2Coordinates_t(copy=False)))
         multipliers = np.asarray(self._data.GetAECoordinates(copy=False))
         self.moments.append(-self._sign * multipliers[self._places])
+        self.clamps.append(-multipliers[self._clamps])
 
     def statistics(self, solver: Any) -> None:
         """Keep the solver's counts."""
@@ -72,21 +75,25 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
     nodes = (q + system.ref)[:, TREE:].reshape(n, 2, -1, NODE)
     rates = v[:, TREE:].reshape(n, 2, -1, NODE)
     cut = parts.mesh
-    share = np.zeros(len(cut.node_s))
-    share[:-1] += 0.5 * cut.element_mass
-    share[1:] += 0.5 * cut.element_mass
-    ski_first = np.einsum("k,nskc->nc", share, nodes[..., :3])
-    ski_moving = np.einsum("k,nskc->nc", share, rates[..., :3])
+    frame, spin = posture.foot_rotation[rows], posture.foot_spin[rows]
+    foot, foot_speed = pelvis[:, None] + posture.foot_place[rows], speed[:, None] + posture.foot_velocity[rows]
+    arm = np.einsum("nsij,nskj->nski", frame, nodes[..., :3])
+    moving = np.einsum("nsij,nskj->nski", frame, rates[..., :3]) + np.cross(spin[:, :, None], arm)
+    moving += foot_speed[:, :, None]
+    share = parts.sections.node_mass
+    ski_first = np.einsum("k,nskc->nc", share, arm + foot[:, :, None])
+    ski_moving = np.einsum("k,nskc->nc", share, moving)
     com_place, com_speed = posture.com_place[rows], posture.com_velocity[rows]
     com = (parts.body_mass * (pelvis + com_place) + ski_first) / parts.mass
     com_velocity = (parts.body_mass * (speed + com_speed) + ski_moving) / parts.mass
-    moments = np.array(record.moments)
+    moments = np.array(record.moments) - _through_clamps(parts, posture, rows, nodes, np.array(record.clamps))
     friction = feet[:, :, kernel.ALONG, None] * along + feet[:, :, kernel.ACROSS, None] * across
     kinetic = (
         0.5 * parts.body_mass * np.sum(speed**2, axis=1)
         + parts.body_mass * np.sum(speed * com_speed, axis=1)
         + posture.kinetic[rows]
-        + _ski_kinetic(cut, nodes, rates)
+        + 0.5 * np.einsum("k,nskc->n", share, moving**2)
+        + _ski_spinning(parts, nodes, rates, np.einsum("nsji,nsj->nsi", frame, spin))
     )
     elastic = _ski_elastic(cut, nodes)
     body_power = np.sum(body * (speed + com_speed), axis=1)
@@ -115,14 +122,14 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
         coordinates=np.hstack([pelvis, angles]),
         foot_load=feet[:, :, kernel.LOAD],
         foot_friction=friction,
-        foot_position=pelvis[:, None] + posture.foot_place[rows],
-        foot_velocity=speed[:, None] + posture.foot_velocity[rows],
-        foot_forward=posture.foot_rotation[rows][..., 0],
+        foot_position=foot,
+        foot_velocity=foot_speed,
+        foot_forward=frame[..., 0],
         edge_angle=feet[:, :, kernel.EDGE],
         penetration=feet[:, :, kernel.DEPTH],
         drag=drag[:, :3],
         joint_moments=moments,
-        ski_deflection=_deflection(parts, posture.foot_rotation[rows], pelvis[:, None] + posture.foot_place[rows], nodes),
+        ski_deflection=nodes[:, :, [-1, 0], 2] - parts.ski_in_foot[2] - cut.node_position[[-1, 0], 2],
         energy=energy,
         energy_closure=np.asarray(closure),
         statistics={**record.solver, "wall_s": wall, "backend": "compiled"},
@@ -133,29 +140,31 @@ def _turn(nodes: Array) -> Rotation:
     return Rotation.from_quat(nodes[..., 3:].reshape(-1, 4), scalar_first=True)
 
 
-def _deflection(parts: Parts, rotation: Array, place: Array, nodes: Array) -> Array:
-    """(n, 2, 2) m: how far (tip, tail) stand above where the unloaded ski on the same foot has them."""
-    ends = [-1, 0]
-    arm = nodes[:, :, ends, :3] - place[:, :, None, :]
-    local = np.einsum("nsji,nskj->nski", rotation, arm)
-    unloaded = parts.ski_in_foot[2] + parts.mesh.node_position[ends, 2]
-    return np.asarray(local[..., 2] - unloaded)
+def _through_clamps(parts: Parts, posture: Posture, rows: Array, nodes: Array, clamps: Array) -> Array:
+    """(n, 28) N m: what the skis, through the feet, do to the prescribed coordinates.
+
+    clamps (n, 2, 6): force on the middle node (foot's frame) and on three of its quaternion's components; on a unit quaternion
+    a torque τ acts as g = 2 Eᵀ τ, so τ = ½ E g, and g's part along the quaternion itself, the norm's constraint, drops out.
+    """
+    middle = nodes[:, :, parts.mesh.middle]
+    frame = posture.foot_rotation[rows]
+    general = np.concatenate([np.zeros_like(clamps[..., :1]), clamps[..., 3:]], axis=-1)
+    w, x, y, z = np.moveaxis(middle[..., 3:], -1, 0)
+    matrix = np.stack([[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])  # E(q)
+    torque = 0.5 * np.einsum("ijns,nsj->nsi", matrix, general)
+    force = clamps[..., :3]
+    torque = torque + np.cross(middle[..., :3], force)
+    on_foot = -np.einsum("nsij,nsj->nsi", frame, force), -np.einsum("nsij,nsj->nsi", frame, torque)
+    found = np.einsum("nsck,nsc->nk", posture.foot_jacobian[rows], on_foot[0])
+    return np.asarray(found + np.einsum("nsck,nsc->nk", posture.foot_turning[rows], on_foot[1]))
 
 
-def _ski_kinetic(cut: BeamMesh, nodes: Array, rates: Array) -> Array:
-    """(n,) J of both skis; velocities are linear along an element: ∫v² = (v₀² + v₀·v₁ + v₁²)/3 of its length."""
-    velocity = rates[..., :3]
+def _ski_spinning(parts: Parts, nodes: Array, rates: Array, carried: Array) -> Array:
+    """(n,) J: energy of the nodes' spin; ``carried`` (n, 2, 3) is the feet's spin in their own frame."""
     scalar, vector = nodes[..., 3:4], nodes[..., 4:]
-    # spin in the node's own frame: 2 q̄ ∘ q̇
-    spin = 2.0 * (scalar * rates[..., 4:] - rates[..., 3:4] * vector - np.cross(vector, rates[..., 4:]))
-
-    def mean_square(field: Array, weight: Array) -> Array:
-        first, second = field[:, :, :-1], field[:, :, 1:]
-        square = (first * first + first * second + second * second) / 3.0
-        return np.asarray(0.5 * np.einsum("nsec,ec->n", square, weight))
-
-    translation = mean_square(velocity, np.repeat(cut.element_mass[:, None], 3, axis=1))
-    return translation + mean_square(spin, cut.section_inertia * cut.element_length[:, None])
+    local = 2.0 * (scalar * rates[..., 4:] - rates[..., 3:4] * vector + np.cross(vector, rates[..., 4:]))
+    total = local + carried[:, :, None]
+    return np.asarray(0.5 * np.einsum("kc,nskc->n", parts.sections.node_moment, total**2))
 
 
 def _strains(nodes: Array) -> Array:
