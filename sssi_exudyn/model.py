@@ -18,7 +18,7 @@ from sssi_exudyn.contact.friction import AnisotropicFriction
 from sssi_exudyn.contact.registry import PAPER_TERMS, read_term
 from sssi_exudyn.contact.term import Term, parameters
 from sssi_exudyn.errors import InputError
-from sssi_exudyn.quantity import checked, quantity
+from sssi_exudyn.quantity import checked, quantities, quantity
 from sssi_exudyn.recording import Equipment, Skier
 
 _CHOICE = "chosen; see docs/verification.md for what it does to the result"
@@ -86,14 +86,38 @@ class Model:
         assert isinstance(found, AnisotropicFriction)
         return found
 
-    def with_term(self, name: str, **values: float) -> Model:
-        """The same model with other parameters of one of its terms."""
-        changed = replace(self.term(name), **values)  # type: ignore[arg-type]
-        return replace(self, terms=tuple(changed if term.name == name else term for term in self.terms))
+    def value(self, name: str) -> float:
+        """A declared number by its name, ``friction.mu_t`` or ``start.velocity_f``; a second term of one name is ``name#2``."""
+        owner, _, key = name.partition(".")
+        return float(getattr(self._owner(owner), key))
 
-    def with_start(self, **values: float) -> Model:
-        """The same model with another start."""
-        return replace(self, start=replace(self.start, **values))
+    def bounds(self, name: str) -> tuple[float, float]:
+        """Least and greatest value that the number of that name may have."""
+        owner, _, key = name.partition(".")
+        about = quantities(self._owner(owner))[key]
+        return about.low, about.high
+
+    def with_values(self, values: Mapping[str, float]) -> Model:
+        """The same model with other values of declared numbers, by their names.  Raises KeyError for an unknown name."""
+        changed = self
+        for name, value in values.items():
+            owner, _, key = name.partition(".")
+            old = changed._owner(owner)
+            new = replace(old, **{key: float(value)})  # type: ignore[type-var, arg-type]
+            if isinstance(new, Start):
+                changed = replace(changed, start=new)
+            else:
+                changed = replace(changed, terms=tuple(new if term is old else term for term in changed.terms))
+        return changed
+
+    def _owner(self, name: str) -> Term | Start:
+        if name == "start":
+            return self.start
+        kind, _, count = name.partition("#")
+        found = [term for term in self.terms if term.name == kind]
+        if len(found) < int(count or 1):
+            raise KeyError(f"the model has no term {name!r}; it has {', '.join(term.name for term in self.terms)}")
+        return found[int(count or 1) - 1]
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:
