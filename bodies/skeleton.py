@@ -1,9 +1,9 @@
 """The skeleton in Exudyn: a kinematic tree of 31 coordinates whose 28 angles are prescribed by constraints.
 
-Every coordinate of the chain is one link of an ``ObjectKinematicTree``; the links between the first and the last rotation of
-a joint have no mass.  Segments on fixed joints (calcaneus and toes in the boot, head on the torso) are welded to the link
-that carries them.  The 28 angles are prescribed by one ``CoordinateConstraint`` each, so a joint's moment is that
-constraint's Lagrange multiplier (paper 2.3); the pelvis' three translations are free.
+Every coordinate of the chain is one link of an ``ObjectKinematicTree``; the links between the first and the last
+rotation of a joint have no mass.  Segments on fixed joints (calcaneus and toes in the boot, head on the torso) are
+welded to the link that carries them.  The 28 angles are prescribed by one ``CoordinateConstraint`` each, so a joint's
+moment is that constraint's Lagrange multiplier (paper 2.3); the pelvis' three translations are free.
 """
 
 from __future__ import annotations
@@ -38,7 +38,8 @@ class Links:
     axis : 0, 1, 2 for x, y, z
     sign : +1 or -1: the tree's coordinate is ``sign`` times the chain's (the tree knows positive axes only)
     offset, attitude : (31, 3) m and (31, 3, 3) of the link in the parent link's frame, before it turns
-    of_segment : for each of the 21 segments the link that carries it, its place (3,) m and attitude (3, 3) in that link's frame
+    of_segment : for each of the 21 segments the link that carries it, its place (3,) m and attitude (3, 3) in that
+        link's frame
     """
 
     parent: tuple[int, ...]
@@ -61,7 +62,11 @@ def chain_links(geometry: Geometry, inclination: float) -> Links:
     of_segment: list[tuple[int, Array, Array]] = []
     for i, joint in enumerate(JOINTS):
         if PARENT[i] < 0:
-            carrier, place, turn = 2, np.zeros(3), slope_to_level(inclination).T  # pelvis angles count from the level frame
+            carrier, place, turn = (
+                2,
+                np.zeros(3),
+                slope_to_level(inclination).T,
+            )  # pelvis angles count from the level frame
         else:
             carrier, place, turn = of_segment[PARENT[i]]
             place, turn = place + turn @ geometry.joint_in_parent[i], turn @ geometry.attitude_in_parent[i]
@@ -87,9 +92,9 @@ def _weld(inertias: Sequence[SegmentInertia], links: Links) -> tuple[Array, Arra
         first[link] += body.mass * r
         second[link] += turn @ body.inertia @ turn.T + body.mass * (r @ r * np.eye(3) - np.outer(r, r))
     com = np.divide(first, mass[:, None], out=np.zeros_like(first), where=mass[:, None] > 0)
-    for link in np.flatnonzero(mass):
-        r = com[link]
-        second[link] -= mass[link] * (r @ r * np.eye(3) - np.outer(r, r))
+    for loaded in np.flatnonzero(mass):
+        r = com[loaded]
+        second[loaded] -= mass[loaded] * (r @ r * np.eye(3) - np.outer(r, r))
     return mass, com, second
 
 

@@ -2,7 +2,8 @@
 
 ``compiled``  one object over all coordinates; its force and its Jacobian are one pass of machine code (``kernel``)
 ``python``    the same object; the laws are called as they are written, with floats, point by point: the reference
-``symbolic``  a connector a contact section, whose law Exudyn evaluates itself without returning to Python; friction and air
+``symbolic``  a connector a contact section, whose law Exudyn evaluates itself without returning to Python; friction
+and air
               in the object as for ``python``
 
 All give the same forces; they differ in speed only.
@@ -105,7 +106,9 @@ class CompiledForces:
         self._values = np.zeros(entries)
 
     def evaluate(self, q: Array, v: Array, at: Instant) -> Array:
-        """Generalised forces on all coordinates (a buffer that the next call overwrites); fills ``seen``, ``drag``, ``body``."""
+        """Generalised forces on all coordinates (a buffer that the next call overwrites); fills ``seen``, ``drag``,
+        ``body``.
+        """
         self._kernel.forces(
             self._parameters, q, v, self._ref, at.time, *self._contacts, *self._inertia,
             self._sign, at.foot_place, at.foot_velocity, at.foot_acceleration, at.foot_rotation, at.foot_spin,
@@ -151,15 +154,14 @@ def coupled_mass(sections: Sections, foot_rotation: Array, size: int) -> Any:
     return matrix
 
 
-def add_forces(
-    mbs: Any, nodes: Sequence[int], forces: CompiledForces, mass: Any, now: Callable[[], Instant]
-) -> int:
-    """Add the object through which ``forces`` act on ``nodes``, which must be all of the system's, in the kernel's order.
+def add_forces(mbs: Any, nodes: Sequence[int], forces: CompiledForces, mass: Any, now: Callable[[], Instant]) -> int:
+    """Add the object through which ``forces`` act on ``nodes``, which must be all of the system's, in the kernel's
+    order.
 
     mass : what the object adds to the mass matrix at the start (``coupled_mass``); to be renewed every step.
 
-    ``now`` gives the posture at the end of the current step.  Exudyn hands coordinates to user functions as lists; reading
-    them from the system as arrays that share its memory is a hundred times faster.
+    ``now`` gives the posture at the end of the current step.  Exudyn hands coordinates to user functions as lists;
+    reading them from the system as arrays that share its memory is a hundred times faster.
     """
     size = len(forces.out)
     data = mbs.systemData

@@ -1,16 +1,17 @@
 """All forces of the full model in one pass over its coordinates: a template that ``compiled`` joins with the laws.
 
 Coordinates are the skeleton's 31, then the left and the right ski's nodes of seven each: place (3) and quaternion
-(w, x, y, z).  ``ref`` is the reference that Exudyn keeps apart from its coordinates.  A ski's nodes are given in the frame of
-its foot, which moves as prescribed, carried by the pelvis: what a beam feels of that motion are forces of inertia, and the
-solver's Jacobian, dominated by the beams' stiffness, keeps for many steps because nothing turns in that frame.
+(w, x, y, z).  ``ref`` is the reference that Exudyn keeps apart from its coordinates.  A ski's nodes are given in the
+frame of its foot, which moves as prescribed, carried by the pelvis: what a beam feels of that motion are forces of
+inertia, and the solver's Jacobian, dominated by the beams' stiffness, keeps for many steps because nothing turns in
+that frame.
 
     place on the slope   p = x + b + R X         x pelvis, b and R place and rotation of the foot, X in the foot's frame
     velocity             v = ẋ + ḃ + ω × R X + R Ẋ
     inertia of a node    −m (R·(ẍ + b̈) + Ω̇ × X + Ω × (Ω × X) + 2 Ω × Ẋ)      R·: turned into the foot's frame
 
-The part with ẍ stands in the mass matrix (``coupled_mass`` in ``backend``), all others are here.  Masses are lumped at the
-nodes, as Exudyn's beams have them.
+The part with ẍ stands in the mass matrix (``coupled_mass`` in ``backend``), all others are here.  Masses are lumped
+at the nodes, as Exudyn's beams have them.
 
 A contact section lies at the share ξ of its element; its frame is interpolated on SE(3) and its velocities linearly, as
 Exudyn's body markers do.  Its force goes to its two nodes by the shares 1 − ξ and ξ.
@@ -149,7 +150,9 @@ def on_quaternion(q, torque):
 
 @njit(cache=True)
 def add_wrench(out, i, share, q, force, torque):
-    """Add a share of force and torque (outer frame) to the node whose coordinates begin at ``i`` and whose quaternion is q."""
+    """Add a share of force and torque (outer frame) to the node whose coordinates begin at ``i`` and whose quaternion
+    is q.
+    """
     turn = on_quaternion(q, torque)
     for k in range(3):
         out[i + k] += share * force[k]
@@ -192,8 +195,8 @@ def ground(parameters, f, l):
 
 @njit(cache=True)
 def section(q, v, ref, base, element, xi):
-    """Frame (place, quaternion) and velocities (linear, angular) at a share of an element of the ski that starts at ``base``,
-    with its nodes' quaternions."""
+    """Frame (place, quaternion) and velocities (linear, angular) at a share of an element of the ski that starts at
+    ``base``, with its nodes' quaternions."""
     i = base + NODE * element
     j = i + NODE
     p0 = (q[i] + ref[i], q[i + 1] + ref[i + 1], q[i + 2] + ref[i + 2])
@@ -243,10 +246,11 @@ def add_to_tree(out, sign, force, jacobian):
 
 @njit(cache=True)
 def ski_inertia(q, v, ref, base, mass, moment, gravity, frame, spin_in, spin_rate, acceleration, out):
-    """Weight and forces of inertia of one ski's nodes but for the pelvis' own acceleration, and their sum on the pelvis.
+    """Weight and forces of inertia of one ski's nodes but for the pelvis' own acceleration, and their sum on the
+    pelvis.
 
-    mass (n + 1,) kg, moment (n + 1, 3) kg m² of each node about the foot's axes; gravity (3,) and acceleration (3,) of the
-    foot relative to the pelvis in the slope frame; spin_in, spin_rate in the foot's frame.
+    mass (n + 1,) kg, moment (n + 1, 3) kg m² of each node about the foot's axes; gravity (3,) and acceleration (3,)
+    of the foot relative to the pelvis in the slope frame; spin_in, spin_rate in the foot's frame.
     """
     fall = into(frame, (gravity[0] - acceleration[0], gravity[1] - acceleration[1], gravity[2] - acceleration[2]))
     total = (0.0, 0.0, 0.0)
@@ -284,7 +288,8 @@ def forces(
     element, share, length : (m,) element, ξ and length of edge of each contact section; offset : (m, 2, 3) of its edges
     damping : (n, 3) N m s of each element against relative spin about its own axes
     node_mass, node_moment : (n + 1,) kg, (n + 1, 3) kg m²;  gravity : (3,) m/s²
-    sign : (31,) tree's coordinate / chain's coordinate; foot_…, com_…, exposed_… : one row of ``Posture``; area : (k,) m²
+    sign : (31,) tree's coordinate / chain's coordinate; foot_…, com_…, exposed_… : one row of ``Posture``; area :
+        (k,) m²
     seen : (2, 11) is filled as its columns say; drag : (4,) with the air's force (N) and its power (W);
     body : (3,) with the force of the body terms (N)
     """
@@ -394,9 +399,9 @@ def jacobian(
 ):  # fmt: skip
     """Triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; returns their number.
 
-    Kept: contact stiffness and damping along the normal between the nodes of a section and the pelvis, structural damping,
-    friction and drag by velocity.  Left out, as they only cost iterations: the turning of the contact's arms, friction's
-    dependence on the load, the forces of inertia.
+    Kept: contact stiffness and damping along the normal between the nodes of a section and the pelvis, structural
+    damping, friction and drag by velocity.  Left out, as they only cost iterations: the turning of the contact's
+    arms, friction's dependence on the load, the forces of inertia.
     """
     count = 0
     elements = damping.shape[0]
@@ -473,7 +478,9 @@ def jacobian(
             add_to_tree(tree[k], sign, plus(times(column_t, along), times(column_n, across)), foot_jacobian[ski])
     for k in range(area.shape[0]):
         velocity = plus(speed, exposed_velocity[k])
-        pushed = segment_derivatives(parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], area[k])
+        pushed = segment_derivatives(
+            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], area[k]
+        )
         for c in range(3):
             add_to_tree(tree[c], sign, (pushed[3 + c], pushed[6 + c], pushed[9 + c]), exposed_jacobian[k])
     for row in range(TREE):

@@ -11,7 +11,7 @@ import exudyn
 
 from sssi_exudyn.contact.maths import Number
 
-_symbols = exudyn.symbolic  # type: ignore[attr-defined]  # set while the package is imported
+_symbols = exudyn.symbolic  # set while the package is imported
 
 
 class SymbolicMath:

@@ -51,8 +51,7 @@ def parser() -> argparse.ArgumentParser:
         "validate", parents=[common, recorded, written], help="hold a result against GPS and insoles"
     )
     validate.add_argument("--result", type=Path, metavar="DIR", required=True, help="folder of the result to judge")
-    run = commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
-    run.add_argument("--jobs", type=_positive, metavar="N", help="processes at once; default: one a core")
+    commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
     commands.add_parser("terms", parents=[common], help="every force term and its parameters")
     return top
 
@@ -107,7 +106,7 @@ def _call(options: argparse.Namespace) -> str:
         case "validate":
             summary = commands.validate(options.folder, options.result, options.out, progress=progress)
         case _:
-            summary = commands.run(options.folder, options.out, jobs=options.jobs, progress=progress)
+            summary = commands.run(options.folder, options.out, progress=progress)
     return to_json(summary) if options.json else format_summary(summary)
 
 
@@ -116,14 +115,3 @@ def _failed(options: argparse.Namespace, status: int, line: str) -> int:
         traceback.print_exc()
     sys.stderr.write(f"sssi: {line}\n")
     return status
-
-
-def _positive(text: str) -> int:
-    """A whole number from 1 upwards; argparse says the message."""
-    try:
-        number = int(text)
-    except ValueError:
-        number = 0
-    if number < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1 upwards")
-    return number

@@ -27,12 +27,16 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Start:
-    """Where, how fast and how turned the run starts; fitted along with the friction because no instrument gives it exactly."""
+    """Where, how fast and how turned the run starts; fitted along because no instrument gives it exactly."""
 
     f: float = quantity(0.0, "m", low=-1e5, high=1e5, source="GPS", meaning="the antenna's place down the slope")
     l: float = quantity(0.0, "m", low=-1e5, high=1e5, source="GPS", meaning="the antenna's place to the left")  # noqa: E741
-    velocity_f: float = quantity(0.0, "m/s", low=-50.0, high=50.0, source="GPS", meaning="the antenna's speed down the slope")
-    velocity_l: float = quantity(0.0, "m/s", low=-50.0, high=50.0, source="GPS", meaning="the antenna's speed to the left")
+    velocity_f: float = quantity(
+        0.0, "m/s", low=-50.0, high=50.0, source="GPS", meaning="the antenna's speed down the slope"
+    )
+    velocity_l: float = quantity(
+        0.0, "m/s", low=-50.0, high=50.0, source="GPS", meaning="the antenna's speed to the left"
+    )
     heading_offset: float = quantity(
         0.0, "rad", low=-0.35, high=0.35, source="prior of 1 degree", meaning="turn of the whole capture about gravity"
     )
@@ -46,12 +50,18 @@ class Solver:
     """How the equations of motion are integrated (Exudyn's implicit generalised-α method)."""
 
     step: float = quantity(0.005, "s", low=1e-4, high=0.02, source=_CHOICE, meaning="time step")
-    elements: int = quantity(50, "1", low=10, high=200, source="paper 2.2.2", meaning="beam elements of a ski, an even number")
+    elements: int = quantity(
+        50, "1", low=10, high=200, source="paper 2.2.2", meaning="beam elements of a ski, an even number"
+    )
     spectral_radius: float = quantity(
         0.7, "1", low=0.0, high=0.95, source=_CHOICE, meaning="numerical damping: 1 none, 0 most"
     )
-    relative_tolerance: float = quantity(1e-4, "1", low=1e-10, high=1e-2, source=_CHOICE, meaning="Newton's, of the first residual")
-    absolute_tolerance: float = quantity(1e-4, "1", low=1e-9, high=1e-1, source=_CHOICE, meaning="Newton's, of the residual")
+    relative_tolerance: float = quantity(
+        1e-4, "1", low=1e-10, high=1e-2, source=_CHOICE, meaning="Newton's, of the first residual"
+    )
+    absolute_tolerance: float = quantity(
+        1e-4, "1", low=1e-9, high=1e-1, source=_CHOICE, meaning="Newton's, of the residual"
+    )
 
 
 @dataclass(frozen=True)
@@ -87,7 +97,9 @@ class Model:
         return found
 
     def value(self, name: str) -> float:
-        """A declared number by its name, ``friction.mu_t`` or ``start.velocity_f``; a second term of one name is ``name#2``."""
+        """A declared number by its name, ``friction.mu_t`` or ``start.velocity_f``; a second term of one name is
+        ``name#2``.
+        """
         owner, _, key = name.partition(".")
         return float(getattr(self._owner(owner), key))
 
@@ -98,12 +110,14 @@ class Model:
         return about.low, about.high
 
     def with_values(self, values: Mapping[str, float]) -> Model:
-        """The same model with other values of declared numbers, by their names.  Raises KeyError for an unknown name."""
+        """The same model with other values of declared numbers, by their names.  Raises KeyError for an unknown
+        name.
+        """
         changed = self
         for name, value in values.items():
             owner, _, key = name.partition(".")
             old = changed._owner(owner)
-            new = replace(old, **{key: float(value)})  # type: ignore[type-var, arg-type]
+            new = replace(old, **{key: float(value)})  # type: ignore[arg-type]
             if isinstance(new, Start):
                 changed = replace(changed, start=new)
             else:
@@ -189,7 +203,11 @@ def read_model(path: Path) -> Model:
         name=str(data.get("name", path.stem)),
         skier=checked(
             Skier,
-            {"mass": number("skier", "mass_kg"), "height": number("skier", "height_m"), "sex": skier.get("sex", "male")},
+            {
+                "mass": number("skier", "mass_kg"),
+                "height": number("skier", "height_m"),
+                "sex": skier.get("sex", "male"),
+            },
             path,
             "[skier]",
         ),
@@ -198,7 +216,9 @@ def read_model(path: Path) -> Model:
         inclination=float(np.radians(number("slope", "inclination_deg"))),
         fall_line_azimuth=float(np.radians(number("slope", "fall_line_azimuth_deg"))),
         terms=tuple(
-            read_term(str(entry.get("name")), {k: v for k, v in entry.items() if k != "name"}, path, f"[[term]] {i + 1}")
+            read_term(
+                str(entry.get("name")), {k: v for k, v in entry.items() if k != "name"}, path, f"[[term]] {i + 1}"
+            )
             for i, entry in enumerate(terms)
         ),
         start=checked(Start, start, path, "[start]"),

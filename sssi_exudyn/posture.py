@@ -23,7 +23,8 @@ class Posture:
 
     time : (n,) s
     angles, rates, accelerations : (n, 28) of the prescribed coordinates
-    foot_place, foot_velocity, foot_acceleration : (n, 2, 3) the point of the running surface under the ankle, m, m/s, m/s²
+    foot_place, foot_velocity, foot_acceleration : (n, 2, 3) the point of the running surface under the ankle, m, m/s,
+        m/s²
     foot_rotation : (n, 2, 3, 3) foot frame → slope frame
     foot_spin, foot_spin_rate : (n, 2, 3) angular velocity and acceleration, rad/s, rad/s²
     foot_jacobian : (n, 2, 3, 28) velocity of that point a unit rate of each prescribed coordinate
@@ -86,9 +87,7 @@ def posture_at(motion: Motion, inertias: Sequence[SegmentInertia], exposed: Sequ
     foot_parts = [np.stack(parts, axis=1) for parts in zip(*map(point, feet, ankle), strict=True)]
     mass = np.array([body.mass for body in inertias])
     body_parts = [point(i, body.com) for i, body in enumerate(inertias)]
-    com_parts = [
-        np.tensordot(mass / mass.sum(), np.stack(parts), axes=1) for parts in zip(*body_parts, strict=True)
-    ]
+    com_parts = [np.tensordot(mass / mass.sum(), np.stack(parts), axes=1) for parts in zip(*body_parts, strict=True)]
     spin = np.einsum("nsji,nsj->nsi", poses.rotation, moving.angular_velocity)
     inertia = np.stack([body.inertia for body in inertias])
     kinetic = 0.5 * np.einsum("nsi,sij,nsj->n", spin, inertia, spin)
@@ -115,5 +114,3 @@ def posture_at(motion: Motion, inertias: Sequence[SegmentInertia], exposed: Sequ
         exposed_velocity=np.stack([body_parts[i][1] for i in shown], axis=1),
         exposed_jacobian=np.stack([body_parts[i][3] for i in shown], axis=1),
     )
-
-

@@ -55,8 +55,12 @@ def quantities(owner: object) -> dict[str, Quantity]:
     found = {}
     for entry in dataclasses.fields(owner):  # type: ignore[arg-type]
         if _KEY in entry.metadata:
-            found[entry.name] = Quantity(name=entry.name, default=float(entry.default), **entry.metadata[_KEY])
+            found[entry.name] = Quantity(name=entry.name, default=_number(entry.default), **entry.metadata[_KEY])
     return found
+
+
+def _number(default: Any) -> float:
+    return float(default)
 
 
 def checked(cls: type[T], values: Mapping[str, object], file: str | Path, place: str) -> T:

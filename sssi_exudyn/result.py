@@ -6,7 +6,7 @@ Vectors are in the slope frame (f down the fall line, l left, n normal; see ``fr
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -98,6 +98,20 @@ class SimulationResult:
         turnover = max((float(np.ptp(values)) for values in self.energy.values()), default=0.0)
         gap = float(np.max(np.abs(self.energy_closure), initial=0.0))
         return 100.0 * gap / turnover if turnover > 0.0 else float("nan")
+
+    def moved(self, by: Array) -> SimulationResult:
+        """The same run with all places moved by ``by`` (3,) m."""
+        first = [name in _FREE for name in self.coordinate_names]
+        coordinates = self.coordinates.copy()
+        coordinates[:, first] += by
+        return replace(
+            self,
+            pelvis=self.pelvis + by,
+            com=self.com + by,
+            antenna=None if self.antenna is None else self.antenna + by,
+            coordinates=coordinates,
+            foot_position=self.foot_position + by,
+        )
 
     def to_frame(self, slope_to_enu: Array) -> pd.DataFrame:
         """One row a sample, one column a component, each with its unit in its name; vectors east-north-up.

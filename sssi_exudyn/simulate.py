@@ -46,7 +46,7 @@ def simulate(
     t1 = motion.stop if stop is None else stop
     step = model.solver.step
     count = max(1, round((t1 - t0) / step))
-    posture = parts.posture(t0 + step * np.arange(count + 1))
+    posture = parts.posture(t0 + step * np.arange(count + 1, dtype=np.float64))
     pelvis, velocity = _start_of_pelvis(parts, posture)
     coordinates = settle(parts, posture, pelvis, velocity)
     system = build(parts, posture, coordinates[:3])
@@ -61,13 +61,15 @@ def simulate(
 
 
 def _start_of_pelvis(parts: Parts, posture: Posture) -> tuple[Array, Array]:
-    """Place and velocity of the pelvis (3,) that put the antenna where the model's start says.
+    """Place and velocity of the pelvis (3,) that put the antenna, or itself without one, where the model's start says.
 
-    The height is a first guess (both feet's mean on the plane); the velocity along the normal lets the loaded foot keep its
-    height.
+    The height is a first guess (both feet's mean on the plane); the velocity along the normal lets the loaded foot
+    keep its height.
     """
     start = parts.model.start
-    place, speed = antenna_offset(parts.motion, posture.time[:1])
+    place = speed = np.zeros((1, 3))
+    if parts.motion.antenna is not None:
+        place, speed = antenna_offset(parts.motion, posture.time[:1])
     pelvis = np.array([start.f - place[0, 0], start.l - place[0, 1], -float(np.mean(posture.foot_place[0, :, 2]))])
     velocity = np.array([start.velocity_f - speed[0, 0], start.velocity_l - speed[0, 1], 0.0])
     velocity[2] = -float(np.mean(posture.foot_velocity[0, :, 2]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 from scipy.spatial.transform import Rotation
 
@@ -97,7 +98,7 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
     )
     elastic = _ski_elastic(cut, nodes)
     body_power = np.sum(body * (speed + com_speed), axis=1)
-    powers = {
+    powers: dict[str, Array] = {
         "posture": np.sum(moments * posture.rates[rows], axis=1),
         "contact": feet[:, :, kernel.CONTACT_POWER].sum(axis=1),
         "friction": feet[:, :, kernel.FRICTION_POWER].sum(axis=1),
@@ -105,7 +106,7 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
         "body": body_power,
         "damping": feet[:, :, kernel.DAMPING_POWER].sum(axis=1),
     }
-    energy = {name: cumulative_trapezoid(power, time, initial=0.0) for name, power in powers.items()}
+    energy = {name: _integral(power, time) for name, power in powers.items()}
     energy["gravity"] = parts.mass * (com - com[0]) @ gravity_in_slope(parts.model.inclination)
     closure = sum(energy.values()) - (kinetic - kinetic[0]) - (elastic - elastic[0])
     energy |= {"kinetic": kinetic, "elastic": elastic}
@@ -136,15 +137,20 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
     )
 
 
+def _integral(power: Array, time: Array) -> Array:
+    return np.asarray(cumulative_trapezoid(power, time, initial=0), dtype=np.float64)
+
+
 def _turn(nodes: Array) -> Rotation:
     return Rotation.from_quat(nodes[..., 3:].reshape(-1, 4), scalar_first=True)
 
 
-def _through_clamps(parts: Parts, posture: Posture, rows: Array, nodes: Array, clamps: Array) -> Array:
+def _through_clamps(parts: Parts, posture: Posture, rows: NDArray[np.intp], nodes: Array, clamps: Array) -> Array:
     """(n, 28) N m: what the skis, through the feet, do to the prescribed coordinates.
 
-    clamps (n, 2, 6): force on the middle node (foot's frame) and on three of its quaternion's components; on a unit quaternion
-    a torque τ acts as g = 2 Eᵀ τ, so τ = ½ E g, and g's part along the quaternion itself, the norm's constraint, drops out.
+    clamps (n, 2, 6): force on the middle node (foot's frame) and on three of its quaternion's components; on a unit
+    quaternion a torque τ acts as g = 2 Eᵀ τ, so τ = ½ E g, and g's part along the quaternion itself, the norm's
+    constraint, drops out.
     """
     middle = nodes[:, :, parts.mesh.middle]
     frame = posture.foot_rotation[rows]
@@ -168,7 +174,9 @@ def _ski_spinning(parts: Parts, nodes: Array, rates: Array, carried: Array) -> A
 
 
 def _strains(nodes: Array) -> Array:
-    """(…, e, 6) SE(3) logarithm of each element's relative pose: stretch along x, y, z (m), turn about x, y, z (rad)."""
+    """(…, e, 6) SE(3) logarithm of each element's relative pose: stretch along x, y, z (m), turn about x, y, z
+    (rad).
+    """
     shape = nodes.shape[:-2]
     count = nodes.shape[-2] - 1
     first, second = _turn(nodes[..., :-1, :]), _turn(nodes[..., 1:, :])

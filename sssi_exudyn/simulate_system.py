@@ -139,7 +139,8 @@ def instant(posture: Posture, row: int, *, standing: bool = False) -> Instant:
 class System:
     """An assembled Exudyn system, with the posture of the step that is being solved.
 
-    clamps : (2, 6) item numbers of the constraints that hold each ski's middle node: three places, three quaternion components
+    clamps : (2, 6) item numbers of the constraints that hold each ski's middle node: three places, three quaternion
+        components
     object : item number of the object through which the forces act
     ref : (n,) reference coordinates
     """
@@ -164,8 +165,8 @@ class System:
 def build(parts: Parts, posture: Posture, pelvis: Array, *, held_by: float | None = None) -> System:
     """Assemble the model in the posture of row 0 with the pelvis at ``pelvis`` (3,) m, all at rest.
 
-    With ``held_by`` nothing moves but the skis and the pelvis' height: friction and movement are left out, and the skier is
-    pressed on the snow by a force (N) along the normal in place of gravity.  That is how the start is found.
+    With ``held_by`` nothing moves but the skis and the pelvis' height: friction and movement are left out, and the
+    skier is pressed on the snow by a force (N) along the normal in place of gravity.  That is how the start is found.
     """
     exu.special.beams.geometricallyExactLumpedMass = True
     container = exu.SystemContainer()
@@ -173,7 +174,9 @@ def build(parts: Parts, posture: Posture, pelvis: Array, *, held_by: float | Non
     standing = held_by is not None
     gravity = np.zeros(3) if standing else gravity_in_slope(parts.model.inclination)
     q = np.concatenate([pelvis, posture.angles[0]])
-    skeleton = add_skeleton(mbs, parts.motion.geometry, parts.inertias, gravity, parts.model.inclination, q, np.zeros(31))
+    skeleton = add_skeleton(
+        mbs, parts.motion.geometry, parts.inertias, gravity, parts.model.inclination, q, np.zeros(31)
+    )
     ground = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=mbs.AddNode(NodePointGround()), coordinate=0))
     nodes, clamps = [skeleton.node], []
     frame = np.eye(4)

@@ -95,9 +95,11 @@ def antenna_of(series: pd.DataFrame) -> Array:
 
 
 def distances(series: pd.DataFrame, times: Array, fixes: Array) -> Array:
-    """Distance (m,) in metres of the simulated antenna to GPS fixes (m, 3) at ``times`` (m,); NaN outside the run."""
+    """Horizontal distance (m,) in metres of the simulated antenna to GPS fixes (m, 3) at ``times`` (m,); NaN outside
+    the run.
+    """
     simulated = at_times(series["time_s"].to_numpy(dtype=float), antenna_of(series), times)
-    return np.asarray(np.linalg.norm(simulated - fixes, axis=1))
+    return np.asarray(np.linalg.norm((simulated - fixes)[:, :2], axis=1))
 
 
 def filtered_ratio(time: Array, left: Array, right: Array) -> Array:

@@ -1,0 +1,212 @@
+"""Fit friction, start and heading of one recording to its GPS track.
+
+The search runs on the reduced model until it stands still, then on the full model from there: its objective is the full
+model's, its gradient combines the full model's residual with the reduced model's sensitivities, which differ from the
+full ones by a few percent.  Such a gradient vanishes where the full residual is as orthogonal to the sensitivities as
+can be told.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+from sssi_exudyn.reduced import Prepared, prepare, sensitivities
+
+from sssi_exudyn.cache import Cache, fingerprint
+from sssi_exudyn.fitting.objective import Prior, Problem, correlations, path_sensitivity, uncertainty, weight_of
+from sssi_exudyn.fitting.observe import first_guess, track_of
+from sssi_exudyn.fitting.optimise import Optimum, minimise
+from sssi_exudyn.frames import Array
+from sssi_exudyn.model import Model, model_to_dict
+from sssi_exudyn.motion import Motion
+from sssi_exudyn.noise import ExponentialNoise, fit_noise
+from sssi_exudyn.recording import Recording
+from sssi_exudyn.simulate import simulate
+
+Method = Literal["joint", "paper"]
+METHODS: Final[tuple[Method, ...]] = ("joint", "paper")
+
+FRICTION: Final = ("friction.mu_t", "friction.mu_n")
+NUISANCES: Final = ("start.velocity_f", "start.velocity_l", "start.f", "start.l", "start.heading_offset")
+START_VALUES: Final = {"friction.mu_t": 0.1, "friction.mu_n": 0.5}
+"""Where the search starts (paper 2.4)."""
+_VELOCITY_SIGMA = 0.5
+"""m/s; a smoothed track's derivative is about 0.3 m/s off in a turn."""
+_FIRST_NOISE = ExponentialNoise(0.05, 2.0)
+"""Of the residual, before there is one: what posture errors of 0.3° and a receiver of 2 cm leave."""
+
+Progress = Callable[[float | None, str], None]
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What a fit found.
+
+    model : the model with the fitted numbers
+    names, values : (k,) the fitted parameters;  covariance : (k, k) from the residual as it is, correlated in time
+    residual : (n, 2) m measured minus simulated at ``time`` (n,) s, level frame, by the full model
+    noise : of that residual
+    optimum, reduced : how the searches on the full and on the reduced model ended
+    """
+
+    method: Method
+    model: Model
+    names: tuple[str, ...]
+    values: Array
+    covariance: Array
+    time: Array
+    residual: Array
+    noise: ExponentialNoise
+    optimum: Optimum
+    reduced: Optimum
+    wall: float
+
+    @property
+    def standard_errors(self) -> Array:
+        """(k,) in the parameters' units."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def correlation(self) -> Array:
+        """(k, k)"""
+        return correlations(self.covariance)
+
+    def standard_error(self, name: str) -> float:
+        """Of one parameter; NaN where it was not fitted."""
+        return float(self.standard_errors[self.names.index(name)]) if name in self.names else float("nan")
+
+    def value(self, name: str) -> float:
+        """The model's value of a number, fitted or not."""
+        return self.model.value(name)
+
+
+def problem_of(recording: Recording, motion: Motion, model: Model, method: Method) -> Problem:
+    """What is fitted to the recording's GPS, from the paper's starting values.
+
+    Raises ValueError when the recording has no GPS.
+    """
+    if recording.gps is None:
+        raise ValueError("the recording has no GPS")
+    track = track_of(recording.gps, model.fall_line_azimuth, motion.start, motion.stop)
+    start = first_guess(recording.gps, motion, model.inclination, model.fall_line_azimuth)
+    model = replace(model, start=start).with_values(START_VALUES)
+    if method == "paper":
+        return Problem(model, track, FRICTION, {}, 1.0)
+    sigma = float(np.median(track.sigma))
+    priors = {
+        "start.velocity_f": Prior(start.velocity_f, _VELOCITY_SIGMA),
+        "start.velocity_l": Prior(start.velocity_l, _VELOCITY_SIGMA),
+        "start.f": Prior(start.f, 3.0 * sigma),
+        "start.l": Prior(start.l, 3.0 * sigma),
+        "start.heading_offset": Prior(0.0, recording.heading.sigma),
+    }
+    return Problem(model, track, FRICTION + NUISANCES, priors, weight_of(_FIRST_NOISE, track))
+
+
+def fit(
+    problem: Problem,
+    motion: Motion,
+    method: Method = "joint",
+    *,
+    cache: Cache | None = None,
+    progress: Progress | None = None,
+) -> Fitted:
+    """Solve the problem with the full model.  What was simulated is kept in ``cache``, so that the same call goes on
+    from there.
+
+    Raises SimulationDiverged when a simulation does.
+    """
+    begin = clock.perf_counter()
+    say = progress or (lambda _fraction, _detail: None)
+    prepared = prepare(problem.model, motion)
+    reduced = fit_reduced(problem, prepared, say)
+    if method == "joint":  # the residual now tells what the noise is
+        _, residual, _ = _reduced(problem, prepared, reduced.values)
+        problem = problem.with_noise(fit_noise(problem.track.time, residual))
+        reduced = fit_reduced(replace(problem, model=problem.model_at(reduced.values)), prepared, say)
+    sensitivity = _reduced(problem, prepared, reduced.values)[2]
+    count = 0
+
+    def evaluate(values: Array) -> tuple[float, Array]:
+        nonlocal count
+        residual = full_residual(problem, motion, values, cache)
+        value = problem.value(residual, values)
+        count += 1
+        say(None, f"full model, evaluation {count}: {_described(problem, residual, values)}")
+        return value, problem.gradient(residual, sensitivity, values)
+
+    optimum = minimise(
+        evaluate,
+        reduced.values,
+        problem.bounds,
+        problem.curvature(sensitivity),
+        objective_tolerance=_tolerance(problem),
+    )
+    residual = full_residual(problem, motion, optimum.values, cache)
+    noise = fit_noise(problem.track.time, residual)
+    return Fitted(
+        method=method,
+        model=problem.model_at(optimum.values),
+        names=problem.names,
+        values=optimum.values,
+        covariance=uncertainty(problem, sensitivity, noise),
+        time=problem.track.time,
+        residual=residual,
+        noise=noise,
+        optimum=optimum,
+        reduced=reduced,
+        wall=clock.perf_counter() - begin,
+    )
+
+
+def fit_reduced(problem: Problem, prepared: Prepared, say: Progress = lambda _fraction, _detail: None) -> Optimum:
+    """Solve the problem with the reduced model."""
+    _, _, first = _reduced(problem, prepared, problem.start)
+
+    def evaluate(values: Array) -> tuple[float, Array]:
+        _, residual, sensitivity = _reduced(problem, prepared, values)
+        say(None, f"reduced model: {_described(problem, residual, values)}")
+        return problem.value(residual, values), problem.gradient(residual, sensitivity, values)
+
+    return minimise(
+        evaluate, problem.start, problem.bounds, problem.curvature(first), objective_tolerance=0.1 * _tolerance(problem)
+    )
+
+
+def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache | None = None) -> Array:
+    """(n, 2) m measured minus simulated by the full model."""
+    model = problem.model_at(values)
+    key = fingerprint("antenna", model_to_dict(model), motion)
+    kept = cache.get(key) if cache else None
+    if kept is None:
+        result = simulate(model, motion)
+        assert result.antenna is not None
+        kept = {"time": result.time, "antenna": result.antenna}
+        if cache:
+            cache.put(key, kept)
+    return problem.residual(model, np.asarray(kept["time"]), np.asarray(kept["antenna"]))
+
+
+def _reduced(problem: Problem, prepared: Prepared, values: Array) -> tuple[Model, Array, Array]:
+    model = problem.model_at(values)
+    run, derivatives = sensitivities(model, prepared, problem.names)
+    sensitivity = path_sensitivity(problem, model, run.time, derivatives)
+    return model, problem.residual(model, run.time, run.antenna), sensitivity
+
+
+def _tolerance(problem: Problem) -> float:
+    """Change of the objective that no longer matters: a thousandth of χ², or in the paper's bare integral 1 mm² over
+    the run.
+    """
+    return 1e-3 if problem.priors else 1e-6 * float(problem.track.time[-1] - problem.track.time[0])
+
+
+def _described(problem: Problem, residual: Array, values: Array) -> str:
+    found: Mapping[str, float] = dict(zip(problem.names, values, strict=True))
+    error = float(np.mean(np.linalg.norm(residual, axis=1)))
+    friction = ", ".join(f"{name.partition('.')[2]} {value:.4f}" for name, value in found.items() if name in FRICTION)
+    return f"mean error {error:.3f} m, {friction}"

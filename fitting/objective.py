@@ -1,0 +1,128 @@
+"""What a fit minimises: the squared distance between simulated and measured antenna, and how far instruments may be
+off.
+
+    J = ½ w ∫ ‖x_exp − x_sim‖² dt + ½ Σ ((p − p₀)/s)²
+
+The paper's objective is the integral alone.  Its weight w = 1/(2 σ² T) counts the noise as it is: correlated over a
+time T, it has as many independent samples as there are stretches of 2 T, and only so is it weighed rightly against
+the priors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sssi_exudyn.fitting.observe import Track, seen_by_gps
+from sssi_exudyn.frames import Array
+from sssi_exudyn.model import Model
+from sssi_exudyn.noise import ExponentialNoise
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What an instrument or an earlier measurement says of a parameter: mean and standard deviation in its unit."""
+
+    mean: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One recording's fit: the parameters sought, in order, and what they are judged by.
+
+    model : everything that is not fitted
+    names : the fitted numbers, as ``Model.value`` knows them
+    priors : of some of them; an empty mapping leaves the paper's bare objective
+    weight : w in 1/(m² s)
+    """
+
+    model: Model
+    track: Track
+    names: tuple[str, ...]
+    priors: Mapping[str, Prior]
+    weight: float
+
+    @property
+    def start(self) -> Array:
+        """The parameters as the model has them."""
+        return np.array([self.model.value(name) for name in self.names])
+
+    @property
+    def bounds(self) -> Array:
+        """(k, 2) least and greatest value of each parameter."""
+        return np.array([self.model.bounds(name) for name in self.names])
+
+    def with_noise(self, noise: ExponentialNoise) -> Problem:
+        """The same with the weight that the noise gives."""
+        return replace(self, weight=weight_of(noise, self.track))
+
+    def model_at(self, values: Array) -> Model:
+        """The model with the parameters at ``values`` (k,)."""
+        return self.model.with_values(dict(zip(self.names, values, strict=True)))
+
+    def residual(self, model: Model, time: Array, antenna: Array) -> Array:
+        """(n, 2) m measured minus simulated, at the fixes."""
+        return self.track.place - seen_by_gps(model, time, antenna, self.track.time)
+
+    def value(self, residual: Array, values: Array) -> float:
+        """The objective."""
+        squares = np.sum(residual**2, axis=1)
+        return float(0.5 * self.weight * (squares @ self.seconds) + 0.5 * np.sum(self._pulls(values) ** 2))
+
+    def gradient(self, residual: Array, sensitivity: Array, values: Array) -> Array:
+        """(k,) of the objective; sensitivity (n, 2, k) is the derivative of the simulated place."""
+        by_path = -self.weight * np.einsum("n,nc,nck->k", self.seconds, residual, sensitivity)
+        return np.asarray(by_path + self._pulls(values) / self._sigmas)
+
+    def curvature(self, sensitivity: Array) -> Array:
+        """(k, k) Gauss-Newton approximation of the objective's second derivatives."""
+        by_path = self.weight * np.einsum("n,nck,ncl->kl", self.seconds, sensitivity, sensitivity)
+        return np.asarray(by_path + np.diag(self._sigmas**-2.0))
+
+    def score_covariance(self, sensitivity: Array, noise: ExponentialNoise) -> Array:
+        """(k, k) covariance of the gradient when the residual is ``noise``, as it is: correlated in time."""
+        apart = np.abs(self.track.time[:, None] - self.track.time[None, :])
+        correlation = np.exp(-apart / max(noise.correlation_time, 1e-9)) * noise.sigma**2
+        weighted = self.weight * self.seconds[:, None, None] * sensitivity
+        by_path = np.einsum("nck,nm,mcl->kl", weighted, correlation, weighted)
+        return np.asarray(by_path + np.diag(self._sigmas**-2.0))
+
+    @property
+    def seconds(self) -> Array:
+        """(n,) s that each fix stands for in the integral (trapezoids)."""
+        return np.gradient(self.track.time)
+
+    @property
+    def _sigmas(self) -> Array:
+        return np.array([self.priors[name].sigma if name in self.priors else np.inf for name in self.names])
+
+    def _pulls(self, values: Array) -> Array:
+        means = np.array([self.priors[name].mean if name in self.priors else 0.0 for name in self.names])
+        return np.asarray((values - means) / self._sigmas)
+
+
+def weight_of(noise: ExponentialNoise, track: Track) -> float:
+    """w = 1/(2 σ² T); never more than white noise of the same σ would give at the fixes' own rate."""
+    interval = float(np.median(np.diff(track.time)))
+    return 1.0 / (noise.sigma**2 * max(2.0 * noise.correlation_time, interval))
+
+
+def uncertainty(problem: Problem, sensitivity: Array, noise: ExponentialNoise) -> Array:
+    """(k, k) covariance of the fitted parameters: H⁻¹ S H⁻¹, S the score's covariance under the noise as it is."""
+    inverse = np.linalg.pinv(problem.curvature(sensitivity), hermitian=True)
+    return np.asarray(inverse @ problem.score_covariance(sensitivity, noise) @ inverse)
+
+
+def correlations(covariance: Array) -> Array:
+    """(k, k) correlation matrix."""
+    sigma = np.sqrt(np.diag(covariance))
+    return np.asarray(covariance / np.outer(sigma, sigma))
+
+
+def path_sensitivity(problem: Problem, model: Model, time: Array, derivatives: Array) -> Array:
+    """(n, 2, k) derivative of the simulated place at the fixes, from that of the antenna (m, 3, k) at ``time`` (m,)."""
+    columns = np.moveaxis(derivatives, 2, 0)  # what the GPS sees is linear in the antenna's place
+    return np.stack([seen_by_gps(model, time, column, problem.track.time) for column in columns], axis=2)

@@ -1,0 +1,66 @@
+"""A simulated run as the GPS would have seen it: the antenna's horizontal place at the instants of the fixes.
+
+Both are in the level frame (x along the fall line's azimuth, y left of it), metres.  Heights are left out: a fix'
+height is several times less sure than its place, and the slope's plane holds the simulated one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sssi_exudyn.frames import Array, level_to_enu, slope_to_enu, slope_to_level
+from sssi_exudyn.gps import Gps
+from sssi_exudyn.model import Model, Start
+from sssi_exudyn.motion import Motion
+
+_FIRST = 1.2
+"""s of fixes from which place and velocity at the start are guessed; long against the noise, short against a turn."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """The fixes that a simulation from ``start`` to ``stop`` is held against.
+
+    time : (n,) s, the recording's clock;  place : (n, 2) m in the level frame;  sigma : (n,) m of each component
+    """
+
+    time: Array
+    place: Array
+    sigma: Array
+
+
+def track_of(gps: Gps, azimuth: float, start: float, stop: float, margin: float = 0.0) -> Track:
+    """The fixes between ``start`` and ``stop`` (s), both shortened by ``margin``, on a slope that falls to
+    ``azimuth`` (rad).
+    """
+    inside = (gps.time >= start + margin - 1e-9) & (gps.time <= stop - margin + 1e-9)
+    place = gps.enu[inside] @ level_to_enu(azimuth)
+    return Track(gps.time[inside], place[:, :2], gps.sigma[inside])
+
+
+def seen_by_gps(model: Model, time: Array, antenna: Array, fixes: Array) -> Array:
+    """The simulated antenna (m, 3) at ``time`` (m,), slope frame, as places (n, 2) in the level frame at ``fixes``
+    (n,).
+
+    Heights over the snow count from the antenna's at the start, where the model's start puts it on the measured track.
+    A GPS clock that is late by c stamps at t + c what happened at t.
+    """
+    risen = antenna - [0.0, 0.0, antenna[0, 2]]
+    level = risen @ slope_to_level(model.inclination).T
+    at = fixes - model.start.clock_offset
+    return np.stack([np.interp(at, time, level[:, axis]) for axis in range(2)], axis=1)
+
+
+def first_guess(gps: Gps, motion: Motion, inclination: float, azimuth: float) -> Start:
+    """Place and velocity of the antenna at the motion's start, from a cubic through the first fixes (about 0.3 m/s in
+    a turn).
+    """
+    slope = gps.enu @ slope_to_enu(inclination, azimuth)
+    apart = np.abs(gps.time - motion.start)
+    near = np.argsort(apart)[: max(6, int(np.count_nonzero(apart <= _FIRST)))]
+    since = gps.time[near] - motion.start
+    order = min(3, max(1, len(since) - 3))
+    line = np.polynomial.polynomial.polyfit(since, slope[near, :2], order)
+    return Start(f=float(line[0, 0]), l=float(line[0, 1]), velocity_f=float(line[1, 0]), velocity_l=float(line[1, 1]))

@@ -1,0 +1,207 @@
+"""What the command line does, as functions: each reads a recording, works, and leaves a folder of plain files.
+
+All raise InputError for bad input and SimulationDiverged when the solver gives up.  A command that was interrupted
+goes on where it was when it is given again: every simulation of a fit is kept in the result's ``cache`` folder until
+it is done.
+"""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sssi_exudyn.bodies.ski import read_ski
+from sssi_exudyn.cache import Cache
+from sssi_exudyn.contact.registry import PAPER_TERMS, terms_table
+from sssi_exudyn.errors import InputError, SimulationDiverged
+from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
+from sssi_exudyn.fitting.fit import fit as fit_problem
+from sssi_exudyn.fitting.observe import first_guess
+from sssi_exudyn.frames import Array, slope_to_enu
+from sssi_exudyn.inspection import Inspection, inspect_recording, plot_inspection
+from sssi_exudyn.model import Model, model_to_dict, read_model
+from sssi_exudyn.motion import Motion, motion_from_recording
+from sssi_exudyn.progress import Progress
+from sssi_exudyn.provenance import provenance
+from sssi_exudyn.recording import Recording, read_recording
+from sssi_exudyn.result import SimulationResult
+from sssi_exudyn.result_folder import MODEL, complete_summary, locked, read_series, read_summary, write_result
+from sssi_exudyn.simulate import simulate as simulate_model
+from sssi_exudyn.validation.page import render_page
+from sssi_exudyn.validation.validate import judged
+
+_CACHE = "cache"
+_SILENT = Progress()
+
+
+def inspect(folder: Path, picture: Path | None = None) -> Inspection:
+    """What is in a recording: durations, rates, gaps, overlaps, estimated slope and heading; drawn to ``picture`` if
+    given.
+    """
+    recording = read_recording(folder)
+    if picture is not None:
+        plot_inspection(recording, picture)
+    return inspect_recording(recording)
+
+
+def model_of(recording: Recording, motion: Motion) -> Model:
+    """The paper's model of a recorded skier, with default friction, started as the GPS says."""
+    model = Model(
+        name=recording.name,
+        skier=recording.skier,
+        equipment=recording.equipment,
+        ski=read_ski(recording.equipment.skis, recording.folder),
+        inclination=recording.slope.inclination,
+        fall_line_azimuth=recording.slope.fall_line_azimuth,
+        terms=PAPER_TERMS,
+    )
+    if recording.gps is None:
+        return model
+    return replace(model, start=first_guess(recording.gps, motion, model.inclination, model.fall_line_azimuth))
+
+
+def simulate(folder: Path, out: Path, *, model: Path | None = None, progress: Progress = _SILENT) -> dict[str, Any]:
+    """Simulate a recording once, with ``model`` (a ``model.toml``) or with default friction, into ``out``; its
+    summary.
+    """
+    with locked(out):
+        recording, motion = _read(folder, progress)
+        chosen = read_model(model) if model else model_of(recording, motion)
+        return _simulated(recording, motion, chosen, out, None, {"command": "simulate"}, progress)
+
+
+def fit(folder: Path, out: Path, *, method: Method = "joint", progress: Progress = _SILENT) -> dict[str, Any]:
+    """Fit friction (and, with ``joint``, start and heading) to the GPS track, into ``out``; the summary of the fitted
+    run.
+    """
+    with locked(out):
+        recording, motion = _read(folder, progress)
+        if recording.gps is None:
+            raise InputError(folder / "recording.toml", "[gps]", "there is no GPS to fit to", "add it, or use simulate")
+        problem = problem_of(recording, motion, model_of(recording, motion), method)
+        with progress.stage("fit") as stage:
+            fitted = fit_problem(problem, motion, method, cache=Cache(out / _CACHE), progress=stage.advance)
+        settings = {"command": "fit", "method": method}
+        summary = _simulated(recording, motion, fitted.model, out, fitted, settings, progress)
+        shutil.rmtree(out / _CACHE, ignore_errors=True)
+        return summary
+
+
+def run(folder: Path, out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
+    """The whole chain: fit where there is a GPS, simulate, validate, report, into ``out``; the summary."""
+    recording = read_recording(folder)
+    if recording.gps is None:
+        return simulate(folder, out, progress=progress)
+    return fit(folder, out, progress=progress)
+
+
+def validate(folder: Path, result: Path, out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
+    """Judge the run in the folder ``result`` against the recording's GPS and insoles, into ``out``; the new summary."""
+    with locked(out), progress.stage("validate"):
+        recording = read_recording(folder)
+        summary, series = read_summary(result), read_series(result)
+        summary |= judged(series, recording.gps, recording.insoles)
+        summary = complete_summary(summary)
+        model = model_to_dict(read_model(result / MODEL))
+        page = render_page(summary, series, recording.gps, recording.insoles)
+        write_result(out, summary, series, model, report=page)
+        return summary
+
+
+def terms() -> list[dict[str, str | float]]:
+    """Every force term and its parameters."""
+    return terms_table()
+
+
+def _read(folder: Path, progress: Progress) -> tuple[Recording, Motion]:
+    with progress.stage("read") as stage:
+        recording = read_recording(folder)
+        motion = motion_from_recording(recording)
+        stage.advance(1.0, f"{motion.stop - motion.start:.1f} s of {recording.name}")
+    return recording, motion
+
+
+def _simulated(
+    recording: Recording,
+    motion: Motion,
+    model: Model,
+    out: Path,
+    fitted: Fitted | None,
+    settings: dict[str, Any],
+    progress: Progress,
+) -> dict[str, Any]:
+    """Run the model and write all that a result folder holds; a run that diverges leaves what it has, and raises."""
+    failure = None
+    with progress.stage("simulate") as stage:
+        try:
+            result = simulate_model(model, motion, progress=stage.advance)
+        except SimulationDiverged as error:
+            if not isinstance(error.partial, SimulationResult):
+                raise
+            failure, result = error, error.partial
+    result = result.moved(_height_of_track(recording, result))
+    series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
+    figures = {
+        "recording": recording.name,
+        "friction": _friction(model, fitted),
+        **judged(series, recording.gps, recording.insoles),
+        "fit": _fit_figures(fitted),
+        "solver": {"simulated_s": float(np.ptp(result.time)), **result.statistics},
+        "energy": {
+            "closure_percent": result.closure_percent,
+            "work_J": {name: float(work[-1] - work[0]) for name, work in result.energy.items()},
+        },
+        "diverged": None if failure is None else str(failure),
+        "notices": list(recording.notices),
+        "provenance": provenance(recording.hashes, settings, seed=0),
+    }
+    summary = complete_summary(figures)
+    page = render_page(summary, series, recording.gps, recording.insoles)
+    write_result(out, summary, series, model_to_dict(model), report=page)
+    if failure is not None:
+        raise failure
+    return summary
+
+
+def _height_of_track(recording: Recording, result: SimulationResult) -> Array:
+    """(3,) m along the slope's normal: heights count from the antenna's at the start, as in the fit
+    (``seen_by_gps``).
+    """
+    if recording.gps is None or result.antenna is None:
+        return np.zeros(3)
+    return np.array([0.0, 0.0, -result.antenna[0, 2]])
+
+
+def _friction(model: Model, fitted: Fitted | None) -> dict[str, Any]:
+    friction = model.friction
+    return {
+        name: {
+            "value": getattr(friction, name),
+            "se": fitted.standard_error(f"friction.{name}") if fitted else None,
+        }
+        for name in ("mu_t", "mu_n")
+    }
+
+
+def _fit_figures(fitted: Fitted | None) -> dict[str, Any]:
+    if fitted is None:
+        return {}
+    errors = fitted.standard_errors
+    return {
+        "method": fitted.method,
+        "converged": fitted.optimum.converged,
+        "reason": fitted.optimum.reason,
+        "evaluations": fitted.optimum.evaluations,
+        "evaluations_reduced": fitted.reduced.evaluations,
+        "wall_s": fitted.wall,
+        "parameters": {
+            name: {"value": float(value), "se": float(se)}
+            for name, value, se in zip(fitted.names, fitted.values, errors, strict=True)
+        },
+        "correlation": fitted.correlation.tolist(),
+        "residual_noise": {"sigma_m": fitted.noise.sigma, "correlation_s": fitted.noise.correlation_time},
+    }

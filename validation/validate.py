@@ -1,0 +1,55 @@
+"""Hold a simulated run against what the recording's instruments measured: the paper's two comparisons (2.4)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from sssi_exudyn.gps import Gps
+from sssi_exudyn.insoles import Insoles
+from sssi_exudyn.validation.metrics import at_times, path_length, pressure_ratio, ratio_agreement, trajectory_error
+from sssi_exudyn.validation.plots import antenna_of, filtered_ratio
+
+
+def judge_track(series: pd.DataFrame, gps: Gps | None) -> dict[str, float]:
+    """The ``trajectory`` figures of a summary: horizontal error at the fixes, and the length of the path on the slope.
+
+    Empty where there is no GPS, or fewer than two fixes within the run.
+    """
+    if gps is None:
+        return {}
+    simulated = at_times(series["time_s"].to_numpy(), antenna_of(series), gps.time)
+    inside = np.isfinite(simulated[:, 0])
+    if np.count_nonzero(inside) < 2:
+        return {}
+    error = trajectory_error(simulated[inside, :2], gps.enu[inside, :2])
+    length = path_length(simulated[inside])
+    return {
+        "mean_error_m": error.mean_error,
+        "rms_error_m": error.rms_error,
+        "max_error_m": error.max_error,
+        "end_error_m": error.end_error,
+        "percent_of_length": 100.0 * error.mean_error / length,
+        "length_m": length,
+    }
+
+
+def judge_loads(series: pd.DataFrame, insoles: Insoles | None) -> dict[str, float]:
+    """The ``pressure_ratio`` figures of a summary; empty where there are no insoles."""
+    if insoles is None:
+        return {}
+    loads = series[["left_load_N", "right_load_N"]].to_numpy()
+    simulated = at_times(series["time_s"].to_numpy(), loads, insoles.time)
+    inside = np.isfinite(simulated[:, 0])
+    if np.count_nonzero(inside) < 2:
+        return {}
+    measured = filtered_ratio(insoles.time, insoles.left, insoles.right)[inside]
+    agreement = ratio_agreement(pressure_ratio(*simulated[inside].T), measured)
+    return {"correlation": agreement.correlation, "rmsd": agreement.rmsd}
+
+
+def judged(series: pd.DataFrame, gps: Gps | None, insoles: Insoles | None) -> dict[str, Any]:
+    """Both, as the summary holds them."""
+    return {"trajectory": judge_track(series, gps), "pressure_ratio": judge_loads(series, insoles)}
