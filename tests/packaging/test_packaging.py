@@ -1,5 +1,6 @@
 """What is installed: the packages that exist, under their one name, with their data and without anything else."""
 
+import ast
 import re
 import subprocess
 import sys
@@ -59,12 +60,14 @@ def test_model_folders_are_one_package_under_one_name(name: str, declared: dict[
 
 def test_every_dependency_is_imported_and_every_import_is_a_dependency(declared: dict[str, Any]) -> None:
     wanted = {re.split(r"[<>=]", entry)[0].replace("-", "_") for entry in declared["project"]["dependencies"]}
-    code = "\n".join(
-        path.read_text(encoding="utf-8")
-        for folder in ("sssi_exudyn", *FOLDERS)
-        for path in sorted((ROOT / folder).glob("*.py"))
-    )
-    imported = set(re.findall(r"^\s*(?:import|from) (\w+)", code, flags=re.MULTILINE))
+    imported: set[str] = set()
+    for folder in ("sssi_exudyn", *FOLDERS):
+        for path in sorted((ROOT / folder).glob("*.py")):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.Import):
+                    imported |= {name.name.partition(".")[0] for name in node.names}
+                elif isinstance(node, ast.ImportFrom) and node.module:
+                    imported.add(node.module.partition(".")[0])
     third_party = imported - sys.stdlib_module_names - {"sssi_exudyn"}
     # pandas writes Parquet through pyarrow, which it loads by itself.
     assert third_party | {"pyarrow"} == wanted

@@ -66,17 +66,17 @@ def test_summary_goes_to_stdout_as_text_or_json(
     assert json.loads(capsys.readouterr().out) == SUMMARY
 
 
-def test_arguments_arrive_as_paths_and_numbers(behind: Callable[..., None]) -> None:
+def test_arguments_arrive_as_paths_and_words(behind: Callable[..., None]) -> None:
     seen: dict[str, Any] = {}
 
-    def run(*arguments: Any, **named: Any) -> dict[str, Any]:
+    def fit(*arguments: Any, **named: Any) -> dict[str, Any]:
         seen.update(named, arguments=arguments)
         return SUMMARY
 
-    behind("run", run)
-    assert status(["run", "rec", "--out", "res", "--jobs", "3"]) == 0
+    behind("fit", fit)
+    assert status(["fit", "rec", "--out", "res", "--method", "paper"]) == 0
     assert seen["arguments"] == (Path("rec"), Path("res"))
-    assert seen["jobs"] == 3
+    assert seen["method"] == "paper"
 
 
 @pytest.mark.parametrize(
@@ -113,8 +113,8 @@ def test_every_failure_is_one_line_with_its_status(
 
 @pytest.mark.parametrize(
     "arguments",
-    [[], ["run", "rec"], ["run", "rec", "--out", "res", "--jobs", "0"], ["fit", "rec", "--out", "r", "--method", "x"]],
-    ids=["no command", "no out", "no jobs", "unknown method"],
+    [[], ["run", "rec"], ["fit", "rec", "--out", "r", "--method", "x"]],
+    ids=["no command", "no out", "unknown method"],
 )
 def test_wrong_usage_has_status_two(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert status(arguments) == 2
