@@ -32,6 +32,8 @@ class SimulationResult:
     antenna : (n, 3) m, the GPS antenna; None where the recording has none
     coordinates : (n, c) m for the pelvis's translations, rad for all others
     foot_load : (n, 2) N, sum of the snow's normal forces on each ski
+    sole_force : (n, 2) N, of the snow's whole force on each ski the part along the foot's up axis, square to the sole:
+        what an insole feels (but for what the boot's cuff carries)
     foot_friction : (n, 2, 3) N, friction on each foot
     foot_position, foot_velocity : (n, 2, 3) m, m/s; where that friction acts
     foot_forward : (n, 2, 3), unit vector along each ski
@@ -58,6 +60,7 @@ class SimulationResult:
     antenna: Array | None
     coordinates: Array
     foot_load: Array
+    sole_force: Array
     foot_friction: Array
     foot_position: Array
     foot_velocity: Array
@@ -81,7 +84,7 @@ class SimulationResult:
             "energy_closure": (n,),
         }
         shapes |= dict.fromkeys(("pelvis", "pelvis_velocity", "com", "com_velocity", "drag"), (n, 3))
-        shapes |= dict.fromkeys(("foot_load", "edge_angle", "penetration"), (n, 2))
+        shapes |= dict.fromkeys(("foot_load", "sole_force", "edge_angle", "penetration"), (n, 2))
         shapes |= dict.fromkeys(("foot_friction", "foot_position", "foot_velocity", "foot_forward"), (n, 2, 3))
         given = {name: np.shape(getattr(self, name)) for name in shapes}
         given |= {f"energy {name}": np.shape(values) for name, values in self.energy.items()}
@@ -137,6 +140,7 @@ class SimulationResult:
         add_vector("pelvis_velocity", self.pelvis_velocity, "mps")
         for index, side in enumerate(SIDES):
             columns[f"{side}_load_N"] = self.foot_load[:, index]
+            columns[f"{side}_sole_N"] = self.sole_force[:, index]
             add_vector(f"{side}_friction", self.foot_friction[:, index], "N")
             add_vector(f"{side}_foot", self.foot_position[:, index], "m")
             add_vector(f"{side}_foot_velocity", self.foot_velocity[:, index], "mps")

@@ -89,6 +89,7 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
     com_velocity = (parts.body_mass * (speed + com_speed) + ski_moving) / parts.mass
     moments = np.array(record.moments) - _through_clamps(parts, posture, rows, nodes, np.array(record.clamps))
     friction = feet[:, :, kernel.ALONG, None] * along + feet[:, :, kernel.ACROSS, None] * across
+    pushed = feet[:, :, kernel.LOAD, None] * np.cross(along, across)
     kinetic = (
         0.5 * parts.body_mass * np.sum(speed**2, axis=1)
         + parts.body_mass * np.sum(speed * com_speed, axis=1)
@@ -122,6 +123,7 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
         antenna=None if parts.motion.antenna is None else pelvis + antenna_offset(parts.motion, time)[0],
         coordinates=np.hstack([pelvis, angles]),
         foot_load=feet[:, :, kernel.LOAD],
+        sole_force=np.einsum("nsk,nsk->ns", pushed + friction, frame[..., 2]),
         foot_friction=friction,
         foot_position=foot,
         foot_velocity=foot_speed,

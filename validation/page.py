@@ -159,9 +159,12 @@ def _load_plots(series: pd.DataFrame, insoles: Insoles | None) -> str:
         run = (insoles.time >= time[0]) & (insoles.time <= time[-1])
         measured_time = insoles.time[run]
         measured = plots.filtered_ratio(insoles.time, insoles.left, insoles.right)[run]
-    caption = "Left foot's share of the load over time: simulated" + (" and insoles" if insoles is not None else "")
+    soles = (series[f"{side}_sole_N"].to_numpy(dtype=float) for side in ("left", "right"))
+    caption = "Left foot's share of what presses on the soles: simulated" + (
+        " and insoles" if insoles is not None else ""
+    )
     return _figure(plots.load_svg(time, left, right), "Normal force of the snow on each ski over time") + _figure(
-        plots.ratio_svg(time, pressure_ratio(left, right), measured_time, measured), caption
+        plots.ratio_svg(time, pressure_ratio(*soles), measured_time, measured), caption
     )
 
 

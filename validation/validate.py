@@ -37,17 +37,28 @@ def judge_track(series: pd.DataFrame, gps: Gps | None) -> dict[str, float]:
 
 
 def judge_loads(series: pd.DataFrame, insoles: Insoles | None) -> dict[str, float]:
-    """The ``pressure_ratio`` figures of a summary; empty where there are no insoles."""
+    """The ``pressure_ratio`` figures of a summary; empty where there are no insoles.
+
+    Insoles feel what presses square on the sole: on an edged ski that is the snow's normal force and its sideways push
+    together.  The paper compares the normal force alone; ``snow_correlation`` and ``snow_rmsd`` are that comparison.
+    """
     if insoles is None:
         return {}
-    loads = series[["left_load_N", "right_load_N"]].to_numpy()
-    simulated = at_times(series["time_s"].to_numpy(), loads, insoles.time)
-    inside = np.isfinite(simulated[:, 0])
+    time = series["time_s"].to_numpy()
+    inside = (insoles.time >= time[0]) & (insoles.time <= time[-1])
     if np.count_nonzero(inside) < 2:
         return {}
     measured = filtered_ratio(insoles.time, insoles.left, insoles.right)[inside]
-    agreement = ratio_agreement(pressure_ratio(*simulated[inside].T), measured)
-    return {"correlation": agreement.correlation, "rmsd": agreement.rmsd}
+    sole, snow = (
+        ratio_agreement(pressure_ratio(*at_times(time, series[names].to_numpy(), insoles.time[inside]).T), measured)
+        for names in (["left_sole_N", "right_sole_N"], ["left_load_N", "right_load_N"])
+    )
+    return {
+        "correlation": sole.correlation,
+        "rmsd": sole.rmsd,
+        "snow_correlation": snow.correlation,
+        "snow_rmsd": snow.rmsd,
+    }
 
 
 def judged(series: pd.DataFrame, gps: Gps | None, insoles: Insoles | None) -> dict[str, Any]:

@@ -34,6 +34,8 @@ def a_series() -> pd.DataFrame:
             "antenna_up_m": -TIME,
             "left_load_N": load,
             "right_load_N": 800.0 - load,
+            "left_sole_N": load,
+            "right_sole_N": 800.0 - load,
             "energy_gravity_J": 100.0 * TIME,
             "energy_closure_J": 0.0 * TIME,
         }

@@ -46,6 +46,7 @@ def some_result(n: int = 4) -> SimulationResult:
         antenna=some(3),
         coordinates=some(4),
         foot_load=some(2),
+        sole_force=some(2),
         foot_friction=some(2, 3),
         foot_position=some(2, 3),
         foot_velocity=some(2, 3),
