@@ -22,30 +22,12 @@ from exudyn.itemInterface import ObjectGenericODE2
 
 from sssi_exudyn.contact import kernel
 from sssi_exudyn.contact.compiled import compile_kernel, parameter_values
+from sssi_exudyn.contact.sections import Sections
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.frames import Array
 
 Backend = Literal["compiled", "python", "symbolic"]
 BACKENDS: Final[tuple[Backend, ...]] = ("compiled", "python", "symbolic")
-
-
-@dataclass(frozen=True)
-class Sections:
-    """Contact sections and lumped masses of a ski, the same for both skis.
-
-    element, share, length : (m,) element index, share of the way to its second node, length of edge (m)
-    offset : (m, 2, 3) left and right edge in the section's frame, m
-    damping : (n, 3) structural damping of each element against relative spin about its own axes, N m s
-    node_mass, node_moment : (n + 1,) kg and (n + 1, 3) kg m² of each node, about the foot's axes
-    """
-
-    element: Any
-    share: Array
-    offset: Array
-    length: Array
-    damping: Array
-    node_mass: Array
-    node_moment: Array
 
 
 @dataclass(frozen=True)
@@ -65,14 +47,6 @@ class Instant:
     com_jacobian: Array
     exposed_velocity: Array
     exposed_jacobian: Array
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What one evaluation of the forces gives besides the forces: see the columns of ``kernel``."""
-
-    feet: Array
-    drag: Array
 
 
 class CompiledForces:

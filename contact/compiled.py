@@ -39,6 +39,7 @@ import numpy as np
 from platformdirs import user_cache_path
 
 from sssi_exudyn.contact import term as places
+from sssi_exudyn.contact import vectors
 from sssi_exudyn.contact.tape import Operand, Tape, TapeMath, written
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.frames import Array
@@ -256,15 +257,17 @@ def compile_kernel(terms: Sequence[Term], template: ModuleType) -> ModuleType:
 
     The template is a module whose Numba functions call ``point_force`` and so on as globals of its own; to please a
     type checker it may declare them without a value (``point_force: Callable[..., float]``).  It should decorate with
-    ``njit(cache=True)``, call no Numba function of another module, since Numba's cache would not see that one change,
-    and leave names that begin with an underscore to the generated functions.
+    ``njit(cache=True)``, call Numba functions of no other module but ``vectors`` (Numba's cache would not see a change
+    there; this module's name does), and leave names that begin with an underscore to the generated functions.
 
     Raises ValueError for a template without a source file.
     """
-    if template.__file__ is None:
+    if template.__file__ is None or vectors.__file__ is None:
         raise ValueError(f"the template {template.__name__} has no source file")
+    shared = hashlib.sha256(Path(vectors.__file__).read_bytes()).hexdigest()
     # the template goes first, as its __future__ imports must; Numba looks names up when a function is first called
-    return _module(f"{Path(template.__file__).read_text(encoding='utf-8')}\n\n{laws_source(terms)}")
+    text = Path(template.__file__).read_text(encoding="utf-8")
+    return _module(f"{text}\n\n# vectors: {shared}\n{laws_source(terms)}")
 
 
 def _compiled(place: str, terms: Sequence[Term]) -> CompiledLaw:

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
-from sssi_exudyn.reduced import Prepared, prepare, sensitivities
 
 from sssi_exudyn.cache import Cache, fingerprint
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, path_sensitivity, uncertainty, weight_of
@@ -25,6 +24,7 @@ from sssi_exudyn.model import Model, model_to_dict
 from sssi_exudyn.motion import Motion
 from sssi_exudyn.noise import ExponentialNoise, fit_noise
 from sssi_exudyn.recording import Recording
+from sssi_exudyn.reduced import Prepared, prepare, sensitivities
 from sssi_exudyn.simulate import simulate
 
 Method = Literal["joint", "paper"]

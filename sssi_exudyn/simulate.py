@@ -18,10 +18,11 @@ from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import Array, gravity_in_slope
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion, antenna_offset, with_heading_offset
+from sssi_exudyn.parts import Parts
 from sssi_exudyn.posture import Posture
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.simulate_record import Record, result_from_record
-from sssi_exudyn.simulate_system import Parts, System, build, instant
+from sssi_exudyn.simulate_system import System, build, instant
 
 SETTLING = 0.4
 """s of standing still on the snow before the start; the slowest motion of a loaded ski in snow has died out by then."""

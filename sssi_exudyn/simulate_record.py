@@ -15,9 +15,10 @@ from sssi_exudyn.contact import kernel
 from sssi_exudyn.contact.kernel import NODE, TREE
 from sssi_exudyn.frames import Array, gravity_in_slope
 from sssi_exudyn.motion import antenna_offset
+from sssi_exudyn.parts import Parts
 from sssi_exudyn.posture import Posture
 from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.simulate_system import Parts, System, instant
+from sssi_exudyn.simulate_system import System, instant
 
 
 class Record:

@@ -1,0 +1,310 @@
+"""The reduced model's loop over time: a template that ``compiled`` joins with the laws.
+
+Unknowns are the pelvis' place x (3) and the amplitudes η of both skis' vibrations; the posture is prescribed.  With a
+ski's contact points at X + Σ φ η in the frame of its foot, and p the modes' mass coupling with that frame,
+
+    M ẍ + Σ R p η̈ = snow + friction + air + body + M g − (masses times the posture's own accelerations)
+    η̈ + 2ζω η̇ + ω² η + pᵀ Rᵀ ẍ = Σ φ·F − pᵀ (what the foot's prescribed motion and gravity make the ski feel)
+
+Steps are Newmark's average acceleration, solved by Newton's method with the derivatives that the laws give.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+
+from sssi_exudyn.contact.vectors import cross, dot, into, out_of, plus, three, times
+
+point_force: Callable[..., float]
+point_derivatives: Callable[..., tuple[float, float, float]]
+foot_force: Callable[..., tuple[float, float]]
+foot_derivatives: Callable[..., tuple[float, ...]]
+segment_force: Callable[..., tuple[float, float, float]]
+segment_derivatives: Callable[..., tuple[float, ...]]
+body_force: Callable[..., tuple[float, float, float]]
+terrain_height: Callable[..., tuple[float, float, float]]
+
+ITERATIONS = 12
+"""Newton iterations at most."""
+SMALL = 1e-6
+"""m/s²; a change of the accelerations that moves the skier by 10⁻¹¹ m in a step."""
+
+
+@njit(cache=True)
+def ground(parameters, f, l):
+    """Height of the snow over the slope's plane (m) and its unit normal (3) at a place."""
+    h, h_f, h_l = terrain_height(parameters, f, l)
+    s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
+    return h, (-h_f * s, -h_l * s, s)
+
+
+@njit(cache=True)
+def snow(parameters, x, v, eta, rate, foot, shape, points, length, residual, slope, matrix, by_place, by_rate, ski):
+    """Add one ski's contact to residual (3 + 2k,) and matrix; the load and the area pressed into the snow.
+
+    foot : place, velocity (tuples), rotation (3, 3) and spin (tuple) relative to the pelvis
+    shape (k, m, 2, 3), points (m, 2, 3);  by_place, by_rate : derivatives of place and rate by the acceleration sought
+    """
+    place, moving, frame, spin = foot
+    modes = shape.shape[0]
+    base = 3 + ski * modes
+    load = 0.0
+    groove = 0.0
+    for m in range(points.shape[0]):
+        for edge in range(2):
+            local = three(points[m, edge], 0)
+            for k in range(modes):
+                local = plus(local, times(eta[ski, k], three(shape[k, m, edge], 0)))
+            arm = out_of(frame, local)
+            point = plus(plus(x, place), arm)
+            height, normal = ground(parameters, point[0], point[1])
+            depth = (height - point[2]) * normal[2]
+            if depth <= 0.0:
+                continue
+            bending = (0.0, 0.0, 0.0)
+            for k in range(modes):
+                bending = plus(bending, times(rate[ski, k], three(shape[k, m, edge], 0)))
+            speed = plus(plus(v, moving), plus(cross(spin, arm), out_of(frame, bending)))
+            push, by_depth, by_sinking = point_derivatives(parameters, depth, -dot(speed, normal), length[m])
+            load += push
+            groove += depth * length[m]
+            inside = into(frame, normal)
+            for c in range(3):
+                residual[c] -= push * normal[c]
+                slope[c] = normal[c]
+            for k in range(modes):
+                along = dot(three(shape[k, m, edge], 0), inside)
+                slope[base + k] = along
+                residual[base + k] -= push * along
+            stiffness = by_place * by_depth + by_rate * by_sinking
+            if stiffness != 0.0:
+                for a in range(3 + modes):
+                    row = a if a < 3 else base + a - 3
+                    for b in range(3 + modes):
+                        column = b if b < 3 else base + b - 3
+                        matrix[row, column] += stiffness * slope[row] * slope[column]
+    return load, groove
+
+
+@njit(cache=True)
+def foot_axes(parameters, place, rotation):
+    """Forward and left axes of a foot in the snow's tangent plane, and the ski's edge angle."""
+    _, normal = ground(parameters, place[0], place[1])
+    forward = (rotation[0, 0], rotation[1, 0], rotation[2, 0])
+    along = plus(forward, times(-dot(forward, normal), normal))
+    along = times(1.0 / math.sqrt(dot(along, along)), along)
+    left = (rotation[0, 1], rotation[1, 1], rotation[2, 1])
+    up = (rotation[0, 2], rotation[1, 2], rotation[2, 2])
+    return along, cross(normal, along), math.atan2(dot(left, normal), dot(up, normal))
+
+
+@njit(cache=True)
+def solved(matrix, right):
+    """The solution (n,) of a symmetric-pattern system by elimination without pivoting: its diagonal dominates by
+    inertia.
+    """
+    n = right.shape[0]
+    for i in range(n):
+        inverse = 1.0 / matrix[i, i]
+        for r in range(i + 1, n):
+            factor = matrix[r, i] * inverse
+            if factor != 0.0:
+                for c in range(i, n):
+                    matrix[r, c] -= factor * matrix[i, c]
+                right[r] -= factor * right[i]
+    for i in range(n - 1, -1, -1):
+        total = right[i]
+        for c in range(i + 1, n):
+            total -= matrix[i, c] * right[c]
+        right[i] = total / matrix[i, i]
+    return right
+
+
+@njit(cache=True)
+def settle(parameters, x, foot_place, foot_rotation, shape, points, length, omega, load, eta):
+    """Height of the pelvis at which both skis at rest carry ``load`` (N); fills eta (2, k).  Negative infinity if
+    none is found.
+
+    Newton's method from a height at which the ski is well in the snow, every step limited to a few millimetres.
+    """
+    modes = shape.shape[0]
+    size = 3 + 2 * modes
+    matrix, residual, slope = np.zeros((size, size)), np.zeros(size), np.zeros(size)
+    still = (0.0, 0.0, 0.0)
+    rest = np.zeros((2, modes))
+    height = x[2]
+    for _ in range(200):
+        matrix[:] = 0.0
+        residual[:] = 0.0
+        carried = 0.0
+        for ski in range(2):
+            foot = (three(foot_place[ski], 0), still, foot_rotation[ski], still)
+            found, _area = snow(
+                parameters, (x[0], x[1], height), still, eta, rest, foot, shape, points, length,
+                residual, slope, matrix, 1.0, 0.0, ski,
+            )  # fmt: skip
+            carried += found
+            for k in range(modes):
+                residual[3 + ski * modes + k] += omega[k] ** 2 * eta[ski, k]
+                matrix[3 + ski * modes + k, 3 + ski * modes + k] += omega[k] ** 2
+        residual[2] += load
+        if abs(residual[2]) < 1e-6 * load and np.max(np.abs(residual[3:])) < 1e-6 * load:
+            return height
+        if carried <= 0.0:
+            height -= 2e-3
+            continue
+        for c in range(2):  # held
+            matrix[c, :] = 0.0
+            matrix[:, c] = 0.0
+            matrix[c, c] = 1.0
+            residual[c] = 0.0
+        step = solved(matrix, -residual)
+        share = min(1.0, 4e-3 / max(abs(step[2]), 1e-12))
+        height += share * step[2]
+        for ski in range(2):
+            for k in range(modes):
+                eta[ski, k] += share * step[3 + ski * modes + k]
+    return -np.inf
+
+
+@njit(cache=True)
+def run(
+    parameters, step, time, start_place, start_velocity, start_eta,
+    mass, carried, gravity, area,
+    foot_place, foot_velocity, foot_rotation, foot_spin, felt, turning, com_place, com_velocity, exposed_velocity,
+    shape, points, length, omega, ratio, coupling, spinning,
+    place, velocity, loads, sole, friction, edges,
+):  # fmt: skip
+    """Integrate from the start to the end of ``time`` (n,); returns the number of steps done, less than n − 1 if it
+    diverged.
+
+    mass : kg of all;  carried (n, 3) N: all masses times the posture's own accelerations;  gravity (3,) m/s²
+    felt (n, 2, 3), turning (n, 2, 3) : prescribed acceleration of the held node less gravity, and effective angular
+        acceleration of the ski, in the foot's frame;  coupling (k, 3), spinning (k, 3) : participation of the modes
+    place, velocity (n, 3), loads, sole, edges (n, 2), friction (n, 2, 3) are filled
+    """
+    modes = shape.shape[0]
+    size = 3 + 2 * modes
+    x, v = three(start_place, 0), three(start_velocity, 0)
+    eta, rate = start_eta.copy(), np.zeros((2, modes))
+    acceleration, trial = np.zeros(size), np.zeros(size)
+    matrix, residual, slope = np.zeros((size, size)), np.zeros(size), np.zeros(size)
+    next_eta, next_rate = np.zeros((2, modes)), np.zeros((2, modes))
+    push = np.zeros((2, 3))
+    for n in range(time.shape[0]):
+        by_place, by_rate = 0.25 * step * step, 0.5 * step
+        if n == 0:
+            by_place, by_rate = 0.0, 0.0
+        trial[:] = acceleration
+        done = False
+        for _ in range(ITERATIONS):
+            new_x, new_v = x, v
+            if n > 0:
+                new_x = (
+                    x[0] + step * v[0] + by_place * (acceleration[0] + trial[0]),
+                    x[1] + step * v[1] + by_place * (acceleration[1] + trial[1]),
+                    x[2] + step * v[2] + by_place * (acceleration[2] + trial[2]),
+                )
+                new_v = (
+                    v[0] + by_rate * (acceleration[0] + trial[0]),
+                    v[1] + by_rate * (acceleration[1] + trial[1]),
+                    v[2] + by_rate * (acceleration[2] + trial[2]),
+                )
+            for ski in range(2):
+                for k in range(modes):
+                    i = 3 + ski * modes + k
+                    if n > 0:
+                        next_eta[ski, k] = eta[ski, k] + step * rate[ski, k] + by_place * (acceleration[i] + trial[i])
+                        next_rate[ski, k] = rate[ski, k] + by_rate * (acceleration[i] + trial[i])
+                    else:
+                        next_eta[ski, k], next_rate[ski, k] = eta[ski, k], rate[ski, k]
+            matrix[:] = 0.0
+            for c in range(3):
+                residual[c] = mass * (trial[c] - gravity[c]) + carried[n, c]
+                matrix[c, c] = mass
+            for ski in range(2):
+                frame = foot_rotation[n, ski]
+                pulled = into(frame, (trial[0], trial[1], trial[2]))
+                for k in range(modes):
+                    i = 3 + ski * modes + k
+                    p, w = three(coupling[k], 0), omega[k]
+                    residual[i] = (
+                        trial[i] + 2.0 * ratio[k] * w * next_rate[ski, k] + w * w * next_eta[ski, k]
+                        + dot(p, plus(pulled, three(felt[n, ski], 0))) + dot(three(spinning[k], 0), three(turning[n,
+                        ski], 0))
+                    )  # fmt: skip
+                    matrix[i, i] = 1.0 + by_rate * 2.0 * ratio[k] * w + by_place * w * w
+                    turned = out_of(frame, p)
+                    for c in range(3):
+                        residual[c] += turned[c] * trial[i]
+                        matrix[c, i] += turned[c]
+                        matrix[i, c] += turned[c]
+                foot = (
+                    three(foot_place[n, ski], 0),
+                    three(foot_velocity[n, ski], 0),
+                    frame,
+                    three(foot_spin[n, ski], 0),
+                )
+                load, groove = snow(
+                    parameters, new_x, new_v, next_eta, next_rate, foot, shape, points, length,
+                    residual, slope, matrix, by_place, by_rate, ski,
+                )  # fmt: skip
+                at, moving = plus(new_x, foot[0]), plus(new_v, foot[1])
+                along, across, edge = foot_axes(parameters, at, frame)
+                found = foot_derivatives(
+                    parameters, load, dot(moving, along), dot(moving, across), edge, groove, time[n], at[0], at[1],
+                    1.0 - 2.0 * ski,
+                )  # fmt: skip
+                pushed = plus(times(found[0], along), times(found[1], across))
+                loads[n, ski], edges[n, ski] = load, edge
+                for c in range(3):
+                    residual[c] -= pushed[c]
+                    push[ski, c] = pushed[c]
+                    for d in range(3):
+                        matrix[c, d] -= by_rate * (
+                            along[c] * (found[3] * along[d] + found[4] * across[d])
+                            + across[c] * (found[6] * along[d] + found[7] * across[d])
+                        )
+            for k in range(area.shape[0]):
+                moving = plus(new_v, three(exposed_velocity[n, k], 0))
+                found = segment_derivatives(
+                    parameters, time[n], new_x[0], new_x[1], moving[0], moving[1], moving[2], area[k]
+                )
+                for c in range(3):
+                    residual[c] -= found[c]
+                    for d in range(3):
+                        matrix[c, d] -= by_rate * found[3 + 3 * c + d]
+            at, moving = plus(new_x, three(com_place[n], 0)), plus(new_v, three(com_velocity[n], 0))
+            body = body_force(parameters, time[n], at[0], at[1], moving[0], moving[1], moving[2])
+            for c in range(3):
+                residual[c] -= body[c]
+            largest = 0.0
+            change = solved(matrix, -residual)
+            for i in range(size):
+                trial[i] += change[i]
+                largest = max(largest, abs(change[i]))
+            if not largest < 1e9:
+                return n
+            if largest < SMALL:
+                done = True
+                break
+        if not done and largest > 1e-2:
+            return n
+        x, v = new_x, new_v
+        eta[:], rate[:] = next_eta, next_rate
+        acceleration[:] = trial
+        for c in range(3):
+            place[n, c], velocity[n, c] = x[c], v[c]
+        for ski in range(2):
+            frame = foot_rotation[n, ski]
+            at = plus(x, three(foot_place[n, ski], 0))
+            _, normal = ground(parameters, at[0], at[1])
+            total = plus(times(loads[n, ski], normal), three(push[ski], 0))
+            sole[n, ski] = frame[0, 2] * total[0] + frame[1, 2] * total[1] + frame[2, 2] * total[2]
+            for c in range(3):
+                friction[n, ski, c] = push[ski, c]
+    return time.shape[0]

@@ -1,0 +1,105 @@
+"""What of a model does not change along a run: masses, the skis' mesh and contact sections, frontal areas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sssi_exudyn.bodies.anthropometry import SegmentInertia, body_inertia
+from sssi_exudyn.bodies.ski_mesh import BeamMesh, mesh
+from sssi_exudyn.bodies.ski_modes import damping_time
+from sssi_exudyn.contact import vectors
+from sssi_exudyn.contact.air import FrontalAreas
+from sssi_exudyn.contact.sections import Sections
+from sssi_exudyn.frames import Array
+from sssi_exudyn.model import Model
+from sssi_exudyn.motion import Motion
+from sssi_exudyn.posture import Posture, posture_at
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What of a model does not change along the run: masses, the skis' mesh, frontal areas."""
+
+    model: Model
+    motion: Motion
+
+    @cached_property
+    def mesh(self) -> BeamMesh:
+        return mesh(self.model.ski, self.model.solver.elements)
+
+    @cached_property
+    def inertias(self) -> tuple[SegmentInertia, ...]:
+        gear = self.model.equipment
+        return body_inertia(
+            self.motion.geometry,
+            self.model.skier.mass,
+            self.model.skier.sex,
+            boot_mass=gear.boot_mass,
+            binding_mass=gear.ski_mass - float(self.mesh.element_mass.sum()),
+        )
+
+    @cached_property
+    def areas(self) -> dict[str, float]:
+        """Frontal area of each exposed segment, m²."""
+        return FrontalAreas().of_height(self.model.skier.height)
+
+    @cached_property
+    def body_mass(self) -> float:
+        """Skier, boots and bindings, kg."""
+        return sum(body.mass for body in self.inertias)
+
+    @cached_property
+    def mass(self) -> float:
+        """All that moves, kg."""
+        return self.body_mass + 2.0 * float(self.mesh.element_mass.sum())
+
+    @cached_property
+    def ski_in_foot(self) -> Array:
+        """(3,) m: the ski frame's origin counted from the running surface under the ankle, in the foot's frame."""
+        return np.array([0.0, 0.0, -float(self.model.ski.height(self.model.ski.s_of_x(0.0)))])
+
+    @cached_property
+    def sections(self) -> Sections:
+        cut = self.mesh
+        tau = damping_time(cut)
+        moment = cut.section_inertia * cut.element_length[:, None]
+        return Sections(
+            element=cut.contact_element,
+            share=cut.contact_weight,
+            offset=_edge_offsets(cut),
+            length=cut.contact_length,
+            damping=tau * cut.stiffness[:, 3:] / cut.element_length[:, None],
+            node_mass=_lumped(cut.element_mass),
+            node_moment=_lumped(moment),
+        )
+
+    def posture(self, time: Array) -> Posture:
+        """The posture at ``time`` (n,)."""
+        return posture_at(self.motion, self.inertias, tuple(self.areas), time)
+
+
+def _edge_offsets(cut: BeamMesh) -> Array:
+    """(m, 2, 3) m: both edges of each contact section in the section's own frame, from the unloaded ski."""
+    frames = Rotation.from_matrix(cut.node_rotation).as_quat(scalar_first=True)
+    s = cut.contact_s
+    left = np.stack([cut.ski.x_of_s(s), 0.5 * cut.ski.width(s), cut.ski.height(s)], axis=1)
+    offsets = np.empty((len(s), 2, 3))
+    for m, (element, xi) in enumerate(zip(cut.contact_element, cut.contact_weight, strict=True)):
+        first, second = ((tuple(cut.node_position[node]), tuple(frames[node])) for node in (element, element + 1))
+        place, frame = vectors.between(*first, *second, float(xi))
+        back = Rotation.from_quat(frame, scalar_first=True).inv()
+        for edge, sign in enumerate((1.0, -1.0)):
+            offsets[m, edge] = back.apply(left[m] * [1.0, sign, 1.0] - place)
+    return offsets
+
+
+def _lumped(of_elements: Array) -> Array:
+    """(n + 1, …) at the nodes: half of each element's share (n, …) at each of its ends."""
+    lumped = np.zeros((len(of_elements) + 1, *of_elements.shape[1:]))
+    lumped[:-1] += 0.5 * of_elements
+    lumped[1:] += 0.5 * of_elements
+    return lumped

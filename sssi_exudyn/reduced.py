@@ -1,0 +1,261 @@
+"""The reduced model: the same posture, laws and contact points on linear modal skis; many times faster than the full
+one.
+
+It screens and gives gradients; what is reported as a result is the full model's.  Left out against the full model:
+large bending of the skis, their geometric stiffness, gyroscopic forces between the modes, and modes beyond ``MODES``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sssi_exudyn.bodies.ski_modes import ModalSki, modal_ski
+from sssi_exudyn.contact import reduced_kernel
+from sssi_exudyn.contact.compiled import compile_kernel, parameter_values
+from sssi_exudyn.errors import SimulationDiverged
+from sssi_exudyn.frames import Array, gravity_in_slope, slope_to_level
+from sssi_exudyn.model import Model
+from sssi_exudyn.motion import Motion, antenna_offset
+from sssi_exudyn.parts import Parts
+
+MODES: Final = 12
+"""Vibrations of each ski that are kept: up to 130 Hz for a slalom ski."""
+STEP: Final = 0.005
+"""s"""
+_LEAST_LOAD: Final = 0.2
+"""Share of the weight on the slope that the skier stands with at the start at least, however the posture moves."""
+
+
+@dataclass(frozen=True)
+class ReducedRun:
+    """A run of the reduced model at n instants, slope frame: see ``SimulationResult`` for what each is."""
+
+    time: Array
+    pelvis: Array
+    pelvis_velocity: Array
+    antenna: Array
+    com: Array
+    com_velocity: Array
+    foot_load: Array
+    sole_force: Array
+    foot_friction: Array
+    foot_position: Array
+    foot_velocity: Array
+    foot_forward: Array
+    edge_angle: Array
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """All that does not depend on snow, air and start: posture tables (n, …), modal skis, masses.  Can be pickled."""
+
+    step: float
+    inclination: float
+    time: Array
+    mass: float
+    body_mass: float
+    area: Array
+    antenna: Array
+    antenna_velocity: Array
+    foot_place: Array
+    foot_velocity: Array
+    foot_acceleration: Array
+    foot_rotation: Array
+    foot_spin: Array
+    foot_spin_rate: Array
+    com_place: Array
+    com_velocity: Array
+    com_acceleration: Array
+    exposed_velocity: Array
+    ski: ModalSki
+    points: Array
+    length: Array
+    held: Array
+    ski_com: Array
+
+    @property
+    def carried(self) -> Array:
+        """(n, 3) N: all masses times the accelerations that the posture gives them relative to the pelvis."""
+        arm = np.einsum("nsij,j->nsi", self.foot_rotation, self.ski_com)
+        swing = np.cross(self.foot_spin, np.cross(self.foot_spin, arm))
+        skis = self.foot_acceleration + np.cross(self.foot_spin_rate, arm) + swing
+        return np.asarray(
+            self.body_mass * self.com_acceleration + 0.5 * (self.mass - self.body_mass) * skis.sum(axis=1)
+        )
+
+    def felt(self, gravity: Array) -> tuple[Array, Array]:
+        """(n, 2, 3) each, in the foot's frame: the held node's acceleration less gravity, and the ski's effective
+        turning.
+
+        A ski is thin: the centrifugal field on its long axis is that of an angular acceleration besides, Ω × (Ω × x)
+        = α' × x.
+        """
+        arm = np.einsum("nsij,j->nsi", self.foot_rotation, self.held)
+        swing = np.cross(self.foot_spin, np.cross(self.foot_spin, arm))
+        moving = self.foot_acceleration + np.cross(self.foot_spin_rate, arm) + swing - gravity
+        spin, rate = (
+            np.einsum("nsji,nsj->nsi", self.foot_rotation, vector) for vector in (self.foot_spin, self.foot_spin_rate)
+        )
+        turning = rate.copy()
+        turning[..., 1] -= spin[..., 0] * spin[..., 2]
+        turning[..., 2] += spin[..., 0] * spin[..., 1]
+        return np.einsum("nsji,nsj->nsi", self.foot_rotation, moving), turning
+
+    def turned(self, angle: float) -> Prepared:
+        """The same with the whole posture turned about gravity by ``angle`` (rad), to the left when positive."""
+        if angle == 0.0:
+            return self
+        axis = slope_to_level(self.inclination).T @ [0.0, 0.0, 1.0]
+        turn = Rotation.from_rotvec(angle * axis).as_matrix()
+        vectors = (
+            "antenna", "antenna_velocity", "foot_place", "foot_velocity", "foot_acceleration", "foot_spin",
+            "foot_spin_rate", "com_place", "com_velocity", "com_acceleration", "exposed_velocity",
+        )  # fmt: skip
+        changed = {name: np.ascontiguousarray(getattr(self, name) @ turn.T) for name in vectors}
+        rotation = np.ascontiguousarray(turn @ self.foot_rotation)
+        return Prepared(**{**self.__dict__, **changed, "foot_rotation": rotation})
+
+
+def prepare(
+    model: Model, motion: Motion, *, start: float | None = None, stop: float | None = None, step: float = STEP
+) -> Prepared:
+    """The tables for runs of ``model`` along ``motion`` from ``start`` to ``stop`` (s; its ends if None), heading as
+    recorded.
+    """
+    parts = Parts(model, motion)
+    t0, t1 = motion.start if start is None else start, motion.stop if stop is None else stop
+    time = t0 + step * np.arange(max(1, round((t1 - t0) / step)) + 1, dtype=np.float64)
+    posture = parts.posture(time)
+    antenna, moving = np.zeros((2, len(time), 3))
+    if motion.antenna is not None:
+        antenna, moving = antenna_offset(motion, time)
+    cut = parts.mesh
+    s = cut.contact_s
+    left = np.stack([cut.ski.x_of_s(s), 0.5 * cut.ski.width(s), cut.ski.height(s)], axis=1) + parts.ski_in_foot
+    centre = np.average(0.5 * (cut.node_position[1:] + cut.node_position[:-1]), axis=0, weights=cut.element_mass)
+    return Prepared(
+        step=step,
+        inclination=model.inclination,
+        time=time,
+        mass=parts.mass,
+        body_mass=parts.body_mass,
+        area=np.array(list(parts.areas.values())),
+        antenna=antenna,
+        antenna_velocity=moving,
+        foot_place=posture.foot_place,
+        foot_velocity=posture.foot_velocity,
+        foot_acceleration=posture.foot_acceleration,
+        foot_rotation=np.ascontiguousarray(posture.foot_rotation),
+        foot_spin=np.ascontiguousarray(posture.foot_spin),
+        foot_spin_rate=np.ascontiguousarray(posture.foot_spin_rate),
+        com_place=posture.com_place,
+        com_velocity=posture.com_velocity,
+        com_acceleration=posture.com_acceleration,
+        exposed_velocity=posture.exposed_velocity,
+        ski=modal_ski(cut, MODES),
+        points=np.stack([left, left * [1.0, -1.0, 1.0]], axis=1),
+        length=cut.contact_length,
+        held=cut.node_position[cut.middle] + parts.ski_in_foot,
+        ski_com=centre + parts.ski_in_foot,
+    )
+
+
+def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
+    """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
+    at = prepared.turned(model.start.heading_offset)
+    kernel = compile_kernel(model.terms, reduced_kernel)
+    parameters = parameter_values(model.terms)
+    gravity = gravity_in_slope(at.inclination)
+    omega = 2.0 * np.pi * at.ski.frequency
+    n, count = len(at.time), len(omega)
+    begin = model.start
+    pelvis = np.array([begin.f, begin.l, 0.0]) - at.antenna[0]
+    velocity = np.array([begin.velocity_f, begin.velocity_l, 0.0]) - at.antenna_velocity[0]
+    share = np.array([0.5, 0.5])
+    eta = np.zeros((2, count))
+    shapes = np.ascontiguousarray(at.ski.contact_shape)
+    place, speed, loads, sole, edges = np.zeros((n, 3)), np.zeros((n, 3)), *np.zeros((3, n, 2))
+    friction = np.zeros((n, 2, 3))
+    pelvis[2] = -float(np.mean(at.foot_place[0, :, 2]))
+    for _ in range(2):
+        lift = at.com_acceleration[0, 2] - share @ at.foot_acceleration[0, :, 2]
+        load = at.mass * max(-gravity[2] + lift, _LEAST_LOAD * -gravity[2])
+        pelvis[2] = kernel.settle(
+            parameters, pelvis, at.foot_place[0], at.foot_rotation[0], shapes, at.points, at.length, omega, load, eta
+        )
+        if not np.isfinite(pelvis[2]):
+            raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
+        share = _shares(kernel, parameters, pelvis, at, shapes, omega, eta)
+    velocity[2] = -float(share @ at.foot_velocity[0, :, 2])
+    felt, turning = at.felt(gravity)
+    done = kernel.run(
+        parameters, at.step, at.time, pelvis, velocity, eta, at.mass, at.carried, gravity, at.area,
+        at.foot_place, at.foot_velocity, at.foot_rotation, at.foot_spin, felt, turning,
+        at.com_place, at.com_velocity, at.exposed_velocity, shapes, at.points, at.length, omega,
+        at.ski.damping_ratio, np.ascontiguousarray(at.ski.participation[:, :3]),
+        np.ascontiguousarray(at.ski.participation[:, 3:]), place, speed, loads, sole, friction, edges,
+    )  # fmt: skip
+    if done < n:
+        raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge in the reduced model")
+    return ReducedRun(
+        time=at.time,
+        pelvis=place,
+        pelvis_velocity=speed,
+        antenna=place + at.antenna,
+        com=place + at.com_place,
+        com_velocity=speed + at.com_velocity,
+        foot_load=loads,
+        sole_force=sole,
+        foot_friction=friction,
+        foot_position=place[:, None] + at.foot_place,
+        foot_velocity=speed[:, None] + at.foot_velocity,
+        foot_forward=at.foot_rotation[..., 0],
+        edge_angle=edges,
+    )
+
+
+STEPS: Final = {"heading_offset": 1e-4, "f": 1e-2, "l": 1e-2, "velocity_f": 1e-3, "velocity_l": 1e-3}
+"""Differences for the derivatives by the start's numbers, in their units."""
+
+
+def sensitivities(model: Model, prepared: Prepared, names: Sequence[str]) -> tuple[ReducedRun, Array]:
+    """A run and the derivative (n, 3, k) of its antenna by the numbers of those names, by forward differences.
+
+    A term's number is changed by 10⁻⁴ of the width of its bounds, inwards; what that leaves of curvature is less than
+    the reduced model's own difference from the full one.
+    """
+    run = simulate_reduced(model, prepared)
+    columns = []
+    for name in names:
+        low, high = model.bounds(name)
+        value = model.value(name)
+        step = (
+            STEPS.get(name.partition(".")[2], 1e-4 * (high - low)) if name.startswith("start.") else 1e-4 * (high - low)
+        )
+        if value + step > high:
+            step = -step
+        changed = simulate_reduced(model.with_values({name: value + step}), prepared)
+        columns.append((changed.antenna - run.antenna) / step)
+    return run, np.stack(columns, axis=2)
+
+
+def _shares(
+    kernel: object, parameters: Array, pelvis: Array, at: Prepared, shapes: Array, omega: Array, eta: Array
+) -> Array:
+    """(2,) each foot's share of the load at rest."""
+    size = 3 + 2 * len(omega)
+    buffers = np.zeros(size), np.zeros(size), np.zeros((size, size))
+    still = (0.0, 0.0, 0.0)
+    loads = np.empty(2)
+    for side in range(2):
+        foot = (tuple(at.foot_place[0, side]), still, at.foot_rotation[0, side], still)
+        loads[side], _ = kernel.snow(  # type: ignore[attr-defined]
+            parameters, tuple(pelvis), still, eta, np.zeros_like(eta), foot, shapes, at.points, at.length,
+            *buffers, 0.0, 0.0, side,
+        )  # fmt: skip
+    return loads / loads.sum()
