@@ -30,8 +30,8 @@ terrain_height: Callable[..., tuple[float, float, float]]
 
 ITERATIONS = 12
 """Newton iterations at most."""
-SMALL = 1e-6
-"""m/s²; a change of the accelerations that moves the skier by 10⁻¹¹ m in a step."""
+SMALL = 1e-5
+"""m/s²; a change of the accelerations that moves the skier by 10⁻¹⁰ m in a step."""
 
 
 @njit(cache=True)
@@ -43,50 +43,63 @@ def ground(parameters, f, l):
 
 
 @njit(cache=True)
-def snow(parameters, x, v, eta, rate, foot, shape, points, length, residual, slope, matrix, by_place, by_rate, ski):
+def snow(parameters, x, v, eta, rate, foot, shape, points, length, residual, matrix, scratch, by_place, by_rate, ski):
     """Add one ski's contact to residual (3 + 2k,) and matrix; the load and the area pressed into the snow.
 
     foot : place, velocity (tuples), rotation (3, 3) and spin (tuple) relative to the pelvis
-    shape (k, m, 2, 3), points (m, 2, 3);  by_place, by_rate : derivatives of place and rate by the acceleration sought
+    shape (m, 2, 3, k), points (m, 2, 3);  by_place, by_rate : derivatives of place and rate by the acceleration sought
+    scratch : (4 + k, 3 + k), overwritten
     """
     place, moving, frame, spin = foot
-    modes = shape.shape[0]
+    modes = shape.shape[3]
     base = 3 + ski * modes
+    size = 3 + modes
     load = 0.0
     groove = 0.0
+    scratch[:] = 0.0
+    slope = scratch[size]
     for m in range(points.shape[0]):
         for edge in range(2):
-            local = three(points[m, edge], 0)
+            mode = shape[m, edge]
+            a, b, c = points[m, edge, 0], points[m, edge, 1], points[m, edge, 2]
             for k in range(modes):
-                local = plus(local, times(eta[ski, k], three(shape[k, m, edge], 0)))
-            arm = out_of(frame, local)
+                a += mode[0, k] * eta[ski, k]
+                b += mode[1, k] * eta[ski, k]
+                c += mode[2, k] * eta[ski, k]
+            arm = out_of(frame, (a, b, c))
             point = plus(plus(x, place), arm)
             height, normal = ground(parameters, point[0], point[1])
             depth = (height - point[2]) * normal[2]
             if depth <= 0.0:
                 continue
-            bending = (0.0, 0.0, 0.0)
+            a, b, c = 0.0, 0.0, 0.0
             for k in range(modes):
-                bending = plus(bending, times(rate[ski, k], three(shape[k, m, edge], 0)))
-            speed = plus(plus(v, moving), plus(cross(spin, arm), out_of(frame, bending)))
+                a += mode[0, k] * rate[ski, k]
+                b += mode[1, k] * rate[ski, k]
+                c += mode[2, k] * rate[ski, k]
+            speed = plus(plus(v, moving), plus(cross(spin, arm), out_of(frame, (a, b, c))))
             push, by_depth, by_sinking = point_derivatives(parameters, depth, -dot(speed, normal), length[m])
             load += push
             groove += depth * length[m]
             inside = into(frame, normal)
-            for c in range(3):
-                residual[c] -= push * normal[c]
-                slope[c] = normal[c]
+            for d in range(3):
+                slope[d] = normal[d]
+                residual[d] -= push * normal[d]
             for k in range(modes):
-                along = dot(three(shape[k, m, edge], 0), inside)
-                slope[base + k] = along
-                residual[base + k] -= push * along
+                slope[3 + k] = mode[0, k] * inside[0] + mode[1, k] * inside[1] + mode[2, k] * inside[2]
+                residual[base + k] -= push * slope[3 + k]
             stiffness = by_place * by_depth + by_rate * by_sinking
-            if stiffness != 0.0:
-                for a in range(3 + modes):
-                    row = a if a < 3 else base + a - 3
-                    for b in range(3 + modes):
-                        column = b if b < 3 else base + b - 3
-                        matrix[row, column] += stiffness * slope[row] * slope[column]
+            for row in range(size):
+                factor = stiffness * slope[row]
+                for column in range(row, size):
+                    scratch[row, column] += factor * slope[column]
+    for row in range(size):
+        to_row = row if row < 3 else base + row - 3
+        for column in range(row, size):
+            to_column = column if column < 3 else base + column - 3
+            matrix[to_row, to_column] += scratch[row, column]
+            if row != column:
+                matrix[to_column, to_row] += scratch[row, column]
     return load, groove
 
 
@@ -131,9 +144,9 @@ def settle(parameters, x, foot_place, foot_rotation, shape, points, length, omeg
 
     Newton's method from a height at which the ski is well in the snow, every step limited to a few millimetres.
     """
-    modes = shape.shape[0]
+    modes = shape.shape[3]
     size = 3 + 2 * modes
-    matrix, residual, slope = np.zeros((size, size)), np.zeros(size), np.zeros(size)
+    matrix, residual, scratch = np.zeros((size, size)), np.zeros(size), np.zeros((4 + modes, 3 + modes))
     still = (0.0, 0.0, 0.0)
     rest = np.zeros((2, modes))
     height = x[2]
@@ -145,7 +158,7 @@ def settle(parameters, x, foot_place, foot_rotation, shape, points, length, omeg
             foot = (three(foot_place[ski], 0), still, foot_rotation[ski], still)
             found, _area = snow(
                 parameters, (x[0], x[1], height), still, eta, rest, foot, shape, points, length,
-                residual, slope, matrix, 1.0, 0.0, ski,
+                residual, matrix, scratch, 1.0, 0.0, ski,
             )  # fmt: skip
             carried += found
             for k in range(modes):
@@ -171,7 +184,7 @@ def settle(parameters, x, foot_place, foot_rotation, shape, points, length, omeg
     return -np.inf
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def run(
     parameters, step, time, start_place, start_velocity, start_eta,
     mass, carried, gravity, area,
@@ -187,12 +200,12 @@ def run(
         acceleration of the ski, in the foot's frame;  coupling (k, 3), spinning (k, 3) : participation of the modes
     place, velocity (n, 3), loads, sole, edges (n, 2), friction (n, 2, 3) are filled
     """
-    modes = shape.shape[0]
+    modes = shape.shape[3]
     size = 3 + 2 * modes
     x, v = three(start_place, 0), three(start_velocity, 0)
     eta, rate = start_eta.copy(), np.zeros((2, modes))
     acceleration, trial = np.zeros(size), np.zeros(size)
-    matrix, residual, slope = np.zeros((size, size)), np.zeros(size), np.zeros(size)
+    matrix, residual, scratch = np.zeros((size, size)), np.zeros(size), np.zeros((4 + modes, 3 + modes))
     next_eta, next_rate = np.zeros((2, modes)), np.zeros((2, modes))
     push = np.zeros((2, 3))
     for n in range(time.shape[0]):
@@ -251,7 +264,7 @@ def run(
                 )
                 load, groove = snow(
                     parameters, new_x, new_v, next_eta, next_rate, foot, shape, points, length,
-                    residual, slope, matrix, by_place, by_rate, ski,
+                    residual, matrix, scratch, by_place, by_rate, ski,
                 )  # fmt: skip
                 at, moving = plus(new_x, foot[0]), plus(new_v, foot[1])
                 along, across, edge = foot_axes(parameters, at, frame)

@@ -123,7 +123,7 @@ def fit(
     begin = clock.perf_counter()
     say = progress or (lambda _fraction, _detail: None)
     prepared = prepare(problem.model, motion)
-    reduced = fit_reduced(problem, prepared, say)
+    reduced = fit_reduced(problem, prepared, say, tolerance=10.0 * _tolerance(problem))
     if method == "joint":  # the residual now tells what the noise is
         _, residual, _ = _reduced(problem, prepared, reduced.values)
         problem = problem.with_noise(fit_noise(problem.track.time, residual))
@@ -163,8 +163,14 @@ def fit(
     )
 
 
-def fit_reduced(problem: Problem, prepared: Prepared, say: Progress = lambda _fraction, _detail: None) -> Optimum:
-    """Solve the problem with the reduced model."""
+def fit_reduced(
+    problem: Problem,
+    prepared: Prepared,
+    say: Progress = lambda _fraction, _detail: None,
+    *,
+    tolerance: float | None = None,
+) -> Optimum:
+    """Solve the problem with the reduced model, until the objective changes by less than ``tolerance``."""
     _, _, first = _reduced(problem, prepared, problem.start)
 
     def evaluate(values: Array) -> tuple[float, Array]:
@@ -172,9 +178,8 @@ def fit_reduced(problem: Problem, prepared: Prepared, say: Progress = lambda _fr
         say(None, f"reduced model: {_described(problem, residual, values)}")
         return problem.value(residual, values), problem.gradient(residual, sensitivity, values)
 
-    return minimise(
-        evaluate, problem.start, problem.bounds, problem.curvature(first), objective_tolerance=0.1 * _tolerance(problem)
-    )
+    enough = _tolerance(problem) if tolerance is None else tolerance
+    return minimise(evaluate, problem.start, problem.bounds, problem.curvature(first), objective_tolerance=enough)
 
 
 def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache | None = None) -> Array:

@@ -7,7 +7,9 @@ large bending of the skis, their geometric stiffness, gyroscopic forces between 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Final
 
@@ -178,7 +180,7 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     velocity = np.array([begin.velocity_f, begin.velocity_l, 0.0]) - at.antenna_velocity[0]
     share = np.array([0.5, 0.5])
     eta = np.zeros((2, count))
-    shapes = np.ascontiguousarray(at.ski.contact_shape)
+    shapes = np.ascontiguousarray(np.moveaxis(at.ski.contact_shape, 0, 3))
     place, speed, loads, sole, edges = np.zeros((n, 3)), np.zeros((n, 3)), *np.zeros((3, n, 2))
     friction = np.zeros((n, 2, 3))
     pelvis[2] = -float(np.mean(at.foot_place[0, :, 2]))
@@ -219,7 +221,14 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     )
 
 
-STEPS: Final = {"heading_offset": 1e-4, "f": 1e-2, "l": 1e-2, "velocity_f": 1e-3, "velocity_l": 1e-3}
+STEPS: Final = {
+    "heading_offset": 1e-4,
+    "clock_offset": 1e-3,
+    "f": 1e-2,
+    "l": 1e-2,
+    "velocity_f": 1e-3,
+    "velocity_l": 1e-3,
+}
 """Differences for the derivatives by the start's numbers, in their units."""
 
 
@@ -229,18 +238,18 @@ def sensitivities(model: Model, prepared: Prepared, names: Sequence[str]) -> tup
     A term's number is changed by 10⁻⁴ of the width of its bounds, inwards; what that leaves of curvature is less than
     the reduced model's own difference from the full one.
     """
-    run = simulate_reduced(model, prepared)
-    columns = []
+    changed, widths = [model], []
     for name in names:
         low, high = model.bounds(name)
         value = model.value(name)
-        step = (
-            STEPS.get(name.partition(".")[2], 1e-4 * (high - low)) if name.startswith("start.") else 1e-4 * (high - low)
-        )
-        if value + step > high:
-            step = -step
-        changed = simulate_reduced(model.with_values({name: value + step}), prepared)
-        columns.append((changed.antenna - run.antenna) / step)
+        owner, _, key = name.partition(".")
+        width = STEPS[key] if owner == "start" else 1e-4 * (high - low)
+        widths.append(width if value + width <= high else -width)
+        changed.append(model.with_values({name: value + widths[-1]}))
+    compile_kernel(model.terms, reduced_kernel)  # once, before threads ask for it
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # the compiled loop lets go of the interpreter's lock
+        run, *others = pool.map(lambda each: simulate_reduced(each, prepared), changed)
+    columns = [(other.antenna - run.antenna) / width for other, width in zip(others, widths, strict=True)]
     return run, np.stack(columns, axis=2)
 
 
@@ -248,8 +257,9 @@ def _shares(
     kernel: object, parameters: Array, pelvis: Array, at: Prepared, shapes: Array, omega: Array, eta: Array
 ) -> Array:
     """(2,) each foot's share of the load at rest."""
-    size = 3 + 2 * len(omega)
-    buffers = np.zeros(size), np.zeros(size), np.zeros((size, size))
+    count = len(omega)
+    size = 3 + 2 * count
+    buffers = np.zeros(size), np.zeros((size, size)), np.zeros((4 + count, 3 + count))
     still = (0.0, 0.0, 0.0)
     loads = np.empty(2)
     for side in range(2):
@@ -258,4 +268,4 @@ def _shares(
             parameters, tuple(pelvis), still, eta, np.zeros_like(eta), foot, shapes, at.points, at.length,
             *buffers, 0.0, 0.0, side,
         )  # fmt: skip
-    return loads / loads.sum()
+    return np.asarray(loads / loads.sum())
