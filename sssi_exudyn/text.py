@@ -7,7 +7,7 @@ from typing import Any
 
 
 def format_summary(summary: Mapping[str, Any]) -> str:
-    """The figures of a summary, one a line; those that are null and where they came from are left to the files."""
+    """The figures of a summary, one a line; null ones, lists and origins are left to the files."""
     lines = [str(summary["recording"])]
     for group, figures in summary.items():
         if group != "provenance" and isinstance(figures, Mapping):
@@ -28,7 +28,7 @@ def format_table(rows: Sequence[Mapping[str, object]]) -> str:
 def _figures(name: str, figure: object) -> list[tuple[str, str]]:
     """A figure, or the figures of a group, each with the way to it; a value with its standard error is one."""
     match figure:
-        case None | {"value": None}:
+        case None | {"value": None} | list():
             return []
         case {"value": value, "se": float(se)}:
             return [(name, f"{_shown(value)} ± {_shown(se)}")]

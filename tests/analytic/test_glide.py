@@ -77,10 +77,7 @@ def test_mirror_image() -> None:
     """A posture and its mirror image load left and right the other way round."""
     edged = {"hip_adduction_l": 0.05, "hip_adduction_r": -0.08, "pelvis_list": 0.03}
     swapped = {"hip_adduction_r": 0.05, "hip_adduction_l": -0.08, "pelvis_list": -0.03}
-    runs = [
-        simulate(model(across=side), standing(0.3, **angles))
-        for side, angles in ((0.3, edged), (-0.3, swapped))
-    ]
+    runs = [simulate(model(across=side), standing(0.3, **angles)) for side, angles in ((0.3, edged), (-0.3, swapped))]
     # Newton's tolerance (1e-4 of each step's first residual) is met by different roundings on the two sides
     assert mirrored(*runs) < 1e-3
     names = [name.replace("_l", "_?").replace("_r", "_l").replace("_?", "_r") for name in PRESCRIBED]

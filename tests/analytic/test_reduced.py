@@ -1,0 +1,66 @@
+"""The reduced model against the full one and against answers that are known."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gliding import INCLINATION, model, standing
+
+from sssi_exudyn.commands import model_of
+from sssi_exudyn.contact.friction import AnisotropicFriction
+from sssi_exudyn.contact.penetration import HuntCrossley
+from sssi_exudyn.frames import GRAVITY
+from sssi_exudyn.motion import motion_from_recording, with_heading_offset
+from sssi_exudyn.recording import read_recording
+from sssi_exudyn.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulate import simulate
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.mark.parametrize("name", ["beginner", "intermediate"])
+def test_path_and_loads_are_the_full_models(name: str) -> None:
+    recording = read_recording(EXAMPLES / name)
+    motion = motion_from_recording(recording)
+    start = model_of(recording, motion)
+    full = simulate(start, motion, stop=3.0)
+    reduced = simulate_reduced(start, prepare(start, motion, stop=3.0))
+    assert full.antenna is not None
+    apart = np.linalg.norm(reduced.antenna - full.antenna, axis=1)
+    # 1 cm over 3 s: what linear bending makes of the skis' 4 cm of real bending; the GPS is sure to 2 cm
+    assert apart.max() < 0.01
+    # 3 % of the weight, at the edge changes where it is largest
+    assert np.max(np.abs(reduced.foot_load - full.foot_load)) < 0.03 * full.foot_load.sum(axis=1).mean()
+    np.testing.assert_allclose(reduced.edge_angle, full.edge_angle, atol=1e-9)  # prescribed in both
+
+
+def test_block_on_a_slope() -> None:
+    start = model((HuntCrossley(), AnisotropicFriction(mu_t=0.1, mu_n=0.5, eps=1e-3)))
+    run = simulate_reduced(start, prepare(start, standing(0.6)))
+    later = run.time > 0.2
+    slope = np.polyfit(run.time[later], run.com_velocity[later, 0], 1)[0]
+    # as for the full model: what is left of the settling
+    assert slope == pytest.approx(GRAVITY * (np.sin(INCLINATION) - 0.1 * np.cos(INCLINATION)), rel=1e-3)
+
+
+def test_turning_the_tables_is_turning_the_motion() -> None:
+    motion = standing(0.5, heading=0.3, hip_adduction_l=0.1)
+    start = model(across=0.4)
+    turned = simulate_reduced(start.with_values({"start.heading_offset": 0.05}), prepare(start, motion))
+    other = simulate_reduced(start, prepare(start, with_heading_offset(motion, 0.05)))
+    np.testing.assert_allclose(turned.pelvis, other.pelvis, atol=1e-9)  # the same numbers by another way
+
+
+def test_order_of_the_step() -> None:
+    """Average acceleration is of second order; the snow's power law and the points' coming and going cost a little."""
+    recording = read_recording(EXAMPLES / "beginner")
+    motion = motion_from_recording(recording)
+    start = model_of(recording, motion)
+    ends = [
+        simulate_reduced(start, prepare(start, motion, stop=2.0, step=step)).pelvis[-1]
+        for step in (0.01, 0.005, 0.0025, 0.00125)
+    ]
+    apart = [np.linalg.norm(a - b) for a, b in pairwise(ends)]
+    assert apart[-1] < 0.002  # m
+    assert np.log2(apart[0] / apart[-1]) / 2.0 > 1.5

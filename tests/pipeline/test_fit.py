@@ -1,0 +1,151 @@
+"""Fits recover what made the data: friction, start and heading of a run that the full model itself simulated."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sssi_exudyn.cache import Cache
+from sssi_exudyn.commands import model_of
+from sssi_exudyn.fitting import fit as fitting
+from sssi_exudyn.fitting.fit import Method, fit, problem_of
+from sssi_exudyn.fitting.objective import Problem
+from sssi_exudyn.fitting.observe import Track, seen_by_gps
+from sssi_exudyn.fitting.optimise import minimise
+from sssi_exudyn.motion import Motion, motion_from_recording
+from sssi_exudyn.recording import read_recording
+from sssi_exudyn.reduced import prepare, sensitivities, simulate_reduced
+from sssi_exudyn.simulate import simulate
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
+TRUTH = {
+    "friction.mu_t": 0.07,
+    "friction.mu_n": 0.6,
+    "start.velocity_f": 5.2,
+    "start.velocity_l": 0.8,
+    "start.heading_offset": 0.01,
+}
+SECONDS = 4.0
+
+
+@pytest.fixture(scope="module")
+def made() -> tuple[Motion, Problem]:
+    """4 s of the beginner's movement, and as GPS the full model's antenna with known friction, without noise."""
+    recording = read_recording(EXAMPLE)
+    motion = motion_from_recording(recording)
+    motion = replace(motion, stop=motion.start + SECONDS)
+    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    truth = problem.model.with_values(TRUTH)
+    run = simulate(truth, motion)
+    assert run.antenna is not None
+    fixes = np.arange(motion.start, motion.stop, 0.1)
+    track = Track(fixes, seen_by_gps(truth, run.time, run.antenna, fixes), np.full(len(fixes), 0.02))
+    return motion, replace(problem, track=track)
+
+
+def test_joint_fit_recovers_friction_start_and_heading(made: tuple[Motion, Problem], tmp_path: Path) -> None:
+    motion, problem = made
+    found = fit(problem, motion, "joint", cache=Cache(tmp_path))
+    assert found.optimum.converged
+    assert found.optimum.evaluations <= 15
+    errors = {name: found.value(name) - truth for name, truth in TRUTH.items()}
+    # Without noise the only pull away from the truth is the priors' (heading 0 ± 1°, velocity first guess ± 0.5 m/s),
+    # weighed against 4 s of track: a tenth of what 2 cm of GPS noise would leave.
+    assert abs(errors["friction.mu_t"]) < 0.002
+    assert abs(errors["friction.mu_n"]) < 0.02
+    assert abs(errors["start.velocity_f"]) < 0.05
+    assert abs(errors["start.velocity_l"]) < 0.05
+    # a centimetre: the objective's tolerance
+    assert float(np.mean(np.linalg.norm(found.residual, axis=1))) < 0.01
+
+
+def test_an_interrupted_fit_goes_on(
+    made: tuple[Motion, Problem], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    motion, problem = made
+    calls = 0
+
+    def counted(*arguments: object, **named: object) -> object:
+        nonlocal calls
+        calls += 1
+        if calls == 2 and interrupt:
+            raise KeyboardInterrupt
+        return simulate(*arguments, **named)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(fitting, "simulate", counted)
+    interrupt = True
+    with pytest.raises(KeyboardInterrupt):
+        fit(problem, motion, "joint", cache=Cache(tmp_path))
+    interrupt = False
+    resumed = fit(problem, motion, "joint", cache=Cache(tmp_path))
+    resumed_calls, calls = calls - 2, 0
+    whole = fit(problem, motion, "joint", cache=Cache(tmp_path / "other"))
+    assert np.array_equal(resumed.values, whole.values)
+    assert resumed_calls == calls - 1  # the first evaluation was kept
+
+
+def test_gradient_against_differences(made: tuple[Motion, Problem]) -> None:
+    """On the reduced model alone the gradient is exact but for the forward differences it is made with."""
+    motion, problem = made
+    prepared = prepare(problem.model, motion)
+    values = problem.start
+
+    def value(at: np.ndarray) -> float:
+        model = problem.model_at(at)
+        run = simulate_reduced(model, prepared)
+        return problem.value(problem.residual(model, run.time, run.antenna), at)
+
+    model = problem.model_at(values)
+    run, derivatives = sensitivities(model, prepared, problem.names)
+    from sssi_exudyn.fitting.objective import path_sensitivity
+
+    slope = problem.gradient(
+        problem.residual(model, run.time, run.antenna), path_sensitivity(problem, model, run.time, derivatives), values
+    )
+    for i, step in enumerate((1e-4, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-5)):
+        shift = np.zeros(len(values))
+        shift[i] = step
+        central = (value(values + shift) - value(values - shift)) / (2.0 * step)
+        # 2 %: the forward differences' own curvature, at a point a metre away from the optimum
+        assert slope[i] == pytest.approx(central, rel=0.02, abs=0.02 * abs(slope).max() * step)
+
+
+@pytest.mark.parametrize("method", ["joint", "paper"])
+def test_what_is_fitted(method: Method) -> None:
+    recording = read_recording(EXAMPLE)
+    motion = motion_from_recording(recording)
+    problem = problem_of(recording, motion, model_of(recording, motion), method)
+    assert problem.names[:2] == ("friction.mu_t", "friction.mu_n")
+    assert list(problem.start[:2]) == [0.1, 0.5]
+    assert problem.bounds[:2].tolist() == [[0.01, 0.99], [0.01, 0.99]]
+    assert (len(problem.names) == 2) == (method == "paper")
+    assert bool(problem.priors) == (method == "joint")
+
+
+def quadratics() -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    generator = np.random.default_rng(1)
+    for size in (2, 5):
+        root = generator.normal(size=(size, size))
+        yield root @ root.T + 0.1 * np.eye(size), generator.uniform(-0.5, 0.5, size)
+
+
+@pytest.mark.parametrize(("curvature", "best"), list(quadratics()))
+def test_a_quadratic_takes_a_few_steps(curvature: np.ndarray, best: np.ndarray) -> None:
+    def function(x: np.ndarray) -> tuple[float, np.ndarray]:
+        return float(0.5 * (x - best) @ curvature @ (x - best)), curvature @ (x - best)
+
+    bounds = np.tile([-1.0, 1.0], (len(best), 1))
+    found = minimise(function, np.zeros(len(best)), bounds, curvature, objective_tolerance=1e-10, step_tolerance=1e-9)
+    assert found.converged
+    assert found.evaluations <= 5  # with the curvature known, the first step is the last but for the check
+    np.testing.assert_allclose(found.values, best, atol=1e-6)
+
+
+def test_bounds_hold() -> None:
+    def function(x: np.ndarray) -> tuple[float, np.ndarray]:
+        return float(np.sum((x - 2.0) ** 2)), 2.0 * (x - 2.0)
+
+    found = minimise(function, np.zeros(2), np.tile([-1.0, 1.0], (2, 1)), np.eye(2), objective_tolerance=1e-12)
+    np.testing.assert_allclose(found.values, 1.0, atol=1e-6)
