@@ -13,9 +13,10 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
+from sssi_exudyn.chain import PRESCRIBED
 from sssi_exudyn.contact.kernel import TREE
 from sssi_exudyn.errors import SimulationDiverged
-from sssi_exudyn.frames import Array, gravity_in_slope
+from sssi_exudyn.frames import GRAVITY, Array, gravity_in_slope
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion, antenna_offset, with_heading_offset
 from sssi_exudyn.parts import Parts
@@ -57,8 +58,26 @@ def simulate(
     wall = clock.perf_counter() - begin
     result = result_from_record(parts, posture, system, run.record, wall)
     if problem:
-        raise SimulationDiverged(float(result.time[-1]), problem, result)
+        raise SimulationDiverged(float(result.time[-1]), f"{problem}; {_last_state(parts, result)}", result)
     return result
+
+
+def _last_state(parts: Parts, result: SimulationResult) -> str:
+    """What stands out at the end of a run that stopped, in words."""
+    weight = parts.mass * GRAVITY
+    angle, rate = _fastest(parts, float(result.time[-1]))
+    return (
+        f"the last state has {result.foot_load[-1].sum() / weight:.1f} body weights on the snow, "
+        f"{100.0 * result.penetration[-1].max():.1f} cm deep at most, the pelvis at "
+        f"{np.linalg.norm(result.pelvis_velocity[-1]):.1f} m/s, and {angle} turning at {np.degrees(rate):.0f} deg/s"
+    )
+
+
+def _fastest(parts: Parts, time: float) -> tuple[str, float]:
+    """The prescribed coordinate that turns fastest, and its rate (rad/s)."""
+    rates = parts.motion.evaluate(np.array([time]))[1][0]
+    index = int(np.argmax(np.abs(rates)))
+    return PRESCRIBED[index], float(rates[index])
 
 
 def _start_of_pelvis(parts: Parts, posture: Posture) -> tuple[Array, Array]:
@@ -179,7 +198,7 @@ class _Run:
         try:
             done = _solve(mbs, settings, solver)
         except Exception as error:  # noqa: BLE001  Exudyn raises its own types and RuntimeError alike
-            return f"the solver stopped: {str(error).splitlines()[0]}"
+            return f"the solver stopped ({str(error).splitlines()[0]})"
         self.record.statistics(solver)
         return "" if done else "Newton's method finds no step small enough"
 

@@ -1,5 +1,7 @@
 """The full model where the answer is known: straight glides, side slip, drag, flight, mirror images, energy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from gliding import INCLINATION, model, standing
@@ -66,6 +68,18 @@ def test_snow_that_cannot_carry_is_said() -> None:
     soft = HuntCrossley(k=quantities(HuntCrossley)["k"].low, c=0.0)
     with pytest.raises(SimulationDiverged, match="come to rest"):
         simulate(model((soft, AnisotropicFriction())), standing(0.1))
+
+
+def test_a_run_that_stops_says_when_and_what_and_keeps_the_rest() -> None:
+    motion = standing(1.0)
+    broken = motion.coefficients.copy()
+    broken[len(broken) // 2 :, PRESCRIBED.index("pelvis_rotation")] = 40.0  # six turns of the body within a frame
+    with pytest.raises(SimulationDiverged, match=r"diverged at 0\.\d+ s: .* pelvis_rotation turning at") as raised:
+        simulate(model(), replace(motion, coefficients=broken))
+    partial = raised.value.partial
+    assert isinstance(partial, SimulationResult)
+    assert 0.4 < partial.time[-1] < 0.6
+    assert np.all(np.isfinite(partial.com))
 
 
 def mirrored(run: SimulationResult, other: SimulationResult) -> float:
