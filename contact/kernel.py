@@ -36,6 +36,7 @@ from sssi_exudyn.contact.vectors import (
     on_quaternion,
     out_of,
     plus,
+    ski_axes,
     spin,
     three,
     times,
@@ -114,14 +115,8 @@ def edge_contact(parameters, place, velocity, frame, turning, p, r, v, omega, of
 
 @njit(cache=True)
 def foot_axes(parameters, place, rotation):
-    """Forward and left axes of a foot in the snow's tangent plane, and the ski's edge angle."""
-    _, normal = ground(parameters, place[0], place[1])
-    forward = (rotation[0, 0], rotation[1, 0], rotation[2, 0])
-    along = plus(forward, times(-dot(forward, normal), normal))
-    along = times(1.0 / math.sqrt(dot(along, along)), along)
-    left = (rotation[0, 1], rotation[1, 1], rotation[2, 1])
-    up = (rotation[0, 2], rotation[1, 2], rotation[2, 2])
-    return along, cross(normal, along), math.atan2(dot(left, normal), dot(up, normal))
+    """``ski_axes`` of a foot on the snow at its place."""
+    return ski_axes(ground(parameters, place[0], place[1])[1], rotation)
 
 
 @njit(cache=True)

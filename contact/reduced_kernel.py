@@ -17,7 +17,7 @@ from collections.abc import Callable
 import numpy as np
 from numba import njit
 
-from sssi_exudyn.contact.vectors import cross, dot, into, out_of, plus, three, times
+from sssi_exudyn.contact.vectors import cross, dot, into, out_of, plus, ski_axes, three, times
 
 point_force: Callable[..., float]
 point_derivatives: Callable[..., tuple[float, float, float]]
@@ -105,14 +105,8 @@ def snow(parameters, x, v, eta, rate, foot, shape, points, length, residual, mat
 
 @njit(cache=True)
 def foot_axes(parameters, place, rotation):
-    """Forward and left axes of a foot in the snow's tangent plane, and the ski's edge angle."""
-    _, normal = ground(parameters, place[0], place[1])
-    forward = (rotation[0, 0], rotation[1, 0], rotation[2, 0])
-    along = plus(forward, times(-dot(forward, normal), normal))
-    along = times(1.0 / math.sqrt(dot(along, along)), along)
-    left = (rotation[0, 1], rotation[1, 1], rotation[2, 1])
-    up = (rotation[0, 2], rotation[1, 2], rotation[2, 2])
-    return along, cross(normal, along), math.atan2(dot(left, normal), dot(up, normal))
+    """``ski_axes`` of a foot on the snow at its place."""
+    return ski_axes(ground(parameters, place[0], place[1])[1], rotation)
 
 
 @njit(cache=True)

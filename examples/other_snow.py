@@ -5,7 +5,7 @@ from pathlib import Path
 from sssi_exudyn.commands import model_of
 from sssi_exudyn.motion import motion_from_recording
 from sssi_exudyn.recording import read_recording
-from sssi_exudyn.simulate import simulate
+from sssi_exudyn.simulation import simulate
 
 recording = read_recording(Path(__file__).parent / "beginner")
 motion = motion_from_recording(recording)

@@ -25,7 +25,7 @@ from sssi_exudyn.motion import Motion
 from sssi_exudyn.noise import ExponentialNoise, fit_noise
 from sssi_exudyn.recording import Recording
 from sssi_exudyn.reduced import Prepared, prepare, sensitivities
-from sssi_exudyn.simulate import simulate
+from sssi_exudyn.simulation import simulate
 
 Method = Literal["joint", "paper"]
 METHODS: Final[tuple[Method, ...]] = ("joint", "paper")

@@ -1,8 +1,7 @@
 """Skier, ski and snow: from a recorded run to forces, friction and joint moments.
 
-What the command line does stands here as functions: ``inspect``, ``fit``, ``validate``, ``run``, ``terms``; a single
-simulation is ``simulate`` of the module ``sssi_exudyn.simulate``.  The functions are loaded when first used, so that
-importing the package is quick and starts no solver.
+What the command line does stands here: ``inspect``, ``simulate``, ``fit``, ``validate``, ``run`` and ``terms``.
+They are loaded when first used, so that importing the package is quick and starts no solver.
 """
 
 from __future__ import annotations
@@ -11,9 +10,9 @@ from importlib import import_module, metadata
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from sssi_exudyn.commands import fit, inspect, run, terms, validate
+    from sssi_exudyn.commands import fit, inspect, run, simulate, terms, validate
 
-__all__ = ["fit", "inspect", "run", "terms", "validate"]
+__all__ = ["fit", "inspect", "run", "simulate", "terms", "validate"]
 
 
 def __getattr__(name: str) -> Any:

@@ -30,7 +30,7 @@ from sssi_exudyn.provenance import provenance
 from sssi_exudyn.recording import Recording, read_recording
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.result_folder import MODEL, complete_summary, locked, read_series, read_summary, write_result
-from sssi_exudyn.simulate import simulate as simulate_model
+from sssi_exudyn.simulation import simulate as simulate_model
 from sssi_exudyn.validation.page import render_page
 from sssi_exudyn.validation.validate import judged
 

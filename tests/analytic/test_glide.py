@@ -14,7 +14,7 @@ from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import GRAVITY
 from sssi_exudyn.quantity import quantities
 from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.simulate import simulate
+from sssi_exudyn.simulation import simulate
 
 SNOW = HuntCrossley()
 NO_SIGN = 1e-3

@@ -14,7 +14,7 @@ from sssi_exudyn.frames import GRAVITY
 from sssi_exudyn.motion import motion_from_recording, with_heading_offset
 from sssi_exudyn.recording import read_recording
 from sssi_exudyn.reduced import prepare, simulate_reduced
-from sssi_exudyn.simulate import simulate
+from sssi_exudyn.simulation import simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

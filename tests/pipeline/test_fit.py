@@ -17,7 +17,7 @@ from sssi_exudyn.fitting.optimise import minimise
 from sssi_exudyn.motion import Motion, motion_from_recording
 from sssi_exudyn.recording import read_recording
 from sssi_exudyn.reduced import prepare, sensitivities, simulate_reduced
-from sssi_exudyn.simulate import simulate
+from sssi_exudyn.simulation import simulate
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 TRUTH = {

@@ -22,8 +22,8 @@ from sssi_exudyn.motion import Motion, antenna_offset, with_heading_offset
 from sssi_exudyn.parts import Parts
 from sssi_exudyn.posture import Posture
 from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.simulate_record import Record, result_from_record
-from sssi_exudyn.simulate_system import System, build, instant
+from sssi_exudyn.simulation_record import Record, result_from_record
+from sssi_exudyn.simulation_system import System, build, instant
 
 SETTLING = 0.4
 """s of standing still on the snow before the start; the slowest motion of a loaded ski in snow has died out by then."""

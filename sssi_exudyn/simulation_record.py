@@ -18,7 +18,7 @@ from sssi_exudyn.motion import antenna_offset
 from sssi_exudyn.parts import Parts
 from sssi_exudyn.posture import Posture
 from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.simulate_system import System, instant
+from sssi_exudyn.simulation_system import System, instant
 
 
 class Record:
