@@ -145,7 +145,7 @@ def middle_of(a, b):
 
 @njit(cache=True)
 def ski_axes(normal, rotation):
-    """Forward and left axes of a ski in the snow's tangent plane, and its edge angle, from the foot's rotation (3, 3)."""
+    """Forward and left axes of a ski in the snow's tangent plane, and its edge angle, for its rotation (3, 3)."""
     forward = (rotation[0, 0], rotation[1, 0], rotation[2, 0])
     along = plus(forward, times(-dot(forward, normal), normal))
     along = times(1.0 / math.sqrt(dot(along, along)), along)
