@@ -43,6 +43,22 @@ def simulate(
     Raises SimulationDiverged, with the partial result, when the solver gives up.
     """
     begin = clock.perf_counter()
+    run, problem = integrate(model, motion, start=start, stop=stop, progress=progress)
+    result = result_from_record(run.parts, run.posture, run.system, run.record, clock.perf_counter() - begin)
+    if problem:
+        raise SimulationDiverged(float(result.time[-1]), f"{problem}; {_last_state(run.parts, result)}", result)
+    return result
+
+
+def integrate(
+    model: Model,
+    motion: Motion,
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+    progress: Progress | None = None,
+) -> tuple[Run, str]:
+    """As ``simulate``, but gives the states that were recorded, and "" or what stopped the solver."""
     parts = Parts(model, with_heading_offset(motion, model.start.heading_offset))
     t0 = motion.start if start is None else start
     t1 = motion.stop if stop is None else stop
@@ -51,15 +67,9 @@ def simulate(
     posture = parts.posture(t0 + step * np.arange(count + 1, dtype=np.float64))
     pelvis, velocity = _start_of_pelvis(parts, posture)
     coordinates = settle(parts, posture, pelvis, velocity)
-    system = build(parts, posture, coordinates[:3])
-    run = _Run(parts, system, posture, progress)
+    run = Run(parts, build(parts, posture, coordinates[:3]), posture, progress)
     run.start_from(coordinates, velocity)
-    problem = run.solve()
-    wall = clock.perf_counter() - begin
-    result = result_from_record(parts, posture, system, run.record, wall)
-    if problem:
-        raise SimulationDiverged(float(result.time[-1]), f"{problem}; {_last_state(parts, result)}", result)
-    return result
+    return run, run.solve()
 
 
 def _last_state(parts: Parts, result: SimulationResult) -> str:
@@ -156,7 +166,7 @@ def _solve(mbs: Any, settings: Any, dynamic: Any = None) -> bool:
 
 
 @dataclass
-class _Run:
+class Run:
     """One integration: feeds the posture to the system step by step and keeps what comes out."""
 
     parts: Parts
