@@ -137,7 +137,7 @@ def settle(parts: Parts, posture: Posture, pelvis: Array, velocity: Array) -> Ar
 def _integrate_standing(system: System, parts: Parts) -> None:
     settings = _settings(parts.model, 0.0, SETTLING, round(SETTLING / parts.model.solver.step))
     settings.timeIntegration.generalizedAlpha.spectralRadius = 0.3  # a rest is sought, not a vibration
-    if not _solve(system.mbs, settings):
+    if _solve(system.mbs, settings, exu.MainSolverImplicitSecondOrder()):
         raise SimulationDiverged(system.now.time, "the skier does not come to rest on the snow at the start")
 
 
@@ -159,10 +159,20 @@ def _settings(model: Model, start: float, stop: float, steps: int) -> Any:
     return settings
 
 
-def _solve(mbs: Any, settings: Any, dynamic: Any = None) -> bool:
-    """Solve without Exudyn's own words on the screen; False when it gave up."""
-    solver = dynamic or exu.MainSolverImplicitSecondOrder()
-    return bool(solver.SolveSystem(mbs, settings))
+def _solve(mbs: Any, settings: Any, solver: Any) -> str:
+    """Solve; "" or what stopped the solver.
+
+    Exudyn wraps whatever is raised in a callback into an error of its own, an interrupt from the keyboard too.
+    """
+    try:
+        return "" if solver.SolveSystem(mbs, settings) else "Newton's method finds no step small enough"
+    except Exception as error:
+        said = str(error)
+        if "KeyboardInterrupt" in said:
+            raise KeyboardInterrupt from None
+        if "USER FUNCTION" in said:
+            raise  # a fault of this program, not of the run
+        return f"the solver stopped ({said.splitlines()[0]})"
 
 
 @dataclass
@@ -205,12 +215,9 @@ class Run:
         steps = len(self.posture.time) - 1
         settings = _settings(model, self._t0, float(self.posture.time[-1]), steps)
         solver = exu.MainSolverImplicitSecondOrder()
-        try:
-            done = _solve(mbs, settings, solver)
-        except Exception as error:  # noqa: BLE001  Exudyn raises its own types and RuntimeError alike
-            return f"the solver stopped ({str(error).splitlines()[0]})"
+        problem = _solve(mbs, settings, solver)
         self.record.statistics(solver)
-        return "" if done else "Newton's method finds no step small enough"
+        return problem
 
     def _before(self, _mbs: Any, t: float) -> bool:
         row = round((t - self._t0) / self._step)

@@ -149,3 +149,15 @@ def test_bounds_hold() -> None:
 
     found = minimise(function, np.zeros(2), np.tile([-1.0, 1.0], (2, 1)), np.eye(2), objective_tolerance=1e-12)
     np.testing.assert_allclose(found.values, 1.0, atol=1e-6)
+
+
+def test_an_interrupt_within_the_solver_is_an_interrupt(made: tuple[Motion, Problem]) -> None:
+    """Exudyn turns what callbacks raise into errors of its own; Ctrl-C must not look like a divergence."""
+    motion, problem = made
+
+    def stop(fraction: float, _: str) -> None:
+        if fraction > 0.05:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        simulate(problem.model, motion, progress=stop)
