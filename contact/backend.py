@@ -1,19 +1,16 @@
-"""Force terms in Exudyn: the ways in which the same laws reach the solver.
+"""Force terms in Exudyn: one object over all coordinates, whose force and Jacobian are one pass of ``kernel``.
 
-``compiled``  one object over all coordinates; its force and its Jacobian are one pass of machine code (``kernel``)
-``python``    the same object; the laws are called as they are written, with floats, point by point: the reference
-``symbolic``  a connector a contact section, whose law Exudyn evaluates itself without returning to Python; friction
-and air
-              in the object as for ``python``
+``compiled``  machine code, the laws generated from the terms
+``python``    the same pass by the interpreter, the laws called as they are written: the reference, some 1000 times
+slower
 
-All give the same forces; they differ in speed only.
+Both give the same forces.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from types import ModuleType
 from typing import Any, Final, Literal
 
 import exudyn as exu
@@ -22,12 +19,13 @@ from exudyn.itemInterface import ObjectGenericODE2
 
 from sssi_exudyn.contact import kernel
 from sssi_exudyn.contact.compiled import compile_kernel, parameter_values
+from sssi_exudyn.contact.interpreted import interpreted_kernel
 from sssi_exudyn.contact.sections import Sections
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.frames import Array
 
-Backend = Literal["compiled", "python", "symbolic"]
-BACKENDS: Final[tuple[Backend, ...]] = ("compiled", "python", "symbolic")
+Backend = Literal["compiled", "python"]
+BACKENDS: Final[tuple[Backend, ...]] = ("compiled", "python")
 
 
 @dataclass(frozen=True)
@@ -49,8 +47,8 @@ class Instant:
     exposed_jacobian: Array
 
 
-class CompiledForces:
-    """All forces by the compiled kernel.
+class Forces:
+    """All forces by the kernel.
 
     Parameters
     ----------
@@ -63,9 +61,17 @@ class CompiledForces:
     """
 
     def __init__(
-        self, terms: Sequence[Term], sections: Sections, gravity: Array, sign: Array, area: Array, ref: Array
+        self,
+        terms: Sequence[Term],
+        sections: Sections,
+        gravity: Array,
+        sign: Array,
+        area: Array,
+        ref: Array,
+        backend: Backend = "compiled",
     ) -> None:
-        self._kernel: ModuleType = compile_kernel(terms, kernel)
+        make = compile_kernel if backend == "compiled" else interpreted_kernel
+        self._kernel: Any = make(terms, kernel)
         self._parameters = parameter_values(terms)
         self._contacts = (sections.element, sections.share, sections.offset, sections.length, sections.damping)
         self._inertia = (sections.node_mass, sections.node_moment, gravity)
@@ -128,7 +134,7 @@ def coupled_mass(sections: Sections, foot_rotation: Array, size: int) -> Any:
     return matrix
 
 
-def add_forces(mbs: Any, nodes: Sequence[int], forces: CompiledForces, mass: Any, now: Callable[[], Instant]) -> int:
+def add_forces(mbs: Any, nodes: Sequence[int], forces: Forces, mass: Any, now: Callable[[], Instant]) -> int:
     """Add the object through which ``forces`` act on ``nodes``, which must be all of the system's, in the kernel's
     order.
 

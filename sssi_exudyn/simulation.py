@@ -14,6 +14,7 @@ import exudyn as exu
 import numpy as np
 
 from sssi_exudyn.chain import PRESCRIBED
+from sssi_exudyn.contact.backend import Backend
 from sssi_exudyn.contact.kernel import TREE
 from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import GRAVITY, Array, gravity_in_slope
@@ -36,15 +37,19 @@ def simulate(
     *,
     start: float | None = None,
     stop: float | None = None,
+    backend: Backend = "compiled",
     progress: Progress | None = None,
 ) -> SimulationResult:
     """Simulate the full model from ``start`` to ``stop`` (recording's clock, s; the motion's ends if None).
 
+    ``backend`` says how the force terms are evaluated (see ``contact.backend``); the result is the same.
+
     Raises SimulationDiverged, with the partial result, when the solver gives up.
     """
     begin = clock.perf_counter()
-    run, problem = integrate(model, motion, start=start, stop=stop, progress=progress)
-    result = result_from_record(run.parts, run.posture, run.system, run.record, clock.perf_counter() - begin)
+    run, problem = integrate(model, motion, start=start, stop=stop, backend=backend, progress=progress)
+    run.record.solver |= {"wall_s": clock.perf_counter() - begin, "backend": backend}
+    result = result_from_record(run.parts, run.posture, run.system, run.record)
     if problem:
         raise SimulationDiverged(float(result.time[-1]), f"{problem}; {_last_state(run.parts, result)}", result)
     return result
@@ -56,6 +61,7 @@ def integrate(
     *,
     start: float | None = None,
     stop: float | None = None,
+    backend: Backend = "compiled",
     progress: Progress | None = None,
 ) -> tuple[Run, str]:
     """As ``simulate``, but gives the states that were recorded, and "" or what stopped the solver."""
@@ -67,7 +73,7 @@ def integrate(
     posture = parts.posture(t0 + step * np.arange(count + 1, dtype=np.float64))
     pelvis, velocity = _start_of_pelvis(parts, posture)
     coordinates = settle(parts, posture, pelvis, velocity)
-    run = Run(parts, build(parts, posture, coordinates[:3]), posture, progress)
+    run = Run(parts, build(parts, posture, coordinates[:3], backend=backend), posture, progress)
     run.start_from(coordinates, velocity)
     return run, run.solve()
 

@@ -54,7 +54,7 @@ class Record:
         }
 
 
-def result_from_record(parts: Parts, posture: Posture, system: System, record: Record, wall: float) -> SimulationResult:
+def result_from_record(parts: Parts, posture: Posture, system: System, record: Record) -> SimulationResult:
     """Time series of everything from the recorded states; ``posture`` is the table the run was fed with."""
     time = np.array(record.time)
     q, v = np.array(record.q), np.array(record.v)
@@ -136,7 +136,7 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
         ski_deflection=nodes[:, :, [-1, 0], 2] - parts.ski_in_foot[2] - cut.node_position[[-1, 0], 2],
         energy=energy,
         energy_closure=np.asarray(closure),
-        statistics={**record.solver, "wall_s": wall, "backend": "compiled"},
+        statistics=record.solver,
     )
 
 

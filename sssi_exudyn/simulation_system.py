@@ -16,7 +16,7 @@ from exudyn.itemInterface import (
 
 from sssi_exudyn.bodies.beam import add_ski_beam
 from sssi_exudyn.bodies.skeleton import Skeleton, add_skeleton
-from sssi_exudyn.contact.backend import CompiledForces, Instant, add_forces, coupled_mass
+from sssi_exudyn.contact.backend import Backend, Forces, Instant, add_forces, coupled_mass
 from sssi_exudyn.frames import Array, gravity_in_slope
 from sssi_exudyn.parts import Parts
 from sssi_exudyn.posture import Posture
@@ -57,7 +57,7 @@ class System:
     skeleton: Skeleton
     clamps: tuple[tuple[int, ...], ...]
     object: int
-    forces: CompiledForces
+    forces: Forces
     ref: Array
     now: Instant
 
@@ -69,7 +69,9 @@ class System:
         self.mbs.SetObjectParameter(self.object, "massMatrix", mass)
 
 
-def build(parts: Parts, posture: Posture, pelvis: Array, *, held_by: float | None = None) -> System:
+def build(
+    parts: Parts, posture: Posture, pelvis: Array, *, held_by: float | None = None, backend: Backend = "compiled"
+) -> System:
     """Assemble the model in the posture of row 0 with the pelvis at ``pelvis`` (3,) m, all at rest.
 
     With ``held_by`` nothing moves but the skis and the pelvis' height: friction and movement are left out, and the
@@ -100,7 +102,7 @@ def build(parts: Parts, posture: Posture, pelvis: Array, *, held_by: float | Non
     ref = np.concatenate([np.asarray(mbs.GetNode(node)["referenceCoordinates"], dtype=np.float64) for node in nodes])
     terms = [term for term in parts.model.terms if not standing or term.kind in ("point", "terrain")]
     area = np.array(list(parts.areas.values()))
-    forces = CompiledForces(terms, parts.sections, gravity, skeleton.links.sign, area, ref)
+    forces = Forces(terms, parts.sections, gravity, skeleton.links.sign, area, ref, backend)
     now = instant(posture, 0, standing=standing)
     mass = coupled_mass(parts.sections, now.foot_rotation, len(ref))
     system = System(container, mbs, skeleton, tuple(clamps), -1, forces, ref, now)

@@ -10,13 +10,14 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm, logm
 
 from sssi_exudyn.bodies.ski_mesh import mesh
-from sssi_exudyn.contact.backend import CompiledForces, Instant
+from sssi_exudyn.contact.backend import Forces, Instant
 from sssi_exudyn.contact.friction import AnisotropicFriction
 from sssi_exudyn.contact.kernel import LOAD, NODE, TREE
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.penetration import HuntCrossley
 from sssi_exudyn.contact.term import PointState
 from sssi_exudyn.parts import Parts
+from sssi_exudyn.simulation import simulate
 from sssi_exudyn.simulation_system import instant
 
 SNOW = HuntCrossley()
@@ -28,7 +29,7 @@ def parts() -> Parts:
     return Parts(model((SNOW, FRICTION)), standing(0.5, heading=0.4, pelvis_list=0.2, hip_adduction_l=0.2))
 
 
-def random_state(parts: Parts, seed: int) -> tuple[CompiledForces, np.ndarray, np.ndarray, Instant]:
+def random_state(parts: Parts, seed: int) -> tuple[Forces, np.ndarray, np.ndarray, Instant]:
     """Kernel, coordinates and rates of skis bent and moving at random, their feet near the snow."""
     generator = np.random.default_rng(seed)
     cut = parts.mesh
@@ -43,9 +44,7 @@ def random_state(parts: Parts, seed: int) -> tuple[CompiledForces, np.ndarray, n
     turn = 0.02 * generator.normal(size=(2, n, 3))
     nodes[:, :, 3], nodes[:, :, 4:] = np.sqrt(1.0 - np.sum(turn**2, axis=-1)), turn
     v *= 0.3
-    forces = CompiledForces(
-        [SNOW, FRICTION], parts.sections, np.array([0.0, 0.0, -9.0]), np.ones(TREE), np.zeros(0), ref
-    )
+    forces = Forces([SNOW, FRICTION], parts.sections, np.array([0.0, 0.0, -9.0]), np.ones(TREE), np.zeros(0), ref)
     at = instant(posture, 0)
     moving = {name: generator.normal(size=(2, 3)) for name in ("foot_spin", "foot_velocity")}
     nothing = {"exposed_velocity": np.zeros((0, 3)), "exposed_jacobian": np.zeros((0, 3, 28))}
@@ -203,3 +202,30 @@ def test_rebound_of_a_dropped_mass() -> None:
     # 1e-4: the midpoint rule's step of a microsecond
     assert rate == pytest.approx(float(found.y[1, -1]), rel=1e-4)
     assert -begin < rate < 0.0  # it leaves slower than it came
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_plain_python_is_the_compiled_pass(parts: Parts, seed: int) -> None:
+    compiled, q, v, at = random_state(parts, seed)
+    python = Forces(
+        [SNOW, FRICTION],
+        parts.sections,
+        np.array([0.0, 0.0, -9.0]),
+        np.ones(TREE),
+        np.zeros(0),
+        np.zeros(len(q)),
+        "python",
+    )
+    expected = compiled.evaluate(q, v, at)
+    # 1e-12 of the largest force: the same operations in the same order, but for fused multiply-adds
+    np.testing.assert_allclose(python.evaluate(q, v, at), expected, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_allclose(python.seen, compiled.seen, rtol=1e-12, atol=1e-12)
+
+
+def test_a_run_in_plain_python_is_the_compiled_run() -> None:
+    start, motion = model((SNOW, FRICTION)), standing(0.5)
+    runs = [simulate(start, motion, stop=0.03, backend=backend) for backend in ("compiled", "python")]
+    np.testing.assert_allclose(
+        runs[1].pelvis, runs[0].pelvis, atol=1e-9
+    )  # rounding, through six steps of Newton's method
+    assert [run.statistics["backend"] for run in runs] == ["compiled", "python"]

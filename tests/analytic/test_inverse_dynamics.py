@@ -36,7 +36,7 @@ def run() -> tuple[Run, SimulationResult]:
     model = replace(model, solver=replace(model.solver, step=STEP))
     done, problem = integrate(model, motion, stop=2.0)
     assert not problem
-    return done, result_from_record(done.parts, done.posture, done.system, done.record, 0.0)
+    return done, result_from_record(done.parts, done.posture, done.system, done.record)
 
 
 def ski_on_foot(run: Run, result: SimulationResult, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
