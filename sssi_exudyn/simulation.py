@@ -15,7 +15,7 @@ import numpy as np
 
 from sssi_exudyn.chain import PRESCRIBED
 from sssi_exudyn.contact.backend import Backend
-from sssi_exudyn.contact.kernel import TREE
+from sssi_exudyn.contact.kernel import LOAD, TREE
 from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import GRAVITY, Array, gravity_in_slope
 from sssi_exudyn.model import Model
@@ -75,7 +75,10 @@ def integrate(
     coordinates = settle(parts, posture, pelvis, velocity)
     run = Run(parts, build(parts, posture, coordinates[:3], backend=backend), posture, progress)
     run.start_from(coordinates, velocity)
-    return run, run.solve()
+    try:
+        return run, run.solve()
+    finally:
+        run.system.release()
 
 
 def _last_state(parts: Parts, result: SimulationResult) -> str:
@@ -121,17 +124,20 @@ def settle(parts: Parts, posture: Posture, pelvis: Array, velocity: Array) -> Ar
     """
     gravity = gravity_in_slope(parts.model.inclination)
     share = np.array([0.5, 0.5])
-    system, coordinates = None, np.zeros(0)
+    coordinates = np.zeros(0)
     pelvis = pelvis.copy()
     for _ in range(2):
         lift = posture.com_acceleration[0, 2] - share @ posture.foot_acceleration[0, :, 2]
         load = parts.mass * max(-gravity[2] + lift, 0.2 * -gravity[2])
         system = build(parts, posture, pelvis, held_by=load)
-        _integrate_standing(system, parts)
-        coordinates = np.asarray(system.mbs.systemData.GetODE2Coordinates()) + system.ref
-        rest = np.zeros(len(coordinates))
-        system.forces.evaluate(coordinates - system.ref, rest, system.now)
-        loads = system.forces.seen[:, 0]
+        try:
+            _integrate_standing(system, parts)
+            displaced = np.array(system.mbs.systemData.GetODE2Coordinates())
+        finally:
+            system.release()
+        coordinates = displaced + system.ref
+        system.forces.evaluate(displaced, np.zeros(len(displaced)), system.now)
+        loads = system.forces.seen[:, LOAD]
         if loads.sum() <= 0.0:
             raise SimulationDiverged(float(posture.time[0]), "the skier does not come to rest on the snow at the start")
         share = loads / loads.sum()

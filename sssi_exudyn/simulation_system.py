@@ -61,6 +61,16 @@ class System:
     ref: Array
     now: Instant
 
+    def release(self) -> None:
+        """Give the system's memory back.  Its callbacks refer to the system and it to them: no collector sees that
+        ring.
+        """
+        for take in (self.mbs.SetPreStepUserFunction, self.mbs.SetPostStepUserFunction):
+            take(0)
+        for name in ("forceUserFunction", "jacobianUserFunction"):
+            self.mbs.SetObjectParameter(self.object, name, 0)
+        self.container.Reset()
+
     def advance(self, parts: Parts, at: Instant, angles: Array) -> None:
         """Bring the prescribed motion to the end of the step that is to be solved."""
         self.now = at

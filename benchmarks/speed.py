@@ -1,0 +1,143 @@
+"""How fast the models are, against the run itself:  python benchmarks/speed.py --json FILE
+
+One core (BLAS kept to one thread) but for the fits, which use all; everything warm: compiled before it is timed.
+Ratios within one run of this script; the machine's noise is in all of them.
+"""
+
+import os
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import argparse
+import json
+import resource
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sssi_exudyn.commands import model_of
+from sssi_exudyn.contact.backend import Forces, Instant
+from sssi_exudyn.fitting.fit import fit, problem_of
+from sssi_exudyn.frames import Array
+from sssi_exudyn.model import Model
+from sssi_exudyn.motion import Motion, motion_from_recording
+from sssi_exudyn.recording import read_recording
+from sssi_exudyn.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation import integrate, simulate
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+NAMES = ("beginner", "intermediate")
+STEPS = (0.001, 0.005, 0.010)
+"""s; the first is the reference that the others' errors are held against."""
+
+
+def timed(work: Callable[[], Any], repeats: int = 1) -> tuple[float, Any]:
+    """Least wall time (s) of some repeats, and what the last gave."""
+    walls, result = [], None
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        result = work()
+        walls.append(time.perf_counter() - begin)
+    return min(walls), result
+
+
+def full_model(model: Model, motion: Motion) -> dict[str, Any]:
+    """Real-time factor and largest error of the antenna's path by step."""
+    rows: dict[str, Any] = {}
+    reference = None
+    for step in STEPS:
+        chosen = replace(model, solver=replace(model.solver, step=step))
+        wall, run = timed(lambda chosen=chosen: simulate(chosen, motion), 1 if step == STEPS[0] else 2)
+        reference = run if reference is None else reference
+        at = np.stack([np.interp(run.time, reference.time, column) for column in reference.antenna.T], axis=1)
+        error = float(np.max(np.linalg.norm(run.antenna - at, axis=1)))
+        rows[f"{1e3 * step:g} ms"] = {
+            "real_time_factor": float(np.ptp(run.time)) / wall,
+            "largest_error_mm": 1e3 * error,
+            **{name: run.statistics[name] for name in ("steps", "newton_iterations", "jacobians")},
+        }
+    return rows
+
+
+def backends(model: Model, motion: Motion) -> dict[str, Any]:
+    """Microseconds of one evaluation of all forces on a loaded state, and the ratio to the compiled pass."""
+    micro = {}
+    for backend in ("compiled", "python"):
+        run, _ = integrate(model, motion, stop=motion.start + 0.05, backend=backend)
+        q, v, forces, at = run.record.q[-1], run.record.v[-1], run.system.forces, run.system.now
+        count = 2000 if backend == "compiled" else 10
+
+        def work(forces: Forces = forces, q: Array = q, v: Array = v, at: Instant = at, count: int = count) -> None:
+            for _ in range(count):
+                forces.evaluate(q, v, at)
+
+        wall, _ = timed(work, 3)
+        micro[backend] = 1e6 * wall / count
+    return {"microseconds": micro, "python_over_compiled": micro["python"] / micro["compiled"]}
+
+
+def linearity(model: Model, motion: Motion) -> dict[str, Any]:
+    """Wall seconds by simulated seconds, and by elements."""
+    lengths = {s: timed(lambda s=s: simulate(model, motion, stop=motion.start + s))[0] for s in (2.0, 4.0, 8.0)}
+    elements = {
+        n: timed(
+            lambda n=n: simulate(
+                replace(model, solver=replace(model.solver, elements=n)), motion, stop=motion.start + 2.0
+            )
+        )[0]
+        for n in (20, 50, 100)
+    }
+    return {"wall_s_by_simulated_s": lengths, "wall_s_by_elements": elements}
+
+
+def memory(model: Model, motion: Motion, runs: int) -> dict[str, Any]:
+    """Resident megabytes of this process before, and after each quarter of many runs of 0.5 s; and its peak."""
+    now = [resident()]
+    for _ in range(4):
+        for _ in range(runs // 4):
+            simulate(model, motion, stop=motion.start + 0.5)
+        now.append(resident())
+    return {"runs": runs, "resident_MB": now, "peak_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0}
+
+
+def resident() -> float:
+    """Resident memory of this process, MB."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * resource.getpagesize() / 2**20
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", type=Path, required=True, help="file the figures go to")
+    parser.add_argument("--runs", type=int, default=100, help="repeated simulations of the memory test")
+    options = parser.parse_args()
+    found: dict[str, Any] = {"real_time_factor": {"full": {}, "reduced": {}}, "fit_wall_s": {}, "full_by_step": {}}
+    found["cores"] = os.cpu_count()
+    for name in NAMES:
+        recording = read_recording(EXAMPLES / name)
+        motion = motion_from_recording(recording)
+        problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+        begin = time.perf_counter()
+        fitted = fit(problem, motion)
+        found["fit_wall_s"][name] = time.perf_counter() - begin
+        model = fitted.model
+        rows = full_model(model, motion)
+        found["full_by_step"][name] = rows
+        found["real_time_factor"]["full"][name] = rows[f"{1e3 * model.solver.step:g} ms"]["real_time_factor"]
+        prepared = prepare(model, motion)
+        wall, run = timed(lambda model=model, prepared=prepared: simulate_reduced(model, prepared), 3)
+        found["real_time_factor"]["reduced"][name] = float(np.ptp(run.time)) / wall
+        if name == NAMES[0]:
+            found["backends"] = backends(model, motion)
+            found["linearity"] = linearity(model, motion)
+            found["memory"] = memory(model, motion, options.runs)
+        print(json.dumps(found, indent=1), flush=True)
+    options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
