@@ -18,6 +18,8 @@ from typing import Any, NoReturn
 from sssi_exudyn.errors import InputError, SssiError
 from sssi_exudyn.progress import on_stderr
 
+BACKENDS = ("compiled", "python")
+"""Who evaluates the force terms: machine code, or the interpreter as the reference."""
 METHODS = ("joint", "paper")
 """How friction is fitted: with the recording's nuisances along, or the paper's two parameters alone."""
 
@@ -45,6 +47,7 @@ def parser() -> argparse.ArgumentParser:
     inspect.add_argument("--out", type=Path, metavar="PICTURE", help="draw it too (.png, .svg or .pdf)")
     simulate = commands.add_parser("simulate", parents=[common, recorded, written], help="one run of a model")
     simulate.add_argument("--model", type=Path, metavar="TOML", help="the model, as a result's model.toml has it")
+    simulate.add_argument("--backend", choices=BACKENDS, default=BACKENDS[0], help="who evaluates the force terms")
     fit = commands.add_parser("fit", parents=[common, recorded, written], help="friction that explains the GPS track")
     fit.add_argument("--method", choices=METHODS, default=METHODS[0], help="default: %(default)s")
     validate = commands.add_parser(
@@ -53,6 +56,11 @@ def parser() -> argparse.ArgumentParser:
     validate.add_argument("--result", type=Path, metavar="DIR", required=True, help="folder of the result to judge")
     commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
     commands.add_parser("terms", parents=[common], help="every force term and its parameters")
+    ski = commands.add_parser("ski", help="what concerns a ski alone")
+    about = ski.add_subparsers(dest="about", metavar="COMMAND", required=True)
+    identify = about.add_parser("identify", parents=[common], help="stiffness, density and damping from bench tests")
+    identify.add_argument("folder", type=Path, metavar="FOLDER", help="a folder with bench.toml and its tables")
+    identify.add_argument("--out", type=Path, metavar="TOML", help="write the ski as a file that recordings can name")
     return top
 
 
@@ -99,8 +107,13 @@ def _call(options: argparse.Namespace) -> str:
         case "terms":
             rows = commands.terms()
             return to_json(rows) if options.json else format_table(rows)
+        case "ski":
+            found = commands.identify(options.folder, options.out)
+            return to_json(found) if options.json else format_table(found)
         case "simulate":
-            summary = commands.simulate(options.folder, options.out, model=options.model, progress=progress)
+            summary = commands.simulate(
+                options.folder, options.out, model=options.model, backend=options.backend, progress=progress
+            )
         case "fit":
             summary = commands.fit(options.folder, options.out, method=options.method, progress=progress)
         case "validate":

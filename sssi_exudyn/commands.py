@@ -13,9 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import tomli_w
 
-from sssi_exudyn.bodies.ski import read_ski
+from sssi_exudyn.bodies.ski import read_ski, ski_to_table
+from sssi_exudyn.bodies.ski_identify import identify_ski
+from sssi_exudyn.bodies.ski_measurements import read_measurements
 from sssi_exudyn.cache import Cache
+from sssi_exudyn.contact.backend import Backend
 from sssi_exudyn.contact.registry import PAPER_TERMS, terms_table
 from sssi_exudyn.errors import InputError, SimulationDiverged
 from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
@@ -29,7 +33,15 @@ from sssi_exudyn.progress import Progress
 from sssi_exudyn.provenance import provenance
 from sssi_exudyn.recording import Recording, read_recording
 from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.result_folder import MODEL, complete_summary, locked, read_series, read_summary, write_result
+from sssi_exudyn.result_folder import (
+    MODEL,
+    complete_summary,
+    locked,
+    read_series,
+    read_summary,
+    write_atomically,
+    write_result,
+)
 from sssi_exudyn.simulation import simulate as simulate_model
 from sssi_exudyn.validation.page import render_page
 from sssi_exudyn.validation.validate import judged
@@ -64,14 +76,22 @@ def model_of(recording: Recording, motion: Motion) -> Model:
     return replace(model, start=first_guess(recording.gps, motion, model.inclination, model.fall_line_azimuth))
 
 
-def simulate(folder: Path, out: Path, *, model: Path | None = None, progress: Progress = _SILENT) -> dict[str, Any]:
+def simulate(
+    folder: Path,
+    out: Path,
+    *,
+    model: Path | None = None,
+    backend: Backend = "compiled",
+    progress: Progress = _SILENT,
+) -> dict[str, Any]:
     """Simulate a recording once, with ``model`` (a ``model.toml``) or with default friction, into ``out``; its
     summary.
     """
     with locked(out):
         recording, motion = _read(folder, progress)
         chosen = read_model(model) if model else model_of(recording, motion)
-        return _simulated(recording, motion, chosen, out, None, {"command": "simulate"}, progress)
+        settings = {"command": "simulate", "backend": backend}
+        return _simulated(recording, motion, chosen, out, None, settings, progress, backend)
 
 
 def fit(folder: Path, out: Path, *, method: Method = "joint", progress: Progress = _SILENT) -> dict[str, Any]:
@@ -117,6 +137,25 @@ def terms() -> list[dict[str, str | float]]:
     return terms_table()
 
 
+def identify(folder: Path, out: Path | None = None) -> list[dict[str, str | float]]:
+    """What bench tests say of a ski, a row a number with its 95 % interval; the ski itself to the file ``out`` if
+    given.
+    """
+    found = identify_ski(read_measurements(folder))
+    if out is not None:
+        write_atomically(out, tomli_w.dumps({out.stem: ski_to_table(found.ski)}))
+    estimates = {
+        "density": (found.density, "kg/m^3"),
+        "young_modulus": (found.young_modulus, "Pa"),
+        "damping_ratio": (found.damping_ratio, "1"),
+        "frequency": (found.frequency, "Hz"),
+    }
+    return [
+        {"name": name, "unit": unit, "value": each.value, "se": each.se, "low": each.low, "high": each.high}
+        for name, (each, unit) in estimates.items()
+    ]
+
+
 def _read(folder: Path, progress: Progress) -> tuple[Recording, Motion]:
     with progress.stage("read") as stage:
         recording = read_recording(folder)
@@ -133,12 +172,13 @@ def _simulated(
     fitted: Fitted | None,
     settings: dict[str, Any],
     progress: Progress,
+    backend: Backend = "compiled",
 ) -> dict[str, Any]:
     """Run the model and write all that a result folder holds; a run that diverges leaves what it has, and raises."""
     failure = None
     with progress.stage("simulate") as stage:
         try:
-            result = simulate_model(model, motion, progress=stage.advance)
+            result = simulate_model(model, motion, backend=backend, progress=stage.advance)
         except SimulationDiverged as error:
             if not isinstance(error.partial, SimulationResult):
                 raise

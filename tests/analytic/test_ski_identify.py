@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import json
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from sssi_exudyn.bodies.ski_identify import identify_ski
 from sssi_exudyn.bodies.ski_measurements import Measurements, read_measurements
 from sssi_exudyn.bodies.ski_mesh import mesh
 from sssi_exudyn.bodies.ski_modes import frame_matrices, modal_ski
+from sssi_exudyn.cli import main
 from sssi_exudyn.errors import InputError
 
 TRUE = dataclasses.replace(read_ski("slalom_165", "nowhere"), shear_modulus=8.37e9 / 2.6)
@@ -144,6 +146,19 @@ def test_a_folder_of_tests_becomes_a_ski_file(tmp_path: Path) -> None:
     again = ski_from_table("found", ski_to_table(found.ski), "found.toml")
     assert again.young_modulus == found.ski.young_modulus
     assert again.width(0.3) == pytest.approx(found.ski.width(0.3), rel=1e-9)
+
+
+def test_the_command_leaves_a_ski_that_recordings_can_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bench = tmp_path / "bench"
+    bench.mkdir()
+    write_folder(bench, measurements(np.random.default_rng(5)))
+    with pytest.raises(SystemExit) as end:
+        main(["ski", "identify", str(bench), "--out", str(tmp_path / "mine.toml"), "--json"])
+    assert end.value.code == 0
+    rows = {row["name"]: row for row in json.loads(capsys.readouterr().out)}
+    assert rows["young_modulus"]["low"] < rows["young_modulus"]["value"] < rows["young_modulus"]["high"]
+    ski = read_ski("mine.toml", tmp_path)
+    assert ski.young_modulus == pytest.approx(rows["young_modulus"]["value"])
 
 
 @pytest.mark.parametrize(
