@@ -28,7 +28,7 @@ from sssi_exudyn.fitting.observe import first_guess
 from sssi_exudyn.frames import Array, slope_to_enu
 from sssi_exudyn.inspection import Inspection, inspect_recording, plot_inspection
 from sssi_exudyn.model import Model, model_to_dict, read_model
-from sssi_exudyn.motion import Motion, motion_from_recording
+from sssi_exudyn.motion import Motion, motion_from_recording, round_trip_table
 from sssi_exudyn.progress import Progress
 from sssi_exudyn.provenance import provenance
 from sssi_exudyn.recording import Recording, read_recording
@@ -195,6 +195,7 @@ def _simulated(
             "closure_percent": result.closure_percent,
             "work_J": {name: float(work[-1] - work[0]) for name, work in result.energy.items()},
         },
+        "capture": {"round_trip": round_trip_table(motion)},
         "diverged": None if failure is None else str(failure),
         "notices": list(recording.notices),
         "provenance": provenance(recording.hashes, settings, seed=0),

@@ -60,6 +60,7 @@ def render_page(summary: Mapping[str, Any], series: pd.DataFrame, gps: Gps | Non
         _trajectory_plots(series, gps),
         _load_plots(series, insoles),
         _table("Energy", _energy_rows(whole["energy"], series)),
+        _table("Skeleton against capture", _capture_rows(whole)),
         _table("Solver and fit", _health_rows(whole)),
         _table("Where this result comes from", _provenance_rows(whole["provenance"])),
     ]
@@ -116,6 +117,19 @@ def _energy_rows(energy: Mapping[str, Any], series: pd.DataFrame) -> list[Row]:
     return rows
 
 
+def _capture_rows(summary: Mapping[str, Any]) -> list[Row]:
+    """How far the skeleton's 28 angles are from what was captured, segment by segment."""
+    return [
+        (
+            str(row["segment"]).replace("_r", ", right").replace("_l", ", left"),
+            f"{row['filtered_rms_deg']:.2f}° ({row['filtered_max_deg']:.2f}°)",
+            f"{row['joint']}: orientation, root mean square (largest); its place {row['place_rms_mm']:.1f} mm "
+            f"({row['place_max_mm']:.1f} mm)",
+        )
+        for row in summary.get("capture", {}).get("round_trip", [])
+    ]
+
+
 def _health_rows(summary: Mapping[str, Any]) -> list[Row]:
     units = {"simulated_s": "simulated time (s)", "wall_s": "computing time (s)"}
     rows = []
@@ -169,6 +183,9 @@ def _load_plots(series: pd.DataFrame, insoles: Insoles | None) -> str:
 
 
 def _table(title: str, rows: list[Row]) -> str:
+    """A table under its headline; nothing where there is no row."""
+    if not rows:
+        return ""
     body = "".join(
         f'<tr><th scope="row">{escape(what)}</th><td class="number">{escape(value)}</td>'
         f'<td class="soft">{escape(meaning)}</td></tr>\n'

@@ -148,3 +148,18 @@ def test_without_gps_and_insoles_figures_are_dashes() -> None:
 def test_page_is_written(tmp_path: Path, page: str) -> None:
     write_page(SUMMARY, a_series(), some_gps(), some_insoles(), tmp_path / "report.html")
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == page
+
+
+def test_the_capture_is_shown_joint_by_joint_where_it_is_known() -> None:
+    row = {
+        "segment": "tibia_l",
+        "joint": "LeftLeg",
+        "filtered_rms_deg": 0.35,
+        "filtered_max_deg": 0.8,
+        "place_rms_mm": 1.5,
+        "place_max_mm": 3.0,
+    }
+    page = render_page({"capture": {"round_trip": [row]}}, a_series(), None, None)
+    assert "tibia, left" in page
+    assert "0.35° (0.80°)" in page
+    assert "Skeleton against capture" not in render_page({}, a_series(), None, None)
