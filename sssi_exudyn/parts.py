@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,9 @@ from sssi_exudyn.frames import Array
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion
 from sssi_exudyn.posture import Posture, posture_at
+
+_STRETCH = 256
+"""Instants whose posture is computed at once."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +81,17 @@ class Parts:
         )
 
     def posture(self, time: Array) -> Posture:
-        """The posture at ``time`` (n,)."""
-        return posture_at(self.motion, self.inertias, tuple(self.areas), time)
+        """The posture at ``time`` (n,), a stretch at a time: the Jacobians on the way are far larger than what is
+        kept.
+        """
+        stretches = np.array_split(time, max(1, -(-len(time) // _STRETCH)))
+        tables = [posture_at(self.motion, self.inertias, tuple(self.areas), stretch) for stretch in stretches]
+        return Posture(
+            **{
+                entry.name: np.concatenate([getattr(table, entry.name) for table in tables])
+                for entry in fields(Posture)
+            }
+        )
 
 
 def _edge_offsets(cut: BeamMesh) -> Array:

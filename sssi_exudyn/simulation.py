@@ -198,7 +198,7 @@ class Run:
     record: Record = field(init=False)
 
     def __post_init__(self) -> None:
-        self.record = Record(self.system, self.parts)
+        self.record = Record(self.system, len(self.posture.time))
         self._step = self.parts.model.solver.step
         self._t0 = float(self.posture.time[0])
 

@@ -22,25 +22,37 @@ from sssi_exudyn.simulation_system import System, instant
 
 
 class Record:
-    """States and multipliers at the end of every accepted step."""
+    """States and multipliers at the end of every accepted step, ``steps`` of them or more."""
 
-    def __init__(self, system: System, parts: Parts) -> None:
+    def __init__(self, system: System, steps: int) -> None:
         self._data = system.mbs.systemData
         self._places = [int(self._data.GetObjectLTGAE(c)[0]) for c in system.skeleton.constraints]
         self._clamps = [[int(self._data.GetObjectLTGAE(c)[0]) for c in clamp] for clamp in system.clamps]
         self._sign = system.skeleton.links.sign[3:]
+        self._states = np.empty((2, steps, len(system.ref)))
         self.time: list[float] = []
-        self.q: list[Array] = []
-        self.v: list[Array] = []
         self.moments: list[Array] = []
         self.clamps: list[Array] = []
         self.solver: dict[str, int | float | str] = {}
 
+    @property
+    def q(self) -> Array:
+        """(n, coordinates) without the reference."""
+        return self._states[0, : len(self.time)]
+
+    @property
+    def v(self) -> Array:
+        """(n, coordinates) rates."""
+        return self._states[1, : len(self.time)]
+
     def take(self, t: float) -> None:
         """Keep the current state.  What a constraint does to its coordinate is minus its multiplier."""
+        row = len(self.time)
+        if row == self._states.shape[1]:  # the solver has cut steps
+            self._states = np.concatenate([self._states, np.empty_like(self._states)], axis=1)
+        self._states[0, row] = self._data.GetODE2Coordinates(copy=False)
+        self._states[1, row] = self._data.GetODE2Coordinates_t(copy=False)
         self.time.append(t)
-        self.q.append(np.array(self._data.GetODE2Coordinates(copy=False)))
-        self.v.append(np.array(self._data.GetODE2Coordinates_t(copy=False)))
         multipliers = np.asarray(self._data.GetAECoordinates(copy=False))
         self.moments.append(-self._sign * multipliers[self._places])
         self.clamps.append(-multipliers[self._clamps])
@@ -57,7 +69,7 @@ class Record:
 def result_from_record(parts: Parts, posture: Posture, system: System, record: Record) -> SimulationResult:
     """Time series of everything from the recorded states; ``posture`` is the table the run was fed with."""
     time = np.array(record.time)
-    q, v = np.array(record.q), np.array(record.v)
+    q, v = record.q, record.v
     rows = np.searchsorted(posture.time, time - 1e-9)
     if not np.allclose(posture.time[np.minimum(rows, len(posture.time) - 1)], time, atol=1e-9):
         posture, rows = parts.posture(time), np.arange(len(time))
@@ -196,5 +208,11 @@ def _strains(nodes: Array) -> Array:
 def _ski_elastic(cut: BeamMesh, nodes: Array) -> Array:
     """(n,) J of both skis: ½ Σ εᵀ C ε L with the strains of the unloaded ski taken off."""
     reference = np.hstack([cut.node_position, Rotation.from_matrix(cut.node_rotation).as_quat(scalar_first=True)])
-    strain = (_strains(nodes) - _strains(reference)) / cut.element_length[:, None]
-    return np.asarray(0.5 * np.einsum("nsec,ec,e->n", strain**2, cut.stiffness, cut.element_length))
+    unloaded = _strains(reference)
+
+    def of_stretch(stretch: Array) -> Array:
+        strain = (_strains(stretch) - unloaded) / cut.element_length[:, None]
+        return np.asarray(0.5 * np.einsum("nsec,ec,e->n", strain**2, cut.stiffness, cut.element_length))
+
+    # a stretch at a time: strains on the way are several times larger than the states
+    return np.concatenate([of_stretch(part) for part in np.array_split(nodes, max(1, len(nodes) // 200))])

@@ -44,7 +44,7 @@ def ski_on_foot(run: Run, result: SimulationResult, gravity: np.ndarray) -> tupl
     posture, cut, parts = run.posture, run.parts.mesh, run.parts
     law = run.parts.model.term("penetration")
     assert isinstance(law, HuntCrossley)
-    nodes = (np.array(run.record.q) + run.system.ref)[:, TREE:].reshape(len(result.time), 2, -1, NODE)
+    nodes = (run.record.q + run.system.ref)[:, TREE:].reshape(len(result.time), 2, -1, NODE)
     w, x, y, z = np.moveaxis(nodes[..., 3:], -1, 0)
     turn = np.stack(
         [
