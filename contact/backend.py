@@ -112,33 +112,39 @@ class Forces:
         return np.column_stack([self._rows[:count], self._columns[:count], self._values[:count]])
 
 
-def coupled_mass(sections: Sections, foot_rotation: Array, size: int) -> Any:
-    """What the skis' masses add to the pelvis, and how they couple it with their nodes, as a sparse matrix.
+class CoupledMass:
+    """What the skis' masses add to the pelvis, and how they couple it with their nodes.
 
     A node moves with ẋ + … + R Ẋ: its mass m stands on the pelvis' diagonal, and m R between the pelvis and the node.
     """
-    nodes = len(sections.node_mass)
-    pelvis, axis = np.meshgrid(np.arange(3), np.arange(3), indexing="ij")
-    rows, columns, values = [np.arange(3)], [np.arange(3)], [np.full(3, 2.0 * sections.node_mass.sum())]
-    for ski, rotation in enumerate(foot_rotation):
-        start = kernel.TREE + kernel.NODE * (nodes * ski + np.arange(nodes))
+
+    def __init__(self, sections: Sections, size: int) -> None:
+        nodes = len(sections.node_mass)
+        pelvis, axis = np.meshgrid(np.arange(3), np.arange(3), indexing="ij")
+        start = kernel.TREE + kernel.NODE * np.arange(2 * nodes)
         node = (start[:, None, None] + axis).ravel()
-        slope = np.broadcast_to(pelvis, (nodes, 3, 3)).ravel()
-        value = (sections.node_mass[:, None, None] * rotation).ravel()
-        rows += [slope, node]
-        columns += [node, slope]
-        values += [value, value]
-    triplets = np.column_stack([np.concatenate(rows), np.concatenate(columns), np.concatenate(values)])
-    matrix = exu.MatrixContainer()
-    matrix.SetWithSparseMatrix(triplets[triplets[:, 2] != 0.0], size, size)
-    return matrix
+        slope = np.broadcast_to(pelvis, (2 * nodes, 3, 3)).ravel()
+        self._size, self._mass = size, sections.node_mass[:, None, None]
+        self._triplets = np.zeros((3 + 2 * len(node), 3))
+        self._triplets[:3, :2], self._triplets[:3, 2] = np.arange(3)[:, None], 2.0 * sections.node_mass.sum()
+        self._triplets[3:, 0] = np.concatenate([slope, node])
+        self._triplets[3:, 1] = np.concatenate([node, slope])
+
+    def matrix(self, foot_rotation: Array) -> Any:
+        """The sparse matrix for the feet's rotations (2, 3, 3)."""
+        values = (self._mass * foot_rotation[:, None]).ravel()
+        values[values == 0.0] = np.finfo(np.float64).tiny  # Exudyn's sparse matrices take no zeros
+        self._triplets[3:, 2] = np.concatenate([values, values])
+        matrix = exu.MatrixContainer()
+        matrix.SetWithSparseMatrix(self._triplets, self._size, self._size)
+        return matrix
 
 
 def add_forces(mbs: Any, nodes: Sequence[int], forces: Forces, mass: Any, now: Callable[[], Instant]) -> int:
     """Add the object through which ``forces`` act on ``nodes``, which must be all of the system's, in the kernel's
     order.
 
-    mass : what the object adds to the mass matrix at the start (``coupled_mass``); to be renewed every step.
+    mass : what the object adds to the mass matrix at the start (``CoupledMass``); to be renewed every step.
 
     ``now`` gives the posture at the end of the current step.  Exudyn hands coordinates to user functions as lists;
     reading them from the system as arrays that share its memory is a hundred times faster.

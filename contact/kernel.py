@@ -10,7 +10,7 @@ that frame.
     velocity             v = ẋ + ḃ + ω × R X + R Ẋ
     inertia of a node    −m (R·(ẍ + b̈) + Ω̇ × X + Ω × (Ω × X) + 2 Ω × Ẋ)      R·: turned into the foot's frame
 
-The part with ẍ stands in the mass matrix (``coupled_mass`` in ``backend``), all others are here.  Masses are lumped
+The part with ẍ stands in the mass matrix (``CoupledMass`` in ``backend``), all others are here.  Masses are lumped
 at the nodes, as Exudyn's beams have them.
 
 A contact section lies at the share ξ of its element; its frame is interpolated on SE(3) and its velocities linearly, as

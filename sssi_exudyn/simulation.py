@@ -234,10 +234,10 @@ class Run:
     def _before(self, _mbs: Any, t: float) -> bool:
         row = round((t - self._t0) / self._step)
         if row < len(self.posture.time) and abs(t - self.posture.time[row]) < 1e-9:
-            self.system.advance(self.parts, instant(self.posture, row), self.posture.angles[row])
+            self.system.advance(instant(self.posture, row), self.posture.angles[row])
         else:  # the solver has cut the step
             between = self.parts.posture(np.array([t]))
-            self.system.advance(self.parts, instant(between, 0), between.angles[0])
+            self.system.advance(instant(between, 0), between.angles[0])
         return True
 
     def _after(self, _mbs: Any, t: float) -> bool:

@@ -16,7 +16,7 @@ from exudyn.itemInterface import (
 
 from sssi_exudyn.bodies.beam import add_ski_beam
 from sssi_exudyn.bodies.skeleton import Skeleton, add_skeleton
-from sssi_exudyn.contact.backend import Backend, Forces, Instant, add_forces, coupled_mass
+from sssi_exudyn.contact.backend import Backend, CoupledMass, Forces, Instant, add_forces
 from sssi_exudyn.frames import Array, gravity_in_slope
 from sssi_exudyn.parts import Parts
 from sssi_exudyn.posture import Posture
@@ -58,6 +58,7 @@ class System:
     clamps: tuple[tuple[int, ...], ...]
     object: int
     forces: Forces
+    mass: CoupledMass
     ref: Array
     now: Instant
 
@@ -71,12 +72,11 @@ class System:
             self.mbs.SetObjectParameter(self.object, name, 0)
         self.container.Reset()
 
-    def advance(self, parts: Parts, at: Instant, angles: Array) -> None:
+    def advance(self, at: Instant, angles: Array) -> None:
         """Bring the prescribed motion to the end of the step that is to be solved."""
         self.now = at
         self.skeleton.prescribe(self.mbs, angles)
-        mass = coupled_mass(parts.sections, at.foot_rotation, len(self.ref))
-        self.mbs.SetObjectParameter(self.object, "massMatrix", mass)
+        self.mbs.SetObjectParameter(self.object, "massMatrix", self.mass.matrix(at.foot_rotation))
 
 
 def build(
@@ -114,9 +114,9 @@ def build(
     area = np.array(list(parts.areas.values()))
     forces = Forces(terms, parts.sections, gravity, skeleton.links.sign, area, ref, backend)
     now = instant(posture, 0, standing=standing)
-    mass = coupled_mass(parts.sections, now.foot_rotation, len(ref))
-    system = System(container, mbs, skeleton, tuple(clamps), -1, forces, ref, now)
-    system.object = add_forces(mbs, nodes, forces, mass, lambda: system.now)
+    mass = CoupledMass(parts.sections, len(ref))
+    system = System(container, mbs, skeleton, tuple(clamps), -1, forces, mass, ref, now)
+    system.object = add_forces(mbs, nodes, forces, mass.matrix(now.foot_rotation), lambda: system.now)
     mbs.Assemble()
     return system
 
