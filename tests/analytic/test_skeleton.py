@@ -1,0 +1,87 @@
+"""The skeleton's tree in Exudyn against the chain it was made from, and falling freely."""
+
+from dataclasses import replace
+
+import exudyn as exu
+import numpy as np
+import pytest
+from exudyn.itemInterface import SensorKinematicTree
+from scipy.spatial.transform import Rotation
+
+from sssi_exudyn.bodies.anthropometry import body_inertia
+from sssi_exudyn.bodies.skeleton import add_skeleton
+from sssi_exudyn.chain import COORDINATES, SEGMENTS, average_geometry, forward_kinematics, rates
+
+INCLINATION = 0.28
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_poses_and_velocities_are_the_chains(seed: int) -> None:
+    """At random coordinates, with joints that stand askew in their parents as a capture's knees and ankles do."""
+    generator = np.random.default_rng(seed)
+    geometry = average_geometry(1.78)
+    askew = Rotation.from_rotvec(0.2 * generator.normal(size=(len(SEGMENTS), 3))).as_matrix()
+    geometry = replace(geometry, attitude_in_parent=askew)
+    q, qd = generator.normal(size=(2, len(COORDINATES)))
+    inertias = body_inertia(geometry, 75.0, "male")
+    mbs = exu.SystemContainer().AddSystem()
+    skeleton = add_skeleton(mbs, geometry, inertias, np.zeros(3), INCLINATION, q, qd)
+    kinds = exu.OutputVariableType.Position, exu.OutputVariableType.RotationMatrix, exu.OutputVariableType.Velocity
+    sensors = [
+        [
+            mbs.AddSensor(
+                SensorKinematicTree(
+                    objectNumber=skeleton.tree,
+                    linkNumber=link,
+                    localPosition=list(place),
+                    outputVariableType=kind,
+                    writeToFile=False,
+                )
+            )
+            for kind in kinds
+        ]
+        for link, place, _ in skeleton.links.of_segment
+    ]
+    mbs.Assemble()
+    poses = forward_kinematics(geometry, q, INCLINATION)
+    moving = rates(poses, qd, np.zeros(len(COORDINATES)))
+    for i, (_, _, turn) in enumerate(skeleton.links.of_segment):
+        place, frame, velocity = (np.array(mbs.GetSensorValues(sensor)) for sensor in sensors[i])
+        # 1e-9: rounding through at most ten joints
+        np.testing.assert_allclose(place, poses.origin[i], atol=1e-9, err_msg=SEGMENTS[i])
+        np.testing.assert_allclose(frame.reshape(3, 3) @ turn, poses.rotation[i], atol=1e-9, err_msg=SEGMENTS[i])
+        np.testing.assert_allclose(velocity, moving.velocity[i], atol=1e-8, err_msg=SEGMENTS[i])
+
+
+def test_free_fall() -> None:
+    """Held in its posture and let go, the skeleton falls with gravity and no joint feels anything."""
+    geometry = average_geometry(1.78)
+    gravity = np.array([2.5, 0.0, -9.4])
+    q = 0.3 * np.random.default_rng(5).normal(size=len(COORDINATES))
+    mbs = exu.SystemContainer().AddSystem()
+    add_skeleton(
+        mbs, geometry, body_inertia(geometry, 75.0, "male"), gravity, INCLINATION, q, np.zeros(len(COORDINATES))
+    )
+    mbs.Assemble()
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = 0.5, 100
+    settings.timeIntegration.verboseMode = 0
+    settings.solution.file.write = False
+    assert exu.MainSolverImplicitSecondOrder().SolveSystem(mbs, settings)
+    fallen = np.array(mbs.systemData.GetODE2Coordinates())[:3] - q[:3]
+    np.testing.assert_allclose(fallen, 0.5 * gravity * 0.5**2, atol=1e-8)
+    moments = np.array(mbs.systemData.GetAECoordinates())
+    # a hand held out weighs 2 N m: nothing of that is left
+    assert np.max(np.abs(moments)) < 1e-6
+
+
+def test_nothing_of_the_skier_is_lost() -> None:
+    geometry = average_geometry(1.78)
+    inertias = body_inertia(geometry, 75.0, "male", boot_mass=1.9, binding_mass=0.65)
+    assert sum(body.mass for body in inertias) == pytest.approx(75.0 + 2 * 1.9 + 2 * 0.65, rel=1e-12)
+    mbs = exu.SystemContainer().AddSystem()
+    skeleton = add_skeleton(
+        mbs, geometry, inertias, np.zeros(3), 0.0, np.zeros(len(COORDINATES)), np.zeros(len(COORDINATES))
+    )
+    tree = mbs.GetObject(skeleton.tree)
+    assert sum(tree["linkMasses"]) == pytest.approx(sum(body.mass for body in inertias), rel=1e-12)
