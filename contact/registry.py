@@ -8,8 +8,18 @@ from typing import Final
 
 from sssi_exudyn.contact.air import AirDrag
 from sssi_exudyn.contact.friction import AnisotropicFriction
+from sssi_exudyn.contact.glide import (
+    EdgeDependentFriction,
+    LoadDependentFriction,
+    SnowCompaction,
+    SnowPatch,
+    SpeedDependentFriction,
+)
 from sssi_exudyn.contact.penetration import HuntCrossley
+from sssi_exudyn.contact.pushes import PolePlant, UnexplainedForce
 from sssi_exudyn.contact.term import Term, formula
+from sssi_exudyn.contact.terrain import SlopeChange, TerrainBump
+from sssi_exudyn.contact.wind import DragArea, Gust, Wind
 from sssi_exudyn.errors import InputError
 from sssi_exudyn.quantity import checked, quantities
 
@@ -17,6 +27,18 @@ TERMS: Final[tuple[type[Term], ...]] = (
     HuntCrossley,
     AnisotropicFriction,
     AirDrag,
+    Wind,
+    Gust,
+    DragArea,
+    SnowPatch,
+    SpeedDependentFriction,
+    EdgeDependentFriction,
+    LoadDependentFriction,
+    SnowCompaction,
+    SlopeChange,
+    TerrainBump,
+    PolePlant,
+    UnexplainedForce,
 )
 
 PAPER_TERMS: Final[tuple[Term, ...]] = (HuntCrossley(), AnisotropicFriction(), AirDrag())

@@ -19,10 +19,14 @@ from sssi_exudyn.quantity import quantities
 
 @dataclass(frozen=True)
 class Term(ABC):
-    """What all terms have in common: the name used in files, the place they act in, where they come from."""
+    """What all terms have in common: the name used in files, the place they act in, where they come from.
+
+    A term that amends another law names it in ``corrects``; it may give energy back where the law takes more.
+    """
 
     name: ClassVar[str]
     kind: ClassVar[str]
+    corrects: ClassVar[str] = ""
     sources: ClassVar[tuple[str, ...]]
 
 

@@ -184,11 +184,14 @@ def test_force_is_in_proportion_to_length(cls: type[Any]) -> None:
 
 @_of("foot", "segment")
 def test_takes_energy_only(cls: type[Any]) -> None:
+    # a correction together with the law it corrects, as that is by default
     names = {"foot": ("v_t", "v_n"), "segment": ("v_f", "v_l", "v_n")}[cls.kind]
+    laws = [term_named(cls.corrects)()] if cls.corrects else []
     for term in instances(cls):
         for state in grid(cls.kind):
             still = state | {name: 0.0 for name in state if name.startswith("w_")}
-            force, velocity = ask(FloatMath(), term, still), [state[name] for name in names]
+            force = np.sum([ask(FloatMath(), law, still) for law in (term, *laws)], axis=0)
+            velocity = [state[name] for name in names]
             assert np.dot(force, velocity) <= 1e-14 * np.linalg.norm(force) * np.linalg.norm(velocity)  # rounding
 
 

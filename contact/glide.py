@@ -1,0 +1,125 @@
+"""Friction along the ski that is not the same everywhere and always: corrections to the constant mu_t."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+from sssi_exudyn.contact.friction import AnisotropicFriction
+from sssi_exudyn.contact.maths import Math, Number
+from sssi_exudyn.contact.shapes import window
+from sssi_exudyn.contact.term import FootState, FootTerm
+from sssi_exudyn.quantity import quantity
+
+LARGEST_FALL: Final = 0.09
+"""A correction takes no more than this from mu_t, so that the two together keep on braking."""
+_SMOOTHING: Final = AnisotropicFriction().eps
+_SMALL: Final = 1e-3
+"""m/s; keeps the speed's root smooth at rest."""
+_CHOICE: Final = "chosen: several times what is published"
+
+
+def _more_friction(math: Math, state: FootState, delta_mu: Number) -> tuple[Number, Number]:
+    """The force of a friction that is ``delta_mu`` greater along the ski."""
+    more = math.maximum(delta_mu, -LARGEST_FALL)
+    return -more * state.load * math.saturate(state.v_t, _SMOOTHING), 0.0
+
+
+@dataclass(frozen=True)
+class SnowPatch(FootTerm):
+    """Snow that glides differently over a stretch of the slope.
+
+    Formula: f_t = −delta_mu_t·ΣF_N·sign(v_t)   between f0 and f1, smoothed over edge
+    """
+
+    name: ClassVar[str] = "snow_patch"
+    corrects: ClassVar[str] = AnisotropicFriction.name
+    sources: ClassVar[tuple[str, ...]] = (
+        "gliding friction from 0.023 to 0.139 over 200 runs: Wolfsperger et al., Front. Mech. Eng. 7 (2021) 728722",
+    )
+
+    delta_mu_t: float = quantity(
+        0.0, "1", low=-LARGEST_FALL, high=0.6, source=_CHOICE, meaning="how much more friction there is"
+    )
+    f0: float = quantity(0.0, "m", low=-1e4, high=1e4, source="chosen", meaning="where it begins, down the fall line")
+    f1: float = quantity(10.0, "m", low=-1e4, high=1e4, source="chosen", meaning="where it ends")
+    edge: float = quantity(0.5, "m", low=0.05, high=10.0, source="chosen", meaning="length over which it changes")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        return _more_friction(math, state, self.delta_mu_t * window(math, state.f, self.f0, self.f1, self.edge))
+
+
+@dataclass(frozen=True)
+class SpeedDependentFriction(FootTerm):
+    """Friction that changes with speed: shear of the melt water film, or snow that is ploughed aside.
+
+    Formula: f_t = −b·(|v| − v_ref)·ΣF_N·sign(v_t)
+    """
+
+    name: ClassVar[str] = "speed_dependent_friction"
+    corrects: ClassVar[str] = AnisotropicFriction.name
+    sources: ClassVar[tuple[str, ...]] = ("L. Bäurle et al., Tribol. Int. 40 (2007) 1: friction over a melt film",)
+
+    b: float = quantity(0.0, "s/m", low=-0.05, high=0.05, source=_CHOICE, meaning="rise of mu_t with speed")
+    v_ref: float = quantity(8.0, "m/s", low=0.0, high=50.0, source="chosen", meaning="speed at which mu_t holds")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        speed = math.sqrt(state.v_t * state.v_t + state.v_n * state.v_n + _SMALL * _SMALL)
+        return _more_friction(math, state, self.b * (speed - self.v_ref))
+
+
+@dataclass(frozen=True)
+class EdgeDependentFriction(FootTerm):
+    """Friction that changes with the edge angle: an edge cuts where a flat base glides.
+
+    Formula: f_t = −b·(|edge| − edge_ref)·ΣF_N·sign(v_t)
+    """
+
+    name: ClassVar[str] = "edge_dependent_friction"
+    corrects: ClassVar[str] = AnisotropicFriction.name
+    sources: ClassVar[tuple[str, ...]] = ("K. Nachbauer et al., J. Sports Sci. 9 (1991): edged against gliding skis",)
+
+    b: float = quantity(0.0, "1/rad", low=-0.5, high=0.5, source=_CHOICE, meaning="rise of mu_t with the edge angle")
+    edge_ref: float = quantity(
+        0.35, "rad", low=0.0, high=1.4, source="chosen", meaning="edge angle at which mu_t holds"
+    )
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        return _more_friction(math, state, self.b * (math.absolute(state.edge) - self.edge_ref))
+
+
+@dataclass(frozen=True)
+class LoadDependentFriction(FootTerm):
+    """Friction that changes with the load: a film's shear does not grow as the load does.
+
+    Formula: f_t = −b·(ΣF_N/load_ref − 1)·ΣF_N·sign(v_t)
+    """
+
+    name: ClassVar[str] = "load_dependent_friction"
+    corrects: ClassVar[str] = AnisotropicFriction.name
+    sources: ClassVar[tuple[str, ...]] = ("L. Bäurle et al., Tribol. Int. 40 (2007) 1: friction falls with the load",)
+
+    b: float = quantity(0.0, "1", low=-0.3, high=0.3, source=_CHOICE, meaning="rise of mu_t at twice the load")
+    load_ref: float = quantity(400.0, "N", low=50.0, high=5e3, source="chosen", meaning="load at which mu_t holds")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        return _more_friction(math, state, self.b * (state.load / self.load_ref - 1.0))
+
+
+@dataclass(frozen=True)
+class SnowCompaction(FootTerm):
+    """Resistance of snow that is pressed down ahead of the ski, as deep as the ski sinks.
+
+    Formula: f_t = −c·groove·sign(v_t),   groove = Σ δ·length
+    """
+
+    name: ClassVar[str] = "snow_compaction"
+    sources: ClassVar[tuple[str, ...]] = (
+        "D. A. Lind, S. P. Sanders, The Physics of Skiing (2004), ch. 4: work of compaction over the way",
+    )
+
+    c: float = quantity(0.0, "N/m^2", low=0.0, high=2e5, source=_CHOICE, meaning="resistance to a groove's area")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        touches = state.load / (math.absolute(state.load) + 1.0)  # 0 without contact, 1 from a few newtons on
+        return -self.c * state.groove * touches * math.saturate(state.v_t, _SMOOTHING), 0.0

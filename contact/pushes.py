@@ -1,0 +1,62 @@
+"""Forces on the skier that come neither from snow nor air."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+from sssi_exudyn.contact.maths import Math, Vector
+from sssi_exudyn.contact.shapes import bell, hat
+from sssi_exudyn.contact.term import BodyState, BodyTerm
+from sssi_exudyn.quantity import quantity
+
+_ROOT_TWO_PI: Final = 2.5066282746310002
+_SLOW: Final = 0.1
+"""m/s; below, a skier has no direction of travel."""
+
+
+@dataclass(frozen=True)
+class PolePlant(BodyTerm):
+    """A pole set at time t: a short push along the way, braking or driving, and up from the snow.
+
+    Formula: F = (forward·v/|v| + up·n)·exp(−½((t' − t)/width)²)/(width·√(2π)),   t' the time
+    """
+
+    name: ClassVar[str] = "pole_plant"
+    sources: ClassVar[tuple[str, ...]] = (
+        "pole forces of some 10 to 100 N s at transitions: Müller, Schwameder, J. Sports Sci. 21 (2003) 679",
+    )
+
+    forward: float = quantity(
+        0.0, "N*s", low=-200.0, high=200.0, source="chosen", meaning="impulse along the way; below 0 it brakes"
+    )
+    up: float = quantity(0.0, "N*s", low=-200.0, high=200.0, source="chosen", meaning="impulse away from the snow")
+    t: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when")
+    width: float = quantity(0.08, "s", low=0.02, high=1.0, source="chosen", meaning="standard width in time")
+
+    def force(self, math: Math, state: BodyState) -> Vector:
+        v_f, v_l, _ = state.velocity
+        pulse = bell(math, state.t, self.t, self.width) / (self.width * _ROOT_TWO_PI)
+        along = self.forward * pulse / math.sqrt(v_f * v_f + v_l * v_l + _SLOW * _SLOW)
+        return along * v_f, along * v_l, self.up * pulse
+
+
+@dataclass(frozen=True)
+class UnexplainedForce(BodyTerm):
+    """A force of which nothing is known but that it acted; several in a row make a force in straight lines.
+
+    Formula: F = (force_f, force_l, force_n)·max(0, 1 − |t' − t|/width),   t' the time
+    """
+
+    name: ClassVar[str] = "unexplained_force"
+    sources: ClassVar[tuple[str, ...]] = ("none: it is what the known laws leave",)
+
+    force_f: float = quantity(0.0, "N", low=-3e3, high=3e3, source="chosen", meaning="force down the fall line")
+    force_l: float = quantity(0.0, "N", low=-3e3, high=3e3, source="chosen", meaning="force to the left")
+    force_n: float = quantity(0.0, "N", low=-3e3, high=3e3, source="chosen", meaning="force away from the snow")
+    t: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it is greatest")
+    width: float = quantity(0.25, "s", low=0.02, high=60.0, source="chosen", meaning="time it takes to come and to go")
+
+    def force(self, math: Math, state: BodyState) -> Vector:
+        share = hat(math, state.t, self.t, self.width)
+        return self.force_f * share, self.force_l * share, self.force_n * share

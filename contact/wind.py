@@ -1,0 +1,80 @@
+"""Air that moves over the ground, and a drag area other than the assumed one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+from sssi_exudyn.contact.air import AirDrag
+from sssi_exudyn.contact.maths import Math, Vector
+from sssi_exudyn.contact.shapes import window
+from sssi_exudyn.contact.term import PlaceState, SegmentState, SegmentTerm, WindTerm
+from sssi_exudyn.quantity import quantity
+
+_STRONGEST: Final = 25.0
+"""m/s; above, lifts stand still."""
+_BEAUFORT: Final = "Beaufort scale to 9 to 10, where lifts no longer run"
+
+
+@dataclass(frozen=True)
+class Wind(WindTerm):
+    """A steady wind along the ground.
+
+    Formula: w = (w_f, w_l, 0)
+    """
+
+    name: ClassVar[str] = "wind"
+    sources: ClassVar[tuple[str, ...]] = ("the air's velocity relative to the body, as in the paper's 2.2.4",)
+
+    w_f: float = quantity(
+        0.0, "m/s", low=-_STRONGEST, high=_STRONGEST, source=_BEAUFORT, meaning="wind down the fall line"
+    )
+    w_l: float = quantity(0.0, "m/s", low=-_STRONGEST, high=_STRONGEST, source=_BEAUFORT, meaning="wind to the left")
+
+    def velocity(self, math: Math, state: PlaceState) -> Vector:
+        return self.w_f, self.w_l, 0.0
+
+
+@dataclass(frozen=True)
+class Gust(WindTerm):
+    """A wind that comes at t0 and goes at t1.
+
+    Formula: w = (w_f, w_l, 0)·½(tanh((t − t0)/rise) − tanh((t − t1)/rise))
+    """
+
+    name: ClassVar[str] = "gust"
+    sources: ClassVar[tuple[str, ...]] = ("the air's velocity relative to the body, as in the paper's 2.2.4",)
+
+    w_f: float = quantity(
+        0.0, "m/s", low=-_STRONGEST, high=_STRONGEST, source=_BEAUFORT, meaning="gust down the fall line"
+    )
+    w_l: float = quantity(0.0, "m/s", low=-_STRONGEST, high=_STRONGEST, source=_BEAUFORT, meaning="gust to the left")
+    t0: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it comes")
+    t1: float = quantity(2.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it goes")
+    rise: float = quantity(0.15, "s", low=0.02, high=2.0, source="chosen", meaning="time it takes to come and to go")
+
+    def velocity(self, math: Math, state: PlaceState) -> Vector:
+        blows = window(math, state.t, self.t0, self.t1, self.rise)
+        return self.w_f * blows, self.w_l * blows, 0.0
+
+
+@dataclass(frozen=True)
+class DragArea(SegmentTerm):
+    """Clothing or posture that takes more or less air than the assumed drag area C_D·A.
+
+    Formula: F = share·½·C_D·rho·A·|u|·u   beside the air's, with its default C_D and rho
+    """
+
+    name: ClassVar[str] = "drag_area"
+    corrects: ClassVar[str] = AirDrag.name
+    sources: ClassVar[tuple[str, ...]] = (
+        "drag areas of skiers from 0.15 m² (tuck) to 0.6 m² (upright): Barelle et al., Sports Eng. 7 (2004) 107",
+    )
+
+    share: float = quantity(
+        0.0, "1", low=-0.7, high=3.0, source="range of drag areas of skiers", meaning="more of the drag area, relative"
+    )
+
+    def force(self, math: Math, state: SegmentState) -> Vector:
+        f, l, n = AirDrag().force(math, state)  # noqa: E741  the slope frame's name of the axis
+        return self.share * f, self.share * l, self.share * n
