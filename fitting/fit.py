@@ -16,7 +16,7 @@ from typing import Final, Literal
 import numpy as np
 
 from sssi_exudyn.cache import Cache, fingerprint
-from sssi_exudyn.fitting.objective import Prior, Problem, correlations, path_sensitivity, uncertainty, weight_of
+from sssi_exudyn.fitting.objective import Prior, Problem, correlations, uncertainty, weight_of
 from sssi_exudyn.fitting.observe import first_guess, track_of
 from sssi_exudyn.fitting.optimise import Optimum, minimise
 from sssi_exudyn.frames import Array
@@ -125,10 +125,10 @@ def fit(
     prepared = prepare(problem.model, motion)
     reduced = fit_reduced(problem, prepared, say, tolerance=10.0 * _tolerance(problem))
     if method == "joint":  # the residual now tells what the noise is
-        _, residual, _ = _reduced(problem, prepared, reduced.values)
+        residual, _ = _reduced(problem, prepared, reduced.values)
         problem = problem.with_noise(fit_noise(problem.track.time, residual))
         reduced = fit_reduced(replace(problem, model=problem.model_at(reduced.values)), prepared, say)
-    sensitivity = _reduced(problem, prepared, reduced.values)[2]
+    _, sensitivity = _reduced(problem, prepared, reduced.values)
     count = 0
 
     def evaluate(values: Array) -> tuple[float, Array]:
@@ -171,10 +171,10 @@ def fit_reduced(
     tolerance: float | None = None,
 ) -> Optimum:
     """Solve the problem with the reduced model, until the objective changes by less than ``tolerance``."""
-    _, _, first = _reduced(problem, prepared, problem.start)
+    _, first = _reduced(problem, prepared, problem.start)
 
     def evaluate(values: Array) -> tuple[float, Array]:
-        _, residual, sensitivity = _reduced(problem, prepared, values)
+        residual, sensitivity = _reduced(problem, prepared, values)
         say(None, f"reduced model: {_described(problem, residual, values)}")
         return problem.value(residual, values), problem.gradient(residual, sensitivity, values)
 
@@ -196,11 +196,15 @@ def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache 
     return problem.residual(model, np.asarray(kept["time"]), np.asarray(kept["antenna"]))
 
 
-def _reduced(problem: Problem, prepared: Prepared, values: Array) -> tuple[Model, Array, Array]:
-    model = problem.model_at(values)
-    run, derivatives = sensitivities(model, prepared, problem.names)
-    sensitivity = path_sensitivity(problem, model, run.time, derivatives)
-    return model, problem.residual(model, run.time, run.antenna), sensitivity
+def _reduced(problem: Problem, prepared: Prepared, values: Array) -> tuple[Array, Array]:
+    """Residual (n, 2) and the derivative (n, 2, k) of the simulated places."""
+    residual, derivative = sensitivities(
+        problem.model_at(values),
+        prepared,
+        problem.names,
+        lambda model, run: problem.residual(model, run.time, run.antenna),
+    )
+    return residual, -derivative
 
 
 def _tolerance(problem: Problem) -> float:

@@ -65,7 +65,7 @@ class Problem:
 
     def residual(self, model: Model, time: Array, antenna: Array) -> Array:
         """(n, 2) m measured minus simulated, at the fixes."""
-        return self.track.place - seen_by_gps(model, time, antenna, self.track.time)
+        return self.track.place - seen_by_gps(model, time, antenna, self.track.time)[:, :2]
 
     def value(self, residual: Array, values: Array) -> float:
         """The objective."""
@@ -120,9 +120,3 @@ def correlations(covariance: Array) -> Array:
     """(k, k) correlation matrix."""
     sigma = np.sqrt(np.diag(covariance))
     return np.asarray(covariance / np.outer(sigma, sigma))
-
-
-def path_sensitivity(problem: Problem, model: Model, time: Array, derivatives: Array) -> Array:
-    """(n, 2, k) derivative of the simulated place at the fixes, from that of the antenna (m, 3, k) at ``time`` (m,)."""
-    columns = np.moveaxis(derivatives, 2, 0)  # what the GPS sees is linear in the antenna's place
-    return np.stack([seen_by_gps(model, time, column, problem.track.time) for column in columns], axis=2)

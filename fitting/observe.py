@@ -6,7 +6,7 @@ height is several times less sure than its place, and the slope's plane holds th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from sssi_exudyn.frames import Array, level_to_enu, slope_to_enu, slope_to_level
 from sssi_exudyn.gps import Gps
 from sssi_exudyn.model import Model, Start
 from sssi_exudyn.motion import Motion
+from sssi_exudyn.sensors import gps_offset
 
 _FIRST = 1.2
 """s of fixes from which place and velocity at the start are guessed; long against the noise, short against a turn."""
@@ -41,16 +42,24 @@ def track_of(gps: Gps, azimuth: float, start: float, stop: float, margin: float 
 
 
 def seen_by_gps(model: Model, time: Array, antenna: Array, fixes: Array) -> Array:
-    """The simulated antenna (m, 3) at ``time`` (m,), slope frame, as places (n, 2) in the level frame at ``fixes``
+    """The simulated antenna (m, 3) at ``time`` (m,), slope frame, as places (n, 3) in the level frame at ``fixes``
     (n,).
 
     Heights over the snow count from the antenna's at the start, where the model's start puts it on the measured track.
-    A GPS clock that is late by c stamps at t + c what happened at t.
+    A GPS clock that is late by c stamps at t + c what happened at t; the model's GPS faults displace what it reports.
     """
     risen = antenna - [0.0, 0.0, antenna[0, 2]]
     level = risen @ slope_to_level(model.inclination).T
     at = fixes - model.start.clock_offset
-    return np.stack([np.interp(at, time, level[:, axis]) for axis in range(2)], axis=1)
+    seen = np.stack([np.interp(at, time, level[:, axis]) for axis in range(3)], axis=1)
+    return seen + gps_offset(model.sensors, fixes)
+
+
+def mended(gps: Gps, model: Model) -> Gps:
+    """The fixes as they would be without the GPS faults that the model has."""
+    azimuth = model.fall_line_azimuth
+    offset = gps_offset(model.sensors, gps.time) @ level_to_enu(azimuth).T
+    return replace(gps, time=gps.time - model.start.clock_offset, enu=gps.enu - offset)
 
 
 def first_guess(gps: Gps, motion: Motion, inclination: float, azimuth: float) -> Start:

@@ -24,7 +24,7 @@ from sssi_exudyn.contact.registry import PAPER_TERMS, terms_table
 from sssi_exudyn.errors import InputError, SimulationDiverged
 from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
 from sssi_exudyn.fitting.fit import fit as fit_problem
-from sssi_exudyn.fitting.observe import first_guess
+from sssi_exudyn.fitting.observe import first_guess, mended
 from sssi_exudyn.frames import Array, slope_to_enu
 from sssi_exudyn.inspection import Inspection, inspect_recording, plot_inspection
 from sssi_exudyn.model import Model, model_to_dict, read_model
@@ -188,7 +188,7 @@ def _simulated(
     figures = {
         "recording": recording.name,
         "friction": _friction(model, fitted),
-        **judged(series, recording.gps, recording.insoles),
+        **judged(series, recording.gps and mended(recording.gps, model), recording.insoles),
         "fit": _fit_figures(fitted),
         "solver": {"simulated_s": float(np.ptp(result.time)), **result.statistics},
         "energy": {

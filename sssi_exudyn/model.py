@@ -20,6 +20,7 @@ from sssi_exudyn.contact.term import Term, parameters
 from sssi_exudyn.errors import InputError
 from sssi_exudyn.quantity import checked, quantities, quantity
 from sssi_exudyn.recording import Equipment, Skier
+from sssi_exudyn.sensors import Sensor, read_sensor, values_of
 
 _CHOICE = "chosen; see docs/verification.md for what it does to the result"
 T = TypeVar("T")
@@ -70,6 +71,7 @@ class Model:
 
     inclination, fall_line_azimuth : rad
     terms : the laws that act, in the order in which their forces are reported
+    sensors : what the recording's instruments get wrong
     """
 
     name: str
@@ -81,6 +83,7 @@ class Model:
     terms: tuple[Term, ...] = PAPER_TERMS
     start: Start = field(default_factory=Start)
     solver: Solver = field(default_factory=Solver)
+    sensors: tuple[Sensor, ...] = ()
 
     def term(self, name: str) -> Term:
         """The term of that name.  Raises KeyError when the model has none."""
@@ -121,14 +124,19 @@ class Model:
             if isinstance(new, Start):
                 changed = replace(changed, start=new)
             else:
-                changed = replace(changed, terms=tuple(new if term is old else term for term in changed.terms))
+                changed = replace(
+                    changed,
+                    terms=tuple(new if term is old else term for term in changed.terms),
+                    sensors=tuple(new if sensor is old else sensor for sensor in changed.sensors),
+                )
         return changed
 
-    def _owner(self, name: str) -> Term | Start:
+    def _owner(self, name: str) -> Term | Start | Sensor:
         if name == "start":
             return self.start
         kind, _, count = name.partition("#")
-        found = [term for term in self.terms if term.name == kind]
+        parts: tuple[Term | Sensor, ...] = (*self.terms, *self.sensors)
+        found = [part for part in parts if part.name == kind]
         if len(found) < int(count or 1):
             raise KeyError(f"the model has no term {name!r}; it has {', '.join(term.name for term in self.terms)}")
         return found[int(count or 1) - 1]
@@ -153,6 +161,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
             "fall_line_azimuth_deg": float(np.degrees(model.fall_line_azimuth)),
         },
         "term": [{"name": term.name, **parameters(term)} for term in model.terms],
+        "sensor": [{"name": sensor.name, **values_of(sensor)} for sensor in model.sensors],
         "start": start,
         "solver": asdict(model.solver),
     }
@@ -223,4 +232,10 @@ def read_model(path: Path) -> Model:
         ),
         start=checked(Start, start, path, "[start]"),
         solver=checked(Solver, table("solver"), path, "[solver]"),
+        sensors=tuple(
+            read_sensor(
+                str(entry.get("name")), {k: v for k, v in entry.items() if k != "name"}, path, f"[[sensor]] {i + 1}"
+            )
+            for i, entry in enumerate(data.get("sensor", []))
+        ),
     )

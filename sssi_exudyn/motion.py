@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -146,13 +147,27 @@ def antenna_offset(motion: Motion, time: Array) -> tuple[Array, Array]:
     )
 
 
-def with_heading_offset(motion: Motion, delta: float) -> Motion:
-    """The same motion turned about gravity by ``delta`` (rad), to the left when positive.
+def antenna_carrier(motion: Motion, time: Array) -> tuple[Array, Array]:
+    """Rotation (…, 3, 3) to the slope frame and spin (…, 3) rad/s of the segment that carries the antenna.
 
-    B-splines add up to one, so a constant on the coefficients is a constant on the angle.
+    Raises ValueError when the motion has no antenna.
     """
+    if motion.antenna is None:
+        raise ValueError("this motion has no GPS antenna")
+    poses, moving = relative_poses(motion, time)
+    return poses.rotation[..., motion.antenna.segment, :, :], moving.angular_velocity[..., motion.antenna.segment, :]
+
+
+def turned(motion: Motion, yaw: Callable[[Array], Array]) -> Motion:
+    """The same motion turned about gravity by ``yaw`` ((n,) s → (n,) rad), a straight line in time, to the left when
+    positive.
+
+    A spline whose coefficients lie on a line over their knots' averages (Greville's abscissae) is that line.
+    """
+    count = len(motion.coefficients)
+    greville = np.array([motion.knots[i + 1 : i + 1 + _DEGREE].mean() for i in range(count)])
     coefficients = motion.coefficients.copy()
-    coefficients[:, PRESCRIBED.index("pelvis_rotation")] += delta
+    coefficients[:, PRESCRIBED.index("pelvis_rotation")] += yaw(greville)
     return replace(motion, coefficients=coefficients)
 
 

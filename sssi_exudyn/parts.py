@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,11 +16,21 @@ from sssi_exudyn.contact.air import FrontalAreas
 from sssi_exudyn.contact.sections import Sections
 from sssi_exudyn.frames import Array
 from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion
+from sssi_exudyn.motion import Antenna, Motion, turned
 from sssi_exudyn.posture import Posture, posture_at
+from sssi_exudyn.sensors import antenna_shift, capture_yaw
 
 _STRETCH = 256
 """Instants whose posture is computed at once."""
+
+
+def as_worn(model: Model, motion: Motion) -> Motion:
+    """The motion as it was, if the capture's faults are those of the model: turned, and the antenna where it sat."""
+    moved = turned(motion, lambda time: model.start.heading_offset + capture_yaw(model.sensors, time))
+    if motion.antenna is None:
+        return moved
+    antenna = Antenna(motion.antenna.segment, motion.antenna.offset + antenna_shift(model.sensors))
+    return replace(moved, antenna=antenna)
 
 
 @dataclass(frozen=True)

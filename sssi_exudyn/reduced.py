@@ -8,10 +8,10 @@ large bending of the skis, their geometric stiffness, gyroscopic forces between 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Any, Final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -22,8 +22,9 @@ from sssi_exudyn.contact.compiled import compile_kernel, parameter_values
 from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import Array, gravity_in_slope, slope_to_level
 from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion, antenna_offset
+from sssi_exudyn.motion import Motion, antenna_carrier, antenna_offset
 from sssi_exudyn.parts import Parts
+from sssi_exudyn.sensors import antenna_shift, capture_yaw
 
 MODES: Final = 12
 """Vibrations of each ski that are kept: up to 130 Hz for a slalom ski."""
@@ -64,6 +65,8 @@ class Prepared:
     area: Array
     antenna: Array
     antenna_velocity: Array
+    antenna_frame: Array
+    antenna_spin: Array
     foot_place: Array
     foot_velocity: Array
     foot_acceleration: Array
@@ -108,19 +111,50 @@ class Prepared:
         turning[..., 2] += spin[..., 0] * spin[..., 1]
         return np.einsum("nsji,nsj->nsi", self.foot_rotation, moving), turning
 
-    def turned(self, angle: float) -> Prepared:
-        """The same with the whole posture turned about gravity by ``angle`` (rad), to the left when positive."""
-        if angle == 0.0:
+    def worn_as(self, model: Model) -> Prepared:
+        """The same with the capture's faults as the model has them: turned about gravity, the antenna where it sat.
+
+        The yaw is a straight line in time, so its rate is a constant spin about gravity.
+        """
+        yaw = model.start.heading_offset + capture_yaw(model.sensors, self.time)
+        rate = float(yaw[-1] - yaw[0]) / float(self.time[-1] - self.time[0])
+        lever = antenna_shift(model.sensors)
+        if not (np.any(yaw) or np.any(lever)):
             return self
         axis = slope_to_level(self.inclination).T @ [0.0, 0.0, 1.0]
-        turn = Rotation.from_rotvec(angle * axis).as_matrix()
-        vectors = (
-            "antenna", "antenna_velocity", "foot_place", "foot_velocity", "foot_acceleration", "foot_spin",
-            "foot_spin_rate", "com_place", "com_velocity", "com_acceleration", "exposed_velocity",
-        )  # fmt: skip
-        changed = {name: np.ascontiguousarray(getattr(self, name) @ turn.T) for name in vectors}
-        rotation = np.ascontiguousarray(turn @ self.foot_rotation)
-        return Prepared(**{**self.__dict__, **changed, "foot_rotation": rotation})
+        turn = Rotation.from_rotvec(yaw[:, None] * axis).as_matrix()
+        arm = self.antenna_frame @ lever
+        spun = rate * axis
+
+        def moved(place: Array, velocity: Array) -> tuple[Array, Array]:
+            return place, velocity + np.cross(spun, place)
+
+        antenna, antenna_velocity = moved(self.antenna + arm, self.antenna_velocity + np.cross(self.antenna_spin, arm))
+        foot, foot_velocity = moved(self.foot_place, self.foot_velocity)
+        com, com_velocity = moved(self.com_place, self.com_velocity)
+        vectors = {
+            "antenna": antenna,
+            "antenna_velocity": antenna_velocity,
+            "antenna_spin": self.antenna_spin + spun,
+            "foot_place": foot,
+            "foot_velocity": foot_velocity,
+            "foot_acceleration": self.foot_acceleration + np.cross(spun, self.foot_velocity + foot_velocity),
+            "foot_spin": self.foot_spin + spun,
+            "foot_spin_rate": self.foot_spin_rate + np.cross(spun, self.foot_spin),
+            "com_place": com,
+            "com_velocity": com_velocity,
+            "com_acceleration": self.com_acceleration + np.cross(spun, self.com_velocity + com_velocity),
+            # the segments' places are not kept: a drift's own share of their speed, millimetres a second, is left out
+            "exposed_velocity": self.exposed_velocity,
+        }
+        changed: dict[str, Any] = {
+            name: np.einsum("nij,n...j->n...i", turn, vector) for name, vector in vectors.items()
+        }
+        changed["foot_rotation"] = turn[:, None] @ self.foot_rotation
+        changed["antenna_frame"] = turn @ self.antenna_frame
+        for name, array in changed.items():
+            changed[name] = np.ascontiguousarray(array)
+        return replace(self, **changed)
 
 
 def prepare(
@@ -133,9 +167,11 @@ def prepare(
     t0, t1 = motion.start if start is None else start, motion.stop if stop is None else stop
     time = t0 + step * np.arange(max(1, round((t1 - t0) / step)) + 1, dtype=np.float64)
     posture = parts.posture(time)
-    antenna, moving = np.zeros((2, len(time), 3))
+    antenna, moving, turning = np.zeros((3, len(time), 3))
+    carrier = np.zeros((len(time), 3, 3))
     if motion.antenna is not None:
         antenna, moving = antenna_offset(motion, time)
+        carrier, turning = antenna_carrier(motion, time)
     cut = parts.mesh
     s = cut.contact_s
     left = np.stack([cut.ski.x_of_s(s), 0.5 * cut.ski.width(s), cut.ski.height(s)], axis=1) + parts.ski_in_foot
@@ -149,6 +185,8 @@ def prepare(
         area=np.array(list(parts.areas.values())),
         antenna=antenna,
         antenna_velocity=moving,
+        antenna_frame=carrier,
+        antenna_spin=turning,
         foot_place=posture.foot_place,
         foot_velocity=posture.foot_velocity,
         foot_acceleration=posture.foot_acceleration,
@@ -169,7 +207,7 @@ def prepare(
 
 def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
-    at = prepared.turned(model.start.heading_offset)
+    at = prepared.worn_as(model)
     kernel = compile_kernel(model.terms, reduced_kernel)
     parameters = parameter_values(model.terms)
     gravity = gravity_in_slope(at.inclination)
@@ -232,11 +270,13 @@ STEPS: Final = {
 """Differences for the derivatives by the start's numbers, in their units."""
 
 
-def sensitivities(model: Model, prepared: Prepared, names: Sequence[str]) -> tuple[ReducedRun, Array]:
-    """A run and the derivative (n, 3, k) of its antenna by the numbers of those names, by forward differences.
+def sensitivities(
+    model: Model, prepared: Prepared, names: Sequence[str], observed: Callable[[Model, ReducedRun], Array]
+) -> tuple[Array, Array]:
+    """What is ``observed`` of a run, any shape (…), and its derivative (…, k) by the numbers of those names.
 
-    A term's number is changed by 10⁻⁴ of the width of its bounds, inwards; what that leaves of curvature is less than
-    the reduced model's own difference from the full one.
+    Forward differences: a term's or sensor's number is changed by 10⁻⁴ of the width of its bounds, inwards; what that
+    leaves of curvature is less than the reduced model's own difference from the full one.
     """
     changed, widths = [model], []
     for name in names:
@@ -246,11 +286,19 @@ def sensitivities(model: Model, prepared: Prepared, names: Sequence[str]) -> tup
         width = STEPS[key] if owner == "start" else 1e-4 * (high - low)
         widths.append(width if value + width <= high else -width)
         changed.append(model.with_values({name: value + widths[-1]}))
-    compile_kernel(model.terms, reduced_kernel)  # once, before threads ask for it
-    with ThreadPoolExecutor(os.cpu_count()) as pool:  # the compiled loop lets go of the interpreter's lock
-        run, *others = pool.map(lambda each: simulate_reduced(each, prepared), changed)
-    columns = [(other.antenna - run.antenna) / width for other, width in zip(others, widths, strict=True)]
-    return run, np.stack(columns, axis=2)
+    first, *others = simulate_each(changed, prepared, observed)
+    columns = [(other - first) / width for other, width in zip(others, widths, strict=True)]
+    return first, np.stack(columns, axis=-1) if columns else np.zeros((*first.shape, 0))
+
+
+def simulate_each(
+    models: Sequence[Model], prepared: Prepared, observed: Callable[[Model, ReducedRun], Array]
+) -> list[Array]:
+    """What is ``observed`` of a run of each model, in threads: the compiled loop lets go of the interpreter's lock."""
+    for terms in {tuple(type(term) for term in model.terms): model.terms for model in models}.values():
+        compile_kernel(terms, reduced_kernel)  # once, before threads ask for it
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(lambda each: observed(each, simulate_reduced(each, prepared)), models))
 
 
 def _shares(

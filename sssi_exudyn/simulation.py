@@ -19,8 +19,8 @@ from sssi_exudyn.contact.kernel import LOAD, TREE
 from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import GRAVITY, Array, gravity_in_slope
 from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion, antenna_offset, with_heading_offset
-from sssi_exudyn.parts import Parts
+from sssi_exudyn.motion import Motion, antenna_offset
+from sssi_exudyn.parts import Parts, as_worn
 from sssi_exudyn.posture import Posture
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.simulation_record import Record, result_from_record
@@ -65,7 +65,7 @@ def integrate(
     progress: Progress | None = None,
 ) -> tuple[Run, str]:
     """As ``simulate``, but gives the states that were recorded, and "" or what stopped the solver."""
-    parts = Parts(model, with_heading_offset(motion, model.start.heading_offset))
+    parts = Parts(model, as_worn(model, motion))
     t0 = motion.start if start is None else start
     t1 = motion.stop if stop is None else stop
     step = model.solver.step

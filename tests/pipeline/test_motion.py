@@ -23,7 +23,7 @@ from sssi_exudyn.motion import (
     relative_poses,
     round_trip_table,
     spline_motion,
-    with_heading_offset,
+    turned,
 )
 from sssi_exudyn.recording import Equipment, Heading, Recording, Skier, Slope, read_recording
 from sssi_exudyn.rotations import angles_between, lowpass, smooth_rotations
@@ -165,20 +165,30 @@ def test_pelvis_turns_left_of_the_fall_line_by_azimuth_less_heading(
     bvh = captured(np.zeros((60, len(PRESCRIBED))), geometry)
     motion = motion_from_recording(recorded(bvh, np.radians(heading), np.radians(azimuth)))
     q, _, _ = motion.evaluate(np.array([0.5]))
-    turned = np.degrees(q[0, PRESCRIBED.index("pelvis_rotation")])
-    assert (turned - (azimuth - heading) + 180.0) % 360.0 == pytest.approx(180.0, abs=1e-9)  # rounding of 350 degrees
+    yaw = np.degrees(q[0, PRESCRIBED.index("pelvis_rotation")])
+    assert (yaw - (azimuth - heading) + 180.0) % 360.0 == pytest.approx(180.0, abs=1e-9)  # rounding of 350 degrees
 
 
 def test_heading_offset_turns_the_skier_about_gravity(geometry: Geometry) -> None:
     motion = spline_motion(geometry, np.radians(16.0), np.arange(120) / RATE, skiing(2.0))
     time, delta = np.linspace(0.1, 1.8, 7), np.radians(3.0)
     before, _ = relative_poses(motion, time)
-    after, _ = relative_poses(with_heading_offset(motion, delta), time)
+    after, _ = relative_poses(turned(motion, lambda t: delta + 0.0 * t), time)
     tilt = slope_to_level(motion.inclination)
     turn = tilt.T @ Rotation.from_euler("z", delta).as_matrix() @ tilt
     # 1e-12: rounding; B-splines add up to one to rounding only.
     np.testing.assert_allclose(after.rotation, turn @ before.rotation, atol=1e-12)
     np.testing.assert_allclose(after.origin, before.origin @ turn.T, atol=1e-12)
+
+
+def test_a_drifting_heading_is_a_line_in_time(geometry: Geometry) -> None:
+    motion = spline_motion(geometry, np.radians(16.0), np.arange(120) / RATE, skiing(2.0))
+    time = np.linspace(motion.start, motion.stop, 9)
+    before, after = motion.evaluate(time), turned(motion, lambda t: 0.02 * (t - 0.7)).evaluate(time)
+    yaw = PRESCRIBED.index("pelvis_rotation")
+    # a spline whose coefficients are a line at Greville's abscissae is that line, to rounding
+    np.testing.assert_allclose(after[0][:, yaw] - before[0][:, yaw], 0.02 * (time - 0.7), atol=1e-12)
+    np.testing.assert_allclose(after[1][:, yaw] - before[1][:, yaw], 0.02, atol=1e-10)
 
 
 def test_splines_are_smooth_and_their_rates_are_derivatives(geometry: Geometry) -> None:

@@ -1,0 +1,87 @@
+"""Faults of instruments: declared like terms, kept in a model's file, and undone where a result is judged."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tomli_w
+
+from sssi_exudyn.commands import model_of
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.fitting.observe import mended, seen_by_gps
+from sssi_exudyn.model import model_to_dict, read_model
+from sssi_exudyn.motion import motion_from_recording
+from sssi_exudyn.quantity import quantities
+from sssi_exudyn.recording import read_recording
+from sssi_exudyn.sensors import (
+    SENSORS,
+    BootCuff,
+    GpsJump,
+    HeadingDrift,
+    InsoleGain,
+    LeverArm,
+    felt_by_insoles,
+    gps_offset,
+)
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
+FAULTS = (
+    GpsJump(x=0.5, y=-0.2, t0=3.0, t1=4.0),
+    HeadingDrift(rate=0.01, t_ref=2.0),
+    LeverArm(up=0.1),
+    InsoleGain(left=0.2),
+    BootCuff(share=0.1),
+)
+
+
+@pytest.mark.parametrize("cls", SENSORS, ids=lambda cls: cls.name)
+def test_declares_its_numbers(cls: type) -> None:
+    assert "Formula:" in (cls.__doc__ or "")
+    assert quantities(cls)
+    assert all(about.meaning and about.source for about in quantities(cls).values())
+
+
+def test_a_models_file_keeps_its_faults(tmp_path: Path) -> None:
+    recording = read_recording(EXAMPLE)
+    model = replace(model_of(recording, motion_from_recording(recording)), sensors=FAULTS)
+    path = tmp_path / "model.toml"
+    path.write_text(tomli_w.dumps(model_to_dict(model)), encoding="utf-8")
+    assert read_model(path).sensors == FAULTS
+    assert model.with_values({"gps_jump.x": 0.7}).value("gps_jump.x") == 0.7
+    path.write_text(tomli_w.dumps({**model_to_dict(model), "sensor": [{"name": "glue"}]}), encoding="utf-8")
+    with pytest.raises(InputError, match="no sensor model is named 'glue'"):
+        read_model(path)
+
+
+def test_mended_fixes_are_where_the_antenna_was() -> None:
+    recording = read_recording(EXAMPLE)
+    model = replace(model_of(recording, motion_from_recording(recording)), sensors=FAULTS)
+    model = model.with_values({"start.clock_offset": 0.2})
+    gps = recording.gps
+    assert gps is not None
+    found = mended(gps, model)
+    assert np.allclose(gps.time - found.time, 0.2)
+    jumped = (gps.time >= 3.0) & (gps.time < 4.0)
+    moved = np.linalg.norm(gps.enu - found.enu, axis=1)
+    np.testing.assert_allclose(moved[jumped], np.hypot(0.5, 0.2), rtol=1e-12)  # rounding
+    assert not np.any(moved[~jumped])
+
+
+def test_a_late_clock_sees_the_past() -> None:
+    recording = read_recording(EXAMPLE)
+    model = model_of(recording, motion_from_recording(recording))
+    time = np.linspace(0.0, 4.0, 41)
+    straight = np.stack([5.0 * time, 0.0 * time, 0.0 * time], axis=1)
+    late = model.with_values({"start.clock_offset": 0.3})
+    at = np.array([1.0, 2.0])
+    before, after = seen_by_gps(model, time, straight, at), seen_by_gps(late, time, straight, at)
+    np.testing.assert_allclose(before[:, 0] - after[:, 0], 0.3 * 5.0 * np.cos(model.inclination), rtol=1e-12)
+
+
+def test_insoles_feel_what_their_faults_leave() -> None:
+    felt = felt_by_insoles(FAULTS, np.array([[100.0, 200.0]]))
+    np.testing.assert_allclose(felt, [[100.0 * 1.2 * 0.9, 200.0 * 0.9]], rtol=1e-12)  # rounding
+    assert not np.any(gps_offset((), np.arange(3.0)))
