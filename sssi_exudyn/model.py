@@ -123,12 +123,11 @@ class Model:
             new = replace(old, **{key: float(value)})  # type: ignore[arg-type]
             if isinstance(new, Start):
                 changed = replace(changed, start=new)
+            elif isinstance(new, Term):
+                changed = replace(changed, terms=tuple(new if term is old else term for term in changed.terms))
             else:
-                changed = replace(
-                    changed,
-                    terms=tuple(new if term is old else term for term in changed.terms),
-                    sensors=tuple(new if sensor is old else sensor for sensor in changed.sensors),
-                )
+                kept = tuple(new if sensor is old else sensor for sensor in changed.sensors)
+                changed = replace(changed, sensors=kept)
         return changed
 
     def _owner(self, name: str) -> Term | Start | Sensor:
