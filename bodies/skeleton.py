@@ -1,9 +1,13 @@
-"""The skeleton in Exudyn: a kinematic tree of 31 coordinates whose 28 angles are prescribed by constraints.
+"""The skeleton in Exudyn: a kinematic tree of 31 coordinates whose 28 angles are prescribed by constraints, or its mass
+carried by the pelvis.
 
 Every coordinate of the chain is one link of an ``ObjectKinematicTree``; the links between the first and the last
 rotation of a joint have no mass.  Segments on fixed joints (calcaneus and toes in the boot, head on the torso) are
 welded to the link that carries them.  The 28 angles are prescribed by one ``CoordinateConstraint`` each, so a joint's
 moment is that constraint's Lagrange multiplier (paper 2.3); the pelvis' three translations are free.
+
+Since all rotations are prescribed, nothing but those translations has to be solved for: the skier is then a point of
+all his mass that the pelvis carries, pulled by what the posture's own movement takes, and moves as with the tree.
 """
 
 from __future__ import annotations
@@ -16,10 +20,14 @@ import numpy as np
 from exudyn import JointType, Matrix3DList, Vector3DList
 from exudyn.itemInterface import (
     CoordinateConstraint,
+    LoadForceVector,
+    MarkerBodyPosition,
     MarkerNodeCoordinate,
     NodeGenericODE2,
+    NodePoint,
     NodePointGround,
     ObjectKinematicTree,
+    ObjectMassPoint,
 )
 
 from sssi_exudyn.bodies.anthropometry import SegmentInertia
@@ -112,10 +120,55 @@ class Skeleton:
     constraints: tuple[int, ...]
     links: Links
 
-    def prescribe(self, mbs: Any, angles: Array) -> None:
+    @property
+    def sign(self) -> Array:
+        """(31,) the tree's coordinate / the chain's."""
+        return self.links.sign
+
+    def prescribe(self, mbs: Any, angles: Array, _com_acceleration: Array) -> None:
         """Set the 28 prescribed angles (rad) for the end of the step."""
         for constraint, value in zip(self.constraints, self.links.sign[3:] * angles, strict=True):
             mbs.SetObjectParameter(constraint, "offset", value)
+
+
+@dataclass(frozen=True)
+class CarriedMass:
+    """The skier's mass on the pelvis' three translations, in an Exudyn system.
+
+    node, load : item numbers of the translations and of the force on them
+    mass : kg
+    gravity : (3,) m/s²
+    """
+
+    node: int
+    load: int
+    mass: float
+    gravity: Array
+
+    @property
+    def constraints(self) -> tuple[int, ...]:
+        """None: nothing is held."""
+        return ()
+
+    @property
+    def sign(self) -> Array:
+        """(3,) of the translations: the chain's own."""
+        return np.ones(3)
+
+    def prescribe(self, mbs: Any, _angles: Array, com_acceleration: Array) -> None:
+        """Set what weight and the posture's movement do to the pelvis at the end of the step: m (g − a), with a (3,)
+        m/s² of the centre of mass relative to the pelvis.
+        """
+        mbs.SetLoadParameter(self.load, "loadVector", self.mass * (self.gravity - com_acceleration))
+
+
+def add_carried_mass(mbs: Any, mass: float, gravity: Array, pelvis: Array) -> CarriedMass:
+    """Add ``mass`` (kg) at the pelvis' place (3,) m to ``mbs``, under ``gravity`` (3,) m/s²."""
+    node = mbs.AddNode(NodePoint(referenceCoordinates=[0.0] * 3, initialCoordinates=list(pelvis)))
+    point = mbs.AddObject(ObjectMassPoint(mass=mass, nodeNumber=node))
+    marker = mbs.AddMarker(MarkerBodyPosition(bodyNumber=point))
+    load = mbs.AddLoad(LoadForceVector(markerNumber=marker, loadVector=list(mass * gravity)))
+    return CarriedMass(int(node), int(load), mass, gravity)
 
 
 def add_skeleton(

@@ -55,7 +55,7 @@ class Forces:
     terms : the model's terms
     sections : contact sections of a ski
     gravity : (3,) m/s² in the slope frame
-    sign : (31,) tree's coordinate / chain's coordinate
+    sign : (s,) skeleton's coordinate / chain's coordinate: s = 31 for the tree, 3 for the pelvis' place alone
     area : (k,) frontal areas of the exposed segments, m²
     ref : reference coordinates of all nodes, in the kernel's order
     """
@@ -78,9 +78,9 @@ class Forces:
         self._sign, self._area, self._ref = sign, area, ref
         self.out = np.zeros(len(ref))
         self.seen = np.zeros((2, kernel.SEEN))
-        self.drag = np.zeros(4)
+        self.drag = np.zeros((len(area), 4))
         self.body = np.zeros(3)
-        entries = 2 * (17**2 * len(sections.share) + 64 * len(sections.damping)) + 3 * kernel.TREE
+        entries = 2 * (17**2 * len(sections.share) + 64 * len(sections.damping)) + 3 * len(sign)
         self._rows = np.zeros(entries, dtype=np.int64)
         self._columns = np.zeros_like(self._rows)
         self._values = np.zeros(entries)
@@ -121,7 +121,7 @@ class CoupledMass:
     def __init__(self, sections: Sections, size: int) -> None:
         nodes = len(sections.node_mass)
         pelvis, axis = np.meshgrid(np.arange(3), np.arange(3), indexing="ij")
-        start = kernel.TREE + kernel.NODE * np.arange(2 * nodes)
+        start = size - kernel.NODE * np.arange(2 * nodes, 0, -1)
         node = (start[:, None, None] + axis).ravel()
         slope = np.broadcast_to(pelvis, (2 * nodes, 3, 3)).ravel()
         self._size, self._mass = size, sections.node_mass[:, None, None]

@@ -1,10 +1,10 @@
 """All forces of the full model in one pass over its coordinates: a template that ``compiled`` joins with the laws.
 
-Coordinates are the skeleton's 31, then the left and the right ski's nodes of seven each: place (3) and quaternion
-(w, x, y, z).  ``ref`` is the reference that Exudyn keeps apart from its coordinates.  A ski's nodes are given in the
-frame of its foot, which moves as prescribed, carried by the pelvis: what a beam feels of that motion are forces of
-inertia, and the solver's Jacobian, dominated by the beams' stiffness, keeps for many steps because nothing turns in
-that frame.
+Coordinates are the skeleton's, then the left and the right ski's nodes of seven each: place (3) and quaternion
+(w, x, y, z).  The skeleton has its tree's 31, or without a tree the pelvis' place alone: as many as ``sign``.  ``ref``
+is the reference that Exudyn keeps apart from its coordinates.  A ski's nodes are given in the frame of its foot, which
+moves as prescribed, carried by the pelvis: what a beam feels of that motion are forces of inertia, and the solver's
+Jacobian, dominated by the beams' stiffness, keeps for many steps because nothing turns in that frame.
 
     place on the slope   p = x + b + R X         x pelvis, b and R place and rotation of the foot, X in the foot's frame
     velocity             v = ẋ + ḃ + ω × R X + R Ẋ
@@ -53,8 +53,6 @@ body_force: Callable[..., tuple[float, float, float]]
 body_derivatives: Callable[..., tuple[float, ...]]
 terrain_height: Callable[..., tuple[float, float, float]]
 
-TREE = 31
-"""Coordinates of the skeleton; its first three are the pelvis' place."""
 NODE = 7
 """Coordinates of a ski's node."""
 
@@ -124,7 +122,7 @@ def add_to_tree(out, sign, force, jacobian):
     """A force (3) on the point whose velocity is the pelvis' plus jacobian (3, 28) times the angles' rates."""
     for k in range(3):
         out[k] += force[k]
-    for i in range(TREE - 3):
+    for i in range(len(sign) - 3):
         out[3 + i] += sign[3 + i] * (jacobian[0, i] * force[0] + jacobian[1, i] * force[1] + jacobian[2, i] * force[2])
 
 
@@ -168,23 +166,22 @@ def forces(
 ):  # fmt: skip
     """Generalised forces of all terms, of the skis' structural damping and of their weight and inertia.
 
-    q, v, ref, out : (31 + 2·7·(n + 1),);  t : s
+    q, v, ref, out : (s + 2·7·(n + 1),);  t : s
     element, share, length : (m,) element, ξ and length of edge of each contact section; offset : (m, 2, 3) of its edges
     damping : (n, 3) N m s of each element against relative spin about its own axes
     node_mass, node_moment : (n + 1,) kg, (n + 1, 3) kg m²;  gravity : (3,) m/s²
-    sign : (31,) tree's coordinate / chain's coordinate; foot_…, com_…, exposed_… : one row of ``Posture``; area :
+    sign : (s,) skeleton's coordinate / chain's coordinate; foot_…, com_…, exposed_… : one row of ``Posture``; area :
         (k,) m²
-    seen : (2, 11) is filled as its columns say; drag : (4,) with the air's force (N) and its power (W);
-    body : (3,) with the force of the body terms (N)
+    seen : (2, 11) is filled as its columns say; drag : (k, 4) with the air's force (N) and its power (W) on each
+        exposed segment; body : (3,) with the force of the body terms (N)
     """
     out[:] = 0.0
     seen[:] = 0.0
-    drag[:] = 0.0
     elements = damping.shape[0]
     per_ski = NODE * (elements + 1)
     pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
     for ski in range(2):
-        base = TREE + ski * per_ski
+        base = len(sign) + ski * per_ski
         frame = foot_rotation[ski]
         place, velocity = plus(pelvis, foot_place[ski]), plus(speed, foot_velocity[ski])
         turning = three(foot_spin[ski], 0)
@@ -247,8 +244,8 @@ def forces(
         force = segment_force(parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], area[k])
         add_to_tree(out, sign, force, exposed_jacobian[k])
         for c in range(3):
-            drag[c] += force[c]
-        drag[3] += dot(force, velocity)
+            drag[k, c] = force[c]
+        drag[k, 3] = dot(force, velocity)
     place, velocity = plus(pelvis, com_place), plus(speed, com_velocity)
     force = body_force(parameters, t, place[0], place[1], velocity[0], velocity[1], velocity[2])
     add_to_tree(out, sign, force, com_jacobian)
@@ -284,10 +281,10 @@ def jacobian(
     per_ski = NODE * (elements + 1)
     slope = np.zeros(17)
     block = np.zeros((17, 17))
-    tree = np.zeros((3, TREE))
+    tree = np.zeros((3, len(sign)))
     pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
     for ski in range(2):
-        base = TREE + ski * per_ski
+        base = len(sign) + ski * per_ski
         frame = foot_rotation[ski]
         place, velocity = plus(pelvis, foot_place[ski]), plus(speed, foot_velocity[ski])
         turning = three(foot_spin[ski], 0)
@@ -359,7 +356,7 @@ def jacobian(
         )
         for c in range(3):
             add_to_tree(tree[c], sign, (pushed[3 + c], pushed[6 + c], pushed[9 + c]), exposed_jacobian[k])
-    for row in range(TREE):
+    for row in range(len(sign)):
         for c in range(3):
             count = put(rows, columns, values, count, row, c, -by_rate * tree[c, row])
     return count

@@ -1,9 +1,9 @@
 """Fit friction, start and heading of one recording to its GPS track.
 
-The search runs on the reduced model until it stands still, then on the full model from there: its objective is the full
-model's, its gradient combines the full model's residual with the reduced model's sensitivities, which differ from the
-full ones by a few percent.  Such a gradient vanishes where the full residual is as orthogonal to the sensitivities as
-can be told.
+The search runs on the reduced model until it stands still, then on the full model from there, without the skeleton's
+tree, which changes no path: its objective is the full model's, its gradient combines the full residual with the
+reduced model's sensitivities, which differ from the full ones by a few percent.  Such a gradient vanishes where the
+full residual is as orthogonal to the sensitivities as can be told.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from sssi_exudyn.motion import Motion
 from sssi_exudyn.noise import ExponentialNoise, fit_noise
 from sssi_exudyn.recording import Recording
 from sssi_exudyn.reduced import Prepared, prepare, sensitivities
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.simulation import antenna_path
 
 Method = Literal["joint", "paper"]
 METHODS: Final[tuple[Method, ...]] = ("joint", "paper")
@@ -188,9 +188,8 @@ def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache 
     key = fingerprint("antenna", model_to_dict(model), motion)
     kept = cache.get(key) if cache else None
     if kept is None:
-        result = simulate(model, motion)
-        assert result.antenna is not None
-        kept = {"time": result.time, "antenna": result.antenna}
+        time, antenna = antenna_path(model, motion)
+        kept = {"time": time, "antenna": antenna}
         if cache:
             cache.put(key, kept)
     return problem.residual(model, np.asarray(kept["time"]), np.asarray(kept["antenna"]))

@@ -1,6 +1,9 @@
 """Run a model along a motion: from the settled start on the snow to time series of everything.
 
 Posture is prescribed, the pelvis' translations are free: where the skier goes follows from gravity, snow and air.
+
+The skeleton's tree of 31 coordinates gives the joint moments as multipliers of its constraints.  Without the tree only
+the translations and the skis are solved for: the path is the same, sooner, and inverse dynamics gives the moments.
 """
 
 from __future__ import annotations
@@ -15,7 +18,7 @@ import numpy as np
 
 from sssi_exudyn.chain import PRESCRIBED
 from sssi_exudyn.contact.backend import Backend
-from sssi_exudyn.contact.kernel import LOAD, TREE
+from sssi_exudyn.contact.kernel import LOAD
 from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import GRAVITY, Array, gravity_in_slope
 from sssi_exudyn.model import Model
@@ -24,7 +27,7 @@ from sssi_exudyn.parts import Parts, as_worn
 from sssi_exudyn.posture import Posture
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.simulation_record import Record, result_from_record
-from sssi_exudyn.simulation_system import System, build, instant
+from sssi_exudyn.simulation_system import System, build
 
 SETTLING = 0.4
 """s of standing still on the snow before the start; the slowest motion of a loaded ski in snow has died out by then."""
@@ -37,22 +40,36 @@ def simulate(
     *,
     start: float | None = None,
     stop: float | None = None,
+    tree: bool = True,
     backend: Backend = "compiled",
     progress: Progress | None = None,
 ) -> SimulationResult:
     """Simulate the full model from ``start`` to ``stop`` (recording's clock, s; the motion's ends if None).
 
-    ``backend`` says how the force terms are evaluated (see ``contact.backend``); the result is the same.
+    ``tree``: with the skeleton's tree, or with its mass carried by the pelvis; ``backend`` says how the force terms are
+    evaluated (see ``contact.backend``).  Either way the result is the same.
 
     Raises SimulationDiverged, with the partial result, when the solver gives up.
     """
     begin = clock.perf_counter()
-    run, problem = integrate(model, motion, start=start, stop=stop, backend=backend, progress=progress)
+    run, problem = integrate(model, motion, start=start, stop=stop, tree=tree, backend=backend, progress=progress)
     run.record.solver |= {"wall_s": clock.perf_counter() - begin, "backend": backend}
     result = result_from_record(run.parts, run.posture, run.system, run.record)
     if problem:
-        raise SimulationDiverged(float(result.time[-1]), f"{problem}; {_last_state(run.parts, result)}", result)
+        raise _diverged(run, problem, result)
     return result
+
+
+def antenna_path(model: Model, motion: Motion) -> tuple[Array, Array]:
+    """Times (n,) s and places (n, 3) m of the antenna along the whole motion, without the tree: all that a fit needs.
+
+    Raises SimulationDiverged as ``simulate`` does, ValueError for a motion without an antenna.
+    """
+    run, problem = integrate(model, motion, tree=False)
+    if problem:
+        raise _diverged(run, problem, result_from_record(run.parts, run.posture, run.system, run.record))
+    time = np.array(run.record.time)
+    return time, run.record.q[:, :3] + antenna_offset(run.parts.motion, time)[0]
 
 
 def integrate(
@@ -61,6 +78,7 @@ def integrate(
     *,
     start: float | None = None,
     stop: float | None = None,
+    tree: bool = True,
     backend: Backend = "compiled",
     progress: Progress | None = None,
 ) -> tuple[Run, str]:
@@ -73,12 +91,16 @@ def integrate(
     posture = parts.posture(t0 + step * np.arange(count + 1, dtype=np.float64))
     pelvis, velocity = _start_of_pelvis(parts, posture)
     coordinates = settle(parts, posture, pelvis, velocity)
-    run = Run(parts, build(parts, posture, coordinates[:3], backend=backend), posture, progress)
+    run = Run(parts, build(parts, posture, coordinates[:3], tree=tree, backend=backend), posture, progress)
     run.start_from(coordinates, velocity)
     try:
         return run, run.solve()
     finally:
         run.system.release()
+
+
+def _diverged(run: Run, problem: str, result: SimulationResult) -> SimulationDiverged:
+    return SimulationDiverged(float(result.time[-1]), f"{problem}; {_last_state(run.parts, result)}", result)
 
 
 def _last_state(parts: Parts, result: SimulationResult) -> str:
@@ -116,7 +138,7 @@ def _start_of_pelvis(parts: Parts, posture: Posture) -> tuple[Array, Array]:
 
 
 def settle(parts: Parts, posture: Posture, pelvis: Array, velocity: Array) -> Array:
-    """Coordinates (total values) of skier and skis at rest on the snow, loaded as at the start of the run.
+    """Coordinates (total values) of pelvis and skis at rest on the snow, loaded as at the start of the run.
 
     The load along the normal is the weight's share plus what lifts the centre of mass as the posture does at the start.
     ``velocity`` (3,) is corrected in place: along the normal the pelvis goes so that the feet, weighted by their loads,
@@ -129,7 +151,7 @@ def settle(parts: Parts, posture: Posture, pelvis: Array, velocity: Array) -> Ar
     for _ in range(2):
         lift = posture.com_acceleration[0, 2] - share @ posture.foot_acceleration[0, :, 2]
         load = parts.mass * max(-gravity[2] + lift, 0.2 * -gravity[2])
-        system = build(parts, posture, pelvis, held_by=load)
+        system = build(parts, posture, pelvis, tree=False, held_by=load)
         try:
             _integrate_standing(system, parts)
             displaced = np.array(system.mbs.systemData.GetODE2Coordinates())
@@ -203,17 +225,18 @@ class Run:
         self._t0 = float(self.posture.time[0])
 
     def start_from(self, coordinates: Array, velocity: Array) -> None:
-        """Set the initial state: settled skis that move with the feet, the pelvis moving with ``velocity`` (3,).
+        """Set the initial state: as settled, the skis moving with the feet and the pelvis with ``velocity`` (3,).
 
         The accelerations fit the posture's; the pelvis' is what the forces leave over after the posture's own.
         """
         system, parts, posture = self.system, self.parts, self.posture
-        sign = system.skeleton.links.sign[3:]
+        sign, nodes = system.skeleton.sign[3:], system.first_node
+        coordinates = np.concatenate([coordinates[:3], sign * posture.angles[0, : len(sign)], coordinates[3:]])
         rates, accelerations = np.zeros(len(coordinates)), np.zeros(len(coordinates))
-        rates[:3], rates[3:TREE] = velocity, sign * posture.rates[0]
+        rates[:3], rates[3:nodes] = velocity, sign * posture.rates[0, : len(sign)]
         force = system.forces.evaluate(coordinates - system.ref, rates, system.now)[:3].copy()
         force += parts.body_mass * (gravity_in_slope(parts.model.inclination) - posture.com_acceleration[0])
-        accelerations[:3], accelerations[3:TREE] = force / parts.mass, sign * posture.accelerations[0]
+        accelerations[:3], accelerations[3:nodes] = force / parts.mass, sign * posture.accelerations[0, : len(sign)]
         data, initial = system.mbs.systemData, exu.ConfigurationType.Initial
         data.SetODE2Coordinates(list(coordinates - system.ref), initial)
         data.SetODE2Coordinates_t(list(rates), initial)
@@ -234,10 +257,9 @@ class Run:
     def _before(self, _mbs: Any, t: float) -> bool:
         row = round((t - self._t0) / self._step)
         if row < len(self.posture.time) and abs(t - self.posture.time[row]) < 1e-9:
-            self.system.advance(instant(self.posture, row), self.posture.angles[row])
+            self.system.advance(self.posture, row)
         else:  # the solver has cut the step
-            between = self.parts.posture(np.array([t]))
-            self.system.advance(instant(between, 0), between.angles[0])
+            self.system.advance(self.parts.posture(np.array([t])), 0)
         return True
 
     def _after(self, _mbs: Any, t: float) -> bool:

@@ -12,8 +12,9 @@ from scipy.spatial.transform import Rotation
 from sssi_exudyn.bodies.ski_mesh import BeamMesh
 from sssi_exudyn.chain import COORDINATES, PRESCRIBED
 from sssi_exudyn.contact import kernel
-from sssi_exudyn.contact.kernel import NODE, TREE
+from sssi_exudyn.contact.kernel import NODE
 from sssi_exudyn.frames import Array, gravity_in_slope
+from sssi_exudyn.inverse_dynamics import joint_moments
 from sssi_exudyn.motion import antenna_offset
 from sssi_exudyn.parts import Parts
 from sssi_exudyn.posture import Posture
@@ -28,10 +29,11 @@ class Record:
         self._data = system.mbs.systemData
         self._places = [int(self._data.GetObjectLTGAE(c)[0]) for c in system.skeleton.constraints]
         self._clamps = [[int(self._data.GetObjectLTGAE(c)[0]) for c in clamp] for clamp in system.clamps]
-        self._sign = system.skeleton.links.sign[3:]
+        self._sign = system.skeleton.sign[3:]
         self._states = np.empty((2, steps, len(system.ref)))
         self.time: list[float] = []
         self.moments: list[Array] = []
+        self.pull: list[Array] = []
         self.clamps: list[Array] = []
         self.solver: dict[str, int | float | str] = {}
 
@@ -46,16 +48,22 @@ class Record:
         return self._states[1, : len(self.time)]
 
     def take(self, t: float) -> None:
-        """Keep the current state.  What a constraint does to its coordinate is minus its multiplier."""
+        """Keep the current state, the pelvis' acceleration (m/s²) and the multipliers.
+
+        What a constraint does to its coordinate is minus its multiplier.
+        """
         row = len(self.time)
         if row == self._states.shape[1]:  # the solver has cut steps
             self._states = np.concatenate([self._states, np.empty_like(self._states)], axis=1)
         self._states[0, row] = self._data.GetODE2Coordinates(copy=False)
         self._states[1, row] = self._data.GetODE2Coordinates_t(copy=False)
         self.time.append(t)
+        self.pull.append(np.array(self._data.GetODE2Coordinates_tt(copy=False)[:3]))
         multipliers = np.asarray(self._data.GetAECoordinates(copy=False))
         self.moments.append(-self._sign * multipliers[self._places])
         self.clamps.append(-multipliers[self._clamps])
+        if row == 1:  # the first state was set, not solved for, and came without multipliers
+            self.moments[0], self.clamps[0] = self.moments[1], self.clamps[1]
 
     def statistics(self, solver: Any) -> None:
         """Keep the solver's counts."""
@@ -74,7 +82,7 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
     if not np.allclose(posture.time[np.minimum(rows, len(posture.time) - 1)], time, atol=1e-9):
         posture, rows = parts.posture(time), np.arange(len(time))
     n = len(time)
-    feet, drag = np.empty((n, 2, kernel.SEEN)), np.empty((n, 4))
+    feet, drag = np.empty((n, 2, kernel.SEEN)), np.empty((n, len(parts.areas), 4))
     along, across = np.empty((n, 2, 3)), np.empty((n, 2, 3))
     body = np.empty((n, 3))
     forces = system.forces
@@ -86,8 +94,8 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
             place = q[i, :3] + at.foot_place[side]
             along[i, side], across[i, side], _ = forces.foot_axes(place, at.foot_rotation[side])
     pelvis, speed = q[:, :3], v[:, :3]
-    nodes = (q + system.ref)[:, TREE:].reshape(n, 2, -1, NODE)
-    rates = v[:, TREE:].reshape(n, 2, -1, NODE)
+    nodes = (q + system.ref)[:, system.first_node :].reshape(n, 2, -1, NODE)
+    rates = v[:, system.first_node :].reshape(n, 2, -1, NODE)
     cut = parts.mesh
     frame, spin = posture.foot_rotation[rows], posture.foot_spin[rows]
     foot, foot_speed = pelvis[:, None] + posture.foot_place[rows], speed[:, None] + posture.foot_velocity[rows]
@@ -100,8 +108,12 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
     com_place, com_speed = posture.com_place[rows], posture.com_velocity[rows]
     com = (parts.body_mass * (pelvis + com_place) + ski_first) / parts.mass
     com_velocity = (parts.body_mass * (speed + com_speed) + ski_moving) / parts.mass
-    moments = np.array(record.moments) - _through_clamps(parts, posture, rows, nodes, np.array(record.clamps))
     friction = feet[:, :, kernel.ALONG, None] * along + feet[:, :, kernel.ACROSS, None] * across
+    moments = np.array(record.moments)
+    if not system.skeleton.constraints:
+        outer = _of_points(posture, rows, friction, drag[..., :3], body)
+        moments = _inverse_dynamics(parts, posture, rows, record) - outer
+    moments = moments - _through_clamps(parts, posture, rows, nodes, np.array(record.clamps))
     pushed = feet[:, :, kernel.LOAD, None] * np.cross(along, across)
     kinetic = (
         0.5 * parts.body_mass * np.sum(speed**2, axis=1)
@@ -116,7 +128,7 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
         "posture": np.sum(moments * posture.rates[rows], axis=1),
         "contact": feet[:, :, kernel.CONTACT_POWER].sum(axis=1),
         "friction": feet[:, :, kernel.FRICTION_POWER].sum(axis=1),
-        "air": drag[:, 3],
+        "air": drag[..., 3].sum(axis=1),
         "body": body_power,
         "damping": feet[:, :, kernel.DAMPING_POWER].sum(axis=1),
     }
@@ -143,7 +155,7 @@ def result_from_record(parts: Parts, posture: Posture, system: System, record: R
         foot_forward=frame[..., 0],
         edge_angle=feet[:, :, kernel.EDGE],
         penetration=feet[:, :, kernel.DEPTH],
-        drag=drag[:, :3],
+        drag=drag[..., :3].sum(axis=1),
         joint_moments=moments,
         ski_deflection=nodes[:, :, [-1, 0], 2] - parts.ski_in_foot[2] - cut.node_position[[-1, 0], 2],
         energy=energy,
@@ -158,6 +170,28 @@ def _integral(power: Array, time: Array) -> Array:
 
 def _turn(nodes: Array) -> Rotation:
     return Rotation.from_quat(nodes[..., 3:].reshape(-1, 4), scalar_first=True)
+
+
+def _inverse_dynamics(parts: Parts, posture: Posture, rows: NDArray[np.intp], record: Record) -> Array:
+    """(n, 28) N m that move the skier without skis as recorded, gravity apart from all other forces."""
+    return joint_moments(
+        parts.motion.geometry,
+        parts.inertias,
+        parts.model.inclination,
+        gravity_in_slope(parts.model.inclination),
+        np.hstack([record.q[:, :3], posture.angles[rows]]),
+        np.hstack([record.v[:, :3], posture.rates[rows]]),
+        np.hstack([np.array(record.pull), posture.accelerations[rows]]),
+    )
+
+
+def _of_points(posture: Posture, rows: NDArray[np.intp], friction: Array, drag: Array, body: Array) -> Array:
+    """(n, 28) N m: what forces on feet (n, 2, 3), exposed segments (n, k, 3) and centre of mass (n, 3) do to the
+    prescribed coordinates.
+    """
+    found = np.einsum("nsck,nsc->nk", posture.foot_jacobian[rows], friction)
+    found += np.einsum("nsck,nsc->nk", posture.exposed_jacobian[rows], drag)
+    return np.asarray(found + np.einsum("nck,nc->nk", posture.com_jacobian[rows], body))
 
 
 def _through_clamps(parts: Parts, posture: Posture, rows: NDArray[np.intp], nodes: Array, clamps: Array) -> Array:

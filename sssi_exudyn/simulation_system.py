@@ -1,4 +1,4 @@
-"""The full model as an Exudyn system: skeleton, two flexible skis clamped to the feet, and the forces on them."""
+"""The model as an Exudyn system: the skier, two flexible skis clamped to the feet, and the forces on them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from exudyn.itemInterface import (
 )
 
 from sssi_exudyn.bodies.beam import add_ski_beam
-from sssi_exudyn.bodies.skeleton import Skeleton, add_skeleton
+from sssi_exudyn.bodies.skeleton import CarriedMass, Skeleton, add_carried_mass, add_skeleton
 from sssi_exudyn.contact.backend import Backend, CoupledMass, Forces, Instant, add_forces
 from sssi_exudyn.frames import Array, gravity_in_slope
 from sssi_exudyn.parts import Parts
@@ -54,13 +54,18 @@ class System:
 
     container: Any
     mbs: Any
-    skeleton: Skeleton
+    skeleton: Skeleton | CarriedMass
     clamps: tuple[tuple[int, ...], ...]
     object: int
     forces: Forces
     mass: CoupledMass
     ref: Array
     now: Instant
+
+    @property
+    def first_node(self) -> int:
+        """Index of the first coordinate of the skis' nodes: the skeleton's come before."""
+        return len(self.skeleton.sign)
 
     def release(self) -> None:
         """Give the system's memory back.  Its callbacks refer to the system and it to them: no collector sees that
@@ -72,17 +77,25 @@ class System:
             self.mbs.SetObjectParameter(self.object, name, 0)
         self.container.Reset()
 
-    def advance(self, at: Instant, angles: Array) -> None:
+    def advance(self, posture: Posture, row: int) -> None:
         """Bring the prescribed motion to the end of the step that is to be solved."""
-        self.now = at
-        self.skeleton.prescribe(self.mbs, angles)
-        self.mbs.SetObjectParameter(self.object, "massMatrix", self.mass.matrix(at.foot_rotation))
+        self.now = instant(posture, row)
+        self.skeleton.prescribe(self.mbs, posture.angles[row], posture.com_acceleration[row])
+        self.mbs.SetObjectParameter(self.object, "massMatrix", self.mass.matrix(self.now.foot_rotation))
 
 
 def build(
-    parts: Parts, posture: Posture, pelvis: Array, *, held_by: float | None = None, backend: Backend = "compiled"
+    parts: Parts,
+    posture: Posture,
+    pelvis: Array,
+    *,
+    tree: bool,
+    held_by: float | None = None,
+    backend: Backend = "compiled",
 ) -> System:
     """Assemble the model in the posture of row 0 with the pelvis at ``pelvis`` (3,) m, all at rest.
+
+    ``tree``: the whole skeleton, or its mass carried by the pelvis.
 
     With ``held_by`` nothing moves but the skis and the pelvis' height: friction and movement are left out, and the
     skier is pressed on the snow by a force (N) along the normal in place of gravity.  That is how the start is found.
@@ -92,10 +105,14 @@ def build(
     mbs = container.AddSystem()
     standing = held_by is not None
     gravity = np.zeros(3) if standing else gravity_in_slope(parts.model.inclination)
-    q = np.concatenate([pelvis, posture.angles[0]])
-    skeleton = add_skeleton(
-        mbs, parts.motion.geometry, parts.inertias, gravity, parts.model.inclination, q, np.zeros(31)
-    )
+    skeleton: Skeleton | CarriedMass
+    if tree:
+        q = np.concatenate([pelvis, posture.angles[0]])
+        skeleton = add_skeleton(
+            mbs, parts.motion.geometry, parts.inertias, gravity, parts.model.inclination, q, np.zeros(31)
+        )
+    else:
+        skeleton = add_carried_mass(mbs, parts.body_mass, gravity, pelvis)
     ground = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=mbs.AddNode(NodePointGround()), coordinate=0))
     nodes, clamps = [skeleton.node], []
     frame = np.eye(4)
@@ -112,7 +129,7 @@ def build(
     ref = np.concatenate([np.asarray(mbs.GetNode(node)["referenceCoordinates"], dtype=np.float64) for node in nodes])
     terms = [term for term in parts.model.terms if not standing or term.kind in ("point", "terrain")]
     area = np.array(list(parts.areas.values()))
-    forces = Forces(terms, parts.sections, gravity, skeleton.links.sign, area, ref, backend)
+    forces = Forces(terms, parts.sections, gravity, skeleton.sign, area, ref, backend)
     now = instant(posture, 0, standing=standing)
     mass = CoupledMass(parts.sections, len(ref))
     system = System(container, mbs, skeleton, tuple(clamps), -1, forces, mass, ref, now)

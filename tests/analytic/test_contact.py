@@ -10,9 +10,10 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm, logm
 
 from sssi_exudyn.bodies.ski_mesh import mesh
+from sssi_exudyn.chain import COORDINATES
 from sssi_exudyn.contact.backend import Forces, Instant
 from sssi_exudyn.contact.friction import AnisotropicFriction
-from sssi_exudyn.contact.kernel import LOAD, NODE, TREE
+from sssi_exudyn.contact.kernel import LOAD, NODE
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.penetration import HuntCrossley
 from sssi_exudyn.contact.term import PointState
@@ -22,6 +23,7 @@ from sssi_exudyn.simulation_system import instant
 
 SNOW = HuntCrossley()
 FRICTION = AnisotropicFriction()
+TREE = len(COORDINATES)
 
 
 @pytest.fixture(scope="module")

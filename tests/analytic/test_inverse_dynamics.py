@@ -14,7 +14,7 @@ import pytest
 from sssi_exudyn.chain import COORDINATE, FEET, JOINTS, PARENT, PRESCRIBED, forward_kinematics, rates
 from sssi_exudyn.commands import model_of
 from sssi_exudyn.contact.air import AirDrag
-from sssi_exudyn.contact.kernel import NODE, TREE
+from sssi_exudyn.contact.kernel import NODE
 from sssi_exudyn.contact.penetration import HuntCrossley
 from sssi_exudyn.frames import gravity_in_slope
 from sssi_exudyn.motion import motion_from_recording
@@ -44,7 +44,7 @@ def ski_on_foot(run: Run, result: SimulationResult, gravity: np.ndarray) -> tupl
     posture, cut, parts = run.posture, run.parts.mesh, run.parts
     law = run.parts.model.term("penetration")
     assert isinstance(law, HuntCrossley)
-    nodes = (run.record.q + run.system.ref)[:, TREE:].reshape(len(result.time), 2, -1, NODE)
+    nodes = (run.record.q + run.system.ref)[:, run.system.first_node :].reshape(len(result.time), 2, -1, NODE)
     w, x, y, z = np.moveaxis(nodes[..., 3:], -1, 0)
     turn = np.stack(
         [

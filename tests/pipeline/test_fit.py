@@ -17,7 +17,7 @@ from sssi_exudyn.fitting.optimise import minimise
 from sssi_exudyn.motion import Motion, motion_from_recording
 from sssi_exudyn.recording import read_recording
 from sssi_exudyn.reduced import prepare, sensitivities, simulate_reduced
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.simulation import antenna_path, simulate
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 TRUTH = {
@@ -72,9 +72,9 @@ def test_an_interrupted_fit_goes_on(
         calls += 1
         if calls == 2 and interrupt:
             raise KeyboardInterrupt
-        return simulate(*arguments, **named)  # type: ignore[arg-type]
+        return antenna_path(*arguments, **named)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(fitting, "simulate", counted)
+    monkeypatch.setattr(fitting, "antenna_path", counted)
     interrupt = True
     with pytest.raises(KeyboardInterrupt):
         fit(problem, motion, "joint", cache=Cache(tmp_path))

@@ -1,0 +1,77 @@
+"""Joint moments from a movement that is known: recursive Newton-Euler over the skier's chain.
+
+For runs without the skeleton's tree, in which no constraint holds the posture and so no multiplier tells the moments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sssi_exudyn.bodies.anthropometry import SegmentInertia
+from sssi_exudyn.chain import COORDINATE, COORDINATES, JOINTS, PARENT, Geometry, forward_kinematics, rates
+from sssi_exudyn.frames import Array
+
+_STRETCH = 256
+"""Instants that are computed at once: every segment's frames for a whole run would be larger than the result."""
+
+
+def joint_moments(
+    geometry: Geometry,
+    inertias: Sequence[SegmentInertia],
+    inclination: float,
+    gravity: Array,
+    q: Array,
+    qd: Array,
+    qdd: Array,
+) -> Array:
+    """(n, 28) N m that the prescribed coordinates need so that the bodies move like this under gravity alone.
+
+    Parameters
+    ----------
+    inertias : in chain order
+    inclination : of the slope, rad;  gravity : (3,) m/s² in the slope frame
+    q, qd, qdd : (n, 31) coordinates of the chain, their rates and accelerations
+    """
+    stretches = np.array_split(np.arange(len(q)), max(1, -(-len(q) // _STRETCH)))
+    return np.concatenate(
+        [_recursion(geometry, inertias, inclination, gravity, q[rows], qd[rows], qdd[rows]) for rows in stretches]
+    )
+
+
+def _recursion(
+    geometry: Geometry,
+    inertias: Sequence[SegmentInertia],
+    inclination: float,
+    gravity: Array,
+    q: Array,
+    qd: Array,
+    qdd: Array,
+) -> Array:
+    """Outwards the movement, inwards force F and moment M about the segment's joint: F = m (a_c − g) + Σ F_child,
+    M = I α + ω × I ω + r_c × m (a_c − g) + Σ (M_child + r_child × F_child); a coordinate's moment is M along its axis.
+    """
+    poses = forward_kinematics(geometry, q, inclination)
+    moving = rates(poses, qd, qdd)
+    force, moment = np.empty_like(poses.origin), np.empty_like(poses.origin)
+    for i, body in enumerate(inertias):
+        omega, alpha = moving.angular_velocity[:, i], moving.angular_acceleration[:, i]
+        turn = poses.rotation[:, i]
+        arm = turn @ body.com
+        felt = moving.acceleration[:, i] + np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm)) - gravity
+        inertia = turn @ body.inertia @ np.swapaxes(turn, 1, 2)
+        spin = np.einsum("nij,nj->ni", inertia, omega)
+        force[:, i] = body.mass * felt
+        moment[:, i] = np.einsum("nij,nj->ni", inertia, alpha) + np.cross(omega, spin) + np.cross(arm, force[:, i])
+    found = np.empty((len(q), len(COORDINATES) - 3))
+    for i in reversed(range(len(JOINTS))):
+        for name, _ in JOINTS[i].rotations:
+            c = COORDINATE[name]
+            found[:, c - 3] = np.sum(poses.axes[:, c] * moment[:, i], axis=1)
+        p = PARENT[i]
+        if p >= 0:
+            arm = poses.origin[:, i] - poses.origin[:, p]
+            moment[:, p] += moment[:, i] + np.cross(arm, force[:, i])
+            force[:, p] += force[:, i]
+    return found
