@@ -20,6 +20,7 @@ from exudyn.itemInterface import ObjectGenericODE2
 from sssi_exudyn.contact import kernel
 from sssi_exudyn.contact.compiled import compile_kernel, parameter_values
 from sssi_exudyn.contact.interpreted import interpreted_kernel
+from sssi_exudyn.contact.registry import padded
 from sssi_exudyn.contact.sections import Sections
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.frames import Array
@@ -71,6 +72,7 @@ class Forces:
         backend: Backend = "compiled",
     ) -> None:
         make = compile_kernel if backend == "compiled" else interpreted_kernel
+        terms = padded(terms)
         self._kernel: Any = make(terms, kernel)
         self._parameters = parameter_values(terms)
         self._contacts = (sections.element, sections.share, sections.offset, sections.length, sections.damping)

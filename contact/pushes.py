@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Final
 
 from sssi_exudyn.contact.maths import Math, Vector
-from sssi_exudyn.contact.shapes import bell, hat
+from sssi_exudyn.contact.shapes import bell, window
 from sssi_exudyn.contact.term import BodyState, BodyTerm
 from sssi_exudyn.quantity import quantity
 
@@ -43,9 +43,9 @@ class PolePlant(BodyTerm):
 
 @dataclass(frozen=True)
 class UnexplainedForce(BodyTerm):
-    """A force of which nothing is known but that it acted; several in a row make a force in straight lines.
+    """A force of which nothing is known but that it acted; several in a row follow any course of it.
 
-    Formula: F = (force_f, force_l, force_n)·max(0, 1 − |t' − t|/width),   t' the time
+    Formula: F = (force_f, force_l, force_n)·½(tanh((t − t0)/rise) − tanh((t − t1)/rise))
     """
 
     name: ClassVar[str] = "unexplained_force"
@@ -54,9 +54,10 @@ class UnexplainedForce(BodyTerm):
     force_f: float = quantity(0.0, "N", low=-3e3, high=3e3, source="chosen", meaning="force down the fall line")
     force_l: float = quantity(0.0, "N", low=-3e3, high=3e3, source="chosen", meaning="force to the left")
     force_n: float = quantity(0.0, "N", low=-3e3, high=3e3, source="chosen", meaning="force away from the snow")
-    t: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it is greatest")
-    width: float = quantity(0.25, "s", low=0.02, high=60.0, source="chosen", meaning="time it takes to come and to go")
+    t0: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it comes")
+    t1: float = quantity(2.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it goes")
+    rise: float = quantity(0.05, "s", low=0.01, high=2.0, source="chosen", meaning="time it takes to come and to go")
 
     def force(self, math: Math, state: BodyState) -> Vector:
-        share = hat(math, state.t, self.t, self.width)
+        share = window(math, state.t, self.t0, self.t1, self.rise)
         return self.force_f * share, self.force_l * share, self.force_n * share

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -43,6 +43,19 @@ TERMS: Final[tuple[type[Term], ...]] = (
 
 PAPER_TERMS: Final[tuple[Term, ...]] = (HuntCrossley(), AnisotropicFriction(), AirDrag())
 """The terms of the published model, with their default parameters."""
+_PUBLISHED: Final = tuple(type(term) for term in PAPER_TERMS)
+
+
+def padded(terms: Sequence[Term]) -> tuple[Term, ...]:
+    """The same laws with those of the registry that are missing added at their default, which is no strength, so that
+    one compiled kernel serves them all.  The published terms alone stay as they are.
+    """
+    if all(type(term) in _PUBLISHED for term in terms):
+        return tuple(terms)
+    found: list[Term] = []
+    for cls in TERMS:
+        found += [term for term in terms if type(term) is cls] or ([] if cls in _PUBLISHED else [cls()])
+    return (*found, *(term for term in terms if type(term) not in TERMS))
 
 
 def term_named(name: str) -> type[Term]:

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from sssi_exudyn.contact.maths import Math, Number
+
+TURN: Final = 6.283185307179586
+"""rad in a full turn."""
 
 
 def window(math: Math, x: Number, low: Number, high: Number, edge: Number) -> Number:
@@ -10,12 +15,13 @@ def window(math: Math, x: Number, low: Number, high: Number, edge: Number) -> Nu
     return 0.5 * (math.tanh((x - low) / edge) - math.tanh((x - high) / edge))
 
 
-def hat(math: Math, x: Number, centre: Number, width: Number) -> Number:
-    """1 at ``centre``, falling in straight lines to 0 at ``width`` (> 0) to either side."""
-    return math.maximum(0.0, 1.0 - math.absolute(x - centre) / width)
-
-
 def bell(math: Math, x: Number, centre: Number, width: Number) -> Number:
     """exp(−½((x − centre)/width)²)."""
     z = (x - centre) / width
     return math.exp(-0.5 * z * z)
+
+
+def swell(math: Math, x: Number, low: Number, high: Number) -> Number:
+    """½(1 − cos) from ``low`` to ``high``: 0 at both ends and beyond, 1 half-way."""
+    share = math.minimum(math.maximum((x - low) / (high - low), 0.0), 1.0)
+    return 0.5 * (1.0 - math.cos(TURN * share))

@@ -7,7 +7,7 @@ from typing import ClassVar, Final
 
 from sssi_exudyn.contact.air import AirDrag
 from sssi_exudyn.contact.maths import Math, Vector
-from sssi_exudyn.contact.shapes import window
+from sssi_exudyn.contact.shapes import swell
 from sssi_exudyn.contact.term import PlaceState, SegmentState, SegmentTerm, WindTerm
 from sssi_exudyn.quantity import quantity
 
@@ -37,13 +37,13 @@ class Wind(WindTerm):
 
 @dataclass(frozen=True)
 class Gust(WindTerm):
-    """A wind that comes at t0 and goes at t1.
+    """A wind that swells from t0 and is gone at t1; w_f and w_l are its peak.
 
-    Formula: w = (w_f, w_l, 0)·½(tanh((t − t0)/rise) − tanh((t − t1)/rise))
+    Formula: w = (w_f, w_l, 0)·½(1 − cos(2π·(t − t0)/(t1 − t0)))   for t0 < t < t1
     """
 
     name: ClassVar[str] = "gust"
-    sources: ClassVar[tuple[str, ...]] = ("the air's velocity relative to the body, as in the paper's 2.2.4",)
+    sources: ClassVar[tuple[str, ...]] = ("the one-minus-cosine gust of 14 CFR 25.341",)
 
     w_f: float = quantity(
         0.0, "m/s", low=-_STRONGEST, high=_STRONGEST, source=_BEAUFORT, meaning="gust down the fall line"
@@ -51,10 +51,9 @@ class Gust(WindTerm):
     w_l: float = quantity(0.0, "m/s", low=-_STRONGEST, high=_STRONGEST, source=_BEAUFORT, meaning="gust to the left")
     t0: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it comes")
     t1: float = quantity(2.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it goes")
-    rise: float = quantity(0.15, "s", low=0.02, high=2.0, source="chosen", meaning="time it takes to come and to go")
 
     def velocity(self, math: Math, state: PlaceState) -> Vector:
-        blows = window(math, state.t, self.t0, self.t1, self.rise)
+        blows = swell(math, state.t, self.t0, self.t1)
         return self.w_f * blows, self.w_l * blows, 0.0
 
 

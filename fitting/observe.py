@@ -18,6 +18,8 @@ from sssi_exudyn.sensors import gps_offset
 
 _FIRST = 1.2
 """s of fixes from which place and velocity at the start are guessed; long against the noise, short against a turn."""
+_END = 60
+"""Samples of a simulation from which it is continued beyond its ends."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +49,16 @@ def seen_by_gps(model: Model, time: Array, antenna: Array, fixes: Array) -> Arra
 
     Heights over the snow count from the antenna's at the start, where the model's start puts it on the measured track.
     A GPS clock that is late by c stamps at t + c what happened at t; the model's GPS faults displace what it reports.
+    Before the start and after the end the antenna is taken to go on with the acceleration that it has there.
     """
     risen = antenna - [0.0, 0.0, antenna[0, 2]]
     level = risen @ slope_to_level(model.inclination).T
     at = fixes - model.start.clock_offset
     seen = np.stack([np.interp(at, time, level[:, axis]) for axis in range(3)], axis=1)
+    for outside, near in ((at < time[0], slice(None, _END)), (at > time[-1], slice(-_END, None))):
+        if np.any(outside):
+            course = np.polynomial.polynomial.polyfit(time[near], level[near], 2)
+            seen[outside] = np.polynomial.polynomial.polyval(at[outside], course).T
     return seen + gps_offset(model.sensors, fixes)
 
 

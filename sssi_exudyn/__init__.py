@@ -1,6 +1,7 @@
 """Skier, ski and snow: from a recorded run to forces, friction and joint moments.
 
-What the command line does stands here: ``inspect``, ``simulate``, ``fit``, ``validate``, ``run`` and ``terms``.
+What the command line does stands here: ``inspect``, ``simulate``, ``fit``, ``diagnose``,
+``validate``, ``run`` and ``terms``.
 They are loaded when first used, so that importing the package is quick and starts no solver.
 """
 
@@ -10,9 +11,9 @@ from importlib import import_module, metadata
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from sssi_exudyn.commands import fit, inspect, run, simulate, terms, validate
+    from sssi_exudyn.commands import diagnose, fit, inspect, run, simulate, terms, validate
 
-__all__ = ["fit", "inspect", "run", "simulate", "terms", "validate"]
+__all__ = ["diagnose", "fit", "inspect", "run", "simulate", "terms", "validate"]
 
 
 def __getattr__(name: str) -> Any:

@@ -54,6 +54,16 @@ def parser() -> argparse.ArgumentParser:
         "validate", parents=[common, recorded, written], help="hold a result against GPS and insoles"
     )
     validate.add_argument("--result", type=Path, metavar="DIR", required=True, help="folder of the result to judge")
+    commands.add_parser(
+        "diagnose", parents=[common, recorded, written], help="what physics was left out, or which instrument is wrong"
+    )
+    judged = commands.add_parser("benchmark", help="how well the program does on cases whose answers are known")
+    of = judged.add_subparsers(dest="about", metavar="WHAT", required=True)
+    blind = of.add_parser("diagnosis", parents=[common, written], help="the diagnosis, on sealed cases")
+    blind.add_argument("folders", type=Path, nargs="+", metavar="FOLDER", help="recordings whose movements are used")
+    blind.add_argument("--cases", type=int, default=200, help="default: %(default)s")
+    blind.add_argument("--seed", type=int, default=1, help="default: %(default)s")
+    blind.add_argument("--full", type=int, default=30, help="cases judged with the full model (%(default)s)")
     commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
     commands.add_parser("terms", parents=[common], help="every force term and its parameters")
     ski = commands.add_parser("ski", help="what concerns a ski alone")
@@ -116,6 +126,19 @@ def _call(options: argparse.Namespace) -> str:
             )
         case "fit":
             summary = commands.fit(options.folder, options.out, method=options.method, progress=progress)
+        case "benchmark":
+            scores = commands.benchmark(
+                options.folders,
+                options.out,
+                cases=options.cases,
+                seed=options.seed,
+                full=options.full,
+                progress=progress,
+            )
+            return to_json(scores)
+        case "diagnose":
+            told = commands.diagnose(options.folder, options.out, progress=progress)
+            return to_json(told) if options.json else f"{told['verdict']}: {told['sentence']}\n"
         case "validate":
             summary = commands.validate(options.folder, options.result, options.out, progress=progress)
         case _:

@@ -7,7 +7,9 @@ it is done.
 
 from __future__ import annotations
 
+import os
 import shutil
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,7 +24,7 @@ from sssi_exudyn.cache import Cache
 from sssi_exudyn.contact.backend import Backend
 from sssi_exudyn.contact.registry import PAPER_TERMS, terms_table
 from sssi_exudyn.errors import InputError, SimulationDiverged
-from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
+from sssi_exudyn.fitting.fit import Fitted, Method, fit_reduced, problem_of
 from sssi_exudyn.fitting.fit import fit as fit_problem
 from sssi_exudyn.fitting.observe import first_guess, mended
 from sssi_exudyn.frames import Array, slope_to_enu
@@ -32,6 +34,7 @@ from sssi_exudyn.motion import Motion, motion_from_recording, round_trip_table
 from sssi_exudyn.progress import Progress
 from sssi_exudyn.provenance import provenance
 from sssi_exudyn.recording import Recording, read_recording
+from sssi_exudyn.reduced import prepare
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.result_folder import (
     MODEL,
@@ -43,6 +46,10 @@ from sssi_exudyn.result_folder import (
     write_result,
 )
 from sssi_exudyn.simulation import simulate as simulate_model
+from sssi_exudyn.validation.benchmark import run_benchmark
+from sssi_exudyn.validation.diagnosis import diagnose as find_missing
+from sssi_exudyn.validation.diagnosis import diagnosis_to_dict
+from sssi_exudyn.validation.diagnosis_page import diagnosis_section
 from sssi_exudyn.validation.page import render_page
 from sssi_exudyn.validation.validate import judged
 
@@ -119,6 +126,60 @@ def run(folder: Path, out: Path, *, progress: Progress = _SILENT) -> dict[str, A
     return fit(folder, out, progress=progress)
 
 
+def diagnose(folder: Path, out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
+    """Find what physics was left out, or which instrument is at fault, and leave the extended model's run in ``out``;
+    what ``diagnosis.json`` holds.
+    """
+    with locked(out):
+        recording, motion = _read(folder, progress)
+        if recording.gps is None:
+            raise InputError(
+                folder / "recording.toml", "[gps]", "there is no GPS to hold the simulation against", "add it"
+            )
+        with progress.stage("diagnose") as stage:
+            found = find_missing(
+                recording, motion, model_of(recording, motion), cache=Cache(out / _CACHE), say=stage.advance
+            )
+        assert found.result is not None
+        told = diagnosis_to_dict(found)
+        errors = np.sqrt(np.diag(found.fit.covariance))
+        parameters = {
+            name: {"value": float(value), "se": float(se)}
+            for p, value, se in zip(found.fit.parameters, found.fit.values, errors, strict=True)
+            for name in p.names
+        }
+        figures = {
+            "friction": {name: parameters[f"friction.{name}"] for name in ("mu_t", "mu_n")},
+            "fit": {"method": "diagnosis", "converged": True, "parameters": parameters},
+            "diagnosis": {key: told[key] for key in ("verdict", "sentence")},
+        }
+        settings = {"command": "diagnose"}
+        section = diagnosis_section(found)
+        _left(recording, motion, found.model, found.result, figures, out, settings, diagnosis=told, sections=[section])
+        shutil.rmtree(out / _CACHE, ignore_errors=True)
+        return told
+
+
+def benchmark(
+    recordings: Sequence[Path], out: Path, *, cases: int, seed: int, full: int, progress: Progress = _SILENT
+) -> dict[str, Any]:
+    """Judge the diagnosis blindly on ``cases`` made from the movements of ``recordings``, the first ``full`` of them
+    with the full model, into ``out``; the scores.
+    """
+    with locked(out):
+        bases = []
+        for folder in recordings:
+            recording, motion = _read(folder, progress)
+            if recording.gps is None:
+                raise InputError(folder / "recording.toml", "[gps]", "there is no GPS to start from", "add it")
+            problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+            found = fit_reduced(problem, prepare(problem.model, motion))
+            bases.append((recording, motion, problem.model_at(found.values)))
+        with progress.stage("benchmark") as stage:
+            workers = os.cpu_count() or 1
+            return run_benchmark(out, bases, count=cases, seed=seed, full=full, workers=workers, say=stage.advance)
+
+
 def validate(folder: Path, result: Path, out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
     """Judge the run in the folder ``result`` against the recording's GPS and insoles, into ``out``; the new summary."""
     with locked(out), progress.stage("validate"):
@@ -183,28 +244,53 @@ def _simulated(
             if not isinstance(error.partial, SimulationResult):
                 raise
             failure, result = error, error.partial
-    result = result.moved(_height_of_track(recording, result))
-    series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
     figures = {
-        "recording": recording.name,
         "friction": _friction(model, fitted),
-        **judged(series, recording.gps and mended(recording.gps, model), recording.insoles),
         "fit": _fit_figures(fitted),
-        "solver": {"simulated_s": float(np.ptp(result.time)), **result.statistics},
-        "energy": {
-            "closure_percent": result.closure_percent,
-            "work_J": {name: float(work[-1] - work[0]) for name, work in result.energy.items()},
-        },
-        "capture": {"round_trip": round_trip_table(motion)},
         "diverged": None if failure is None else str(failure),
-        "notices": list(recording.notices),
-        "provenance": provenance(recording.hashes, settings, seed=0),
     }
-    summary = complete_summary(figures)
-    page = render_page(summary, series, recording.gps, recording.insoles)
-    write_result(out, summary, series, model_to_dict(model), report=page)
+    summary = _left(recording, motion, model, result, figures, out, settings)
     if failure is not None:
         raise failure
+    return summary
+
+
+def _left(
+    recording: Recording,
+    motion: Motion,
+    model: Model,
+    result: SimulationResult,
+    figures: dict[str, Any],
+    out: Path,
+    settings: dict[str, Any],
+    *,
+    diagnosis: dict[str, Any] | None = None,
+    sections: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Write a result folder from a run; its summary."""
+    result = result.moved(_height_of_track(recording, result))
+    series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
+    gps = recording.gps and mended(recording.gps, model)
+    summary = complete_summary(
+        {
+            "recording": recording.name,
+            "friction": figures["friction"],
+            **judged(series, gps, recording.insoles),
+            "fit": figures["fit"],
+            "solver": {"simulated_s": float(np.ptp(result.time)), **result.statistics},
+            "energy": {
+                "closure_percent": result.closure_percent,
+                "work_J": {name: float(work[-1] - work[0]) for name, work in result.energy.items()},
+            },
+            "capture": {"round_trip": round_trip_table(motion)},
+            "diverged": None,
+            **figures,
+            "notices": list(recording.notices),
+            "provenance": provenance(recording.hashes, settings, seed=0),
+        }
+    )
+    page = render_page(summary, series, gps, recording.insoles, sections)
+    write_result(out, summary, series, model_to_dict(model), diagnosis=diagnosis, report=page)
     return summary
 
 

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from sssi_exudyn.bodies.ski_modes import ModalSki, modal_ski
 from sssi_exudyn.contact import reduced_kernel
 from sssi_exudyn.contact.compiled import compile_kernel, parameter_values
+from sssi_exudyn.contact.registry import padded
 from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import Array, gravity_in_slope, slope_to_level
 from sssi_exudyn.model import Model
@@ -208,8 +209,9 @@ def prepare(
 def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
     at = prepared.worn_as(model)
-    kernel = compile_kernel(model.terms, reduced_kernel)
-    parameters = parameter_values(model.terms)
+    terms = padded(model.terms)
+    kernel = compile_kernel(terms, reduced_kernel)
+    parameters = parameter_values(terms)
     gravity = gravity_in_slope(at.inclination)
     omega = 2.0 * np.pi * at.ski.frequency
     n, count = len(at.time), len(omega)
@@ -295,7 +297,8 @@ def simulate_each(
     models: Sequence[Model], prepared: Prepared, observed: Callable[[Model, ReducedRun], Array]
 ) -> list[Array]:
     """What is ``observed`` of a run of each model, in threads: the compiled loop lets go of the interpreter's lock."""
-    for terms in {tuple(type(term) for term in model.terms): model.terms for model in models}.values():
+    every = [padded(model.terms) for model in models]
+    for terms in {tuple(type(term) for term in terms): terms for terms in every}.values():
         compile_kernel(terms, reduced_kernel)  # once, before threads ask for it
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(lambda each: observed(each, simulate_reduced(each, prepared)), models))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -44,7 +44,13 @@ def write_page(
     write_atomically(path, render_page(summary, series, gps, insoles))
 
 
-def render_page(summary: Mapping[str, Any], series: pd.DataFrame, gps: Gps | None, insoles: Insoles | None) -> str:
+def render_page(
+    summary: Mapping[str, Any],
+    series: pd.DataFrame,
+    gps: Gps | None,
+    insoles: Insoles | None,
+    sections: Sequence[str] = (),
+) -> str:
     """The page as text.
 
     Parameters
@@ -52,17 +58,19 @@ def render_page(summary: Mapping[str, Any], series: pd.DataFrame, gps: Gps | Non
     summary : figures by group, as in ``summary.json``; those that are missing or null are shown as a dash
     series : the time series, as in ``series.parquet``
     gps, insoles : what was measured, where it was
+    sections : HTML that stands before all else
     """
     whole = complete_summary(summary)
     sections = [
-        _table("Friction between ski and snow", _friction_rows(whole["friction"])),
-        _table("Agreement with what was measured", _agreement_rows(whole)),
+        *sections,
+        table("Friction between ski and snow", _friction_rows(whole["friction"])),
+        table("Agreement with what was measured", _agreement_rows(whole)),
         _trajectory_plots(series, gps),
         _load_plots(series, insoles),
-        _table("Energy", _energy_rows(whole["energy"], series)),
-        _table("Skeleton against capture", _capture_rows(whole)),
-        _table("Solver and fit", _health_rows(whole)),
-        _table("Where this result comes from", _provenance_rows(whole["provenance"])),
+        table("Energy", _energy_rows(whole["energy"], series)),
+        table("Skeleton against capture", _capture_rows(whole)),
+        table("Solver and fit", _health_rows(whole)),
+        table("Where this result comes from", _provenance_rows(whole["provenance"])),
     ]
     name = escape(str(whole["recording"] or "a recording"))
     return (
@@ -155,14 +163,14 @@ def _trajectory_plots(series: pd.DataFrame, gps: Gps | None) -> str:
     if gps is not None:
         run = (gps.time >= series["time_s"].iloc[0]) & (gps.time <= series["time_s"].iloc[-1])
         fixes = gps.enu[run]
-    shown = _figure(
+    shown = figure(
         plots.trajectory_svg(antenna, fixes),
         "Track seen from above: simulated antenna" + (" and GPS fixes" if fixes is not None else ""),
     )
     if gps is not None and fixes is not None and len(fixes):
         error = plots.distances(series, gps.time[run], fixes)
         svg = plots.error_svg(gps.time[run], error, gps.sigma[run])
-        shown += _figure(svg, f"Distance between simulated antenna and GPS over time, at most {np.max(error):.3f} m")
+        shown += figure(svg, f"Distance between simulated antenna and GPS over time, at most {np.max(error):.3f} m")
     return shown
 
 
@@ -177,12 +185,12 @@ def _load_plots(series: pd.DataFrame, insoles: Insoles | None) -> str:
     caption = "Left foot's share of what presses on the soles: simulated" + (
         " and insoles" if insoles is not None else ""
     )
-    return _figure(plots.load_svg(time, left, right), "Normal force of the snow on each ski over time") + _figure(
+    return figure(plots.load_svg(time, left, right), "Normal force of the snow on each ski over time") + figure(
         plots.ratio_svg(time, pressure_ratio(*soles), measured_time, measured), caption
     )
 
 
-def _table(title: str, rows: list[Row]) -> str:
+def table(title: str, rows: list[Row]) -> str:
     """A table under its headline; nothing where there is no row."""
     if not rows:
         return ""
@@ -194,7 +202,8 @@ def _table(title: str, rows: list[Row]) -> str:
     return f"<h2>{escape(title)}</h2>\n<table>\n{body}</table>\n"
 
 
-def _figure(svg: str, caption: str) -> str:
+def figure(svg: str, caption: str) -> str:
+    """A plot with its caption, which is its text for whoever does not see it too."""
     labelled = svg.replace("<svg ", f'<svg role="img" aria-label="{escape(caption)}" ', 1)
     return f"<figure>\n{labelled}\n<figcaption>{escape(caption)}.</figcaption>\n</figure>\n"
 

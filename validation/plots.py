@@ -24,7 +24,7 @@ from sssi_exudyn.validation.metrics import at_times, pressure_ratio
 SIMULATED, MEASURED, OTHER = "#2f7fc1", "#d9772b", "#7a9a3a"
 CUTOFF_HZ = 6.0
 """The paper's filter of insole data (2.4)."""
-_INK = "#010203"
+INK = "#010203"
 """Stands for the text's colour until the SVG is written; no plot uses it for anything else."""
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # words stay words: searchable, and in the page's own font
@@ -35,7 +35,7 @@ _STYLE: dict[Any, Any] = {
     "grid.alpha": 0.2,
     "legend.frameon": False,
     "lines.linewidth": 1.6,
-} | dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color", "grid.color"), _INK)
+} | dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color", "grid.color"), INK)
 
 
 def trajectory_svg(antenna: Array, fixes: Array | None) -> str:
@@ -49,7 +49,7 @@ def trajectory_svg(antenna: Array, fixes: Array | None) -> str:
         axes.set_aspect("equal", adjustable="datalim")
         axes.set(xlabel="east (m)", ylabel="north (m)")
 
-    return _svg("trajectory", draw, height=4.2)
+    return svg("trajectory", draw, height=4.2)
 
 
 def error_svg(time: Array, error: Array, sigma: Array | None) -> str:
@@ -62,7 +62,7 @@ def error_svg(time: Array, error: Array, sigma: Array | None) -> str:
         axes.set_ylim(bottom=0.0)
         axes.set(xlabel="time (s)", ylabel="distance (m)")
 
-    return _svg("error", draw)
+    return svg("error", draw)
 
 
 def ratio_svg(time: Array, simulated: Array, insole_time: Array | None, measured: Array | None) -> str:
@@ -75,7 +75,7 @@ def ratio_svg(time: Array, simulated: Array, insole_time: Array | None, measured
         axes.set_ylim(-0.02, 1.02)
         axes.set(xlabel="time (s)", ylabel="left over both (1)")
 
-    return _svg("ratio", draw)
+    return svg("ratio", draw)
 
 
 def load_svg(time: Array, left: Array, right: Array) -> str:
@@ -86,7 +86,7 @@ def load_svg(time: Array, left: Array, right: Array) -> str:
         axes.plot(time, right, color=MEASURED, label="right ski")
         axes.set(xlabel="time (s)", ylabel="normal force (N)")
 
-    return _svg("load", draw)
+    return svg("load", draw)
 
 
 def antenna_of(series: pd.DataFrame) -> Array:
@@ -110,7 +110,8 @@ def filtered_ratio(time: Array, left: Array, right: Array) -> Array:
     return pressure_ratio(left, right)
 
 
-def _svg(name: str, draw: Callable[[Axes], None], height: float = 2.9) -> str:
+def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9) -> str:
+    """What ``draw`` puts on the axes, as SVG text; ``name`` is this plot's own on its page, ``height`` in inches."""
     with mpl.rc_context(_STYLE | {"svg.hashsalt": name}):  # a salt of its own: identical runs give identical bytes
         figure = Figure(figsize=(7.2, height), layout="constrained")
         figure.patch.set_alpha(0.0)
@@ -120,9 +121,9 @@ def _svg(name: str, draw: Callable[[Axes], None], height: float = 2.9) -> str:
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderpad=0.0)  # above, where no data are
         text = io.StringIO()
         figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
-    svg = text.getvalue()
-    svg = svg[svg.index("<svg") :].replace(_INK, "currentColor")
+    drawn = text.getvalue()
+    drawn = drawn[drawn.index("<svg") :].replace(INK, "currentColor")
     # Several plots share one page, and identifiers have to be one plot's own there.
-    svg = re.sub(r'\bid="', f'id="{name}-', svg)
-    svg = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", svg)
-    return re.sub(r' (width|height)="[\d.]+pt"', "", svg, count=2)
+    drawn = re.sub(r'\bid="', f'id="{name}-', drawn)
+    drawn = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", drawn)
+    return re.sub(r' (width|height)="[\d.]+pt"', "", drawn, count=2)

@@ -28,8 +28,9 @@ from term_places import (
     switches,
 )
 
+from sssi_exudyn.contact.glide import SnowPatch
 from sssi_exudyn.contact.maths import ArrayMath, FloatMath
-from sssi_exudyn.contact.registry import TERMS, read_term, term_named, terms_table
+from sssi_exudyn.contact.registry import PAPER_TERMS, TERMS, padded, read_term, term_named, terms_table
 from sssi_exudyn.contact.tape import Tape, TapeMath
 from sssi_exudyn.contact.term import KINDS, formula, parameters
 from sssi_exudyn.errors import InputError
@@ -80,6 +81,21 @@ def test_parameters_out_of_bounds_are_refused(cls: type[Any]) -> None:
 def test_an_unknown_term_is_refused() -> None:
     with pytest.raises(InputError, match="no force term is named 'glue'"):
         read_term("glue", {}, "model.toml", "[term]")
+
+
+@pytest.mark.parametrize("cls", [c for c in TERMS if c not in map(type, PAPER_TERMS)], ids=lambda cls: cls.name)
+def test_a_term_beyond_the_paper_is_nothing_by_default(cls: type[Any]) -> None:
+    # so that adding it changes no result, and one kernel with all of them serves every model
+    assert not np.any(reference(cls()))
+
+
+def test_padding_adds_what_is_missing_and_keeps_what_is_there() -> None:
+    assert padded(PAPER_TERMS) == PAPER_TERMS
+    one, other = SnowPatch(0.05, 1.0, 2.0), SnowPatch(0.02, 3.0, 4.0)
+    found = padded((*PAPER_TERMS, one, other))
+    assert {type(term) for term in found} == set(TERMS)
+    assert [term for term in found if isinstance(term, SnowPatch)] == [one, other]
+    assert padded((*found,)) == found
 
 
 @every_term

@@ -1,0 +1,113 @@
+"""The diagnosis on runs whose hidden effect is known, made by the benchmark's world; judged with the reduced model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sssi_exudyn.commands import model_of
+from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.model import Model
+from sssi_exudyn.motion import Motion, motion_from_recording
+from sssi_exudyn.recording import Recording, read_recording
+from sssi_exudyn.reduced import prepare, simulate_each, simulate_reduced
+from sssi_exudyn.validation.benchmark import scored, sealed, share
+from sssi_exudyn.validation.benchmark_world import make, plan
+from sssi_exudyn.validation.diagnosis import diagnose, diagnosis_to_dict
+from sssi_exudyn.validation.diagnosis_page import diagnosis_section
+from sssi_exudyn.validation.hypotheses import HYPOTHESES, Scene
+from sssi_exudyn.validation.search import setting_of
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
+KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "noise"}
+
+
+@pytest.fixture(scope="module")
+def base() -> tuple[Recording, Motion, Model]:
+    recording = read_recording(EXAMPLE)
+    motion = motion_from_recording(recording)
+    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
+
+
+def said_of(name: str, kind: str, strength: int, base: Any, seed: int) -> tuple[Any, dict[str, Any]]:
+    made = make(0, (name, kind, strength), [base], seed)
+    found = diagnose(made.recording, made.motion, made.model, full=False)
+    section = diagnosis_section(found)
+    assert found.sentence.split(":")[0] in section
+    return made.case, diagnosis_to_dict(found)
+
+
+def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any) -> None:
+    case, said = said_of("snow_patch", "physics", 3, base, seed=4)
+    assert said.keys() >= KEYS
+    finding = said["findings"][0]
+    names = [finding["name"], *(other["name"] for other in finding["alternatives"])]
+    assert "snow_patch" in names[:3]
+    begin, end = case.window
+    both = min(end, finding["where"]["t1_s"]) - max(begin, finding["where"]["t0_s"])
+    assert both > 0.6 * (end - begin)
+    errors = finding["evidence"]["held_out_error_m"]
+    assert errors["after"] < 0.6 * errors["before"]
+    assert finding["evidence"]["trajectory_error_m"]["after"] < finding["evidence"]["trajectory_error_m"]["before"]
+
+
+def test_where_nothing_is_hidden_nothing_is_said(base: Any) -> None:
+    _, said = said_of("none", "none", 0, base, seed=6)
+    assert said["verdict"] == "none"
+    assert said["findings"] == []
+    assert abs(said["friction"]["after"]["mu_t"] - said["friction"]["before"]["mu_t"]) < 1e-12
+
+
+def test_linear_responses_are_those_of_the_terms(base: Any) -> None:
+    """Stretches put together from cells, against the model with the term itself at a tenth of its usual strength."""
+    recording, motion, model = base
+    setting = setting_of(recording, replace(motion, stop=motion.start + 5.0), model)
+    run = simulate_reduced(setting.model, setting.prepared)
+    start = setting.witnesses.predicted(setting.model, run)
+    scene = Scene(setting.model, setting.prepared, run, setting.witnesses, start)
+    for hypothesis in HYPOTHESES:
+        probes = hypothesis.probes(scene)
+        seen = simulate_each([p.model for p in probes], setting.prepared, setting.witnesses.predicted)
+        columns = [(each - start) / p.size for each, p in zip(seen, probes, strict=True)]
+        responses = np.stack(columns, axis=1) if columns else np.zeros((len(start), 0))
+        candidates = hypothesis.candidates(scene, responses)
+        if not candidates:
+            continue
+        candidate = candidates[len(candidates) // 2]
+        size = 0.1 * candidate.free.scales[0]
+        names = candidate.amplitudes[0]
+        changed = candidate.model.with_values({name: candidate.model.value(name) + size for name in names})
+        moved = simulate_each([changed], setting.prepared, setting.witnesses.predicted)[0] - start
+        track = slice(0, setting.witnesses.blocks["height"].stop)
+        expected = size * candidate.free.columns[track, 0]
+        # a third of the largest change, or 3 mm: cells of 0.4 s for the shapes that are put together, and the
+        # curvature of what a few of the terms do
+        allowed = 0.003 + 0.35 * np.max(np.abs(expected))
+        assert np.max(np.abs(moved[track] - expected)) < allowed, hypothesis.name
+
+
+def test_the_plan_is_as_told_and_the_answers_are_sealed(tmp_path: Path) -> None:
+    planned = plan(200, 3)
+    assert len(planned) == 200
+    assert sum(kind == "none" for _, kind, _ in planned) == 50
+    assert planned == plan(200, 3)
+    assert planned != plan(200, 4)
+    assert {strength for name, kind, strength in planned if kind == "physics"} == {0, 1, 2, 3}
+    digest = sealed(tmp_path, [])
+    assert (tmp_path / "answers.sha256").read_text().strip() == digest
+    (tmp_path / "answers.sha256").write_text("of others")
+    with pytest.raises(ValueError, match="the seal of other answers"):
+        sealed(tmp_path, [])
+
+
+def test_shares_have_exact_intervals() -> None:
+    found = share(0, 59)
+    # 0 of 59 bounds a rate below 1 − 0.025^(1/59)
+    assert found["high"] == pytest.approx(1.0 - 0.025 ** (1.0 / 59.0))
+    assert share(3, 3)["low"] == pytest.approx(0.025 ** (1.0 / 3.0))
+    assert scored([], [])["cases"] == 0

@@ -1,0 +1,127 @@
+"""The evidence against what it is by definition: a normal density with everything integrated out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sssi_exudyn.frames import Array
+from sssi_exudyn.noise import ExponentialNoise
+from sssi_exudyn.validation.evidence import (
+    Account,
+    Freedom,
+    NoiseLevels,
+    best_levels,
+    log_evidence,
+    log_factors,
+    usual_levels,
+    whitener,
+)
+from sssi_exudyn.validation.locate import discoveries
+from sssi_exudyn.validation.witness import Witnesses
+
+LEVELS = NoiseLevels(
+    ExponentialNoise(0.02, 2.0),
+    ExponentialNoise(0.03, 1.0),
+    ExponentialNoise(20.0, 0.05),
+    ExponentialNoise(40.0, 0.4),
+    0.005,
+)
+
+
+def instruments(fixes: int = 12, windows: int = 7) -> Witnesses:
+    rng = np.random.default_rng(1)
+    return Witnesses(
+        0.1 * np.arange(fixes),
+        rng.normal(size=(fixes, 3)),
+        0.02,
+        0.1 * np.arange(windows),
+        400.0 + rng.normal(size=(windows, 2)),
+    )
+
+
+def account(seed: int = 2) -> Account:
+    witnesses = instruments()
+    size = len(witnesses.measured)
+    rng = np.random.default_rng(seed)
+    scale = np.ones(size)
+    scale[witnesses.blocks["load"].start :] = 500.0
+    return Account(
+        witnesses,
+        0.03 * scale * rng.normal(size=size),
+        Freedom(scale[:, None] * rng.normal(size=(size, 3)), np.array([0.1, 0.02, 0.5])),
+        scale[:, None] * rng.normal(size=(size, 4)),
+    )
+
+
+def covariance(given: Account) -> Array:
+    """By its definition."""
+    size = len(given.residual)
+    found = np.zeros((size, size))
+    for name, place in given.witnesses.blocks.items():
+        time, noise = given.witnesses.time_of(name), LEVELS.of(name)
+        found[place, place] = noise.sigma**2 * np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
+    capture = LEVELS.capture * given.capture
+    return found + capture @ capture.T
+
+
+def test_evidence_is_the_density_with_everything_integrated_out() -> None:
+    one, other = account(2), account(3)
+    extra = Freedom(np.roll(one.free.columns[:, :1], 1), np.array([0.3]))
+
+    def density(given: Account, extra: Freedom | None) -> float:
+        free = given.free.columns * given.free.scales
+        whole = covariance(given) + free @ free.T
+        if extra is not None:
+            more = extra.columns * extra.scales
+            whole = whole + more @ more.T
+        _, volume = np.linalg.slogdet(whole)
+        return float(-0.5 * volume - 0.5 * given.residual @ np.linalg.solve(whole, given.residual))
+
+    # the same constant is left out everywhere, so differences are compared; 1e-6: rounding of covariances whose
+    # numbers span eleven decades
+    for first, second in (((one, None), (one, extra)), ((one, extra), (other, None))):
+        given = log_evidence(first[0], LEVELS, first[1]) - log_evidence(second[0], LEVELS, second[1])
+        assert given == pytest.approx(density(*first) - density(*second), rel=1e-6, abs=1e-6)
+
+
+def test_factors_of_candidates_are_differences_of_evidence() -> None:
+    given = account()
+    rng = np.random.default_rng(5)
+    candidates = [Freedom(rng.normal(size=(len(given.residual), k)), np.full(k, 0.2)) for k in (1, 2, 3)]
+    found = log_factors(given, LEVELS, candidates)
+    expected = [log_evidence(given, LEVELS, c) - log_evidence(given, LEVELS) for c in candidates]
+    np.testing.assert_allclose(found, expected, atol=1e-8)  # rounding
+
+
+def test_whitener_makes_the_noise_white() -> None:
+    given = account()
+    white = whitener(given, LEVELS)
+    np.testing.assert_allclose(
+        white(white(covariance(given)).T), np.eye(len(given.residual)), atol=1e-6
+    )  # rounding, and the last 10⁻¹² of the diagonal that keeps it definite
+
+
+def test_noise_levels_are_found() -> None:
+    witnesses = instruments(fixes=400, windows=400)
+    rng = np.random.default_rng(7)
+    residual = np.zeros(len(witnesses.measured))
+    for name, place in witnesses.blocks.items():
+        time, noise = witnesses.time_of(name), LEVELS.of(name)
+        cov = noise.sigma**2 * np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
+        residual[place] = np.linalg.cholesky(cov) @ rng.normal(size=len(time))
+    size = len(residual)
+    given = Account(witnesses, residual, Freedom(np.zeros((size, 0)), np.zeros(0)), np.zeros((size, 0)))
+    found, _ = best_levels(given, usual_levels(witnesses))
+    # 40 s of noise that remembers for 2 s are some 20 independent samples an axis: its σ is told to 20 %
+    assert found.gps.sigma == pytest.approx(LEVELS.gps.sigma, rel=0.4)
+    assert found.load.sigma == pytest.approx(LEVELS.load.sigma, rel=0.15)
+
+
+def test_discoveries_in_noise_are_rare_and_large_ones_are_made() -> None:
+    rng = np.random.default_rng(3)
+    runs = [discoveries(rng.uniform(size=90)).any() for _ in range(400)]
+    assert np.mean(runs) < 0.05  # the rate asked for
+    p = rng.uniform(size=90)
+    p[17] = 1e-9
+    assert 17 in np.flatnonzero(discoveries(p))

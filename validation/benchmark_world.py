@@ -1,0 +1,529 @@
+"""Runs with something concealed, made to judge the diagnosis: a world of its own.
+
+It shares the recorded movements, the skeleton and the beams with the program, and nothing of the diagnosis: shapes of
+the concealed effects are other ones (ramps, smooth steps, half sines), steps are finer, snow is stiffer or softer than
+assumed, the capture is wrong joint by joint, and instruments have noise that remembers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Final
+
+import numpy as np
+
+from sssi_exudyn.chain import PRESCRIBED
+from sssi_exudyn.contact.glide import (
+    EdgeDependentFriction,
+    LoadDependentFriction,
+    SnowCompaction,
+    SpeedDependentFriction,
+)
+from sssi_exudyn.contact.maths import Math, Number, Vector
+from sssi_exudyn.contact.term import (
+    BodyState,
+    BodyTerm,
+    FootState,
+    FootTerm,
+    PlaceState,
+    Term,
+    TerrainTerm,
+    WindTerm,
+)
+from sssi_exudyn.contact.wind import DragArea, Wind
+from sssi_exudyn.fitting.observe import first_guess, seen_by_gps
+from sssi_exudyn.frames import Array, level_to_enu
+from sssi_exudyn.gps import Gps
+from sssi_exudyn.insoles import Insoles
+from sssi_exudyn.model import Model
+from sssi_exudyn.motion import Motion, spline_motion
+from sssi_exudyn.quantity import quantity
+from sssi_exudyn.recording import Recording
+from sssi_exudyn.sensors import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor
+from sssi_exudyn.simulation import simulate
+
+_HERE: Final = "the benchmark's world"
+STEP: Final = 0.004
+"""s; the diagnosis' full model takes longer ones, its reduced model others."""
+
+
+def _any(meaning: str, unit: str = "1") -> Any:
+    return quantity(0.0, unit, low=-1e4, high=1e4, source=_HERE, meaning=meaning)
+
+
+def _ramp(math: Math, x: Number) -> Number:
+    """0 below 0, 1 above 1, a smooth step between."""
+    u = math.minimum(math.maximum(x, 0.0), 1.0)
+    return u * u * (3.0 - 2.0 * u)
+
+
+def _box(math: Math, x: Number, low: Number, high: Number, edge: float) -> Number:
+    return _ramp(math, (x - low) / edge + 0.5) - _ramp(math, (x - high) / edge + 0.5)
+
+
+@dataclass(frozen=True)
+class WorldPatch(FootTerm):
+    """Formula: more friction between f0 and f1, with smooth steps of 1 m."""
+
+    name: ClassVar[str] = "world_patch"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    delta: float = _any("more friction")
+    f0: float = _any("begin", "m")
+    f1: float = _any("end", "m")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        more = self.delta * _box(math, state.f, self.f0, self.f1, 1.0)
+        return -more * state.load * math.saturate(state.v_t, 0.1), 0.0
+
+
+@dataclass(frozen=True)
+class WorldGust(WindTerm):
+    """Formula: a wind that ramps up and down in 0.6 s."""
+
+    name: ClassVar[str] = "world_gust"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    w_f: float = _any("down the slope", "m/s")
+    w_l: float = _any("to the left", "m/s")
+    t0: float = _any("begin", "s")
+    t1: float = _any("end", "s")
+
+    def velocity(self, math: Math, state: PlaceState) -> Vector:
+        blows = _box(math, state.t, self.t0 + 0.3, self.t1 - 0.3, 0.6)
+        return self.w_f * blows, self.w_l * blows, 0.0
+
+
+@dataclass(frozen=True)
+class WorldSlope(TerrainTerm):
+    """Formula: the slope's tangent changes by a smooth step over 8 m about f0."""
+
+    name: ClassVar[str] = "world_slope"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    delta: float = _any("steeper", "rad")
+    f0: float = _any("where", "m")
+
+    def height(self, math: Math, f: Number, l: Number) -> tuple[Number, Number, Number]:  # noqa: E741
+        long = 8.0
+        x = (f - self.f0) / long + 0.5
+        u = math.minimum(math.maximum(x, 0.0), 1.0)
+        beyond = math.maximum(x - 1.0, 0.0)
+        return -self.delta * long * (u * u * u - 0.5 * u * u * u * u + beyond), -self.delta * _ramp(math, x), 0.0
+
+
+@dataclass(frozen=True)
+class WorldBump(TerrainTerm):
+    """Formula: half a cosine's square, ``reach`` to either side."""
+
+    name: ClassVar[str] = "world_bump"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    rise: float = _any("height", "m")
+    f0: float = _any("where", "m")
+    reach: float = _any("half its length", "m")
+
+    def height(self, math: Math, f: Number, l: Number) -> tuple[Number, Number, Number]:  # noqa: E741
+        x = math.minimum(math.maximum((f - self.f0) / self.reach, -1.0), 1.0)
+        h = 0.5 * self.rise * (1.0 + math.cos(np.pi * x))
+        return h, -0.5 * self.rise * np.pi / self.reach * math.sin(np.pi * x), 0.0
+
+
+@dataclass(frozen=True)
+class WorldPush(BodyTerm):
+    """Formula: half a sine of force from t0 to t1."""
+
+    name: ClassVar[str] = "world_push"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    force_f: float = _any("down the slope", "N")
+    force_l: float = _any("to the left", "N")
+    force_n: float = _any("up", "N")
+    t0: float = _any("begin", "s")
+    t1: float = _any("end", "s")
+
+    def force(self, math: Math, state: BodyState) -> Vector:
+        x = math.minimum(math.maximum((state.t - self.t0) / (self.t1 - self.t0), 0.0), 1.0)
+        share = math.sin(np.pi * x)
+        return self.force_f * share, self.force_l * share, self.force_n * share
+
+
+@dataclass(frozen=True)
+class WorldPole(BodyTerm):
+    """Formula: a triangle of force along the way and up, 0.2 s long."""
+
+    name: ClassVar[str] = "world_pole"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    forward: float = _any("impulse", "N*s")
+    up: float = _any("impulse", "N*s")
+    t: float = _any("when", "s")
+
+    def force(self, math: Math, state: BodyState) -> Vector:
+        v_f, v_l, _ = state.velocity
+        pulse = math.maximum(0.0, 1.0 - math.absolute(state.t - self.t) / 0.1) / 0.1
+        along = self.forward * pulse / math.sqrt(v_f * v_f + v_l * v_l + 0.01)
+        return along * v_f, along * v_l, self.up * pulse
+
+
+@dataclass(frozen=True)
+class OneSkiSlow(FootTerm):
+    """Formula: more friction on one ski alone."""
+
+    name: ClassVar[str] = "one_ski_slow"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    delta: float = _any("more friction")
+    side: float = _any("+1 left, -1 right")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        share = 0.5 * (1.0 + self.side * state.side)
+        return -self.delta * share * state.load * math.saturate(state.v_t, 0.1), 0.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of the world.
+
+    name : what is concealed, "none" where nothing is; pairs are joined by "+"
+    kind : "none", "physics", "sensor", "unexplained" or "pair"
+    strength : 0 to 3, weak to strong
+    window : when it acts (s), None for always
+    truth : its numbers, by the diagnosis' own names where it knows them
+    """
+
+    index: int
+    base: str
+    name: str
+    kind: str
+    strength: int
+    window: tuple[float, float] | None
+    truth: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Made:
+    """A case with what its instruments recorded."""
+
+    case: Case
+    recording: Recording
+    motion: Motion
+    model: Model
+
+
+@dataclass
+class _Effect:
+    """What a case conceals, as it is put together."""
+
+    terms: tuple[Term, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
+    delay: float = 0.0
+    heading: float = 0.0
+    window: tuple[float, float] | None = None
+    truth: dict[str, float] | None = None
+
+
+Maker = Callable[[np.random.Generator, float, "_Scene"], _Effect]
+
+
+@dataclass(frozen=True)
+class _Scene:
+    begin: float
+    end: float
+    speed: float
+    transitions: Array
+    passed: Callable[[float], float]
+
+    def stretch(self, rng: np.random.Generator, least: float, most: float) -> tuple[float, float]:
+        long = float(rng.uniform(least, most))
+        t0 = float(rng.uniform(self.begin + 0.7, max(self.begin + 0.8, self.end - 1.0 - long)))
+        return t0, t0 + long
+
+
+def _sign(rng: np.random.Generator) -> float:
+    return float(rng.choice([-1.0, 1.0]))
+
+
+def _wind(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    f, l = -2.5 * size * _sign(rng), float(rng.normal(0.0, 1.0))  # noqa: E741  the slope frame's name of the axis
+    return _Effect((Wind(f, l),), truth={"w_f": f})
+
+
+def _gust(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    window = scene.stretch(rng, 1.5, 3.0)
+    turn = rng.uniform(0.0, 2.0 * np.pi)
+    f, l = 4.0 * size * np.cos(turn), 4.0 * size * np.sin(turn)  # noqa: E741  the slope frame's name of the axis
+    return _Effect((WorldGust(float(f), float(l), *window),), window=window, truth={"w_f": float(f), "w_l": float(l)})
+
+
+def _drag(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    share = 0.35 * size * (1.0 if size > 1.0 else _sign(rng))
+    return _Effect((DragArea(share),), truth={"share": share})
+
+
+def _patch(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    t0, t1 = scene.stretch(rng, 1.5, 3.0)
+    delta = 0.025 * size
+    patch = WorldPatch(delta, scene.passed(t0), scene.passed(t1))
+    return _Effect((patch,), window=(t0, t1), truth={"delta_mu_t": delta})
+
+
+def _speed(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    b = 0.005 * size
+    return _Effect((SpeedDependentFriction(b, scene.speed),), truth={"b": b})
+
+
+def _edge(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    return _Effect((EdgeDependentFriction(0.08 * size, 0.3),), truth={"b": 0.08 * size})
+
+
+def _load(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    return _Effect((LoadDependentFriction(0.03 * size, 400.0),), truth={"b": 0.03 * size})
+
+
+def _compaction(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    return _Effect((SnowCompaction(5e3 * size),), truth={"c": 5e3 * size})
+
+
+def _slope(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    t0 = float(rng.uniform(scene.begin + 2.0, scene.end - 2.0))
+    delta = np.radians(0.6).item() * size * _sign(rng)
+    return _Effect((WorldSlope(delta, scene.passed(t0)),), window=(t0, scene.end), truth={"delta": delta})
+
+
+def _bump(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    t0 = float(rng.uniform(scene.begin + 2.0, scene.end - 2.0))
+    f0, reach, rise = scene.passed(t0), float(rng.uniform(6.0, 12.0)), 0.1 * size * _sign(rng)
+    return _Effect((WorldBump(rise, f0, reach),), window=(t0 - reach / scene.speed, t0 + reach / scene.speed), truth={})
+
+
+def _poles(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    forward, up = 6.0 * size, 4.0 * size
+    times = scene.transitions + rng.normal(0.0, 0.05, len(scene.transitions))
+    return _Effect(tuple(WorldPole(forward, up, float(t)) for t in times), truth={"forward": forward})
+
+
+def _delay(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    return _Effect(delay=0.04 * size, truth={"clock_offset": 0.04 * size})
+
+
+def _jump(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    window = scene.stretch(rng, 0.8, 2.5)
+    turn = rng.uniform(0.0, 2.0 * np.pi)
+    x, y = 0.08 * size * np.cos(turn), 0.08 * size * np.sin(turn)
+    return _Effect(sensors=(GpsJump(float(x), float(y), *window),), window=window, truth={"x": float(x), "y": float(y)})
+
+
+def _heading(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    turn = np.radians(2.0).item() * size * _sign(rng)
+    return _Effect(heading=turn, truth={"heading_offset": turn})
+
+
+def _drift(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    rate = np.radians(0.25).item() * size * _sign(rng)
+    return _Effect(sensors=(HeadingDrift(rate, 0.5 * (scene.begin + scene.end)),), truth={"rate": rate})
+
+
+def _lever(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    arm = 0.1 * size * rng.normal(0.0, 1.0, 3) / np.sqrt(3.0)
+    return _Effect(sensors=(LeverArm(*(float(x) for x in arm)),), truth={})
+
+
+def _gain(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    left = 0.1 * size * _sign(rng)
+    return _Effect(sensors=(InsoleGain(left, 0.0),), truth={"left": left})
+
+
+def _cuff(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    return _Effect(sensors=(BootCuff(0.06 * size),), truth={"share": 0.06 * size})
+
+
+def _push(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    window = scene.stretch(rng, 0.3, 0.8)
+    turn = rng.uniform(0.0, 2.0 * np.pi)
+    force = 60.0 * size
+    return _Effect(
+        (WorldPush(float(force * np.cos(turn)), float(force * np.sin(turn)), 0.0, *window),), window=window, truth={}
+    )
+
+
+def _one_ski(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+    return _Effect((OneSkiSlow(0.03 * size, _sign(rng)),), truth={})
+
+
+PHYSICS: Final[dict[str, Maker]] = {
+    "wind": _wind,
+    "gust": _gust,
+    "drag_area": _drag,
+    "snow_patch": _patch,
+    "speed_dependent_friction": _speed,
+    "edge_dependent_friction": _edge,
+    "load_dependent_friction": _load,
+    "snow_compaction": _compaction,
+    "slope_change": _slope,
+    "terrain_bump": _bump,
+    "pole_plant": _poles,
+}
+SENSOR: Final[dict[str, Maker]] = {
+    "gps_delay": _delay,
+    "gps_jump": _jump,
+    "heading_misalignment": _heading,
+    "heading_drift": _drift,
+    "lever_arm": _lever,
+    "insole_gain": _gain,
+    "boot_cuff": _cuff,
+}
+UNKNOWN: Final[dict[str, Maker]] = {"external_push": _push, "one_ski_slow": _one_ski}
+SIZES: Final = (0.5, 1.0, 2.0, 4.0)
+"""The four strengths, as multiples of what each maker calls one."""
+_PAIRS: Final = (
+    ("snow_patch", "gps_jump"),
+    ("gust", "slope_change"),
+    ("snow_patch", "gust"),
+    ("slope_change", "gps_delay"),
+)
+
+
+def plan(count: int, seed: int) -> list[tuple[str, str, int]]:
+    """(name, kind, strength) of ``count`` cases: a quarter nothing, pairs and unknown effects a twelfth each, the rest
+    single effects in turn at the four strengths.
+    """
+    rng = np.random.default_rng([seed, 0])
+    nothing = [("none", "none", 0)] * round(0.25 * count)
+    pairs = [("+".join(_PAIRS[i % len(_PAIRS)]), "pair", 2 + i % 2) for i in range(round(count / 12))]
+    unknown = [(list(UNKNOWN)[i % 2], "unexplained", (i // 2) % 4) for i in range(round(count / 12))]
+    names = [*((n, "physics") for n in PHYSICS), *((n, "sensor") for n in SENSOR)]
+    rest = count - len(nothing) - len(pairs) - len(unknown)
+    single = [(*names[i % len(names)], (i // len(names)) % 4) for i in range(rest)]
+    cases = [*nothing, *pairs, *unknown, *single]
+    order = rng.permutation(len(cases))
+    return [cases[i] for i in order]
+
+
+def make(index: int, planned: tuple[str, str, int], bases: list[tuple[Recording, Motion, Model]], seed: int) -> Made:
+    """The case of that number: simulated by the full model with what it conceals, and recorded.
+
+    ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them.
+    """
+    name, kind, strength = planned
+    rng = np.random.default_rng([seed, 1, index])
+    recording, motion, fitted = bases[int(rng.integers(len(bases)))]
+    long = float(rng.uniform(5.5, 7.0))
+    begin = float(rng.uniform(motion.start, motion.stop - long))
+    motion = replace(motion, start=begin, stop=begin + long)
+    true = _other_day(rng, recording, motion, fitted)
+    plain = simulate(replace(true, solver=replace(true.solver, step=0.01)), motion)
+    scene = _scene(plain.time, plain.com, plain.com_velocity, plain.edge_angle)
+    effects = [
+        _maker(part)(rng, SIZES[strength] * float(rng.uniform(0.85, 1.15)), scene)
+        for part in name.split("+")
+        if part != "none"
+    ]
+    terms = tuple(t for e in effects for t in e.terms)
+    sensors = tuple(s for e in effects for s in e.sensors)
+    world = replace(true, terms=(*true.terms, *terms), sensors=sensors)
+    run = simulate(world, motion)
+    assert run.antenna is not None
+    delay = sum(e.delay for e in effects)
+    heading = sum(e.heading for e in effects)
+    gps = _gps(rng, recording, world.with_values({"start.clock_offset": delay}), run.time, run.antenna, motion)
+    insoles = _insoles(rng, recording, world, run.time, run.sole_force)
+    captured = _captured(rng, motion, heading)
+    case = Case(
+        index,
+        recording.name,
+        name,
+        kind,
+        strength,
+        effects[0].window if len(effects) == 1 else None,
+        {k: v for e in effects for k, v in (e.truth or {}).items()} if len(effects) == 1 else {},
+    )
+    made = replace(recording, name=f"case_{index:03d}", gps=gps, insoles=insoles)
+    return Made(case, made, captured, _as_known(fitted, made, captured))
+
+
+def _maker(name: str) -> Maker:
+    return {**PHYSICS, **SENSOR, **UNKNOWN}[name]
+
+
+def _other_day(rng: np.random.Generator, recording: Recording, motion: Motion, fitted: Model) -> Model:
+    """The same skier on another snow, started at the stretch's begin."""
+    assert recording.gps is not None
+    start = first_guess(recording.gps, motion, fitted.inclination, fitted.fall_line_azimuth)
+    mu_t = fitted.friction.mu_t + float(rng.uniform(-0.02, 0.03))
+    mu_n = fitted.friction.mu_n * float(rng.uniform(0.95, 1.1))
+    model = replace(fitted, start=start, solver=replace(fitted.solver, step=STEP))
+    stiffness = model.value("penetration.k") * float(np.exp(rng.normal(0.0, 0.15)))
+    return model.with_values(
+        {"friction.mu_t": max(mu_t, 0.02), "friction.mu_n": min(mu_n, 0.95), "penetration.k": stiffness}
+    )
+
+
+def _as_known(fitted: Model, made: Recording, motion: Motion) -> Model:
+    """What the diagnosis knows of it: the paper's model with usual snow."""
+    assert made.gps is not None
+    start = first_guess(made.gps, motion, fitted.inclination, fitted.fall_line_azimuth)
+    return replace(fitted, start=start)
+
+
+def _scene(time: Array, com: Array, velocity: Array, edge: Array) -> _Scene:
+    along = np.maximum.accumulate(com[:, 0])
+    mean = np.convolve(edge.mean(axis=1), np.ones(31) / 31.0, mode="same")
+    crossing = np.flatnonzero(np.diff(np.sign(mean)) != 0)
+    inner = crossing[(time[crossing] > time[0] + 0.5) & (time[crossing] < time[-1] - 0.5)]
+    speed = float(np.mean(np.linalg.norm(velocity, axis=1)))
+    return _Scene(float(time[0]), float(time[-1]), speed, time[inner], lambda t: float(np.interp(t, time, along)))
+
+
+def _remembering(rng: np.random.Generator, time: Array, sigma: float, memory: float) -> Array:
+    """(n,) noise with an exponential correlation."""
+    out = np.empty(len(time))
+    out[0] = rng.normal(0.0, sigma)
+    for k, step in enumerate(np.diff(time)):
+        keep = np.exp(-step / memory)
+        out[k + 1] = keep * out[k] + sigma * np.sqrt(1.0 - keep**2) * rng.normal()
+    return out
+
+
+def _gps(
+    rng: np.random.Generator, recording: Recording, world: Model, time: Array, antenna: Array, motion: Motion
+) -> Gps:
+    assert recording.gps is not None
+    fixes = np.arange(motion.start, motion.stop, 0.1)
+    sigma, memory = 0.02 * float(np.exp(rng.normal(0.0, 0.2))), float(rng.uniform(2.0, 5.0))
+    place = seen_by_gps(world, time, antenna, fixes)
+    for axis, factor in enumerate((1.0, 1.0, 1.3)):
+        place[:, axis] += _remembering(rng, fixes, factor * sigma, memory)
+    enu = place @ level_to_enu(world.fall_line_azimuth).T
+    return replace(recording.gps, time=fixes, enu=enu, sigma=np.full(len(fixes), 0.02), speed=None, course=None)
+
+
+def _insoles(rng: np.random.Generator, recording: Recording, world: Model, time: Array, sole: Array) -> Insoles | None:
+    if recording.insoles is None:
+        return None
+    from sssi_exudyn.sensors import felt_by_insoles
+
+    at = np.arange(time[0], time[-1], 0.02)
+    felt = felt_by_insoles(world.sensors, np.stack([np.interp(at, time, s) for s in sole.T], axis=1))
+    cuff = float(rng.normal(0.06, 0.01))
+    gains = 1.0 + rng.normal(0.0, 0.01, 2)
+    read = (1.0 - cuff) * gains * felt + rng.normal(0.0, 12.0, felt.shape)
+    read = np.maximum(read, 0.0)
+    cells = np.zeros((len(at), 0))
+    return replace(recording.insoles, time=at, left=read[:, 0], right=read[:, 1], left_cells=cells, right_cells=cells)
+
+
+def _captured(rng: np.random.Generator, motion: Motion, heading: float) -> Motion:
+    """The movement as a capture with errors in every joint has it, turned by ``heading``."""
+    time = np.arange(motion.start - 0.2, motion.stop + 0.2, 1.0 / 60.0)
+    time = time[(time >= motion.knots[0]) & (time <= motion.knots[-1])]
+    angles, _, _ = motion.evaluate(time)
+    size = np.radians(0.15) * float(np.exp(rng.normal(0.0, 0.3)))
+    for column in range(angles.shape[1]):
+        angles[:, column] += rng.normal(0.0, size)
+        knots = np.linspace(time[0], time[-1], max(4, round((time[-1] - time[0]) / 2.0) + 1))
+        angles[:, column] += np.interp(time, knots, rng.normal(0.0, size, len(knots)))
+    smooth = np.ones(25) / 25.0
+    kinks = np.apply_along_axis(lambda c: np.convolve(np.pad(c, 12, mode="edge"), smooth, mode="valid"), 0, angles)
+    clean, _, _ = motion.evaluate(time)
+    clean_smooth = np.apply_along_axis(
+        lambda c: np.convolve(np.pad(c, 12, mode="edge"), smooth, mode="valid"), 0, clean
+    )
+    angles = clean + (kinks - clean_smooth)  # the error alone is smoothed
+    angles[:, PRESCRIBED.index("pelvis_rotation")] -= heading
+    made = spline_motion(motion.geometry, motion.inclination, time, angles)
+    return replace(made, antenna=motion.antenna, round_trip=motion.round_trip, start=motion.start, stop=motion.stop)

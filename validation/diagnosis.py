@@ -1,0 +1,366 @@
+"""Where a recording and its simulation part, what physics was left out, the extended model, and the proof.
+
+``diagnose`` is the whole of it; what it gives becomes ``diagnosis.json`` by ``diagnosis_to_dict``.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from sssi_exudyn.cache import Cache
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.frames import Array
+from sssi_exudyn.model import Model
+from sssi_exudyn.motion import Motion
+from sssi_exudyn.noise import whiten
+from sssi_exudyn.quantity import quantities
+from sssi_exudyn.recording import Recording
+from sssi_exudyn.result import SimulationResult
+from sssi_exudyn.sensors import Sensor
+from sssi_exudyn.validation.evidence import NoiseLevels
+from sssi_exudyn.validation.held_out import folds_of, held_out_error, misfit, track_error
+from sssi_exudyn.validation.locate import MissingForce, missing_force
+from sssi_exudyn.validation.refit import Refit
+from sssi_exudyn.validation.search import Progress, Round, Searcher, Verdict, setting_of
+from sssi_exudyn.validation.told import sentence_of
+from sssi_exudyn.validation.witness import Witnesses
+
+MOST_FINDINGS: Final = 3
+STANDS_OUT: Final = 0.2
+"""Probability of nothing missing above which nothing is said to be missing."""
+ONCE_MORE: Final = 0.05
+"""The same once something has been found: a second finding has to be surer, as the first is no exact model."""
+SURE: Final = 0.8
+"""Probability from which one name is said alone."""
+WORTH_NAMING: Final = 0.02
+PHASES: Final = ("initiation", "control", "completion")
+
+
+@dataclass(frozen=True)
+class Figures:
+    """One model against the recording: mean horizontal errors (m), χ² per degree of freedom, memory of what is left.
+
+    whiteness : correlation of neighbours in the whitened residual; 0 for what is only noise
+    """
+
+    trajectory_error: float
+    held_out_error: float
+    chi2_per_dof: float
+    whiteness: float
+
+
+@dataclass(frozen=True)
+class Number:
+    """A parameter with its 90 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Where:
+    """When (s, recording's clock), on which metres of the path, in which phases of turns."""
+
+    t0: float
+    t1: float
+    distance: tuple[float, float]
+    phases: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was missing: the most probable name, what else it might be, and what it does."""
+
+    kind: str
+    name: str
+    probability: float
+    alternatives: tuple[tuple[str, float], ...]
+    where: Where | None
+    parameters: dict[str, Number]
+    impulse: Array
+    before: Figures
+    after: Figures
+    weighed: Round
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The whole answer.
+
+    fit, result : the model with everything that was found, fitted, and its run by the full model
+    first : the fit without anything added;  missing, left : the force that was missing before, and after
+    noise : of the instruments, under the final model
+    rounds : all that was weighed, round by round
+    residual_before, residual_after : (N,) of the witnesses
+    """
+
+    recording: str
+    verdict: str
+    sentence: str
+    findings: tuple[Finding, ...]
+    first: Refit
+    fit: Refit
+    result: SimulationResult | None
+    noise: NoiseLevels
+    missing: MissingForce
+    left: MissingForce
+    rounds: tuple[Round, ...]
+    witnesses: Witnesses
+    residual_before: Array
+    residual_after: Array
+
+    @property
+    def model(self) -> Model:
+        """The extended model."""
+        return self.fit.model
+
+
+def diagnose(
+    recording: Recording,
+    motion: Motion,
+    model: Model,
+    *,
+    full: bool = True,
+    cache: Cache | None = None,
+    say: Progress = lambda _fraction, _detail: None,
+) -> Diagnosis:
+    """Find what is missing from ``model`` to explain the recording.
+
+    With ``full`` every fit is confirmed by the full model; without, all is judged by the reduced one.
+
+    Raises ValueError without a GPS, and SimulationDiverged when the model cannot be simulated.
+    """
+    searcher = Searcher(setting_of(recording, motion, model), say, cache)
+    first = base = searcher.first()
+    result = None
+    if full:
+        say(None, "the full model")
+        base, result = searcher.confirmed(base)
+        first = base
+    rounds = [searcher.round(base)]
+    accepted: list[tuple[Round, Verdict, Refit]] = []
+    while len(accepted) < MOST_FINDINGS:
+        latest = rounds[-1]
+        allowed = ONCE_MORE if accepted else STANDS_OUT
+        best = latest.best
+        if latest.nothing.probability > allowed or best.fit is None:
+            break
+        searcher.levels = best.levels
+        base = searcher.settled(best.fit)
+        if full:
+            say(None, f"the full model with {best.name}")
+            base, result = searcher.confirmed(base)
+        accepted.append((latest, best, base))
+        rounds.append(searcher.round(base))
+    return _told(recording.name, searcher, first, base, result, rounds, accepted)
+
+
+def _told(
+    name: str,
+    searcher: Searcher,
+    first: Refit,
+    final: Refit,
+    result: SimulationResult | None,
+    rounds: list[Round],
+    accepted: list[tuple[Round, Verdict, Refit]],
+) -> Diagnosis:
+    witnesses = searcher.setting.witnesses
+    folds = folds_of(witnesses, rounds[0].scene.transitions)
+    fits = [first, *(fit for _, _, fit in accepted)]
+    tracks = [searcher.of_the_track(fit) for fit in fits]
+    covariance = tracks[-1][1]  # what the best explanation leaves is the noise that all are held against
+
+    def figures(fit: Refit) -> Figures:
+        residual = witnesses.measured - fit.predicted
+        return Figures(
+            track_error(residual, witnesses),
+            held_out_error(fit, residual, witnesses, covariance, folds),
+            misfit(residual, witnesses, covariance, len(fit.values)),
+            _memory(residual, witnesses, searcher.levels),
+        )
+
+    missing, left = (
+        missing_force(each.account, searcher.levels, each.scene, each.responses["unexplained_force"])
+        for each in (rounds[0], rounds[-1])
+    )
+    shown = [figures(fit) for fit, _ in tracks]
+    findings = tuple(
+        _finding(each, verdict, final, missing, before, after)
+        for (each, verdict, _), before, after in zip(accepted, shown[:-1], shown[1:], strict=True)
+    )
+    verdict = _verdict(findings)
+    return Diagnosis(
+        recording=name,
+        verdict=verdict,
+        sentence=sentence_of(verdict, findings, first.model, final.model, missing, shown[0], shown[-1]),
+        findings=findings,
+        first=first,
+        fit=final,
+        result=result,
+        noise=searcher.levels,
+        missing=missing,
+        left=left,
+        rounds=tuple(rounds),
+        witnesses=witnesses,
+        residual_before=witnesses.measured - tracks[0][0].predicted,
+        residual_after=witnesses.measured - tracks[-1][0].predicted,
+    )
+
+
+def _verdict(findings: tuple[Finding, ...]) -> str:
+    if not findings:
+        return "none"
+    if any(f.kind == "unexplained" for f in findings):
+        return "unexplained"
+    return "explained" if all(f.probability >= SURE for f in findings) else "ambiguous"
+
+
+def _finding(
+    weighed: Round, verdict: Verdict, final: Refit, missing: MissingForce, before: Figures, after: Figures
+) -> Finding:
+    others = tuple(
+        (v.name or "nothing", v.probability)
+        for v in weighed.verdicts
+        if v is not verdict and v.probability >= WORTH_NAMING
+    )
+    candidate = verdict.candidate
+    assert candidate is not None
+    numbers: dict[str, Number] = {}
+    for names in (*candidate.amplitudes, *((name,) for name in candidate.places)):
+        owner, _, key = names[0].partition(".")
+        value, low, high = final.interval(names[0])
+        numbers[key] = Number(value, low, high, _unit(final.model, owner, key))
+    window = _window(candidate.window, numbers, weighed)
+    acting = window or (float(weighed.scene.run.time[0]), float(weighed.scene.run.time[-1]))
+    return Finding(
+        kind=verdict.kind,
+        name=verdict.name,
+        probability=verdict.probability,
+        alternatives=others,
+        where=None if window is None else _where(window, weighed),
+        parameters=numbers,
+        impulse=missing.impulse(acting) if verdict.kind != "sensor" else np.zeros(3),
+        before=before,
+        after=after,
+        weighed=weighed,
+    )
+
+
+def _unit(model: Model, owner: str, key: str) -> str:
+    if owner == "start":
+        return quantities(model.start)[key].unit
+    kind = owner.partition("#")[0]
+    parts: tuple[Term | Sensor, ...] = (*model.terms, *model.sensors)
+    return next(quantities(p)[key].unit for p in parts if p.name == kind)
+
+
+def _window(
+    sought: tuple[float, float] | None, numbers: dict[str, Number], weighed: Round
+) -> tuple[float, float] | None:
+    """When the finding acts, by its fitted places where it has some."""
+    if sought is None:
+        return None
+    scene = weighed.scene
+    if "t0" in numbers:
+        return numbers["t0"].value, numbers["t1"].value
+    if "f1" in numbers:
+        return scene.passed(numbers["f0"].value), scene.passed(numbers["f1"].value)
+    if "f0" in numbers:
+        f0, reach = numbers["f0"].value, 2.0 * numbers["width"].value
+        if "delta" in numbers:
+            return scene.passed(f0), float(scene.run.time[-1])
+        return scene.passed(f0 - reach), scene.passed(f0 + reach)
+    return sought
+
+
+def _where(window: tuple[float, float], weighed: Round) -> Where:
+    run = weighed.scene.run
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(run.com, axis=0), axis=1))])
+    distance = [float(np.interp(t, run.time, way)) for t in window]
+    edges = np.concatenate([[run.time[0]], weighed.scene.transitions, [run.time[-1]]])
+    met = set()
+    for begin, end in itertools.pairwise(edges):
+        third = (end - begin) / 3.0
+        for k, phase in enumerate(PHASES):
+            low, high = begin + k * third, begin + (k + 1) * third
+            if min(high, window[1]) - max(low, window[0]) > 0.25 * third:
+                met.add(phase)
+    return Where(window[0], window[1], (distance[0], distance[1]), tuple(p for p in PHASES if p in met))
+
+
+def _memory(residual: Array, witnesses: Witnesses, levels: NoiseLevels) -> float:
+    """Correlation of neighbours in the track's residual once the noise's own memory is taken out."""
+    blocks = witnesses.blocks
+    pairs = [whiten(witnesses.fixes, residual[blocks[name]], levels.gps) for name in ("x", "y")]
+    return float(np.mean([np.corrcoef(e[:-1], e[1:])[0, 1] for e in pairs]))
+
+
+def diagnosis_to_dict(diagnosis: Diagnosis) -> dict[str, Any]:
+    """The answer as ``diagnosis.json`` holds it."""
+
+    def friction(fit: Refit) -> dict[str, float]:
+        return {key: fit.model.value(f"friction.{key}") for key in ("mu_t", "mu_n")}
+
+    return {
+        "format": 1,
+        "recording": diagnosis.recording,
+        "verdict": diagnosis.verdict,
+        "sentence": diagnosis.sentence,
+        "findings": [_finding_to_dict(f) for f in diagnosis.findings],
+        "friction": {"before": friction(diagnosis.first), "after": friction(diagnosis.fit)},
+        "noise": {
+            "gps_sigma_m": diagnosis.noise.gps.sigma,
+            "gps_correlation_s": diagnosis.noise.gps.correlation_time,
+            "height_sigma_m": diagnosis.noise.height.sigma,
+            "load_sigma_N": diagnosis.noise.load.sigma,
+            "capture_sigma_deg": float(np.degrees(diagnosis.noise.capture)),
+        },
+        "weighed": [
+            [
+                {"name": v.name or "nothing", "probability": v.probability, "log_evidence": v.log_evidence}
+                for v in each.verdicts
+            ]
+            for each in diagnosis.rounds
+        ],
+        "stands_out": [
+            {"t0_s": begin, "t1_s": end, "impulse_Ns": diagnosis.missing.impulse((begin, end)).tolist()}
+            for begin, end in diagnosis.missing.stretches()
+        ],
+    }
+
+
+def _finding_to_dict(finding: Finding) -> dict[str, Any]:
+    where = finding.where
+    before, after = finding.before, finding.after
+    return {
+        "kind": finding.kind,
+        "name": finding.name,
+        "probability": finding.probability,
+        "alternatives": [{"name": name, "probability": p} for name, p in finding.alternatives],
+        "where": None
+        if where is None
+        else {
+            "t0_s": where.t0,
+            "t1_s": where.t1,
+            "distance_m": list(where.distance),
+            "side": "both",
+            "phase": list(where.phases),
+        },
+        "parameters": {
+            name: {"value": n.value, "low": n.low, "high": n.high, "unit": n.unit}
+            for name, n in finding.parameters.items()
+        },
+        "impulse_Ns": finding.impulse.tolist(),
+        "evidence": {
+            "trajectory_error_m": {"before": before.trajectory_error, "after": after.trajectory_error},
+            "held_out_error_m": {"before": before.held_out_error, "after": after.held_out_error},
+            "chi2_per_dof": {"before": before.chi2_per_dof, "after": after.chi2_per_dof},
+            "residual_memory": {"before": before.whiteness, "after": after.whiteness},
+        },
+    }

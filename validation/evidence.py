@@ -1,0 +1,215 @@
+"""How probable measurements are under an explanation: a linear Gaussian model with noise that remembers.
+
+    y = X a + e,   a ~ N(0, diag(scale²)),   e: each block an exponentially correlated noise
+
+The amplitudes a (of a hypothesis, of what a fit leaves free, of the capture's errors) are integrated out, so that a
+freedom costs what it could have explained and did not (Occam's factor).  Noise levels are not known beforehand: they
+are those that make the measurements most probable, weighed by what instruments usually show.
+
+Source: Rasmussen and Williams 2006, ch. 2 and 5; MacKay 2003, ch. 28.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.optimize import Bounds, minimize
+
+from sssi_exudyn.frames import Array
+from sssi_exudyn.noise import ExponentialNoise, whiten
+from sssi_exudyn.validation.witness import Witnesses
+
+_LOAD_SHARE: Final = 0.03
+_DIFFERENCE_SHARE: Final = 0.05
+"""Noise of the insoles' total and difference, as shares of the mean total, before the data speak."""
+
+
+@dataclass(frozen=True)
+class NoiseLevels:
+    """Noise of every instrument: standard deviations, correlation times (s), and the capture's error (rad)."""
+
+    gps: ExponentialNoise
+    height: ExponentialNoise
+    load: ExponentialNoise
+    difference: ExponentialNoise
+    capture: float
+
+    def of(self, block: str) -> ExponentialNoise:
+        """Of a block of the witnesses."""
+        by_block = {"x": self.gps, "y": self.gps, "height": self.height, "load": self.load}
+        return by_block.get(block, self.difference)
+
+    @property
+    def vector(self) -> Array:
+        """Logarithms of all numbers that are sought."""
+        noises = (self.gps, self.height, self.load, self.difference)
+        return np.log([*(x for n in noises for x in (n.sigma, n.correlation_time)), self.capture])
+
+    @staticmethod
+    def from_vector(logs: Array) -> NoiseLevels:
+        """The levels of such a vector."""
+        values = [float(x) for x in np.exp(logs)]
+        pairs = [ExponentialNoise(*values[i : i + 2]) for i in range(0, 8, 2)]
+        return NoiseLevels(pairs[0], pairs[1], pairs[2], pairs[3], values[8])
+
+
+_SPREAD: Final = np.array([0.35, 0.35, 0.45, 0.5, 0.5, 0.5, 0.5, 0.5, 0.45])
+"""Standard deviations of the logarithms: within a factor of 2 for GPS in two of three recordings."""
+
+
+_FARTHEST: Final = 3.0
+"""Standard deviations from the usual within which a noise level is sought."""
+
+
+def usual_levels(witnesses: Witnesses) -> NoiseLevels:
+    """What instruments of the stated quality usually show."""
+    sigma = witnesses.gps_sigma
+    load = max(float(witnesses.loads.sum(axis=1).mean()) if len(witnesses.loads) else 0.0, 1.0)
+    return NoiseLevels(
+        gps=ExponentialNoise(1.1 * sigma, 2.5),
+        height=ExponentialNoise(1.4 * sigma, 1.5),
+        load=ExponentialNoise(_LOAD_SHARE * load, 0.05),
+        difference=ExponentialNoise(_DIFFERENCE_SHARE * load, 0.3),
+        capture=np.radians(0.4).item(),
+    )
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """What may vary beside a hypothesis: columns (N, k) and the standard deviations (k,) of their amplitudes."""
+
+    columns: Array
+    scales: Array
+
+    def with_more(self, columns: Array, scales: Array) -> Freedom:
+        """These and others."""
+        return Freedom(np.hstack([self.columns, columns]), np.concatenate([self.scales, scales]))
+
+
+@dataclass(frozen=True)
+class Account:
+    """Measurements less prediction, and all that may vary.
+
+    residual : (N,);  free : parameters of the fit;  capture : errors of the capture, for one radian
+    """
+
+    witnesses: Witnesses
+    residual: Array
+    free: Freedom
+    capture: Array
+
+    def with_residual(self, residual: Array, free: Freedom) -> Account:
+        """The same instruments and capture about another prediction."""
+        return replace(self, residual=residual, free=free)
+
+
+def whitened(account: Account, levels: NoiseLevels, columns: Array) -> Array:
+    """Columns (N, c) as they are in units of independent noise."""
+    out = np.empty_like(columns)
+    for name, place in account.witnesses.blocks.items():
+        if place.stop > place.start:
+            out[place] = whiten(account.witnesses.time_of(name), columns[place], levels.of(name))
+    return out
+
+
+def log_volume(account: Account, levels: NoiseLevels) -> float:
+    """Σ log of the whitening's divisors: what turns a density of whitened numbers into one of the measured ones."""
+    total = 0.0
+    for name, place in account.witnesses.blocks.items():
+        if place.stop > place.start:
+            time = account.witnesses.time_of(name)
+            noise = levels.of(name)
+            decay = np.diff(time) / noise.correlation_time
+            total += len(time) * np.log(noise.sigma) + 0.5 * float(np.sum(np.log(-np.expm1(-2.0 * decay))))
+    return total
+
+
+def prior_of_levels(witnesses: Witnesses, levels: NoiseLevels) -> float:
+    """log of how usual such noise is, but for a constant."""
+    apart = (levels.vector - usual_levels(witnesses).vector) / _SPREAD
+    return float(-0.5 * apart @ apart)
+
+
+def log_evidence(account: Account, levels: NoiseLevels, extra: Freedom | None = None) -> float:
+    """log p(measurements), amplitudes integrated out, but for a constant that all explanations share."""
+    free = account.free.with_more(account.capture, np.full(account.capture.shape[1], levels.capture))
+    if extra is not None:
+        free = free.with_more(extra.columns, extra.scales)
+    table = whitened(account, levels, np.column_stack([account.residual, free.columns * free.scales]))
+    y, x = table[:, 0], table[:, 1:]
+    factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
+    along = x.T @ y
+    misfit = float(y @ y - along @ cho_solve(factor, along))
+    return -0.5 * misfit - float(np.sum(np.log(np.diag(factor[0])))) - log_volume(account, levels)
+
+
+def best_levels(account: Account, start: NoiseLevels, extra: Freedom | None = None) -> tuple[NoiseLevels, float]:
+    """The noise that makes the measurements most probable, and log evidence plus the noise's own prior there."""
+
+    def minus(logs: Array) -> float:
+        levels = NoiseLevels.from_vector(logs)
+        return -log_evidence(account, levels, extra) - prior_of_levels(account.witnesses, levels)
+
+    usual = usual_levels(account.witnesses).vector
+    farthest = Bounds(usual - _FARTHEST * _SPREAD, usual + _FARTHEST * _SPREAD)
+    searches = [
+        minimize(minus, begin, method="L-BFGS-B", bounds=farthest, options={"maxiter": 40, "ftol": 1e-7, "eps": 1e-3})
+        for begin in (start.vector, usual)
+    ]
+    found = min(searches, key=lambda search: float(search.fun))
+    return NoiseLevels.from_vector(found.x), -float(found.fun)
+
+
+@dataclass(frozen=True)
+class Whitener:
+    """The noise and the capture's errors as one: whitened numbers are independent, with variance one.
+
+    lower : (N, N) Cholesky factor of the covariance
+    """
+
+    lower: Array
+
+    def __call__(self, columns: Array) -> Array:
+        return np.asarray(solve_triangular(self.lower, columns, lower=True))
+
+
+def whitener(account: Account, levels: NoiseLevels, kept: Array | None = None) -> Whitener:
+    """Of the measurements, everything but the fit's parameters (and hypotheses') counted as noise; ``kept`` (k, 2)
+    are further columns with scale, such as the height's origin.
+    """
+    size = len(account.residual)
+    covariance = np.zeros((size, size))
+    for name, place in account.witnesses.blocks.items():
+        time, noise = account.witnesses.time_of(name), levels.of(name)
+        apart = np.abs(time[:, None] - time[None, :])
+        covariance[place, place] = noise.sigma**2 * np.exp(-apart / noise.correlation_time)
+    errors = levels.capture * account.capture
+    covariance += errors @ errors.T
+    if kept is not None:
+        covariance += kept @ kept.T
+    return Whitener(np.asarray(np.linalg.cholesky(covariance + 1e-12 * np.diag(np.diag(covariance)))))
+
+
+def log_factors(account: Account, levels: NoiseLevels, candidates: list[Freedom]) -> Array:
+    """(c,) log Bayes factor of each candidate against none, at given noise levels."""
+    free = account.free.with_more(account.capture, np.full(account.capture.shape[1], levels.capture))
+    table = whitened(account, levels, np.column_stack([account.residual, free.columns * free.scales]))
+    y, x = table[:, 0], table[:, 1:]
+    factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
+    rest = y - x @ cho_solve(factor, x.T @ y)
+    widths = [c.columns.shape[1] for c in candidates]
+    together = whitened(account, levels, np.hstack([c.columns * c.scales for c in candidates]))
+    cleared = together - x @ cho_solve(factor, x.T @ together)
+    found, begin = np.empty(len(candidates)), 0
+    for i, width in enumerate(widths):
+        part = slice(begin, begin + width)
+        begin += width
+        gram = together[:, part].T @ cleared[:, part] + np.eye(width)
+        pull = together[:, part].T @ rest
+        lower = np.linalg.cholesky(gram)
+        half = solve_triangular(lower, pull, lower=True)
+        found[i] = 0.5 * float(half @ half) - float(np.sum(np.log(np.diag(lower))))
+    return found

@@ -1,0 +1,67 @@
+"""How well a fitted model predicts the turns that it was not fitted to."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from sssi_exudyn.frames import Array
+from sssi_exudyn.validation.evidence import Whitener
+from sssi_exudyn.validation.refit import Refit
+from sssi_exudyn.validation.witness import Witnesses
+
+_FOLDS = 4
+"""Parts of a run that has not as many transitions."""
+
+
+def folds_of(witnesses: Witnesses, transitions: Array) -> list[tuple[float, float]]:
+    """The turns between transitions (s), or equal parts where there are fewer than three of them."""
+    begin, end = float(witnesses.fixes[0]), float(witnesses.fixes[-1])
+    inner = transitions[(transitions > begin + 0.5) & (transitions < end - 0.5)]
+    if len(inner) < _FOLDS - 1:
+        inner = np.linspace(begin, end, _FOLDS + 1)[1:-1]
+    edges = [begin, *(float(t) for t in inner), end + 1e-9]
+    return list(itertools.pairwise(edges))
+
+
+def held_out_error(
+    fit: Refit, residual: Array, witnesses: Witnesses, covariance: Whitener, folds: list[tuple[float, float]]
+) -> float:
+    """Mean horizontal error (m) at the fixes of each fold, predicted by a fit to everything outside of it.
+
+    The fits are single Gauss-Newton steps from the fit to all; near it they are the fits themselves.
+
+    residual : (N,) measured less predicted by ``fit``
+    covariance : of everything that is noise, by its Cholesky factor
+    """
+    whole = covariance.lower @ covariance.lower.T
+    blocks = witnesses.blocks
+    time = np.concatenate([witnesses.time_of(name) for name in blocks])
+    prior = np.diag(fit.scales**-2.0)
+    n = len(witnesses.fixes)
+    errors = np.full(n, np.nan)
+    for begin, end in folds:
+        outside = (time < begin) | (time >= end)
+        lower = np.linalg.cholesky(whole[np.ix_(outside, outside)])
+        table = np.linalg.solve(lower, np.column_stack([residual, fit.sensitivity])[outside])
+        y, slopes = table[:, 0], table[:, 1:]
+        step = np.linalg.solve(slopes.T @ slopes + prior, slopes.T @ y - prior @ fit.pulls)
+        left = residual - fit.sensitivity @ step
+        inside = (witnesses.fixes >= begin) & (witnesses.fixes < end)
+        errors[inside] = np.hypot(left[blocks["x"]], left[blocks["y"]])[inside]
+    return float(np.nanmean(errors))
+
+
+def track_error(residual: Array, witnesses: Witnesses) -> float:
+    """Mean horizontal error (m) at the fixes."""
+    return float(np.mean(np.hypot(residual[witnesses.blocks["x"]], residual[witnesses.blocks["y"]])))
+
+
+def misfit(residual: Array, witnesses: Witnesses, covariance: Whitener, parameters: int) -> float:
+    """χ² of the horizontal track per degree of freedom under the noise as it is."""
+    track = slice(0, witnesses.blocks["y"].stop)
+    whole = covariance.lower @ covariance.lower.T
+    lower = np.linalg.cholesky(whole[track, track])
+    y = np.linalg.solve(lower, residual[track])
+    return float(y @ y) / max(1, len(y) - parameters)

@@ -1,0 +1,523 @@
+"""What may be missing from a model: each hypothesis one class, what it adds, and how strong it usually is.
+
+A hypothesis names probes: models that hold it a little, at a place or at all.  From what the instruments would make of
+the probes it builds candidates, one a place, each a linear response with the amplitudes it usually has.
+"""
+
+from __future__ import annotations
+
+import itertools
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, Final
+
+import numpy as np
+
+from sssi_exudyn.contact.glide import (
+    EdgeDependentFriction,
+    LoadDependentFriction,
+    SnowCompaction,
+    SnowPatch,
+    SpeedDependentFriction,
+)
+from sssi_exudyn.contact.pushes import PolePlant, UnexplainedForce
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.contact.terrain import SlopeChange, TerrainBump
+from sssi_exudyn.contact.wind import DragArea, Gust, Wind
+from sssi_exudyn.frames import Array
+from sssi_exudyn.model import Model
+from sssi_exudyn.reduced import Prepared, ReducedRun
+from sssi_exudyn.sensors import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor
+from sssi_exudyn.validation.evidence import Freedom
+from sssi_exudyn.validation.witness import Witnesses
+
+CELL: Final = 0.4
+"""s; the finest division of a run in the search for a place."""
+_CELLS: Final = 48
+"""Cells at most."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A fitted run that a hypothesis is tried on."""
+
+    model: Model
+    prepared: Prepared
+    run: ReducedRun
+    witnesses: Witnesses
+    base: Array
+
+    @property
+    def time_edges(self) -> Array:
+        """Edges of the cells in time (s)."""
+        begin, end = float(self.run.time[0]), float(self.run.time[-1])
+        count = int(np.clip(round((end - begin) / CELL), 4, _CELLS))
+        return np.linspace(begin, end, count + 1)
+
+    @property
+    def place_edges(self) -> Array:
+        """Edges of the cells along the fall line (m); every cell takes some time to pass."""
+        f = np.maximum.accumulate(self.run.foot_position[..., 0].mean(axis=1))
+        edges = np.interp(self.time_edges, self.run.time, f)
+        return np.asarray(edges[np.concatenate([[True], np.diff(edges) > 0.2])])
+
+    def passed(self, f: float) -> float:
+        """When the skier passes the place f (s)."""
+        along = np.maximum.accumulate(self.run.foot_position[..., 0].mean(axis=1))
+        return float(np.interp(f, along, self.run.time))
+
+    @property
+    def transitions(self) -> Array:
+        """Times (s) at which the skis go from one edge to the other."""
+        edge = self.run.edge_angle.mean(axis=1)
+        count = max(1, round(0.3 / float(np.diff(self.run.time[:2])[0])))
+        smooth = np.convolve(edge, np.ones(count) / count, mode="same")
+        swings = np.abs(smooth) > 0.05
+        signs = np.where(swings, np.sign(smooth), 0.0)
+        found, last = [], 0
+        for i in np.flatnonzero(signs):
+            if last and signs[i] != signs[last]:
+                found.append(0.5 * (self.run.time[i] + self.run.time[last]))
+            last = int(i)
+        return np.array(found)
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A model that holds a hypothesis with amplitude ``size`` (in the amplitude's unit)."""
+
+    model: Model
+    size: float
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A hypothesis at a place.
+
+    model : the scene's model extended, with amplitudes zero
+    free : linear response and usual amplitudes
+    amplitudes : the extended model's numbers that are amplitudes; several names in one entry are one number
+    places : further numbers of its that say where, with their prior standard deviations
+    window : when it acts (s); None for always
+    """
+
+    model: Model
+    free: Freedom
+    amplitudes: tuple[tuple[str, ...], ...]
+    places: dict[str, float] = field(default_factory=dict)
+    window: tuple[float, float] | None = None
+
+
+class Hypothesis(ABC):
+    """One name in ``diagnosis.json``."""
+
+    name: ClassVar[str]
+    kind: ClassVar[str]
+
+    @abstractmethod
+    def probes(self, scene: Scene) -> list[Probe]:
+        """Models whose responses the candidates are made of."""
+
+    @abstractmethod
+    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
+        """Candidates from the responses (N, probes), a unit of amplitude."""
+
+
+def added(model: Model, part: Term | Sensor) -> Model:
+    """The model with one more term or fault."""
+    if isinstance(part, Term):
+        return replace(model, terms=(*model.terms, part))
+    return replace(model, sensors=(*model.sensors, part))
+
+
+def newest(model: Model, part: Term | Sensor) -> str:
+    """How ``Model.value`` calls the part that is added last."""
+    parts: Sequence[Term | Sensor] = (*model.terms, *model.sensors)
+    count = sum(other.name == part.name for other in parts) + 1
+    return part.name if count == 1 else f"{part.name}#{count}"
+
+
+@dataclass(frozen=True)
+class Everywhere(Hypothesis):
+    """What acts all the time, or an instrument's steady fault.
+
+    part : the term or fault for a scene, amplitudes zero
+    scales : usual amplitude of each of its numbers that is one;  tries : what the probes hold of them
+    """
+
+    part: Callable[[Scene], Term | Sensor]
+    scales: dict[str, float]
+    tries: float = 0.2
+
+    def probes(self, scene: Scene) -> list[Probe]:
+        part = self.part(scene)
+        extended, owner = added(scene.model, part), newest(scene.model, part)
+        return [
+            Probe(extended.with_values({f"{owner}.{key}": self.tries * scale}), self.tries * scale)
+            for key, scale in self.scales.items()
+        ]
+
+    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
+        part = self.part(scene)
+        owner = newest(scene.model, part)
+        names = tuple((f"{owner}.{key}",) for key in self.scales)
+        return [Candidate(added(scene.model, part), Freedom(responses, np.array(list(self.scales.values()))), names)]
+
+
+def everywhere(name: str, kind: str, part: Callable[[Scene], Term | Sensor], scales: dict[str, float]) -> Hypothesis:
+    """A hypothesis of that name that acts all the time."""
+    made = type(name, (Everywhere,), {"name": name, "kind": kind})
+    return made(part, scales)  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True)
+class OfTheStart(Hypothesis):
+    """A number of every model that is known beforehand, and is not as it was thought to be."""
+
+    number: str
+    scale: float
+
+    def probes(self, scene: Scene) -> list[Probe]:
+        size = 0.05 * self.scale
+        return [Probe(scene.model.with_values({self.number: scene.model.value(self.number) + size}), size)]
+
+    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
+        return [Candidate(scene.model, Freedom(responses, np.array([self.scale])), ((self.number,),))]
+
+
+class GpsDelay(OfTheStart):
+    """The GPS clock is late."""
+
+    name = "gps_delay"
+    kind = "sensor"
+
+
+class HeadingMisalignment(OfTheStart):
+    """The capture is turned by more than its instrument usually is."""
+
+    name = "heading_misalignment"
+    kind = "sensor"
+
+
+def intervals(count: int, least: int, most: int) -> Iterator[tuple[int, int]]:
+    """All stretches [i, j) of ``count`` cells, from ``least`` to ``most`` cells long."""
+    for length in range(least, most + 1):
+        for i in range(count - length + 1):
+            yield i, i + length
+
+
+class Patch(Hypothesis):
+    """Snow that glides differently over a stretch: cells along the fall line, put together to stretches."""
+
+    name = "snow_patch"
+    kind = "physics"
+    _TRY: Final = 0.02
+
+    def probes(self, scene: Scene) -> list[Probe]:
+        edges = scene.place_edges
+        return [
+            Probe(added(scene.model, SnowPatch(self._TRY, float(a), float(b), 0.5)), self._TRY)
+            for a, b in itertools.pairwise(edges)
+        ]
+
+    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
+        edges, found = scene.place_edges, []
+        cells = len(edges) - 1
+        summed = np.hstack([np.zeros((len(responses), 1)), np.cumsum(responses, axis=1)])
+        spread = float(edges[-1] - edges[0]) / cells
+        for i, j in intervals(cells, 2, max(2, round(0.6 * cells))):
+            part = SnowPatch(0.0, float(edges[i]), float(edges[j]), 0.5)
+            owner = newest(scene.model, part)
+            found.append(
+                Candidate(
+                    added(scene.model, part),
+                    Freedom(summed[:, [j]] - summed[:, [i]], np.array([0.06])),
+                    ((f"{owner}.delta_mu_t",),),
+                    {f"{owner}.f0": spread, f"{owner}.f1": spread},
+                    (scene.passed(edges[i]), scene.passed(edges[j])),
+                )
+            )
+        return found
+
+
+class InTime(Hypothesis):
+    """What comes at one time and goes at another: cells in time, put together to stretches.
+
+    keys : the part's numbers that are amplitudes;  scale, trial : their usual size, and what the probes hold of them
+    longest : share of the run at most;  least : cells at least
+    """
+
+    keys: ClassVar[tuple[str, ...]]
+    scale: ClassVar[float]
+    trial: ClassVar[float]
+    longest: ClassVar[float]
+    least: ClassVar[int]
+
+    @abstractmethod
+    def part(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
+        """The term that acts from t0 to t1."""
+
+    @abstractmethod
+    def cell(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
+        """The term that a probe holds of one cell; all cells together act as one that acts always."""
+
+    @abstractmethod
+    def course(self, share: Array) -> Array:
+        """How much of the amplitude there is at a share (c,) of the way from t0 to t1."""
+
+    def probes(self, scene: Scene) -> list[Probe]:
+        edges = scene.time_edges
+        return [
+            Probe(added(scene.model, self.cell(float(a), float(b), {key: self.trial})), self.trial)
+            for key in self.keys
+            for a, b in itertools.pairwise(edges)
+        ]
+
+    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
+        edges, found = scene.time_edges, []
+        cells, count = len(edges) - 1, len(self.keys)
+        shaped = responses.reshape(len(responses), count, cells)
+        spread = float(edges[1] - edges[0])
+        for i, j in intervals(cells, self.least, max(self.least, round(self.longest * cells))):
+            part = self.part(float(edges[i]), float(edges[j]), {})
+            owner = newest(scene.model, part)
+            course = self.course((np.arange(j - i) + 0.5) / (j - i))
+            found.append(
+                Candidate(
+                    added(scene.model, part),
+                    Freedom(shaped[:, :, i:j] @ course, np.full(count, self.scale)),
+                    tuple((f"{owner}.{key}",) for key in self.keys),
+                    {f"{owner}.t0": spread, f"{owner}.t1": spread},
+                    (float(edges[i]), float(edges[j])),
+                )
+            )
+        return found
+
+
+class Gusts(InTime):
+    """A wind that comes and goes."""
+
+    name = "gust"
+    kind = "physics"
+    keys = ("w_f", "w_l")
+    scale, trial, longest, least = 8.0, 1.5, 0.5, 3
+
+    def part(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
+        return Gust(t0=t0, t1=t1, **amplitudes)
+
+    def cell(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
+        half = 0.5 * (t1 - t0)  # swells of twice a cell's length, one a cell, add up to one
+        return Gust(t0=t0 - half, t1=t1 + half, **amplitudes)
+
+    def course(self, share: Array) -> Array:
+        return np.asarray(0.5 * (1.0 - np.cos(2.0 * np.pi * share)))
+
+
+class Unexplained(InTime):
+    """A force of which nothing is known, in any direction."""
+
+    name = "unexplained_force"
+    kind = "unexplained"
+    keys = ("force_f", "force_l", "force_n")
+    scale, trial, longest, least = 80.0, 20.0, 0.4, 1
+
+    def part(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
+        return UnexplainedForce(t0=t0, t1=t1, **amplitudes)
+
+    def cell(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
+        return self.part(t0, t1, amplitudes)
+
+    def course(self, share: Array) -> Array:
+        return np.ones(len(share))
+
+
+class Terrain(Hypothesis):
+    """A surface that is no plane: places along the fall line, and widths."""
+
+    amplitude: ClassVar[str]
+    scale: ClassVar[float]
+    widths: ClassVar[tuple[float, ...]]
+
+    @abstractmethod
+    def part(self, f0: float, width: float, size: float = 0.0) -> Term:
+        """The surface."""
+
+    @abstractmethod
+    def window(self, scene: Scene, f0: float, width: float) -> tuple[float, float]:
+        """When the skier is on it."""
+
+    def _spots(self, scene: Scene) -> list[tuple[float, float]]:
+        edges = scene.place_edges
+        every = edges[1:-1] if len(edges) < 40 else edges[1:-1:2]
+        return [(float(f), width) for width in self.widths for f in every]
+
+    def probes(self, scene: Scene) -> list[Probe]:
+        size = 0.1 * self.scale
+        return [Probe(added(scene.model, self.part(f, width, size)), size) for f, width in self._spots(scene)]
+
+    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
+        found = []
+        edges = scene.place_edges
+        for k, (f, width) in enumerate(self._spots(scene)):
+            part = self.part(f, width)
+            owner = newest(scene.model, part)
+            found.append(
+                Candidate(
+                    added(scene.model, part),
+                    Freedom(responses[:, [k]], np.array([self.scale])),
+                    ((f"{owner}.{self.amplitude}",),),
+                    {f"{owner}.f0": 2.0 * float(edges[-1] - edges[0]) / len(edges), f"{owner}.width": width},
+                    self.window(scene, f, width),
+                )
+            )
+        return found
+
+
+class SlopeChanges(Terrain):
+    """The piste steepens or flattens."""
+
+    name = "slope_change"
+    kind = "physics"
+    amplitude = "delta"
+    scale = 0.03
+    widths = (3.0, 10.0)
+
+    def part(self, f0: float, width: float, size: float = 0.0) -> Term:
+        return SlopeChange(size, f0, width)
+
+    def window(self, scene: Scene, f0: float, width: float) -> tuple[float, float]:
+        return scene.passed(f0), float(scene.run.time[-1])
+
+
+class Bumps(Terrain):
+    """A roll or a dip."""
+
+    name = "terrain_bump"
+    kind = "physics"
+    amplitude = "rise"
+    scale = 0.25
+    widths = (2.0, 4.0, 8.0)
+
+    def part(self, f0: float, width: float, size: float = 0.0) -> Term:
+        return TerrainBump(size, f0, width)
+
+    def window(self, scene: Scene, f0: float, width: float) -> tuple[float, float]:
+        return scene.passed(f0 - 2.0 * width), scene.passed(f0 + 2.0 * width)
+
+
+class PolePlants(Hypothesis):
+    """A pole set at every transition, with the same impulse."""
+
+    name = "pole_plant"
+    kind = "physics"
+    _SHIFTS: Final = (-0.4, -0.2, 0.0, 0.2, 0.4)
+    _TRY: Final = 4.0
+
+    def _planted(self, scene: Scene, shift: float, forward: float, up: float) -> tuple[Model, list[str]]:
+        model, owners = scene.model, []
+        for t in scene.transitions:
+            part = PolePlant(forward, up, float(t) + shift)
+            owners.append(newest(model, part))
+            model = added(model, part)
+        return model, owners
+
+    def probes(self, scene: Scene) -> list[Probe]:
+        if not len(scene.transitions):
+            return []
+        pushes = ((self._TRY, 0.0), (0.0, self._TRY))
+        return [Probe(self._planted(scene, s, *push)[0], self._TRY) for s in self._SHIFTS for push in pushes]
+
+    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
+        found = []
+        for k in range(responses.shape[1] // 2):
+            model, owners = self._planted(scene, self._SHIFTS[k], 0.0, 0.0)
+            names = tuple(tuple(f"{owner}.{key}" for owner in owners) for key in ("forward", "up"))
+            found.append(Candidate(model, Freedom(responses[:, 2 * k : 2 * k + 2], np.array([15.0, 15.0])), names))
+        return found
+
+
+class GpsJumps(Hypothesis):
+    """Fixes that are displaced for a while; needs no simulation."""
+
+    name = "gps_jump"
+    kind = "sensor"
+
+    def probes(self, scene: Scene) -> list[Probe]:
+        return []
+
+    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
+        time, found = scene.witnesses.fixes, []
+        n = len(time)
+        step = max(1, n // 80)
+        edges = [*range(0, n, step), n]
+        for a in range(len(edges) - 1):
+            for b in range(a + 1, len(edges)):
+                i, j = edges[a], edges[b]
+                if j - i < 3 or j - i > 0.5 * n:
+                    continue
+                t0 = float(0.5 * (time[i - 1] + time[i])) if i else float(time[0] - 1.0)
+                t1 = float(0.5 * (time[j - 1] + time[j])) if j < n else float(time[-1] + 1.0)
+                columns = np.zeros((len(scene.base), 2))
+                columns[i:j, 0] = 1.0
+                columns[n + i : n + j, 1] = 1.0
+                part = GpsJump(t0=t0, t1=t1)
+                owner = newest(scene.model, part)
+                found.append(
+                    Candidate(
+                        added(scene.model, part),
+                        Freedom(columns, np.array([0.6, 0.6])),
+                        ((f"{owner}.x",), (f"{owner}.y",)),
+                        {},
+                        (max(t0, float(time[0])), min(t1, float(time[-1]))),
+                    )
+                )
+        return found
+
+
+def _mean_speed(scene: Scene) -> float:
+    return float(np.mean(np.linalg.norm(scene.run.com_velocity, axis=1)))
+
+
+HYPOTHESES: Final[tuple[Hypothesis, ...]] = (
+    everywhere("wind", "physics", lambda scene: Wind(), {"w_f": 4.0, "w_l": 4.0}),
+    Gusts(),
+    everywhere("drag_area", "physics", lambda scene: DragArea(), {"share": 0.4}),
+    Patch(),
+    everywhere(
+        "speed_dependent_friction",
+        "physics",
+        lambda scene: SpeedDependentFriction(v_ref=_mean_speed(scene)),
+        {"b": 0.008},
+    ),
+    everywhere(
+        "edge_dependent_friction",
+        "physics",
+        lambda scene: EdgeDependentFriction(edge_ref=float(np.mean(np.abs(scene.run.edge_angle)))),
+        {"b": 0.1},
+    ),
+    everywhere(
+        "load_dependent_friction",
+        "physics",
+        lambda scene: LoadDependentFriction(load_ref=float(np.mean(scene.run.foot_load))),
+        {"b": 0.05},
+    ),
+    everywhere("snow_compaction", "physics", lambda scene: SnowCompaction(), {"c": 2e4}),
+    SlopeChanges(),
+    Bumps(),
+    PolePlants(),
+    GpsDelay("start.clock_offset", 0.25),
+    GpsJumps(),
+    HeadingMisalignment("start.heading_offset", 0.1),
+    everywhere(
+        "heading_drift",
+        "sensor",
+        lambda scene: HeadingDrift(t_ref=float(scene.run.time.mean())),
+        {"rate": 0.008},
+    ),
+    everywhere("lever_arm", "sensor", lambda scene: LeverArm(), {"forward": 0.2, "left": 0.2, "up": 0.2}),
+    everywhere("insole_gain", "sensor", lambda scene: InsoleGain(), {"left": 0.2, "right": 0.2}),
+    everywhere("boot_cuff", "sensor", lambda scene: BootCuff(), {"share": 0.2}),
+    Unexplained(),
+)
+"""The list of them, written out."""

@@ -1,0 +1,110 @@
+"""Where along the run a force is missing: a latent force, smoothed through the linearised simulation.
+
+    residual = G u + X a + e,   u ~ N(0, K)
+
+u is the force at the centre of mass, along and across the skis and normal to the snow, in cells of time; K says that it
+is of some size and remembers for about a second; a is everything else that may vary (see ``evidence``).  What stands
+out is judged against what the same smoothing makes of noise alone, with the false discovery rate held over all cells.
+
+Source: Rasmussen and Williams 2006, ch. 2; Benjamini and Hochberg 1995.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.stats import norm
+
+from sssi_exudyn.frames import Array
+from sssi_exudyn.validation.evidence import Account, NoiseLevels, whitened
+from sssi_exudyn.validation.hypotheses import Scene
+
+DIRECTIONS: Final = ("along", "across", "normal")
+_SIZE: Final = 60.0
+"""N; of a missing force, before the data speak."""
+_MEMORY: Final = 0.8
+"""s over which it keeps its direction."""
+FALSE_DISCOVERIES: Final = 0.05
+
+
+@dataclass(frozen=True)
+class MissingForce:
+    """The force that is missing, cell by cell.
+
+    edges : (c + 1,) s of the cells;  force, band : (c, 3) N along, across and normal, with its standard deviation
+    score : (c, 3) the force in standard deviations of what noise alone would show;  stands_out : (c, 3)
+    """
+
+    edges: Array
+    force: Array
+    band: Array
+    score: Array
+    stands_out: Array
+
+    def impulse(self, window: tuple[float, float]) -> Array:
+        """(3,) N s within a window of time (s)."""
+        overlap = np.minimum(self.edges[1:], window[1]) - np.maximum(self.edges[:-1], window[0])
+        return np.asarray(np.maximum(overlap, 0.0) @ self.force)
+
+    def stretches(self) -> list[tuple[float, float]]:
+        """Windows (s) in which some direction stands out, neighbours joined."""
+        found: list[tuple[float, float]] = []
+        for k in np.flatnonzero(self.stands_out.any(axis=1)):
+            begin, end = float(self.edges[k]), float(self.edges[k + 1])
+            if found and begin - found[-1][1] < 1e-9:
+                found[-1] = (found[-1][0], end)
+            else:
+                found.append((begin, end))
+        return found
+
+
+def missing_force(account: Account, levels: NoiseLevels, scene: Scene, responses: Array) -> MissingForce:
+    """Smooth the residual of ``account`` into a force; ``responses`` (N, 3·c) are those to a newton down the fall line,
+    to the left and away from the snow in each cell.
+    """
+    edges = scene.time_edges
+    cells = len(edges) - 1
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    forward = scene.run.foot_forward.mean(axis=1)
+    course = np.stack([np.interp(middles, scene.run.time, forward[:, axis]) for axis in range(2)])
+    cosine, sine = course / np.linalg.norm(course, axis=0)
+    by_f, by_l, by_n = responses.reshape(len(responses), 3, cells).transpose(1, 0, 2)
+    shaped = np.hstack([by_f * cosine + by_l * sine, by_l * cosine - by_f * sine, by_n])
+    free = account.free.with_more(account.capture, np.full(account.capture.shape[1], levels.capture))
+    table = whitened(account, levels, np.column_stack([account.residual, free.columns * free.scales, shaped]))
+    count = free.columns.shape[1]
+    y, x, g = table[:, 0], table[:, 1 : 1 + count], table[:, 1 + count :]
+    inner = cho_factor(x.T @ x + np.eye(count), lower=True)
+
+    def cleared(columns: Array) -> Array:
+        return np.asarray(columns - x @ cho_solve(inner, x.T @ columns))
+
+    apart = np.abs(middles[:, None] - middles[None, :])
+    prior = np.kron(np.eye(3), _SIZE**2 * np.exp(-apart / _MEMORY))
+    gram, pull = g.T @ cleared(g), g.T @ cleared(y)
+    gain = np.linalg.solve(np.eye(len(prior)) + prior @ gram, prior)
+    mean = gain @ pull
+    band = np.sqrt(np.maximum(np.diag(gain), 0.0))
+    under_noise = np.sqrt(np.maximum(np.diag(gain @ gram @ gain.T), 1e-12))
+    score = (mean / under_noise).reshape(3, cells).T
+    return MissingForce(
+        edges,
+        mean.reshape(3, cells).T,
+        band.reshape(3, cells).T,
+        score,
+        discoveries(2.0 * norm.sf(np.abs(score))),
+    )
+
+
+def discoveries(p: Array, rate: float = FALSE_DISCOVERIES) -> Array:
+    """Which of the p-values (…) stand out with that expected share of false ones, however they depend on each other
+    (Benjamini and Yekutieli 2001).
+    """
+    flat = np.sort(p.ravel())
+    size = len(flat)
+    allowed = rate * np.arange(1, size + 1) / size / np.sum(1.0 / np.arange(1, size + 1))
+    below = np.flatnonzero(flat <= allowed)
+    return np.asarray(p <= flat[below[-1]]) if len(below) else np.zeros(np.shape(p), dtype=bool)

@@ -1,0 +1,148 @@
+"""Refit a model, extended or not, to all witnesses at once, under the noise as it is.
+
+    J = ½ ‖W (measured − predicted)‖² + ½ Σ ((p − p₀)/s)²
+
+W whitens the instruments' noise together with what the capture's errors do to the run.  The search is NLopt's SLSQP on
+the reduced model, in coordinates in which the curvature is the identity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.optimise import minimise
+from sssi_exudyn.frames import Array
+from sssi_exudyn.model import Model
+from sssi_exudyn.reduced import Prepared, sensitivities
+from sssi_exudyn.validation.evidence import Whitener
+from sssi_exudyn.validation.witness import Witnesses
+
+_ENOUGH = 0.1
+"""Change of J, in units of χ²/2, that ends the search."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that is fitted: its names in the model (several move together), and what is known of it beforehand."""
+
+    names: tuple[str, ...]
+    prior: Prior
+
+
+@dataclass(frozen=True)
+class Refit:
+    """What a refit found.
+
+    model : with the fitted numbers;  parameters, values : (k,) what was fitted
+    predicted : (N,) by the reduced model, with the offset;  sensitivity : (N, k);  objective : J
+    covariance : (k, k) of the values, from the curvature at the end
+    """
+
+    model: Model
+    parameters: tuple[Parameter, ...]
+    values: Array
+    predicted: Array
+    sensitivity: Array
+    objective: float
+    covariance: Array
+
+    @property
+    def pulls(self) -> Array:
+        """(k,) values less what was known beforehand."""
+        return np.asarray(self.values - np.array([p.prior.mean for p in self.parameters]))
+
+    @property
+    def scales(self) -> Array:
+        """(k,) standard deviations of what was known beforehand."""
+        return np.array([p.prior.sigma for p in self.parameters])
+
+    def interval(self, name: str, spread: float = 1.6449) -> tuple[float, float, float]:
+        """Value, low and high end (90 %) of the number of that name."""
+        for i, parameter in enumerate(self.parameters):
+            if name in parameter.names:
+                half = spread * float(np.sqrt(self.covariance[i, i]))
+                return float(self.values[i]), float(self.values[i]) - half, float(self.values[i]) + half
+        raise KeyError(name)
+
+
+def with_parameters(model: Model, parameters: tuple[Parameter, ...], values: Array) -> Model:
+    """The model with those values."""
+    found: Mapping[str, float] = {
+        name: float(value) for p, value in zip(parameters, values, strict=True) for name in p.names
+    }
+    return model.with_values(found)
+
+
+def refit(
+    model: Model,
+    parameters: tuple[Parameter, ...],
+    prepared: Prepared,
+    witnesses: Witnesses,
+    whiten: Whitener,
+    offset: Array,
+) -> Refit:
+    """Fit ``parameters`` from the model's values on; ``offset`` (N,) is added to what the reduced model predicts.
+
+    Raises SimulationDiverged when the model cannot be simulated at all.
+    """
+    measured = witnesses.measured
+    means = np.array([p.prior.mean for p in parameters])
+    sigmas = np.array([p.prior.sigma for p in parameters])
+    bounds = np.array([model.bounds(p.names[0]) for p in parameters])
+    kept: dict[bytes, tuple[Array, Array]] = {}
+
+    def observed(values: Array) -> tuple[Array, Array]:
+        key = values.tobytes()
+        if key not in kept:
+            at = with_parameters(model, parameters, values)
+            predicted, slopes = _responses(at, prepared, witnesses, parameters)
+            kept[key] = predicted + offset, slopes
+        return kept[key]
+
+    def evaluate(values: Array) -> tuple[float, Array]:
+        predicted, sensitivity = observed(values)
+        table = whiten(np.column_stack([measured - predicted, sensitivity]))
+        residual, slopes = table[:, 0], table[:, 1:]
+        pull = (values - means) / sigmas
+        return 0.5 * float(residual @ residual + pull @ pull), -slopes.T @ residual + pull / sigmas
+
+    def curvature(values: Array) -> Array:
+        slopes = whiten(observed(values)[1])
+        return np.asarray(slopes.T @ slopes + np.diag(sigmas**-2.0))
+
+    start = np.array([model.value(p.names[0]) for p in parameters])
+    found = minimise(
+        evaluate, start, bounds, curvature(start), objective_tolerance=_ENOUGH, step_tolerance=0.05, most=15
+    )
+    values = found.values
+    predicted, sensitivity = observed(values)
+    return Refit(
+        with_parameters(model, parameters, values),
+        parameters,
+        values,
+        predicted,
+        sensitivity,
+        found.objective,
+        np.asarray(np.linalg.inv(curvature(values))),
+    )
+
+
+def _responses(
+    model: Model, prepared: Prepared, witnesses: Witnesses, parameters: tuple[Parameter, ...]
+) -> tuple[Array, Array]:
+    """Prediction (N,) and sensitivity (N, k)."""
+    single = [p.names[0] for p in parameters if len(p.names) == 1]
+    base, slopes = sensitivities(model, prepared, single, witnesses.predicted)
+    columns, taken = [], 0
+    for p in parameters:
+        if len(p.names) == 1:
+            columns.append(slopes[:, taken])
+            taken += 1
+        else:
+            tied = sensitivities(model, prepared, p.names, witnesses.predicted)[1]
+            columns.append(tied.sum(axis=1))
+    return base, np.stack(columns, axis=1)

@@ -1,0 +1,369 @@
+"""The search for what is missing: one hypothesis after the other tried on a fitted run, and how probable each is.
+
+A round: fit what the model has; ask every hypothesis for its candidates, as linear responses about that fit; weigh them
+under the noise as it is; refit the best with the real term or fault in the model; weigh those again about their own
+fit.  The winner becomes part of the model, and the next round begins, until nothing stands out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.cache import Cache, fingerprint
+from sssi_exudyn.errors import SimulationDiverged
+from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.frames import Array
+from sssi_exudyn.model import Model, model_to_dict
+from sssi_exudyn.motion import Motion
+from sssi_exudyn.recording import Recording
+from sssi_exudyn.reduced import Prepared, prepare, simulate_each, simulate_reduced
+from sssi_exudyn.result import SimulationResult
+from sssi_exudyn.simulation import simulate
+from sssi_exudyn.validation.capture_error import antenna_responses, capture_errors, response
+from sssi_exudyn.validation.evidence import (
+    Account,
+    Freedom,
+    NoiseLevels,
+    Whitener,
+    best_levels,
+    log_factors,
+    usual_levels,
+    whitened,
+    whitener,
+)
+from sssi_exudyn.validation.hypotheses import HYPOTHESES, Candidate, Scene
+from sssi_exudyn.validation.refit import Parameter, Refit, refit
+from sssi_exudyn.validation.witness import Witnesses, averages, witnesses_of
+
+Progress = Callable[[float | None, str], None]
+
+FREE: Final = {
+    "friction.mu_t": Prior(0.1, 0.1),
+    "friction.mu_n": Prior(0.6, 0.4),
+}
+"""Friction beforehand: published values of gliding and of skidding, widely."""
+_PLACE: Final = 3.0
+_SPEED: Final = 2.0
+"""m and m/s: the start is told by the track alone, which is counted where it is fitted, not beforehand too."""
+CUFF: Final = Prior(0.06, 0.03)
+"""Share of the load that a boot's cuff takes in an ordinary recording."""
+_HEIGHT: Final = 0.3
+"""m; the first fix, from which heights count, is no better known than that."""
+SIZES: Final = (0.5, 1.0, 2.0)
+"""An effect may be weaker or stronger than usual; each counts a third."""
+NOTHING: Final = 0.5
+"""Probability beforehand that nothing is missing."""
+TEMPER: Final = 0.6
+"""Log evidence is worth this share of what it says: the world is none of our models, and errors that none of them
+knows make differences look surer than they are.  Calibrated by the blind benchmark.
+"""
+_SETTLED: Final = 0.2
+"""Standard deviations of the noise by which the full model's surplus may still change."""
+_FINALISTS: Final = 6
+_WORTHWHILE: Final = 12.0
+"""A hypothesis whose linear evidence is worse than the best by more than this is not refitted."""
+_HOPEFUL: Final = 0.5
+"""Nor one that is less probable than nothing by as much."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A recording prepared for diagnosis."""
+
+    motion: Motion
+    model: Model
+    parameters: tuple[Parameter, ...]
+    prepared: Prepared
+    witnesses: Witnesses
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One explanation in a round.
+
+    name, kind : of the hypothesis; "" and "none" where nothing is added
+    log_evidence : with the noise's own prior, place and size integrated
+    probability : among all explanations of the round
+    candidate : where and what; None for nothing
+    fit : None where it was not worth a refit
+    levels : of the noise under it
+    """
+
+    name: str
+    kind: str
+    log_evidence: float
+    probability: float
+    candidate: Candidate | None
+    fit: Refit | None
+    levels: NoiseLevels
+
+
+@dataclass(frozen=True)
+class Round:
+    """All explanations, the most probable first, and the account that they were weighed on."""
+
+    verdicts: tuple[Verdict, ...]
+    account: Account
+    base: Refit
+    scene: Scene
+    responses: dict[str, Array]
+
+    @property
+    def nothing(self) -> Verdict:
+        """That nothing more is missing."""
+        return next(v for v in self.verdicts if not v.name)
+
+    @property
+    def best(self) -> Verdict:
+        """The most probable one that adds something."""
+        return next(v for v in self.verdicts if v.name)
+
+
+def setting_of(recording: Recording, motion: Motion, model: Model) -> Setting:
+    """Prepare a recording.  Raises ValueError when it has no GPS."""
+    problem = problem_of(recording, motion, model, "joint")
+    model = problem.model
+    priors = dict(FREE)
+    for name in problem.names:
+        if name.startswith(("start.velocity", "start.f", "start.l")):
+            priors[name] = Prior(model.value(name), _SPEED if "velocity" in name else _PLACE)
+        elif name.startswith("start."):
+            priors[name] = problem.priors[name]
+    parameters = tuple(Parameter((name,), priors[name]) for name in problem.names)
+    return Setting(
+        motion,
+        model,
+        parameters,
+        prepare(model, motion),
+        witnesses_of(recording, model, motion.start, motion.stop),
+    )
+
+
+def known_beforehand(witnesses: Witnesses, sole: Array) -> tuple[Freedom, Array]:
+    """What varies with the instruments' mounting: the height's origin and the cuff's share; and the mean effect (N,)
+    of the latter.
+    """
+    size = len(witnesses.measured)
+    height, cuff = np.zeros(size), np.zeros(size)
+    height[witnesses.blocks["height"]] = 1.0
+    cuff[witnesses.blocks["load"]] = -sole.sum(axis=1)
+    cuff[witnesses.blocks["difference"]] = -(sole[:, 0] - sole[:, 1])
+    return Freedom(np.column_stack([height, cuff]), np.array([_HEIGHT, CUFF.sigma])), CUFF.mean * cuff
+
+
+@dataclass
+class Searcher:
+    """The search on one recording; holds what does not change from round to round."""
+
+    setting: Setting
+    say: Progress
+    cache: Cache | None = None
+
+    def __post_init__(self) -> None:
+        setting = self.setting
+        self.whole = fingerprint(model_to_dict(setting.model), setting.motion, setting.witnesses.measured)
+        self.levels = usual_levels(setting.witnesses)
+        self._mounted(setting.model)
+        self.beyond = np.zeros_like(self.cuff)
+        self.capture = np.zeros((len(self.cuff), 0))
+
+    def _mounted(self, model: Model) -> None:
+        """What the instruments' mounting does, from the soles' forces in a run of that model."""
+        run = simulate_reduced(model, self.setting.prepared)
+        sole = averages(run.time, run.sole_force, self.setting.witnesses.windows)
+        self.mounting, self.cuff = known_beforehand(self.setting.witnesses, sole)
+
+    @property
+    def offset(self) -> Array:
+        """(N,) what is added to the reduced model's prediction: the boots' cuffs, and what the full model has more."""
+        return np.asarray(self.cuff + self.beyond)
+
+    def first(self) -> Refit:
+        """The fit of the model without anything added; what the capture's errors do is found about it."""
+        setting = self.setting
+        base = self.fitted(setting.model, setting.parameters, self.levels)
+        self._mounted(base.model)
+        base = self.fitted(base.model, base.parameters, self.levels)
+        self.capture = self._captured(base)
+        return self.settled(base)
+
+    def settled(self, fit: Refit) -> Refit:
+        """The same model refitted under the noise that suits it best."""
+        self.levels, _ = best_levels(self.account(fit), self.levels)
+        return self.fitted(fit.model, fit.parameters, self.levels)
+
+    def of_the_track(self, fit: Refit) -> tuple[Refit, Whitener]:
+        """The fit that meets the measurements best, as an ordinary fit does: the capture is taken as it is, and what it
+        gets wrong counts as noise.  The noise's covariance is that of what such a fit leaves.
+        """
+        kept, self.capture = self.capture, np.zeros((len(self.cuff), 0))
+        found = self.fitted(fit.model, fit.parameters, usual_levels(self.setting.witnesses))
+        levels = best_levels(self.account(found), self.levels)[0]
+        covariance = self.covariance(levels)
+        self.capture = kept
+        return found, covariance
+
+    def confirmed(self, fit: Refit) -> tuple[Refit, SimulationResult]:
+        """The fit on the full model, and its run there.
+
+        What the full model predicts beyond the reduced one changes little with the parameters: it is added to the
+        reduced prediction, which is then fitted again.
+        """
+        for _ in range(2):
+            run = simulate(fit.model, self.setting.motion)
+            beyond = self.setting.witnesses.predicted(fit.model, run) - (fit.predicted - self.offset)
+            moved = float(np.max(np.abs(whitened(self.account(fit), self.levels, (beyond - self.beyond)[:, None]))))
+            self.beyond = beyond
+            fit = self.fitted(fit.model, fit.parameters, self.levels)
+            if moved < _SETTLED:
+                break
+        return fit, simulate(fit.model, self.setting.motion)
+
+    def covariance(self, levels: NoiseLevels) -> Whitener:
+        """Of all that is noise to the fit's parameters."""
+        empty = self._account(np.zeros_like(self.cuff), Freedom(np.zeros((len(self.cuff), 0)), np.zeros(0)))
+        return whitener(empty, levels, self.mounting.columns * self.mounting.scales)
+
+    def fitted(self, model: Model, parameters: tuple[Parameter, ...], levels: NoiseLevels) -> Refit:
+        """Refit under that noise."""
+        setting = self.setting
+        return refit(model, parameters, setting.prepared, setting.witnesses, self.covariance(levels), self.offset)
+
+    def account(self, fit: Refit) -> Account:
+        """Measurements less prediction about a fit, as if every parameter still stood at what was known beforehand."""
+        residual = self.setting.witnesses.measured - fit.predicted + fit.sensitivity @ fit.pulls
+        return self._account(residual, self.mounting.with_more(fit.sensitivity, fit.scales))
+
+    def round(self, base: Refit) -> Round:
+        """Weigh every hypothesis on the fitted model ``base``."""
+        setting = self.setting
+        run = simulate_reduced(base.model, setting.prepared)
+        scene = Scene(base.model, setting.prepared, run, setting.witnesses, base.predicted - self.offset)
+        account = self.account(base)
+        none, evidence = best_levels(account, self.levels)
+        verdicts = [Verdict("", "none", evidence, 0.0, None, base, none)]
+        responses = self._responses(scene)
+        for hypothesis in HYPOTHESES:
+            candidates = hypothesis.candidates(scene, responses[hypothesis.name])
+            if candidates:
+                verdicts.append(self._weighed(account, hypothesis.name, hypothesis.kind, candidates))
+        return Round(_ranked(self._refitted(base, verdicts)), account, base, scene, responses)
+
+    def _account(self, residual: Array, free: Freedom) -> Account:
+        return Account(self.setting.witnesses, residual, free, self.capture)
+
+    def _captured(self, base: Refit) -> Array:
+        setting = self.setting
+        key = fingerprint("capture", self.whole, base.values)
+        kept = self.cache.get(key) if self.cache else None
+        if kept is None:
+            errors = capture_errors(setting.motion, setting.prepared)
+            before = base.predicted - self.offset
+            with ThreadPoolExecutor() as pool:
+                columns = list(
+                    pool.map(lambda e: response(base.model, setting.prepared, setting.witnesses, e, before), errors)
+                )
+            torso = antenna_responses(setting.motion, base.model, setting.witnesses)
+            kept = {"columns": np.column_stack([*columns, torso])}
+            if self.cache:
+                self.cache.put(key, kept)
+        self.say(None, f"{kept['columns'].shape[1]} ways in which the capture may be wrong")
+        return np.asarray(kept["columns"])
+
+    def _responses(self, scene: Scene) -> dict[str, Array]:
+        """(N, probes) of every hypothesis, a unit of amplitude."""
+        found: dict[str, Array] = {}
+        for i, hypothesis in enumerate(HYPOTHESES):
+            self.say(i / len(HYPOTHESES), f"trying {hypothesis.name}")
+            probes = hypothesis.probes(scene)
+            if not probes:
+                found[hypothesis.name] = np.zeros((len(scene.base), 0))
+                continue
+            key = fingerprint("probes", self.whole, hypothesis.name, [model_to_dict(p.model) for p in probes])
+            kept = self.cache.get(key) if self.cache else None
+            if kept is None:
+                seen = simulate_each([p.model for p in probes], scene.prepared, scene.witnesses.predicted)
+                columns = [(each - scene.base) / p.size for each, p in zip(seen, probes, strict=True)]
+                kept = {"columns": np.stack(columns, axis=1)}
+                if self.cache:
+                    self.cache.put(key, kept)
+            found[hypothesis.name] = np.asarray(kept["columns"])
+        return found
+
+    def _weighed(self, account: Account, name: str, kind: str, candidates: list[Candidate]) -> Verdict:
+        """A hypothesis by its candidates' linear responses: the best of them, all others counted as places sought."""
+        frees = [c.free for c in candidates]
+        by_size = np.stack(
+            [log_factors(account, self.levels, [Freedom(f.columns, s * f.scales) for f in frees]) for s in SIZES]
+        )
+        factors = np.logaddexp.reduce(by_size, axis=0) - np.log(len(SIZES))
+        best = int(np.argmax(factors))
+        sought = float(np.logaddexp.reduce(factors) - np.log(len(factors)) - factors[best])
+        size = int(np.argmax(by_size[:, best]))
+        spread = float(factors[best] - by_size[size, best])
+        free = Freedom(frees[best].columns, SIZES[size] * frees[best].scales)
+        levels, evidence = best_levels(account, self.levels, free)
+        chosen = replace(candidates[best], free=free)
+        return Verdict(name, kind, evidence + sought + spread, sought + spread, chosen, None, levels)
+
+    def _refitted(self, base: Refit, verdicts: list[Verdict]) -> list[Verdict]:
+        """The most probable refitted with the real term; what was sought is kept in ``probability`` until then."""
+        ranked = sorted(verdicts[1:], key=lambda v: -v.log_evidence)
+        nothing = verdicts[0].log_evidence
+        least = max(nothing - _HOPEFUL, max(ranked[0].log_evidence, nothing) - _WORTHWHILE)
+        finalists = [v for v in ranked[:_FINALISTS] if v.log_evidence > least]
+        found = [verdicts[0]]
+        for i, verdict in enumerate(ranked):
+            if verdict not in finalists:
+                found.append(verdict)
+                continue
+            self.say(i / len(finalists), f"refitting with {verdict.name}")
+            found.append(self._refit_of(base, verdict))
+        return found
+
+    def _refit_of(self, base: Refit, verdict: Verdict) -> Verdict:
+        candidate = verdict.candidate
+        assert candidate is not None
+        parameters, places = extended(base, candidate)
+        start = candidate.model
+        try:
+            fit = self.fitted(start, (*parameters, *places), verdict.levels)
+        except SimulationDiverged:
+            return verdict
+        # places count as sought by the candidates; their freedom is not counted again
+        count = len(parameters)
+        fixed = replace(
+            fit, parameters=fit.parameters[:count], values=fit.values[:count], sensitivity=fit.sensitivity[:, :count]
+        )
+        levels, evidence = best_levels(self.account(fixed), verdict.levels)
+        return replace(verdict, log_evidence=evidence + verdict.probability, fit=fit, levels=levels)
+
+
+def extended(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], tuple[Parameter, ...]]:
+    """Parameters of a fit with the candidate: those of ``base`` with the amplitudes, and the places."""
+    names = {name for group in candidate.amplitudes for name in group}
+    kept = tuple(p for p in base.parameters if not names & set(p.names))
+    known = {p.names[0]: p.prior.mean for p in base.parameters}
+    amplitudes = tuple(
+        Parameter(group, Prior(known.get(group[0], candidate.model.value(group[0])), float(scale)))
+        for group, scale in zip(candidate.amplitudes, candidate.free.scales, strict=True)
+    )
+    places = tuple(
+        Parameter((name,), Prior(candidate.model.value(name), spread)) for name, spread in candidate.places.items()
+    )
+    return (*kept, *amplitudes), places
+
+
+def _ranked(verdicts: list[Verdict]) -> tuple[Verdict, ...]:
+    share = (1.0 - NOTHING) / max(1, len(verdicts) - 1)
+    logs = np.array([TEMPER * v.log_evidence + np.log(share if v.name else NOTHING) for v in verdicts])
+    odds = np.exp(logs - logs.max())
+    odds /= odds.sum()
+    found = [replace(v, probability=float(p)) for v, p in zip(verdicts, odds, strict=True)]
+    return tuple(sorted(found, key=lambda v: -v.probability))

@@ -1,0 +1,101 @@
+"""What the instruments say of a run, and what they would say of a simulated one: one vector each.
+
+Blocks, in order: the GPS' places in the level frame, x and y one after the other; its heights; the insoles' total load
+and their difference, left less right.  Blocks of instruments that a recording lacks are empty.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+
+from sssi_exudyn.fitting.observe import seen_by_gps
+from sssi_exudyn.frames import Array, level_to_enu
+from sssi_exudyn.model import Model
+from sssi_exudyn.recording import Recording
+from sssi_exudyn.sensors import felt_by_insoles
+
+BLOCKS: Final = ("x", "y", "height", "load", "difference")
+INTERVAL: Final = 0.1
+"""s over which the insoles' forces are averaged; faster changes are the capture's noise in accelerations."""
+_MARGIN: Final = 0.3
+"""s at both ends in which the insoles are not used: the simulated skier is still settling, splines end."""
+
+
+class Run(Protocol):
+    """What is needed of a simulated run, full or reduced."""
+
+    @property
+    def time(self) -> Array: ...
+    @property
+    def antenna(self) -> Array | None: ...
+    @property
+    def sole_force(self) -> Array: ...
+
+
+@dataclass(frozen=True)
+class Witnesses:
+    """The measurements that a simulation from ``start`` to ``stop`` is held against.
+
+    fixes : (n,) s;  place : (n, 3) m in the level frame;  gps_sigma : m, of a horizontal fix as its instrument says
+    windows : (m,) s, middles of the insoles' intervals;  loads : (m, 2) N averages over them, left and right
+    """
+
+    fixes: Array
+    place: Array
+    gps_sigma: float
+    windows: Array
+    loads: Array
+
+    @property
+    def measured(self) -> Array:
+        """(N,) all blocks."""
+        return _stacked(self.place, self.loads)
+
+    @property
+    def blocks(self) -> dict[str, slice]:
+        """Where each block stands in the vector."""
+        n, m = len(self.fixes), len(self.windows)
+        edges = np.cumsum([0, n, n, n, m, m])
+        return {name: slice(int(a), int(b)) for name, a, b in zip(BLOCKS, edges[:-1], edges[1:], strict=True)}
+
+    def time_of(self, block: str) -> Array:
+        """Instants of a block's values (s)."""
+        return self.windows if block in ("load", "difference") else self.fixes
+
+    def predicted(self, model: Model, run: Run) -> Array:
+        """(N,) what the instruments would say of a simulated run."""
+        assert run.antenna is not None
+        place = seen_by_gps(model, run.time, run.antenna, self.fixes)
+        return _stacked(place, felt_by_insoles(model.sensors, averages(run.time, run.sole_force, self.windows)))
+
+
+def witnesses_of(recording: Recording, model: Model, start: float, stop: float) -> Witnesses:
+    """The instruments of a recording between ``start`` and ``stop`` (s).  Raises ValueError without a GPS."""
+    gps, insoles = recording.gps, recording.insoles
+    if gps is None:
+        raise ValueError("the recording has no GPS")
+    inside = (gps.time >= start - 1e-9) & (gps.time <= stop + 1e-9)
+    place = gps.enu[inside] @ level_to_enu(model.fall_line_azimuth)
+    windows, loads = np.zeros(0), np.zeros((0, 2))
+    if insoles is not None:
+        first, last = max(start, insoles.time[0]) + _MARGIN, min(stop, insoles.time[-1]) - _MARGIN
+        windows = np.arange(first, last, INTERVAL)
+        loads = averages(insoles.time, np.stack([insoles.left, insoles.right], axis=1), windows)
+    return Witnesses(gps.time[inside], place, float(np.median(gps.sigma[inside])), windows, loads)
+
+
+def averages(time: Array, values: Array, windows: Array) -> Array:
+    """(m, d) averages of ``values`` (n, d), known at ``time`` (n,), over ``INTERVAL`` about each of ``windows``
+    (m,).
+    """
+    summed = np.zeros((len(time), values.shape[1]))
+    summed[1:] = np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time)[:, None], axis=0)
+    edges = [[np.interp(windows + d, time, column) for column in summed.T] for d in (-0.5 * INTERVAL, 0.5 * INTERVAL)]
+    return (np.array(edges[1]) - np.array(edges[0])).T / INTERVAL
+
+
+def _stacked(place: Array, loads: Array) -> Array:
+    return np.concatenate([*place.T, loads.sum(axis=1), loads[:, 0] - loads[:, 1]])
