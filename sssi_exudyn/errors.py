@@ -25,6 +25,9 @@ class InputError(SssiError):
         where = f"{file}: {place}" if place else f"{file}"
         super().__init__(f"{where}: {problem}; {mend}")
 
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:  # so that it comes back whole from another process
+        return type(self), (self.file, self.place, self.problem, self.mend)
+
 
 class SimulationDiverged(SssiError):
     """The simulation stopped before its end.  ``partial`` keeps what was computed until then.
@@ -39,3 +42,6 @@ class SimulationDiverged(SssiError):
     def __init__(self, time: float, what: str, partial: object = None) -> None:
         self.time, self.what, self.partial = time, what, partial
         super().__init__(f"the simulation diverged at {time:.3f} s: {what}")
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        return type(self), (self.time, self.what, self.partial)

@@ -32,6 +32,7 @@ from sssi_exudyn.contact.term import (
     WindTerm,
 )
 from sssi_exudyn.contact.wind import DragArea, Wind
+from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.fitting.observe import first_guess, seen_by_gps
 from sssi_exudyn.frames import Array, level_to_enu
 from sssi_exudyn.gps import Gps
@@ -44,6 +45,7 @@ from sssi_exudyn.sensors import BootCuff, GpsJump, HeadingDrift, InsoleGain, Lev
 from sssi_exudyn.simulation import simulate
 
 _HERE: Final = "the benchmark's world"
+_ATTEMPTS: Final = 10
 STEP: Final = 0.004
 """s; the diagnosis' full model takes longer ones, its reduced model others."""
 
@@ -397,10 +399,26 @@ def plan(count: int, seed: int) -> list[tuple[str, str, int]]:
 def make(index: int, planned: tuple[str, str, int], bases: list[tuple[Recording, Motion, Model]], seed: int) -> Made:
     """The case of that number: simulated by the full model with what it conceals, and recorded.
 
-    ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them.
+    ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them.  A stretch
+    that cannot be simulated (it begins in the air, say) is drawn again.
+
+    Raises SimulationDiverged when none of ten can.
     """
+    for attempt in range(_ATTEMPTS):
+        try:
+            return _drawn(index, planned, bases, np.random.default_rng([seed, 1, index, attempt]))
+        except SimulationDiverged as error:
+            failure = error
+    raise failure
+
+
+def _drawn(
+    index: int,
+    planned: tuple[str, str, int],
+    bases: list[tuple[Recording, Motion, Model]],
+    rng: np.random.Generator,
+) -> Made:
     name, kind, strength = planned
-    rng = np.random.default_rng([seed, 1, index])
     recording, motion, fitted = bases[int(rng.integers(len(bases)))]
     long = float(rng.uniform(5.5, 7.0))
     begin = float(rng.uniform(motion.start, motion.stop - long))

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.errors import InputError, SimulationDiverged
 from sssi_exudyn.frames import slope_to_enu
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.result_folder import (
@@ -202,3 +202,11 @@ def test_series_and_model_that_cannot_be_read_say_so(tmp_path: Path) -> None:
         read_series(tmp_path)
     with pytest.raises(InputError, match="not TOML"):
         read_model(tmp_path)
+
+
+def test_errors_come_back_whole_from_another_process() -> None:
+    for error in (InputError("gps.csv", "line 3", "it is text", "give a number"), SimulationDiverged(1.5, "too fast")):
+        again = pickle.loads(pickle.dumps(error))
+        assert type(again) is type(error)
+        assert str(again) == str(error)
+        assert vars(again) == vars(error)
