@@ -159,7 +159,11 @@ class CarriedMass:
         """Set what weight and the posture's movement do to the pelvis at the end of the step: m (g − a), with a (3,)
         m/s² of the centre of mass relative to the pelvis.
         """
-        mbs.SetLoadParameter(self.load, "loadVector", self.mass * (self.gravity - com_acceleration))
+        self.pull(mbs, self.mass * (self.gravity - com_acceleration))
+
+    def pull(self, mbs: Any, force: Array) -> None:
+        """Set the whole force (3,) N on the carried mass."""
+        mbs.SetLoadParameter(self.load, "loadVector", force)
 
 
 def add_carried_mass(mbs: Any, mass: float, gravity: Array, pelvis: Array) -> CarriedMass:

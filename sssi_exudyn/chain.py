@@ -16,6 +16,7 @@ palms to the thighs), where all segments are parallel.  A segment's origin is it
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -236,19 +237,32 @@ _CARRIER: Final = np.array([0, 0, 0] + [i for i, joint in enumerate(JOINTS) for 
 """Index of the segment at whose origin each coordinate's axis passes."""
 
 
-def jacobians(poses: Poses) -> tuple[Array, Array]:
-    """Angular and linear Jacobian, each (…, 21, 3, 31): ω = J_w q̇ (rad/s), v = J_v q̇ (m/s) of the segments' origins.
+def jacobians(poses: Poses, segments: Sequence[int], points: Array) -> tuple[Array, Array]:
+    """Angular and linear Jacobian, each (…, k, 3, 31), of ``points`` (…, k, 3) m fixed in ``segments``: ω = J_w q̇
+    (rad/s), v = J_v q̇ (m/s).
 
     An angle turns every segment beyond it about its axis e through the point o of its joint:
     J_w = e, J_v = e × (x − o).
     """
-    mask = _MOVED_BY[:, :, None].astype(np.float64)
+    mask = _MOVED_BY[list(segments), :, None].astype(np.float64)
     angular = mask * poses.axes[..., None, :, :]
     angular[..., :3, :] = 0.0
-    arm = poses.origin[..., :, None, :] - poses.origin[..., None, _CARRIER, :]
+    arm = points[..., :, None, :] - poses.origin[..., None, _CARRIER, :]
     linear = np.cross(angular, arm)
     linear[..., :3, :] = np.eye(3)
     return np.swapaxes(angular, -1, -2), np.swapaxes(linear, -1, -2)
+
+
+def mean_jacobian(poses: Poses, weights: Array, points: Array) -> Array:
+    """(…, 3, 31) velocity of Σ w x a unit rate of each coordinate, for weights (21,) that sum to 1 and a point of each
+    segment, (…, 21, 3) m: J = e × Σ w (x − o) over the segments beyond the angle.
+    """
+    mask = _MOVED_BY.astype(np.float64)
+    first = np.swapaxes(mask, 0, 1) @ (weights[:, None] * points)
+    beyond = (weights @ mask)[:, None]
+    linear = np.cross(poses.axes, first - beyond * poses.origin[..., _CARRIER, :])
+    linear[..., :3, :] = np.eye(3)
+    return np.swapaxes(linear, -1, -2)
 
 
 def average_geometry(height: float) -> Geometry:

@@ -98,7 +98,7 @@ class Parts:
         tables = [posture_at(self.motion, self.inertias, tuple(self.areas), stretch) for stretch in stretches]
         return Posture(
             **{
-                entry.name: np.concatenate([getattr(table, entry.name) for table in tables])
+                entry.name: np.ascontiguousarray(np.concatenate([getattr(table, entry.name) for table in tables]))
                 for entry in fields(Posture)
             }
         )

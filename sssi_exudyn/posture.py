@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sssi_exudyn.bodies.anthropometry import SegmentInertia
-from sssi_exudyn.chain import FEET, SEGMENT, forward_kinematics, jacobians, rates
+from sssi_exudyn.chain import FEET, SEGMENT, forward_kinematics, jacobians, mean_jacobian, rates
 from sssi_exudyn.frames import Array
 from sssi_exudyn.motion import Motion
 
@@ -63,54 +63,52 @@ def posture_at(motion: Motion, inertias: Sequence[SegmentInertia], exposed: Sequ
     free = np.zeros((len(time), 3))
     poses = forward_kinematics(motion.geometry, np.hstack([free, angles]), motion.inclination)
     moving = rates(poses, np.hstack([free, speeds]), np.hstack([free, accelerations]))
-    angular, linear = jacobians(poses)
 
-    def point(segment: int, place: Array) -> tuple[Array, Array, Array, Array]:
-        """Place, velocity, acceleration (n, 3) and Jacobian (n, 3, 28) of a point fixed in a segment."""
-        arm = poses.rotation[:, segment] @ place
-        spin, spin_rate = moving.angular_velocity[:, segment], moving.angular_acceleration[:, segment]
+    def points(segments: Sequence[int], places: Array) -> tuple[Array, Array, Array]:
+        """Place, velocity, acceleration (n, k, 3) of points fixed at ``places`` (k, 3) in segments."""
+        at = list(segments)
+        arm = np.einsum("nkij,kj->nki", poses.rotation[:, at], places)
+        spin, spin_rate = moving.angular_velocity[:, at], moving.angular_acceleration[:, at]
         swing = np.cross(spin, arm)
-        columns = np.swapaxes(angular[:, segment, :, 3:], 1, 2)
-        jacobian = linear[:, segment, :, 3:] + np.swapaxes(np.cross(columns, arm[:, None, :]), 1, 2)
         return (
-            poses.origin[:, segment] + arm,
-            moving.velocity[:, segment] + swing,
-            moving.acceleration[:, segment] + np.cross(spin_rate, arm) + np.cross(spin, swing),
-            jacobian,
+            poses.origin[:, at] + arm,
+            moving.velocity[:, at] + swing,
+            moving.acceleration[:, at] + np.cross(spin_rate, arm) + np.cross(spin, swing),
         )
 
     feet = list(FEET)
     sole = np.array([0.0, 0.0, -motion.geometry.ankle_to_ski_base])
     # the ankle, from which the sole is measured along the foot's axes, is the talus' origin
     heel = [motion.geometry.attitude_in_parent[foot].T @ motion.geometry.joint_in_parent[foot] for foot in feet]
-    ankle = [sole - place for place in heel]
-    foot_parts = [np.stack(parts, axis=1) for parts in zip(*map(point, feet, ankle), strict=True)]
+    foot_place, foot_velocity, foot_acceleration = points(feet, sole - np.stack(heel))
+    place, velocity, acceleration = points(range(len(inertias)), np.stack([body.com for body in inertias]))
     mass = np.array([body.mass for body in inertias])
-    body_parts = [point(i, body.com) for i, body in enumerate(inertias)]
-    com_parts = [np.tensordot(mass / mass.sum(), np.stack(parts), axes=1) for parts in zip(*body_parts, strict=True)]
+    share = mass / mass.sum()
     spin = np.einsum("nsji,nsj->nsi", poses.rotation, moving.angular_velocity)
     inertia = np.stack([body.inertia for body in inertias])
     kinetic = 0.5 * np.einsum("nsi,sij,nsj->n", spin, inertia, spin)
-    kinetic += 0.5 * sum(m * np.sum(parts[1] ** 2, axis=1) for m, parts in zip(mass, body_parts, strict=True))
+    kinetic += 0.5 * np.einsum("s,nsi,nsi->n", mass, velocity, velocity)
     shown = [SEGMENT[name] for name in exposed]
+    outer = np.concatenate([foot_place, place[:, shown]], axis=1)
+    angular, linear = (found[..., 3:] for found in jacobians(poses, feet + shown, outer))
     return Posture(
         time=time,
         angles=angles,
         rates=speeds,
         accelerations=accelerations,
-        foot_place=foot_parts[0],
-        foot_velocity=foot_parts[1],
-        foot_acceleration=foot_parts[2],
+        foot_place=foot_place,
+        foot_velocity=foot_velocity,
+        foot_acceleration=foot_acceleration,
         foot_rotation=poses.rotation[:, feet],
         foot_spin=moving.angular_velocity[:, feet],
         foot_spin_rate=moving.angular_acceleration[:, feet],
-        foot_jacobian=foot_parts[3],
-        foot_turning=angular[:, feet, :, 3:],
-        com_place=com_parts[0],
-        com_velocity=com_parts[1],
-        com_acceleration=com_parts[2],
-        com_jacobian=com_parts[3],
+        foot_jacobian=linear[:, :2],
+        foot_turning=angular[:, :2],
+        com_place=share @ place,
+        com_velocity=share @ velocity,
+        com_acceleration=share @ acceleration,
+        com_jacobian=mean_jacobian(poses, share, place)[..., 3:],
         kinetic=kinetic,
-        exposed_velocity=np.stack([body_parts[i][1] for i in shown], axis=1),
-        exposed_jacobian=np.stack([body_parts[i][3] for i in shown], axis=1),
+        exposed_velocity=velocity[:, shown],
+        exposed_jacobian=linear[:, 2:],
     )

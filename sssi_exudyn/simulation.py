@@ -29,8 +29,10 @@ from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.simulation_record import Record, result_from_record
 from sssi_exudyn.simulation_system import System, build
 
-SETTLING = 0.4
-"""s of standing still on the snow before the start; the slowest motion of a loaded ski in snow has died out by then."""
+SETTLING = 0.6
+"""s of standing still on the snow before the start: free ends of skis, which vibrate longest, are at rest to 0.1 mm."""
+SETTLING_STEPS = 60
+"""Long steps: with no spectral radius they damp whatever is faster than they are."""
 Progress = Callable[[float, str], None]
 
 
@@ -146,33 +148,33 @@ def settle(parts: Parts, posture: Posture, pelvis: Array, velocity: Array) -> Ar
     """
     gravity = gravity_in_slope(parts.model.inclination)
     share = np.array([0.5, 0.5])
-    coordinates = np.zeros(0)
-    pelvis = pelvis.copy()
-    for _ in range(2):
-        lift = posture.com_acceleration[0, 2] - share @ posture.foot_acceleration[0, :, 2]
-        load = parts.mass * max(-gravity[2] + lift, 0.2 * -gravity[2])
-        system = build(parts, posture, pelvis, tree=False, held_by=load)
-        try:
-            _integrate_standing(system, parts)
-            displaced = np.array(system.mbs.systemData.GetODE2Coordinates())
-        finally:
-            system.release()
-        coordinates = displaced + system.ref
-        system.forces.evaluate(displaced, np.zeros(len(displaced)), system.now)
-        loads = system.forces.seen[:, LOAD]
-        if loads.sum() <= 0.0:
-            raise SimulationDiverged(float(posture.time[0]), "the skier does not come to rest on the snow at the start")
-        share = loads / loads.sum()
-        pelvis = coordinates[:3].copy()
-        velocity[2] = -float(share @ posture.foot_velocity[0, :, 2])
-    return coordinates
+    system = build(parts, posture, pelvis, standing=True)
+    try:
+        for _ in range(2):
+            lift = posture.com_acceleration[0, 2] - share @ posture.foot_acceleration[0, :, 2]
+            load = parts.mass * max(-gravity[2] + lift, 0.2 * -gravity[2])
+            system.press(load)
+            displaced = _rest(system, parts)
+            system.forces.evaluate(displaced, np.zeros(len(displaced)), system.now)
+            loads = system.forces.seen[:, LOAD]
+            if loads.sum() < 0.5 * load:  # still falling
+                raise SimulationDiverged(system.now.time, "the skier does not come to rest on the snow at the start")
+            share = loads / loads.sum()
+    finally:
+        system.release()
+    velocity[2] = -float(share @ posture.foot_velocity[0, :, 2])
+    return displaced + system.ref
 
 
-def _integrate_standing(system: System, parts: Parts) -> None:
-    settings = _settings(parts.model, 0.0, SETTLING, round(SETTLING / parts.model.solver.step))
-    settings.timeIntegration.generalizedAlpha.spectralRadius = 0.3  # a rest is sought, not a vibration
+def _rest(system: System, parts: Parts) -> Array:
+    """Coordinates without reference in which the standing system comes to rest; it starts from there the next time."""
+    settings = _settings(parts.model, 0.0, SETTLING, SETTLING_STEPS)
+    settings.timeIntegration.generalizedAlpha.spectralRadius = 0.0
     if _solve(system.mbs, settings, exu.MainSolverImplicitSecondOrder()):
         raise SimulationDiverged(system.now.time, "the skier does not come to rest on the snow at the start")
+    displaced = np.array(system.mbs.systemData.GetODE2Coordinates())
+    system.mbs.systemData.SetODE2Coordinates(displaced, exu.ConfigurationType.Initial)
+    return displaced
 
 
 def _settings(model: Model, start: float, stop: float, steps: int) -> Any:

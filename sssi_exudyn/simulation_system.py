@@ -9,7 +9,6 @@ import exudyn as exu
 import numpy as np
 from exudyn.itemInterface import (
     CoordinateConstraint,
-    LoadCoordinate,
     MarkerNodeCoordinate,
     NodePointGround,
 )
@@ -77,6 +76,11 @@ class System:
             self.mbs.SetObjectParameter(self.object, name, 0)
         self.container.Reset()
 
+    def press(self, force: float) -> None:
+        """Press the standing skier on the snow with ``force`` (N) along the normal."""
+        assert isinstance(self.skeleton, CarriedMass)
+        self.skeleton.pull(self.mbs, np.array([0.0, 0.0, -force]))
+
     def advance(self, posture: Posture, row: int) -> None:
         """Bring the prescribed motion to the end of the step that is to be solved."""
         self.now = instant(posture, row)
@@ -89,21 +93,18 @@ def build(
     posture: Posture,
     pelvis: Array,
     *,
-    tree: bool,
-    held_by: float | None = None,
+    tree: bool = False,
+    standing: bool = False,
     backend: Backend = "compiled",
 ) -> System:
     """Assemble the model in the posture of row 0 with the pelvis at ``pelvis`` (3,) m, all at rest.
 
-    ``tree``: the whole skeleton, or its mass carried by the pelvis.
-
-    With ``held_by`` nothing moves but the skis and the pelvis' height: friction and movement are left out, and the
-    skier is pressed on the snow by a force (N) along the normal in place of gravity.  That is how the start is found.
+    ``tree``: the whole skeleton, or its mass carried by the pelvis.  ``standing``: nothing moves but the skis and the
+    pelvis' height; friction, movement and gravity are left out, so that a force in its place finds how the run starts.
     """
     exu.special.beams.geometricallyExactLumpedMass = True
     container = exu.SystemContainer()
     mbs = container.AddSystem()
-    standing = held_by is not None
     gravity = np.zeros(3) if standing else gravity_in_slope(parts.model.inclination)
     skeleton: Skeleton | CarriedMass
     if tree:
@@ -121,11 +122,9 @@ def build(
         ski = add_ski_beam(mbs, parts.mesh, frame, np.zeros(3), np.zeros(3), damped=False)
         clamps.append(tuple(_fix(mbs, ground, ski.nodes[parts.mesh.middle], c, 0.0) for c in (0, 1, 2, 4, 5, 6)))
         nodes += ski.nodes
-    if held_by is not None:
+    if standing:
         for coordinate in range(2):
             _fix(mbs, ground, skeleton.node, coordinate, float(pelvis[coordinate]))
-        height = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=skeleton.node, coordinate=2))
-        mbs.AddLoad(LoadCoordinate(markerNumber=height, load=-held_by))
     ref = np.concatenate([np.asarray(mbs.GetNode(node)["referenceCoordinates"], dtype=np.float64) for node in nodes])
     terms = [term for term in parts.model.terms if not standing or term.kind in ("point", "terrain")]
     area = np.array(list(parts.areas.values()))

@@ -20,6 +20,7 @@ from sssi_exudyn.chain import (
     forward_kinematics,
     jacobians,
     joint_rotation,
+    mean_jacobian,
     rates,
 )
 from sssi_exudyn.frames import Array, slope_to_level
@@ -185,11 +186,14 @@ def test_rates_are_the_derivatives_of_the_poses() -> None:
 def test_jacobians_map_rates_of_coordinates_to_rates_of_segments() -> None:
     q, qd, qdd = _smooth(np.linspace(0.0, 2.0, 5))
     poses = forward_kinematics(CROOKED, q, SLOPE)
-    angular, linear = jacobians(poses)
+    angular, linear = jacobians(poses, range(len(SEGMENTS)), poses.origin)
+    weights = np.linspace(0.0, 2.0, len(SEGMENTS)) / len(SEGMENTS)
+    mean = mean_jacobian(poses, weights, poses.origin)
     found = rates(poses, qd, qdd)
     # 1e-12: rounding of sums of 31 terms of order 10.
     np.testing.assert_allclose(np.einsum("tsij,tj->tsi", angular, qd), found.angular_velocity, atol=1e-12)
     np.testing.assert_allclose(np.einsum("tsij,tj->tsi", linear, qd), found.velocity, atol=1e-12)
+    np.testing.assert_allclose(np.einsum("tij,tj->ti", mean, qd), weights @ found.velocity, atol=1e-12)
 
 
 def test_average_skier_stands_on_the_ground() -> None:
