@@ -18,9 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from naive import microseconds
 
 from sssi_exudyn.commands import model_of
-from sssi_exudyn.contact.backend import Forces, Instant
+from sssi_exudyn.contact.backend import BACKENDS, Forces, Instant
+from sssi_exudyn.contact.penetration import HuntCrossley
 from sssi_exudyn.fitting.fit import fit, problem_of
 from sssi_exudyn.frames import Array
 from sssi_exudyn.model import Model
@@ -66,10 +68,10 @@ def full_model(model: Model, motion: Motion) -> dict[str, Any]:
 def backends(model: Model, motion: Motion) -> dict[str, Any]:
     """Microseconds of one evaluation of all forces on a loaded state, and the ratio to the compiled pass."""
     micro = {}
-    for backend in ("compiled", "python"):
+    for backend in BACKENDS[1:]:
         run, _ = integrate(model, motion, stop=motion.start + 0.05, backend=backend)
         q, v, forces, at = run.record.q[-1], run.record.v[-1], run.system.forces, run.system.now
-        count = 2000 if backend == "compiled" else 10
+        count = {"compiled": 2000, "python": 10}.get(backend, 100)
 
         def work(forces: Forces = forces, q: Array = q, v: Array = v, at: Instant = at, count: int = count) -> None:
             for _ in range(count):
@@ -77,7 +79,13 @@ def backends(model: Model, motion: Motion) -> dict[str, Any]:
 
         wall, _ = timed(work, 3)
         micro[backend] = 1e6 * wall / count
-    return {"microseconds": micro, "python_over_compiled": micro["python"] / micro["compiled"]}
+    law = model.term("penetration")
+    assert isinstance(law, HuntCrossley)
+    micro["naive"] = microseconds(forces, run.parts.sections, q, v, at, law)
+    ratios = {
+        f"{slow}_over_{quick}": micro[slow] / micro[quick] for slow in ("python", "naive") for quick in BACKENDS[1:4]
+    }
+    return {"microseconds": micro, **ratios}
 
 
 def linearity(model: Model, motion: Motion) -> dict[str, Any]:

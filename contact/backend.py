@@ -1,10 +1,12 @@
 """Force terms in Exudyn: one object over all coordinates, whose force and Jacobian are one pass of ``kernel``.
 
-``compiled``  machine code, the laws generated from the terms
-``python``    the same pass by the interpreter, the laws called as they are written: the reference, some 1000 times
-slower
+``compiled``  machine code, the laws generated from the terms; needs Numba
+``numpy``     the pass over arrays, the laws in NumPy's arithmetic
+``symbolic``  the pass over arrays, the laws recorded as Exudyn's expressions and evaluated by Exudyn
+``python``    the pass by the interpreter, the laws called as they are written: the reference
+``fastest``   the first of these that is installed
 
-Both give the same forces.
+All give the same forces.
 """
 
 from __future__ import annotations
@@ -18,15 +20,47 @@ import numpy as np
 from exudyn.itemInterface import ObjectGenericODE2
 
 from sssi_exudyn.contact import kernel
+from sssi_exudyn.contact.arrays import ArrayKernel, ArrayLaws
 from sssi_exudyn.contact.compiled import compile_kernel, parameter_values
 from sssi_exudyn.contact.interpreted import interpreted_kernel
+from sssi_exudyn.contact.jit import COMPILES
 from sssi_exudyn.contact.registry import padded
 from sssi_exudyn.contact.sections import Sections
+from sssi_exudyn.contact.symbolic import SymbolicLaws
 from sssi_exudyn.contact.term import Term
+from sssi_exudyn.errors import InputError
 from sssi_exudyn.frames import Array
 
-Backend = Literal["compiled", "python"]
-BACKENDS: Final[tuple[Backend, ...]] = ("compiled", "python")
+Backend = Literal["fastest", "compiled", "numpy", "symbolic", "python"]
+BACKENDS: Final[tuple[Backend, ...]] = ("fastest", "compiled", "numpy", "symbolic", "python")
+
+
+def installed(backend: Backend) -> Backend:
+    """What is used when ``backend`` is asked for: ``fastest`` becomes the fastest there is.
+
+    Raises InputError where ``compiled`` is asked for and Numba is not installed.
+    """
+    if backend == "fastest":
+        return "compiled" if COMPILES else "numpy"
+    if backend == "compiled" and not COMPILES:
+        raise InputError("backend", "compiled", "Numba is not installed", "install it, or use numpy or symbolic")
+    return backend
+
+
+def kernel_of(terms: Sequence[Term], backend: Backend) -> Any:
+    """The functions of the force pass for ``terms``, as ``kernel`` names them.
+
+    Only ``compiled`` derives the Jacobian by machine code where that is not installed; Newton's method is steered by
+    the same numbers everywhere.
+    """
+    chosen = installed(backend)
+    if chosen == "python":
+        return interpreted_kernel(terms, kernel)
+    template = compile_kernel(terms, kernel)
+    if chosen == "compiled":
+        return template
+    laws = ArrayLaws(terms) if chosen == "numpy" else SymbolicLaws(terms)
+    return ArrayKernel(laws, template.jacobian)
 
 
 @dataclass(frozen=True)
@@ -69,15 +103,15 @@ class Forces:
         sign: Array,
         area: Array,
         ref: Array,
-        backend: Backend = "compiled",
+        backend: Backend = "fastest",
     ) -> None:
-        make = compile_kernel if backend == "compiled" else interpreted_kernel
-        terms = padded(terms)
-        self._kernel: Any = make(terms, kernel)
+        if installed(backend) == "compiled":
+            terms = padded(terms)
+        self._kernel: Any = kernel_of(terms, backend)
         self._parameters = parameter_values(terms)
         self._contacts = (sections.element, sections.share, sections.offset, sections.length, sections.damping)
         self._inertia = (sections.node_mass, sections.node_moment, gravity)
-        self._sign, self._area, self._ref = sign, area, ref
+        self._sign, self._area, self.ref = sign, area, ref
         self.out = np.zeros(len(ref))
         self.seen = np.zeros((2, kernel.SEEN))
         self.drag = np.zeros((len(area), 4))
@@ -92,7 +126,7 @@ class Forces:
         ``body``.
         """
         self._kernel.forces(
-            self._parameters, q, v, self._ref, at.time, *self._contacts, *self._inertia,
+            self._parameters, q, v, self.ref, at.time, *self._contacts, *self._inertia,
             self._sign, at.foot_place, at.foot_velocity, at.foot_acceleration, at.foot_rotation, at.foot_spin,
             at.foot_spin_rate, at.foot_jacobian, at.com_place, at.com_velocity, at.com_jacobian,
             self._area, at.exposed_velocity, at.exposed_jacobian, self.out, self.seen, self.drag, self.body,
@@ -107,7 +141,7 @@ class Forces:
     def triplets(self, q: Array, v: Array, at: Instant, by_place: float, by_rate: float) -> Array:
         """Sparse triplets (k, 3) of −(by_place ∂f/∂q + by_rate ∂f/∂v), after an ``evaluate`` near by."""
         count = self._kernel.jacobian(
-            self._parameters, q, v, self._ref, at.time, by_place, by_rate, *self._contacts,
+            self._parameters, q, v, self.ref, at.time, by_place, by_rate, *self._contacts,
             self._sign, at.foot_place, at.foot_velocity, at.foot_rotation, at.foot_spin, at.foot_jacobian, self.seen,
             self._area, at.exposed_velocity, at.exposed_jacobian, self._rows, self._columns, self._values,
         )  # fmt: skip

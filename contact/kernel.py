@@ -23,8 +23,8 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
+from sssi_exudyn.contact.jit import njit
 from sssi_exudyn.contact.vectors import (
     between,
     conjugate,

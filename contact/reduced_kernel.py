@@ -15,8 +15,8 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
+from sssi_exudyn.contact.jit import njit
 from sssi_exudyn.contact.vectors import cross, dot, into, out_of, plus, ski_axes, three, times
 
 point_force: Callable[..., float]

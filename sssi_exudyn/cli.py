@@ -18,8 +18,8 @@ from typing import Any, NoReturn
 from sssi_exudyn.errors import InputError, SssiError
 from sssi_exudyn.progress import on_stderr
 
-BACKENDS = ("compiled", "python")
-"""Who evaluates the force terms: machine code, or the interpreter as the reference."""
+BACKENDS = ("fastest", "compiled", "numpy", "symbolic", "python")
+"""Who evaluates the force terms: machine code, arrays, Exudyn's expressions, or the interpreter as the reference."""
 METHODS = ("joint", "paper")
 """How friction is fitted: with the recording's nuisances along, or the paper's two parameters alone."""
 

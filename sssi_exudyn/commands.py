@@ -88,7 +88,7 @@ def simulate(
     out: Path,
     *,
     model: Path | None = None,
-    backend: Backend = "compiled",
+    backend: Backend = "fastest",
     progress: Progress = _SILENT,
 ) -> dict[str, Any]:
     """Simulate a recording once, with ``model`` (a ``model.toml``) or with default friction, into ``out``; its
@@ -233,7 +233,7 @@ def _simulated(
     fitted: Fitted | None,
     settings: dict[str, Any],
     progress: Progress,
-    backend: Backend = "compiled",
+    backend: Backend = "fastest",
 ) -> dict[str, Any]:
     """Run the model and write all that a result folder holds; a run that diverges leaves what it has, and raises."""
     failure = None

@@ -17,7 +17,7 @@ import exudyn as exu
 import numpy as np
 
 from sssi_exudyn.chain import PRESCRIBED
-from sssi_exudyn.contact.backend import Backend
+from sssi_exudyn.contact.backend import Backend, installed
 from sssi_exudyn.contact.kernel import LOAD
 from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import GRAVITY, Array, gravity_in_slope
@@ -43,7 +43,7 @@ def simulate(
     start: float | None = None,
     stop: float | None = None,
     tree: bool = True,
-    backend: Backend = "compiled",
+    backend: Backend = "fastest",
     progress: Progress | None = None,
 ) -> SimulationResult:
     """Simulate the full model from ``start`` to ``stop`` (recording's clock, s; the motion's ends if None).
@@ -55,7 +55,7 @@ def simulate(
     """
     begin = clock.perf_counter()
     run, problem = integrate(model, motion, start=start, stop=stop, tree=tree, backend=backend, progress=progress)
-    run.record.solver |= {"wall_s": clock.perf_counter() - begin, "backend": backend}
+    run.record.solver |= {"wall_s": clock.perf_counter() - begin, "backend": installed(backend)}
     result = result_from_record(run.parts, run.posture, run.system, run.record)
     if problem:
         raise _diverged(run, problem, result)
@@ -81,7 +81,7 @@ def integrate(
     start: float | None = None,
     stop: float | None = None,
     tree: bool = True,
-    backend: Backend = "compiled",
+    backend: Backend = "fastest",
     progress: Progress | None = None,
 ) -> tuple[Run, str]:
     """As ``simulate``, but gives the states that were recorded, and "" or what stopped the solver."""

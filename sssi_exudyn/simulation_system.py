@@ -95,7 +95,7 @@ def build(
     *,
     tree: bool = False,
     standing: bool = False,
-    backend: Backend = "compiled",
+    backend: Backend = "fastest",
 ) -> System:
     """Assemble the model in the posture of row 0 with the pelvis at ``pelvis`` (3,) m, all at rest.
 

@@ -1,6 +1,10 @@
 """The compiled pass over all forces against plain NumPy at random states, and what contact alone must do."""
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,12 +15,17 @@ from scipy.linalg import expm, logm
 
 from sssi_exudyn.bodies.ski_mesh import mesh
 from sssi_exudyn.chain import COORDINATES
-from sssi_exudyn.contact.backend import Forces, Instant
+from sssi_exudyn.contact.air import AirDrag
+from sssi_exudyn.contact.backend import BACKENDS, Backend, Forces, Instant
 from sssi_exudyn.contact.friction import AnisotropicFriction
+from sssi_exudyn.contact.glide import SnowCompaction, SnowPatch
 from sssi_exudyn.contact.kernel import LOAD, NODE
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.penetration import HuntCrossley
+from sssi_exudyn.contact.pushes import PolePlant
 from sssi_exudyn.contact.term import PointState
+from sssi_exudyn.contact.terrain import SlopeChange, TerrainBump
+from sssi_exudyn.contact.wind import Gust
 from sssi_exudyn.parts import Parts
 from sssi_exudyn.simulation import simulate
 from sssi_exudyn.simulation_system import instant
@@ -206,28 +215,101 @@ def test_rebound_of_a_dropped_mass() -> None:
     assert -begin < rate < 0.0  # it leaves slower than it came
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_plain_python_is_the_compiled_pass(parts: Parts, seed: int) -> None:
-    compiled, q, v, at = random_state(parts, seed)
-    python = Forces(
-        [SNOW, FRICTION],
-        parts.sections,
-        np.array([0.0, 0.0, -9.0]),
-        np.ones(TREE),
-        np.zeros(0),
-        np.zeros(len(q)),
-        "python",
-    )
-    expected = compiled.evaluate(q, v, at)
-    # 1e-12 of the largest force: the same operations in the same order, but for fused multiply-adds
-    np.testing.assert_allclose(python.evaluate(q, v, at), expected, atol=1e-12 * np.abs(expected).max())
-    np.testing.assert_allclose(python.seen, compiled.seen, rtol=1e-12, atol=1e-12)
+EVERYTHING = (
+    SNOW,
+    FRICTION,
+    AirDrag(),
+    Gust(w_f=-4.0, w_l=2.0, t0=-1.0, t1=1.0),
+    SnowPatch(delta_mu_t=0.05, f0=-5.0, f1=5.0),
+    SnowCompaction(c=2e4),
+    SlopeChange(delta=0.05, f0=0.1, width=2.0),
+    TerrainBump(rise=-0.05, f0=-0.2, width=1.0),
+    PolePlant(forward=20.0, up=10.0, t=0.25),
+)
+"""A term of every place, each at work in the states below."""
 
 
-def test_a_run_in_plain_python_is_the_compiled_run() -> None:
+@pytest.mark.parametrize("above", [-0.08, 2.0], ids=["on the snow", "in the air"])
+@pytest.mark.parametrize("backend", BACKENDS[2:])
+def test_every_back_end_is_the_compiled_pass(parts: Parts, backend: Backend, above: float) -> None:
+    generator = np.random.default_rng(5)
+    for seed in range(3):
+        _, q, v, at = random_state(parts, seed)
+        q[2] += above
+        exposed = {"exposed_velocity": generator.normal(size=(4, 3)), "exposed_jacobian": at.com_jacobian[None] * 1.1}
+        exposed["exposed_jacobian"] = np.repeat(exposed["exposed_jacobian"], 4, axis=0)
+        at = replace(at, **exposed)
+        compiled, other = (
+            Forces(
+                EVERYTHING,
+                parts.sections,
+                np.array([0.0, 0.0, -9.0]),
+                np.ones(TREE),
+                np.full(4, 0.05),
+                np.zeros(len(q)),
+                each,
+            )
+            for each in ("compiled", backend)
+        )
+        expected = compiled.evaluate(q, v, at)
+        # 1e-12 of the largest force: the same operations, but for fused multiply-adds and the order of sums
+        np.testing.assert_allclose(other.evaluate(q, v, at), expected, atol=1e-12 * np.abs(expected).max())
+        for name in ("seen", "drag", "body"):
+            given, same = getattr(other, name), getattr(compiled, name)
+            np.testing.assert_allclose(given, same, rtol=1e-9, atol=1e-12 * np.abs(same).max())
+        assert (compiled.seen[:, LOAD] > 0.0).all() == (above < 0.0)
+        by_other, by_compiled = (dense(f.triplets(q, v, at, 1.0, 50.0), len(q)) for f in (other, compiled))
+        np.testing.assert_allclose(by_other, by_compiled, atol=1e-9 * np.abs(by_compiled).max())
+
+
+def dense(triplets: np.ndarray, size: int) -> np.ndarray:
+    matrix = np.zeros((size, size))
+    np.add.at(matrix, (triplets[:, 0].astype(int), triplets[:, 1].astype(int)), triplets[:, 2])
+    return matrix
+
+
+def test_a_run_is_the_same_with_every_back_end() -> None:
     start, motion = model((SNOW, FRICTION)), standing(0.5)
-    runs = [simulate(start, motion, stop=0.03, backend=backend) for backend in ("compiled", "python")]
-    np.testing.assert_allclose(
-        runs[1].pelvis, runs[0].pelvis, atol=1e-9
-    )  # rounding, through six steps of Newton's method
-    assert [run.statistics["backend"] for run in runs] == ["compiled", "python"]
+    runs = [simulate(start, motion, stop=0.03, backend=backend) for backend in BACKENDS]
+    for run in runs[1:]:
+        # rounding, through six steps of Newton's method
+        np.testing.assert_allclose(run.pelvis, runs[0].pelvis, atol=1e-9)
+    assert [run.statistics["backend"] for run in runs] == ["compiled", *BACKENDS[1:]]
+
+
+WITHOUT_NUMBA = """
+import sys
+
+sys.modules["numba"] = None  # as if it were not installed
+from gliding import model, standing
+
+from sssi_exudyn.contact.backend import installed
+from sssi_exudyn.contact.friction import AnisotropicFriction
+from sssi_exudyn.contact.penetration import HuntCrossley
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.simulation import simulate
+
+run = simulate(model((HuntCrossley(), AnisotropicFriction())), standing(0.5), stop=0.02)
+print(run.statistics["backend"], repr(float(run.pelvis[-1, 2])))
+try:
+    installed("compiled")
+except InputError as error:
+    print(error)
+"""
+
+
+def test_without_numba_the_arrays_take_over(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_NUMBA],
+        cwd=Path(__file__).parents[1],
+        env=os.environ | {"SSSI_CACHE_DIR": str(tmp_path)},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    first, second = done.stdout.splitlines()
+    backend, height = first.split()
+    assert backend == "numpy"
+    run = simulate(model((SNOW, FRICTION)), standing(0.5), stop=0.02)
+    assert float(height) == pytest.approx(float(run.pelvis[-1, 2]), abs=1e-9)  # rounding, through four steps
+    assert "Numba is not installed" in second
