@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import pickle
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
@@ -128,7 +129,7 @@ def run_benchmark(
             say(len(cases) / count, f"made {len(cases)} of {count}")
         ordered = [cases[index] for index in range(count)]
         digest = sealed(folder, ordered)
-        judging = [pool.submit(_judged, index, planned[index]) for index in range(count)]
+        judging = [pool.submit(_judged, index) for index in range(count)]
         for number, each in enumerate(as_completed(judging), 1):
             each.result()
             say(number / count, f"judged {number} of {count}")
@@ -152,15 +153,31 @@ def _case_file(folder: Path, index: int) -> Path:
 
 
 def _made(index: int, planned: tuple[str, str, int]) -> Case:
-    bases, seed, _, _ = _given
-    return make(index, planned, bases, seed).case
+    """Make a case and keep it for its judge; made before, it is taken as it was."""
+    bases, seed, _, folder = _given
+    path = folder / "made" / f"{index:03d}.pickle"
+    if path.exists():
+        return _kept(path).case
+    made = make(index, planned, bases, seed)
+    path.parent.mkdir(exist_ok=True)
+    partial = path.with_suffix(".part")
+    partial.write_bytes(pickle.dumps(made))
+    partial.replace(path)
+    return made.case
 
 
-def _judged(index: int, planned: tuple[str, str, int]) -> None:
-    bases, seed, full, folder = _given
+def _kept(path: Path) -> Made:
+    made = pickle.loads(path.read_bytes())  # this program's own, of this run
+    assert isinstance(made, Made)
+    return made
+
+
+def _judged(index: int) -> None:
+    _, _, full, folder = _given
     path = _case_file(folder, index)
     if not path.exists():
-        write_atomically(path, to_json(judged_case(make(index, planned, bases, seed), full=index < full)))
+        made = _kept(folder / "made" / f"{index:03d}.pickle")
+        write_atomically(path, to_json(judged_case(made, full=index < full)))
 
 
 def share(hits: int, of: int) -> dict[str, float | int | None]:

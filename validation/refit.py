@@ -17,12 +17,16 @@ from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.optimise import minimise
 from sssi_exudyn.frames import Array
 from sssi_exudyn.model import Model
-from sssi_exudyn.reduced import Prepared, sensitivities
+from sssi_exudyn.reduced import Prepared, sensitivities, simulate_reduced
 from sssi_exudyn.validation.evidence import Whitener
 from sssi_exudyn.validation.witness import Witnesses
 
 _ENOUGH = 0.1
 """Change of J, in units of χ²/2, that ends the search."""
+_ROUNDS = 4
+"""Times that the sensitivities are computed anew at most; within a round they stay, as they change little."""
+_WORTH_A_ROUND = 0.5
+"""Change of J in a round from which another is made."""
 
 
 @dataclass(frozen=True)
@@ -93,41 +97,38 @@ def refit(
     means = np.array([p.prior.mean for p in parameters])
     sigmas = np.array([p.prior.sigma for p in parameters])
     bounds = np.array([model.bounds(p.names[0]) for p in parameters])
-    kept: dict[bytes, tuple[Array, Array]] = {}
+    values = np.array([model.value(p.names[0]) for p in parameters])
+    objective = np.inf
+    for _ in range(_ROUNDS):
+        predicted, sensitivity = _responses(with_parameters(model, parameters, values), prepared, witnesses, parameters)
+        slopes = whiten(sensitivity)
+        curvature = np.asarray(slopes.T @ slopes + np.diag(sigmas**-2.0))
+        kept = {values.tobytes(): predicted}
 
-    def observed(values: Array) -> tuple[Array, Array]:
-        key = values.tobytes()
-        if key not in kept:
-            at = with_parameters(model, parameters, values)
-            predicted, slopes = _responses(at, prepared, witnesses, parameters)
-            kept[key] = predicted + offset, slopes
-        return kept[key]
+        def evaluate(at: Array, slopes: Array = slopes, kept: dict[bytes, Array] = kept) -> tuple[float, Array]:
+            """J, and its gradient with the sensitivity of the round."""
+            key = at.tobytes()
+            if key not in kept:
+                changed = with_parameters(model, parameters, at)
+                kept[key] = witnesses.predicted(changed, simulate_reduced(changed, prepared))
+            residual = whiten(measured - kept[key] - offset)
+            pull = (at - means) / sigmas
+            return 0.5 * float(residual @ residual + pull @ pull), -slopes.T @ residual + pull / sigmas
 
-    def evaluate(values: Array) -> tuple[float, Array]:
-        predicted, sensitivity = observed(values)
-        table = whiten(np.column_stack([measured - predicted, sensitivity]))
-        residual, slopes = table[:, 0], table[:, 1:]
-        pull = (values - means) / sigmas
-        return 0.5 * float(residual @ residual + pull @ pull), -slopes.T @ residual + pull / sigmas
-
-    def curvature(values: Array) -> Array:
-        slopes = whiten(observed(values)[1])
-        return np.asarray(slopes.T @ slopes + np.diag(sigmas**-2.0))
-
-    start = np.array([model.value(p.names[0]) for p in parameters])
-    found = minimise(
-        evaluate, start, bounds, curvature(start), objective_tolerance=_ENOUGH, step_tolerance=0.05, most=15
-    )
-    values = found.values
-    predicted, sensitivity = observed(values)
+        found = minimise(evaluate, values, bounds, curvature, objective_tolerance=_ENOUGH, step_tolerance=0.05, most=15)
+        before, objective, values = min(objective, evaluate(values)[0]), found.objective, found.values
+        if before - objective < _WORTH_A_ROUND:
+            break
+    predicted, sensitivity = _responses(with_parameters(model, parameters, values), prepared, witnesses, parameters)
+    slopes = whiten(sensitivity)
     return Refit(
         with_parameters(model, parameters, values),
         parameters,
         values,
-        predicted,
+        predicted + offset,
         sensitivity,
-        found.objective,
-        np.asarray(np.linalg.inv(curvature(values))),
+        objective,
+        np.asarray(np.linalg.inv(slopes.T @ slopes + np.diag(sigmas**-2.0))),
     )
 
 

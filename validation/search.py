@@ -68,6 +68,8 @@ _SETTLED: Final = 0.2
 _FINALISTS: Final = 6
 _WORTHWHILE: Final = 12.0
 """A hypothesis whose linear evidence is worse than the best by more than this is not refitted."""
+_HOPELESS: Final = -1.0
+"""Log Bayes factor under the noise of nothing below which other noise is not tried either."""
 _HOPEFUL: Final = 0.5
 """Nor one that is less probable than nothing by as much."""
 
@@ -252,7 +254,7 @@ class Searcher:
         for hypothesis in HYPOTHESES:
             candidates = hypothesis.candidates(scene, responses[hypothesis.name])
             if candidates:
-                verdicts.append(self._weighed(account, hypothesis.name, hypothesis.kind, candidates))
+                verdicts.append(self._weighed(account, hypothesis.name, hypothesis.kind, candidates, evidence))
         return Round(_ranked(self._refitted(base, verdicts)), account, base, scene, responses)
 
     def _account(self, residual: Array, free: Freedom) -> Account:
@@ -296,7 +298,7 @@ class Searcher:
             found[hypothesis.name] = np.asarray(kept["columns"])
         return found
 
-    def _weighed(self, account: Account, name: str, kind: str, candidates: list[Candidate]) -> Verdict:
+    def _weighed(self, account: Account, name: str, kind: str, candidates: list[Candidate], nothing: float) -> Verdict:
         """A hypothesis by its candidates' linear responses: the best of them, all others counted as places sought."""
         frees = [c.free for c in candidates]
         by_size = np.stack(
@@ -308,7 +310,9 @@ class Searcher:
         size = int(np.argmax(by_size[:, best]))
         spread = float(factors[best] - by_size[size, best])
         free = Freedom(frees[best].columns, SIZES[size] * frees[best].scales)
-        levels, evidence = best_levels(account, self.levels, free)
+        levels, evidence = self.levels, nothing + float(by_size[size, best])
+        if by_size[size, best] > _HOPELESS:
+            levels, evidence = best_levels(account, self.levels, free)
         chosen = replace(candidates[best], free=free)
         return Verdict(name, kind, evidence + sought + spread, sought + spread, chosen, None, levels)
 

@@ -1,0 +1,149 @@
+"""Makes ``docs/verification.md``: what was checked, against what, and what came out.
+
+Run as ``python docs/make_verification.py``; it takes a few minutes.  The tests named in the tables hold the same
+figures to the tolerances and reasons that stand beside them there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from sssi_exudyn.bodies.ski_mesh import mesh
+from sssi_exudyn.bodies.ski_modes import modal_ski
+from sssi_exudyn.commands import model_of
+from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.frames import GRAVITY, Array
+from sssi_exudyn.model import Model
+from sssi_exudyn.motion import Motion, motion_from_recording
+from sssi_exudyn.recording import read_recording
+from sssi_exudyn.reduced import prepare, simulate_reduced
+from sssi_exudyn.result import SimulationResult
+from sssi_exudyn.simulation import simulate
+from sssi_exudyn.validation.reference import simulate_flat
+
+ROOT = Path(__file__).parents[1]
+SECONDS = 4.0
+NAMES = ("beginner", "intermediate")
+
+HEAD = """# Verification
+
+Made by `python docs/make_verification.py`. Lengths are the antenna's largest distance over {seconds:g} s of run unless
+said otherwise; each example starts from its fit.
+
+"""
+
+COVERED = """## Which test proves what
+
+| what | against | test |
+|---|---|---|
+| tip deflection, three-point bending, free-free and held frequencies, torsion, roll-up, camber and shovel | Timoshenko, closed forms, eigenvalues | `tests/analytic/test_ski.py`, `test_ski_beam.py` |
+| order in the number of elements | 10, 20, 50, 100 elements | `tests/convergence/test_ski_convergence.py` |
+| damping as declared | decay of a free vibration | `tests/analytic/test_ski_beam.py` |
+| a ski from bench tests, with intervals | synthetic tests with noise | `tests/analytic/test_ski_identify.py` |
+| forces of all terms at random states, every back end | NumPy with matrix logarithms, 1e-9; each other, 1e-12 | `tests/analytic/test_contact.py` |
+| rebound, off the snow, number of contact points | reference equation, nothing, each other | `tests/analytic/test_contact.py`, `tests/convergence` |
+| block on a slope, side slip, terminal speed, power of friction | g(sin α − μ cos α), closed forms | `tests/analytic/test_glide.py`, `tests/properties` |
+| joint moments from multipliers | Newton-Euler recursion that shares nothing | `tests/analytic/test_inverse_dynamics.py` |
+| the model without the tree | the full tree: path and all 28 moments | `tests/analytic/test_without_tree.py` |
+| masses, inertias, free fall | de Leva 1996, closed forms | `tests/analytic/test_anthropometry.py`, `test_skeleton.py` |
+| symmetric posture, symmetric loads | each other | `tests/analytic/test_glide.py` |
+| step, elements, heading, clock | each other, with the observed order | `tests/convergence/test_run_convergence.py` |
+| the whole model | a flat one in one file, other beams and integrator | `tests/analytic/test_reference.py` |
+| torsional stiffness matters little; a carved turn needs more resistance across | halved and doubled GJ; μ_n | `tests/convergence/test_run_convergence.py` |
+"""
+
+
+def given(name: str) -> tuple[Model, Motion]:
+    """An example, fitted by the reduced model."""
+    recording = read_recording(ROOT / "examples" / name)
+    motion = motion_from_recording(recording)
+    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    return problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values), motion
+
+
+def apart(one: SimulationResult, other: SimulationResult) -> float:
+    """mm between two antennas."""
+    assert one.antenna is not None
+    assert other.antenna is not None
+    at = np.stack([np.interp(one.time, other.time, column) for column in other.antenna.T], axis=1)
+    return 1e3 * float(np.max(np.linalg.norm(one.antenna - at, axis=1)))
+
+
+def run(model: Model, motion: Motion, **solver: float) -> SimulationResult:
+    """The first seconds with other choices of the solver."""
+    return simulate(replace(model, solver=replace(model.solver, **solver)), motion, stop=motion.start + SECONDS)
+
+
+def solver_choices(models: dict[str, tuple[Model, Motion]]) -> Iterator[str]:
+    """What each choice of the solver does to the path."""
+    yield "## What the solver's choices do\n\nAgainst steps of 1 ms (for the steps) and against the defaults (for all else).\n"
+    yield "| choice | " + " | ".join(f"{name} (mm)" for name in NAMES) + " |\n|---|" + "---|" * len(NAMES)
+    usual = {name: run(*each) for name, each in models.items()}
+    fine = {name: run(*each, step=1e-3) for name, each in models.items()}
+    for step in (0.0025, 0.005, 0.01):
+        cells = [f"{apart(run(*models[name], step=step), fine[name]):.2f}" for name in NAMES]
+        yield f"| steps of {1e3 * step:g} ms | " + " | ".join(cells) + " |"
+    choices: list[tuple[str, dict[str, float]]] = [
+        *((f"{n} elements a ski", {"elements": n}) for n in (20, 100)),
+        *((f"spectral radius {r}", {"spectral_radius": r}) for r in (0.5, 0.9)),
+        ("relative tolerance 1e-6", {"relative_tolerance": 1e-6}),
+        ("absolute tolerance 1e-6", {"absolute_tolerance": 1e-6}),
+    ]
+    for label, choice in choices:
+        cells = [f"{apart(run(*models[name], **choice), usual[name]):.2f}" for name in NAMES]
+        yield f"| {label} | " + " | ".join(cells) + " |"
+
+
+def second_models(models: dict[str, tuple[Model, Motion]]) -> Iterator[str]:
+    """The full model against the reduced, the flat and the tree-less one, and its energy balance."""
+    yield "\n## Against other formulations\n"
+    yield "| | " + " | ".join(NAMES) + " |\n|---|" + "---|" * len(NAMES)
+    rows: dict[str, list[str]] = {}
+    for model, motion in models.values():
+        stop = motion.start + SECONDS
+        full = simulate(model, motion, stop=stop)
+        reduced = simulate_reduced(model, prepare(model, motion, stop=stop))
+        assert full.antenna is not None
+        distance = np.max(np.linalg.norm(reduced.antenna - full.antenna, axis=1))
+        rows.setdefault("reduced model (linear modal skis), mm", []).append(f"{1e3 * distance:.1f}")
+        bare = simulate(model, motion, stop=stop, tree=False)
+        rows.setdefault("without the skeleton's tree, mm", []).append(f"{apart(bare, full):.2g}")
+        peak = np.max(np.abs(full.joint_moments), axis=0)
+        worst = np.max(np.max(np.abs(bare.joint_moments - full.joint_moments), axis=0) / np.maximum(peak, 1.0))
+        rows.setdefault("its joint moments, worst of 28, share of the peak", []).append(f"{100 * worst:.2f} %")
+        i = int(np.searchsorted(full.time, motion.start + 2.0))
+        j = int(np.searchsorted(full.time, motion.start + 2.6))
+        flat = simulate_flat(
+            model, motion, float(full.time[i]), float(full.time[j]), full.pelvis[i], full.pelvis_velocity[i]
+        )
+        end = flat["pelvis"][-1] - full.pelvis[j]
+        rows.setdefault("flat model in one file, over 0.6 s, mm", []).append(f"{1e3 * np.linalg.norm(end):.1f}")
+        rows.setdefault("energy balance, gap over energy turned over", []).append(f"{full.closure_percent:.4f} %")
+    for label, cells in rows.items():
+        yield f"| {label} | " + " | ".join(cells) + " |"
+
+
+def skis(model: Model) -> Iterator[str]:
+    """Held frequencies by the number of elements, and the order seen."""
+    yield "\n## The ski, held at its middle\n\n| elements | first three frequencies (Hz) |\n|---|---|"
+    found: list[Array] = []
+    for count in (10, 20, 50, 100, 200):
+        found.append(modal_ski(mesh(model.ski, count), 3).frequency)
+        yield f"| {count} | " + ", ".join(f"{f:.3f}" for f in found[-1]) + " |"
+    order = np.log2(np.abs(found[0] - found[-1]) / np.abs(found[1] - found[-1]))
+    yield "\nOrder from 10 to 20 elements: " + ", ".join(f"{o:.1f}" for o in order) + "."
+
+
+def main() -> None:
+    models = {name: given(name) for name in NAMES}
+    lines = [HEAD.format(seconds=SECONDS), *solver_choices(models), *second_models(models)]
+    lines += [*skis(models["beginner"][0]), f"\ng = {GRAVITY} m/s².\n", COVERED]
+    (ROOT / "docs" / "verification.md").write_text("\n".join(lines).replace("\n\n\n", "\n\n"), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
