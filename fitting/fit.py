@@ -17,7 +17,7 @@ import numpy as np
 
 from sssi_exudyn.cache import Cache, fingerprint
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, uncertainty, weight_of
-from sssi_exudyn.fitting.observe import first_guess, track_of
+from sssi_exudyn.fitting.observe import first_guess, mended, track_of
 from sssi_exudyn.fitting.optimise import Optimum, minimise
 from sssi_exudyn.frames import Array
 from sssi_exudyn.model import Model, model_to_dict
@@ -85,14 +85,16 @@ class Fitted:
 
 
 def problem_of(recording: Recording, motion: Motion, model: Model, method: Method) -> Problem:
-    """What is fitted to the recording's GPS, from the paper's starting values.
+    """What is fitted to the recording's GPS, from the paper's starting values; whatever else the model has stays.
 
     Raises ValueError when the recording has no GPS.
     """
     if recording.gps is None:
         raise ValueError("the recording has no GPS")
     track = track_of(recording.gps, model.fall_line_azimuth, motion.start, motion.stop)
-    start = first_guess(recording.gps, motion, model.inclination, model.fall_line_azimuth)
+    guess = first_guess(mended(recording.gps, model), motion, model.inclination, model.fall_line_azimuth)
+    known = model.start
+    start = replace(guess, heading_offset=known.heading_offset, clock_offset=known.clock_offset)
     model = replace(model, start=start).with_values(START_VALUES)
     if method == "paper":
         return Problem(model, track, FRICTION, {}, 1.0)
@@ -102,7 +104,7 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
         "start.velocity_l": Prior(start.velocity_l, _VELOCITY_SIGMA),
         "start.f": Prior(start.f, 3.0 * sigma),
         "start.l": Prior(start.l, 3.0 * sigma),
-        "start.heading_offset": Prior(0.0, recording.heading.sigma),
+        "start.heading_offset": Prior(known.heading_offset, recording.heading.sigma),
     }
     return Problem(model, track, FRICTION + NUISANCES, priors, weight_of(_FIRST_NOISE, track))
 

@@ -50,6 +50,7 @@ def parser() -> argparse.ArgumentParser:
     simulate.add_argument("--backend", choices=BACKENDS, default=BACKENDS[0], help="who evaluates the force terms")
     fit = commands.add_parser("fit", parents=[common, recorded, written], help="friction that explains the GPS track")
     fit.add_argument("--method", choices=METHODS, default=METHODS[0], help="default: %(default)s")
+    fit.add_argument("--model", type=Path, metavar="TOML", help="what else acts, such as what a diagnosis found")
     validate = commands.add_parser(
         "validate", parents=[common, recorded, written], help="hold a result against GPS and insoles"
     )
@@ -64,6 +65,9 @@ def parser() -> argparse.ArgumentParser:
     blind.add_argument("--cases", type=int, default=200, help="default: %(default)s")
     blind.add_argument("--seed", type=int, default=1, help="default: %(default)s")
     blind.add_argument("--full", type=int, default=30, help="cases judged with the full model (%(default)s)")
+    of.add_parser(
+        "recordings", parents=[common, recorded, written], help="the diagnosis, on recordings with a truth.json"
+    )
     commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
     commands.add_parser("terms", parents=[common], help="every force term and its parameters")
     ski = commands.add_parser("ski", help="what concerns a ski alone")
@@ -125,7 +129,12 @@ def _call(options: argparse.Namespace) -> str:
                 options.folder, options.out, model=options.model, backend=options.backend, progress=progress
             )
         case "fit":
-            summary = commands.fit(options.folder, options.out, method=options.method, progress=progress)
+            summary = commands.fit(
+                options.folder, options.out, method=options.method, model=options.model, progress=progress
+            )
+        case "benchmark" if options.about == "recordings":
+            compared = commands.diagnose_known(options.folder, options.out, progress=progress)
+            return to_json(compared) if options.json else format_table(compared)
         case "benchmark":
             scores = commands.benchmark(
                 options.folders,

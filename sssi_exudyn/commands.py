@@ -7,6 +7,7 @@ it is done.
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 from collections.abc import Sequence
@@ -37,6 +38,7 @@ from sssi_exudyn.recording import Recording, read_recording
 from sssi_exudyn.reduced import prepare
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.result_folder import (
+    DIAGNOSIS,
     MODEL,
     complete_summary,
     locked,
@@ -50,6 +52,7 @@ from sssi_exudyn.validation.benchmark import run_benchmark
 from sssi_exudyn.validation.diagnosis import diagnose as find_missing
 from sssi_exudyn.validation.diagnosis import diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis_page import diagnosis_section
+from sssi_exudyn.validation.known import compared, read_truth
 from sssi_exudyn.validation.page import render_page
 from sssi_exudyn.validation.validate import judged
 
@@ -101,15 +104,23 @@ def simulate(
         return _simulated(recording, motion, chosen, out, None, settings, progress, backend)
 
 
-def fit(folder: Path, out: Path, *, method: Method = "joint", progress: Progress = _SILENT) -> dict[str, Any]:
+def fit(
+    folder: Path,
+    out: Path,
+    *,
+    method: Method = "joint",
+    model: Path | None = None,
+    progress: Progress = _SILENT,
+) -> dict[str, Any]:
     """Fit friction (and, with ``joint``, start and heading) to the GPS track, into ``out``; the summary of the fitted
-    run.
+    run.  ``model`` (a ``model.toml``) has what else acts, such as what a diagnosis found.
     """
     with locked(out):
         recording, motion = _read(folder, progress)
         if recording.gps is None:
             raise InputError(folder / "recording.toml", "[gps]", "there is no GPS to fit to", "add it, or use simulate")
-        problem = problem_of(recording, motion, model_of(recording, motion), method)
+        chosen = read_model(model) if model else model_of(recording, motion)
+        problem = problem_of(recording, motion, chosen, method)
         with progress.stage("fit") as stage:
             fitted = fit_problem(problem, motion, method, cache=Cache(out / _CACHE), progress=stage.advance)
         settings = {"command": "fit", "method": method}
@@ -158,6 +169,20 @@ def diagnose(folder: Path, out: Path, *, progress: Progress = _SILENT) -> dict[s
         _left(recording, motion, found.model, found.result, figures, out, settings, diagnosis=told, sections=[section])
         shutil.rmtree(out / _CACHE, ignore_errors=True)
         return told
+
+
+def diagnose_known(folder: Path, out: Path, *, progress: Progress = _SILENT) -> list[dict[str, str]]:
+    """Diagnose every recording in ``folder`` that its ``truth.json`` names, each into a folder of its own in ``out``;
+    what was said against what is hidden, a row a recording.  Those that ``out`` has already are not done again.
+    """
+    truth = read_truth(folder)
+    said = {}
+    for name in sorted(truth):
+        made = out / name
+        if not (made / DIAGNOSIS).is_file():
+            diagnose(folder / name, made, progress=progress)
+        said[name] = json.loads((made / DIAGNOSIS).read_text(encoding="utf-8"))
+    return compared(truth, said)
 
 
 def benchmark(

@@ -1,0 +1,46 @@
+"""Answers that are known against what was said."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.validation.known import compared, read_truth
+
+
+def said(name: str, probability: float = 0.9, *others: str) -> dict[str, object]:
+    alternatives = [{"name": other, "probability": 0.05} for other in others]
+    return {"findings": [{"name": name, "probability": probability, "alternatives": alternatives}]}
+
+
+def test_what_was_said_against_what_was_hidden() -> None:
+    truth = {
+        "a": {"name": "none"},
+        "b": {"name": "gust"},
+        "c": {"name": "wind"},
+        "d": {"name": "external_push", "kind": "unexplained"},
+        "e": {"name": "gust"},
+    }
+    rows = compared(
+        truth,
+        {
+            "a": {"findings": []},
+            "b": said("gust"),
+            "c": said("drag_area", 0.5, "wind"),
+            "d": said("unexplained_force"),
+            "e": {"findings": []},
+        },
+    )
+    assert [row["answer"] for row in rows] == ["right", "right", "in the set", "right", "wrong"]
+
+
+def test_a_folder_without_answers_gets_one_clear_line(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"truth\.json: there is no such file"):
+        read_truth(tmp_path)
+    (tmp_path / "truth.json").write_text("{")
+    with pytest.raises(InputError, match="not JSON"):
+        read_truth(tmp_path)
+    (tmp_path / "truth.json").write_text(json.dumps({"a": 1}))
+    with pytest.raises(InputError, match="not a table of recordings"):
+        read_truth(tmp_path)

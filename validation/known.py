@@ -1,0 +1,53 @@
+"""Recordings whose answers are known, diagnosed in a row: what was said against what was hidden."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from sssi_exudyn.errors import InputError
+
+TRUTH = "truth.json"
+NOTHING = "none"
+
+
+def read_truth(folder: Path) -> dict[str, dict[str, Any]]:
+    """What is hidden in each recording of ``folder``, by its name.
+
+    Raises InputError where there is no truth.json, or it is no table of names.
+    """
+    path = folder / TRUTH
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(path, "", "there is no such file", "name a folder of recordings with their answers") from None
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise InputError(path, "", f"not JSON: {error}", "correct the file") from None
+    if not isinstance(found, dict) or not all(isinstance(each, dict) and "name" in each for each in found.values()):
+        raise InputError(path, "", "not a table of recordings with a name each", "give {recording: {name: …}}")
+    return found
+
+
+def compared(truth: Mapping[str, Mapping[str, Any]], said: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]]:
+    """One row a recording: what was hidden, what was said, and whether that is right."""
+    rows = []
+    for name, told in said.items():
+        hidden = str(truth[name]["name"])
+        findings: Sequence[Mapping[str, Any]] = told["findings"]
+        names = [NOTHING] if not findings else [str(finding["name"]) for finding in findings]
+        might = {str(other["name"]) for finding in findings for other in finding["alternatives"]}
+        unexplained = truth[name].get("kind") == "unexplained" and "unexplained_force" in names
+        right = "right" if hidden in names or unexplained else ("in the set" if hidden in might else "wrong")
+        rows.append(
+            {
+                "recording": name,
+                "hidden": hidden,
+                "said": " and ".join(names),
+                "probability": "" if not findings else f"{findings[0]['probability']:.2f}",
+                "might be": ", ".join(sorted(might)),
+                "answer": right,
+            }
+        )
+    return rows
