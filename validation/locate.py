@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
@@ -28,6 +29,8 @@ _SIZE: Final = 60.0
 _MEMORY: Final = 0.8
 """s over which it keeps its direction."""
 FALSE_DISCOVERIES: Final = 0.05
+_WINDOWS: Final = (1, 3, 6)
+"""Cells of the windows in which a force may stand out."""
 
 
 @dataclass(frozen=True)
@@ -35,14 +38,15 @@ class MissingForce:
     """The force that is missing, cell by cell.
 
     edges : (c + 1,) s of the cells;  force, band : (c, 3) N along, across and normal, with its standard deviation
-    score : (c, 3) the force in standard deviations of what noise alone would show;  stands_out : (c, 3)
+    score : (c, 3) the force in standard deviations of what noise alone would show
+    stands_out : (c, 3) true within a window whose mean stands out
     """
 
     edges: Array
     force: Array
     band: Array
     score: Array
-    stands_out: Array
+    stands_out: NDArray[np.bool_]
 
     def impulse(self, window: tuple[float, float]) -> Array:
         """(3,) N s within a window of time (s)."""
@@ -88,18 +92,34 @@ def missing_force(account: Account, levels: NoiseLevels, scene: Scene, responses
     gain = np.linalg.solve(np.eye(len(prior)) + prior @ gram, prior)
     mean = gain @ pull
     band = np.sqrt(np.maximum(np.diag(gain), 0.0))
-    under_noise = np.sqrt(np.maximum(np.diag(gain @ gram @ gain.T), 1e-12))
-    score = (mean / under_noise).reshape(3, cells).T
-    return MissingForce(
-        edges,
-        mean.reshape(3, cells).T,
-        band.reshape(3, cells).T,
-        score,
-        discoveries(2.0 * norm.sf(np.abs(score))),
-    )
+    under_noise = gain @ gram @ gain.T
+    score, out = _standing_out(mean.reshape(3, cells), under_noise, cells)
+    return MissingForce(edges, mean.reshape(3, cells).T, band.reshape(3, cells).T, score.T, out.T)
 
 
-def discoveries(p: Array, rate: float = FALSE_DISCOVERIES) -> Array:
+def _standing_out(force: Array, under_noise: Array, cells: int) -> tuple[Array, NDArray[np.bool_]]:
+    """(3, c) scores of single cells, and whether a cell is in a window whose mean stands out.
+
+    Windows of several lengths are asked, since a force of a second or two is told better as a whole; the false
+    discovery rate is held over all of them.
+    """
+    asked, scores = [], []
+    for direction in range(3):
+        for length in _WINDOWS:
+            for begin in range(cells - length + 1):
+                part = slice(direction * cells + begin, direction * cells + begin + length)
+                spread = float(np.sqrt(max(np.sum(under_noise[part, part]), 1e-12)))
+                asked.append((direction, begin, begin + length))
+                scores.append(float(np.sum(force[direction, begin : begin + length])) / spread)
+    found = discoveries(2.0 * norm.sf(np.abs(scores)))
+    out = np.zeros((3, cells), dtype=bool)
+    for (direction, begin, end), hit in zip(asked, found, strict=True):
+        out[direction, begin:end] |= hit
+    single = np.sqrt(np.maximum(np.diag(under_noise), 1e-12)).reshape(3, cells)
+    return force / single, out
+
+
+def discoveries(p: Array, rate: float = FALSE_DISCOVERIES) -> NDArray[np.bool_]:
     """Which of the p-values (…) stand out with that expected share of false ones, however they depend on each other
     (Benjamini and Yekutieli 2001).
     """
