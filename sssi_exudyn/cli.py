@@ -55,8 +55,11 @@ def parser() -> argparse.ArgumentParser:
         "validate", parents=[common, recorded, written], help="hold a result against GPS and insoles"
     )
     validate.add_argument("--result", type=Path, metavar="DIR", required=True, help="folder of the result to judge")
-    commands.add_parser(
-        "diagnose", parents=[common, recorded, written], help="what physics was left out, or which instrument is wrong"
+    diagnose = commands.add_parser(
+        "diagnose", parents=[common, written], help="what physics was left out, or which instrument is wrong"
+    )
+    diagnose.add_argument(
+        "folders", type=Path, nargs="+", metavar="FOLDER", help="the recording, or several of one day"
     )
     judged = commands.add_parser("benchmark", help="how well the program does on cases whose answers are known")
     of = judged.add_subparsers(dest="about", metavar="WHAT", required=True)
@@ -146,7 +149,9 @@ def _call(options: argparse.Namespace) -> str:
             )
             return to_json(scores)
         case "diagnose":
-            told = commands.diagnose(options.folder, options.out, progress=progress)
+            if len(options.folders) > 1:
+                return to_json(commands.diagnose_day(options.folders, options.out, progress=progress))
+            told = commands.diagnose(options.folders[0], options.out, progress=progress)
             return to_json(told) if options.json else f"{told['verdict']}: {told['sentence']}\n"
         case "validate":
             summary = commands.validate(options.folder, options.result, options.out, progress=progress)

@@ -44,13 +44,15 @@ from sssi_exudyn.result_folder import (
     locked,
     read_series,
     read_summary,
+    to_json,
     write_atomically,
     write_result,
 )
 from sssi_exudyn.simulation import simulate as simulate_model
 from sssi_exudyn.validation.benchmark import run_benchmark
+from sssi_exudyn.validation.day import day_to_dict, weigh_day
+from sssi_exudyn.validation.diagnosis import Diagnosis, diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis import diagnose as find_missing
-from sssi_exudyn.validation.diagnosis import diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis_page import diagnosis_section
 from sssi_exudyn.validation.known import compared, read_truth
 from sssi_exudyn.validation.page import render_page
@@ -141,6 +143,26 @@ def diagnose(folder: Path, out: Path, *, progress: Progress = _SILENT) -> dict[s
     """Find what physics was left out, or which instrument is at fault, and leave the extended model's run in ``out``;
     what ``diagnosis.json`` holds.
     """
+    return diagnosis_to_dict(_diagnosed(folder, out, progress))
+
+
+def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
+    """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and weigh them together;
+    what ``out``'s ``day.json`` holds.
+
+    Raises InputError where two folders have the same name.
+    """
+    names = [folder.resolve().name for folder in folders]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(out / name, "", "two recordings would leave their results here", "rename one's folder")
+    found = [_diagnosed(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)]
+    day = day_to_dict(names, weigh_day(found))
+    write_atomically(out / "day.json", to_json(day))
+    return day
+
+
+def _diagnosed(folder: Path, out: Path, progress: Progress) -> Diagnosis:
     with locked(out):
         recording, motion = _read(folder, progress)
         if recording.gps is None:
@@ -168,7 +190,7 @@ def diagnose(folder: Path, out: Path, *, progress: Progress = _SILENT) -> dict[s
         section = diagnosis_section(found)
         _left(recording, motion, found.model, found.result, figures, out, settings, diagnosis=told, sections=[section])
         shutil.rmtree(out / _CACHE, ignore_errors=True)
-        return told
+        return found
 
 
 def diagnose_known(folder: Path, out: Path, *, progress: Progress = _SILENT) -> list[dict[str, str]]:

@@ -1,0 +1,59 @@
+"""Runs weighed together against the same by definition."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_evidence import LEVELS, account, covariance
+
+from sssi_exudyn.validation.day import Run, together
+from sssi_exudyn.validation.evidence import Freedom, log_evidence
+
+
+def test_runs_that_share_nothing_are_weighed_apart() -> None:
+    accounts = [account(seed) for seed in (2, 3)]
+    found, _, _ = together([Run(each, LEVELS, ()) for each in accounts])
+    assert found == pytest.approx(sum(log_evidence(each, LEVELS) for each in accounts), rel=1e-9)  # rounding
+
+
+def test_what_is_shared_is_one_number() -> None:
+    accounts = [account(seed) for seed in (2, 3)]
+    scales = accounts[0].free.scales
+    runs = [Run(each, LEVELS, (0, 2)) for each in accounts]
+    evidence, values, errors = together(runs)
+    alone, _, _ = together([replace(run, shared=()) for run in runs])
+    size = [len(each.residual) for each in accounts]
+    whole = np.zeros((sum(size), sum(size)))
+    apart = np.zeros_like(whole)
+    columns = []
+    for i, each in enumerate(accounts):
+        at = slice(i * size[0], i * size[0] + size[i])
+        own = each.free.columns * scales
+        whole[at, at] = covariance(each) + np.outer(own[:, 1], own[:, 1])
+        apart[at, at] = covariance(each) + own @ own.T
+        columns.append(own[:, [0, 2]])
+    shared = np.vstack(columns)
+    y = np.concatenate([each.residual for each in accounts])
+
+    def density(cov: np.ndarray) -> float:
+        return float(-0.5 * np.linalg.slogdet(cov)[1] - 0.5 * y @ np.linalg.solve(cov, y))
+
+    expected = density(whole + shared @ shared.T) - density(apart)
+    assert evidence - alone == pytest.approx(expected, rel=1e-6, abs=1e-6)  # rounding of covariances
+    gram = np.eye(2) + shared.T @ np.linalg.solve(whole, shared)
+    best = np.linalg.solve(gram, shared.T @ np.linalg.solve(whole, y))
+    np.testing.assert_allclose(values, scales[[0, 2]] * best, rtol=1e-6)
+    np.testing.assert_allclose(errors, scales[[0, 2]] * np.sqrt(np.diag(np.linalg.inv(gram))), rtol=1e-6)
+
+
+def test_a_common_effect_is_told_better_by_two_runs() -> None:
+    rng = np.random.default_rng(8)
+    accounts = [account(seed) for seed in (2, 3)]
+    extra = [Freedom(rng.normal(size=(len(each.residual), 1)) * 0.05, np.array([1.0])) for each in accounts]
+    accounts = [replace(a, residual=a.residual + 2.0 * e.columns[:, 0]) for a, e in zip(accounts, extra, strict=True)]
+    runs = [Run(each, LEVELS, ()) for each in accounts]
+    _, _, both = together(runs, extra)
+    alone = [together([run], [e])[2] for run, e in zip(runs, extra, strict=True)]
+    assert both[0] < min(a[0] for a in alone)

@@ -1,0 +1,139 @@
+"""Several runs of one day weighed together: the same snow, the same air, each its own path.
+
+What one run cannot tell apart, several may: friction and drag take the same speed from one run, but not from a slow and
+a fast one.  Friction along and across the ski is one number for all runs, and so is the strength of whatever acts
+everywhere; starts, headings, mountings and the capture's errors are each run's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.linalg import block_diag, cho_factor, cho_solve
+
+from sssi_exudyn.frames import Array
+from sssi_exudyn.validation.diagnosis import Diagnosis
+from sssi_exudyn.validation.evidence import Account, Freedom, NoiseLevels, log_volume, whitened
+from sssi_exudyn.validation.hypotheses import HYPOTHESES, Everywhere
+from sssi_exudyn.validation.search import NOTHING, SIZES, TEMPER
+
+SHARED: Final = ("friction.mu_t", "friction.mu_n")
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run as the day sees it.
+
+    account : about its fit without anything added;  levels : its noise
+    shared : columns of the account's freedom that are the day's numbers, in the order of ``SHARED``
+    """
+
+    account: Account
+    levels: NoiseLevels
+    shared: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """An explanation of the whole day: its probability, log evidence, and its numbers with standard deviations."""
+
+    name: str
+    probability: float
+    log_evidence: float
+    numbers: dict[str, tuple[float, float]]
+
+
+def together(runs: Sequence[Run], extra: Sequence[Freedom] | None = None) -> tuple[float, Array, Array]:
+    """Log evidence of all runs, with what ``extra`` (one a run, of the same scales) adds in common; and the most
+    probable shared numbers with their standard deviations: those of ``SHARED``, then the extra ones.
+    """
+    rows, shared, own, volume = [], [], [], 0.0
+    for i, run in enumerate(runs):
+        account = run.account
+        free = account.free.with_more(account.capture, np.full(account.capture.shape[1], run.levels.capture))
+        columns = free.columns * free.scales
+        common = columns[:, list(run.shared)]
+        if extra is not None:
+            common = np.hstack([common, extra[i].columns * extra[i].scales])
+        apart = np.delete(columns, list(run.shared), axis=1)
+        table = whitened(account, run.levels, np.column_stack([account.residual, common, apart]))
+        rows.append(table[:, 0])
+        shared.append(table[:, 1 : 1 + common.shape[1]])
+        own.append(table[:, 1 + common.shape[1] :])
+        volume += log_volume(account, run.levels)
+    y, x = np.concatenate(rows), np.hstack([np.vstack(shared), block_diag(*own)])
+    factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
+    along = x.T @ y
+    found = cho_solve(factor, along)
+    evidence = -0.5 * float(y @ y - along @ found) - float(np.sum(np.log(np.diag(factor[0])))) - volume
+    count = shared[0].shape[1]
+    first = runs[0].account.free.scales[list(runs[0].shared)]
+    scales = first if extra is None else np.concatenate([first, extra[0].scales])
+    inverse = cho_solve(factor, np.eye(x.shape[1])[:, :count])
+    return evidence, scales * found[:count], scales * np.sqrt(np.diag(inverse[:count]))
+
+
+def run_of(diagnosis: Diagnosis) -> Run:
+    """What the day needs of a run's diagnosis."""
+    first = diagnosis.rounds[0]
+    names = [p.names[0] for p in first.base.parameters]
+    mounting = first.account.free.columns.shape[1] - len(names)  # those of the instruments' mounting come first
+    return Run(first.account, first.nothing.levels, tuple(mounting + names.index(name) for name in SHARED))
+
+
+def weigh_day(diagnoses: Sequence[Diagnosis]) -> list[Weighed]:
+    """Everything that can act on all runs alike, and nothing, the most probable first."""
+    runs = [run_of(each) for each in diagnoses]
+    means = [p.prior.mean for p in diagnoses[0].rounds[0].base.parameters if p.names[0] in SHARED]
+    evidence, values, errors = together(runs)
+    hypotheses = [h for h in HYPOTHESES if isinstance(h, Everywhere) and h.kind == "physics"]
+    share = (1.0 - NOTHING) / len(hypotheses)
+    found = [("", evidence, np.log(NOTHING), _numbers(SHARED, values, errors, means))]
+    for hypothesis in hypotheses:
+        responses = [each.rounds[0].responses[hypothesis.name] for each in diagnoses]
+        usual = np.array(list(hypothesis.scales.values()))
+        by_size = [together(runs, [Freedom(r, size * usual) for r in responses]) for size in SIZES]
+        total = float(np.logaddexp.reduce([each[0] for each in by_size]) - np.log(len(SIZES)))
+        _, values, errors = max(by_size, key=lambda each: each[0])
+        names = (*SHARED, *(f"{hypothesis.name}.{key}" for key in hypothesis.scales))
+        numbers = _numbers(names, values, errors, [*means, *(0.0 for _ in usual)])
+        found.append((hypothesis.name, total, np.log(share), numbers))
+    logs = np.array([TEMPER * each[1] + each[2] for each in found])
+    odds = np.exp(logs - logs.max())
+    odds /= odds.sum()
+    weighed = [
+        Weighed(name, float(p), total, numbers) for p, (name, total, _, numbers) in zip(odds, found, strict=True)
+    ]
+    return sorted(weighed, key=lambda each: -each.probability)
+
+
+def _numbers(
+    names: Sequence[str], values: Array, errors: Array, means: Sequence[float]
+) -> dict[str, tuple[float, float]]:
+    return {
+        name: (float(mean + value), float(error))
+        for name, value, error, mean in zip(names, values, errors, means, strict=True)
+    }
+
+
+def day_to_dict(names: Sequence[str], weighed: Sequence[Weighed]) -> dict[str, object]:
+    """The answer as ``day.json`` holds it."""
+    return {
+        "format": 1,
+        "recordings": list(names),
+        "explanations": [
+            {
+                "name": each.name or "nothing",
+                "probability": each.probability,
+                "log_evidence": each.log_evidence,
+                "numbers": {
+                    name: {"value": value, "low": value - 1.6449 * error, "high": value + 1.6449 * error}
+                    for name, (value, error) in each.numbers.items()
+                },
+            }
+            for each in weighed
+        ],
+    }
