@@ -49,7 +49,7 @@ COVERED = """## Which test proves what
 | block on a slope, side slip, terminal speed, power of friction | g(sin α − μ cos α), closed forms | `tests/analytic/test_glide.py`, `tests/properties` |
 | joint moments from multipliers | Newton-Euler recursion that shares nothing | `tests/analytic/test_inverse_dynamics.py` |
 | the model without the tree | the full tree: path and all 28 moments | `tests/analytic/test_without_tree.py` |
-| masses, inertias, free fall | de Leva 1996, closed forms | `tests/analytic/test_anthropometry.py`, `test_skeleton.py` |
+| masses, inertias, free fall, pendulum | de Leva 1996, closed forms | `tests/analytic/test_anthropometry.py`, `test_skeleton.py` |
 | symmetric posture, symmetric loads | each other | `tests/analytic/test_glide.py` |
 | step, elements, heading, clock | each other, with the observed order | `tests/convergence/test_run_convergence.py` |
 | the whole model | a flat one in one file, other beams and integrator | `tests/analytic/test_reference.py` |

@@ -5,7 +5,13 @@ from dataclasses import replace
 import exudyn as exu
 import numpy as np
 import pytest
-from exudyn.itemInterface import SensorKinematicTree
+from exudyn.itemInterface import (
+    CoordinateConstraint,
+    MarkerNodeCoordinate,
+    NodePointGround,
+    SensorKinematicTree,
+    SensorNode,
+)
 from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.bodies.anthropometry import body_inertia
@@ -73,6 +79,56 @@ def test_free_fall() -> None:
     moments = np.array(mbs.systemData.GetAECoordinates())
     # a hand held out weighs 2 N m: nothing of that is left
     assert np.max(np.abs(moments)) < 1e-6
+
+
+def test_a_freed_knee_swings_as_a_physical_pendulum() -> None:
+    """Upright, all else held: shank and foot swing about the knee with T = 2π √(I/(m g d))."""
+    geometry = average_geometry(1.78)
+    inertias = body_inertia(geometry, 75.0, "male", boot_mass=1.9)
+    knee = COORDINATES.index("knee_angle_r")
+    q = np.zeros(len(COORDINATES))
+    q[knee] = 0.02
+    mbs = exu.SystemContainer().AddSystem()
+    skeleton = add_skeleton(mbs, geometry, inertias, np.array([0.0, 0.0, -9.81]), 0.0, q, np.zeros(len(COORDINATES)))
+    mbs.SetObjectParameter(skeleton.constraints[knee - 3], "activeConnector", False)
+    ground = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=mbs.AddNode(NodePointGround()), coordinate=0))
+    for coordinate in range(3):
+        pelvis = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=skeleton.node, coordinate=coordinate))
+        mbs.AddObject(CoordinateConstraint(markerNumbers=[ground, pelvis]))
+    swing = mbs.AddSensor(
+        SensorNode(
+            nodeNumber=skeleton.node,
+            storeInternal=True,
+            writeToFile=False,
+            outputVariableType=exu.OutputVariableType.Coordinates,
+        )
+    )
+    mbs.Assemble()
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = 3.0, 3000
+    settings.timeIntegration.generalizedAlpha.spectralRadius = 1.0
+    settings.timeIntegration.verboseMode = 0
+    settings.solution.sensors.writePeriod = 1e-3
+    settings.solution.file.write = False
+    assert exu.MainSolverImplicitSecondOrder().SolveSystem(mbs, settings)
+    table = np.array(mbs.GetSensorStoredData(swing))
+    time, angle = table[:, 0], table[:, 1 + knee]
+    poses = forward_kinematics(geometry, np.zeros(len(COORDINATES)), 0.0)
+    hinge = poses.origin[SEGMENTS.index("tibia_r")]
+    inertia, moment = 0.0, np.zeros(2)
+    for name in ("tibia_r", "talus_r", "calcn_r", "toes_r"):
+        i = SEGMENTS.index(name)
+        body, turn = inertias[i], poses.rotation[i]
+        arm = poses.origin[i] + turn @ body.com - hinge
+        inertia += (turn @ body.inertia @ turn.T)[1, 1] + body.mass * (arm[0] ** 2 + arm[2] ** 2)
+        moment += body.mass * arm[[0, 2]]
+    # the foot points forward, so the leg comes to rest a little bent; the swing is about that
+    rest = 0.5 * (angle.max() + angle.min())
+    crossings = np.flatnonzero(np.diff(np.sign(angle - rest)))
+    period = 2.0 * (time[crossings[-1]] - time[crossings[0]]) / (len(crossings) - 1)
+    expected = 2.0 * np.pi * np.sqrt(inertia / (9.81 * np.hypot(*moment)))
+    # 0.5 %: an amplitude of some 0.1 rad lengthens the period by 0.06 %, crossings are told to a step of 1 ms
+    assert period == pytest.approx(expected, rel=0.005)
 
 
 def test_nothing_of_the_skier_is_lost() -> None:
