@@ -1,0 +1,72 @@
+"""The blind benchmark's scores as a page of Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+_TARGETS = {
+    "false_alarms": ("something said where nothing is", "at most 5 %"),
+    "false_alarms_bic": ("the same by BIC with white noise", ""),
+    "false_alarms_in_sample": ("the same by the best fit in sample", ""),
+    "strong_right_or_small_set": ("clear effects: right name, or a set of at most 3 that holds it", "at least 90 %"),
+    "strong_right_name_first": ("clear effects: right name first", ""),
+    "strong_right_bic": ("clear effects: right name by BIC", ""),
+    "strong_right_in_sample": ("clear effects: right name by the best fit in sample", ""),
+    "set_coverage_where_found": ("of all that was found, the set holds the right name", "at least 95 %"),
+    "interval_coverage_90": ("90 % intervals that hold the true number", "85 to 95 %"),
+    "wrong_and_sure": ("wrong with more than 80 %", "at most 3 %"),
+    "unexplained_called_so": ("effects outside the list, found, called unexplained", "at least 90 %"),
+    "pairs_both_named": ("pairs: both named", ""),
+}
+_BY_STRENGTH = {
+    "found_by_strength": "something said",
+    "right_first_by_strength": "right name first",
+    "oracle_sees_by_strength": "3 standard errors strong to the oracle",
+}
+
+
+def benchmark_page(scores: Mapping[str, Any]) -> str:
+    """Every figure with its 95 % interval (Clopper and Pearson), beside what is aimed at."""
+    lines = [
+        "# The diagnosis, judged blindly",
+        "",
+        f"{scores['cases']} cases, {scores['with_full_model']} of them diagnosed with the full model, the rest with the "
+        f"reduced one; {scores['failed']} could not be diagnosed. The answers were sealed before: their sha256 is "
+        f"`{scores.get('seal', '')}`.",
+        "",
+        "An effect is clear when it is at least 8 standard errors strong to one who knows its form.",
+        "",
+        "| | seen | 95 % interval | aim |",
+        "|---|---|---|---|",
+    ]
+    for key, (meaning, aim) in _TARGETS.items():
+        lines.append(f"| {meaning} | {_share(scores[key])} | {_interval(scores[key])} | {aim} |")
+    overlap = scores["overlap_in_time"]
+    mean = "–" if overlap["mean"] is None else f"{overlap['mean']:.2f}"
+    lines.append(
+        f"| overlap in time of effects with a place, rightly named (mean of {overlap['cases']}) | {mean} | | 0.6 |"
+    )
+    gain = scores["held_out_after_over_before_strong"]
+    median = "–" if gain["median"] is None else f"{gain['median']:.2f}"
+    lines.append(
+        f"| error on turns not fitted, after over before (median of {gain['cases']} clear cases) | {median} | | |"
+    )
+    lines += ["", "| by strength | weakest | weak | strong | strongest |", "|---|---|---|---|---|"]
+    for key, meaning in _BY_STRENGTH.items():
+        lines.append(f"| {meaning} | " + " | ".join(_share(each) for each in scores[key]) + " |")
+    lines += ["", "| hidden | said first |", "|---|---|"]
+    for name, row in sorted(scores["by_name"].items()):
+        said = ", ".join(f"{other} {count}" for other, count in sorted(row.items(), key=lambda each: -each[1]))
+        lines.append(f"| {name} | {said} |")
+    return "\n".join(lines) + "\n"
+
+
+def _share(figure: Mapping[str, Any]) -> str:
+    if not figure["of"]:
+        return "–"
+    return f"{100.0 * figure['share']:.0f} % ({figure['hits']} of {figure['of']})"
+
+
+def _interval(figure: Mapping[str, Any]) -> str:
+    return "" if not figure["of"] else f"{100.0 * figure['low']:.0f} to {100.0 * figure['high']:.0f} %"
