@@ -27,6 +27,7 @@ from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion
 from sssi_exudyn.recording import Recording
 from sssi_exudyn.result_folder import to_json, write_atomically
+from sssi_exudyn.validation.benchmark_page import benchmark_page
 from sssi_exudyn.validation.benchmark_world import Case, Made, make, plan
 from sssi_exudyn.validation.diagnosis import Diagnosis, diagnose, diagnosis_to_dict
 from sssi_exudyn.validation.evidence import Account, log_factors
@@ -137,6 +138,7 @@ def run_benchmark(
     scores = scored(ordered, done)
     scores["seal"] = digest
     write_atomically(folder / "scores.json", to_json(scores))
+    write_atomically(folder / "scores.md", benchmark_page(scores))
     return scores
 
 

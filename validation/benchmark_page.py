@@ -31,8 +31,8 @@ def benchmark_page(scores: Mapping[str, Any]) -> str:
     lines = [
         "# The diagnosis, judged blindly",
         "",
-        f"{scores['cases']} cases, {scores['with_full_model']} of them diagnosed with the full model, the rest with the "
-        f"reduced one; {scores['failed']} could not be diagnosed. The answers were sealed before: their sha256 is "
+        f"{scores['cases']} cases, {scores['with_full_model']} of them diagnosed with the full model, the rest with "
+        f"the reduced one; {scores['failed']} could not be diagnosed. The answers were sealed before: their sha256 is "
         f"`{scores.get('seal', '')}`.",
         "",
         "An effect is clear when it is at least 8 standard errors strong to one who knows its form.",

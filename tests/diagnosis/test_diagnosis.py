@@ -16,6 +16,7 @@ from sssi_exudyn.motion import Motion, motion_from_recording
 from sssi_exudyn.recording import Recording, read_recording
 from sssi_exudyn.reduced import prepare, simulate_each, simulate_reduced
 from sssi_exudyn.validation.benchmark import scored, sealed, share
+from sssi_exudyn.validation.benchmark_page import benchmark_page
 from sssi_exudyn.validation.benchmark_world import make, plan
 from sssi_exudyn.validation.diagnosis import diagnose, diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis_page import diagnosis_section
@@ -110,4 +111,6 @@ def test_shares_have_exact_intervals() -> None:
     # 0 of 59 bounds a rate below 1 − 0.025^(1/59)
     assert found["high"] == pytest.approx(1.0 - 0.025 ** (1.0 / 59.0))
     assert share(3, 3)["low"] == pytest.approx(0.025 ** (1.0 / 3.0))
-    assert scored([], [])["cases"] == 0
+    scores = scored([], [])
+    assert scores["cases"] == 0
+    assert "0 cases" in benchmark_page(scores)
