@@ -65,6 +65,10 @@ knows make differences look surer than they are.  Calibrated by the blind benchm
 """
 _SETTLED: Final = 0.2
 """Standard deviations of the noise by which the full model's surplus may still change."""
+STEP: Final = 0.01
+"""s; steps of the reduced model.  They move a run's path by a centimetre against short ones, evenly for all
+explanations; what the full model predicts beyond is added to every prediction.
+"""
 _FINALISTS: Final = 6
 _WORTHWHILE: Final = 12.0
 """A hypothesis whose linear evidence is worse than the best by more than this is not refitted."""
@@ -142,7 +146,7 @@ def setting_of(recording: Recording, motion: Motion, model: Model) -> Setting:
         motion,
         model,
         parameters,
-        prepare(model, motion),
+        prepare(model, motion, step=STEP),
         witnesses_of(recording, model, motion.start, motion.stop),
     )
 
