@@ -52,8 +52,8 @@ def add_ski_beam(
     """
     turn, origin = pose[:3, :3], pose[:3, 3]
     nodes, markers = [], []
-    for place, frame in zip(mesh.node_position, mesh.node_rotation, strict=True):
-        x, y, z, w = Rotation.from_matrix(turn @ frame).as_quat()
+    frames = Rotation.from_matrix(turn @ mesh.node_rotation).as_quat()
+    for place, (x, y, z, w) in zip(mesh.node_position, frames, strict=True):
         arm = turn @ place
         node = mbs.AddNode(
             NodeRigidBodyEP(

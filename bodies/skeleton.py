@@ -3,8 +3,8 @@ carried by the pelvis.
 
 Every coordinate of the chain is one link of an ``ObjectKinematicTree``; the links between the first and the last
 rotation of a joint have no mass.  Segments on fixed joints (calcaneus and toes in the boot, head on the torso) are
-welded to the link that carries them.  The 28 angles are prescribed by one ``CoordinateConstraint`` each, so a joint's
-moment is that constraint's Lagrange multiplier (paper 2.3); the pelvis' three translations are free.
+welded to the link that carries them.  The 28 angles are prescribed by one vector of constraints, so a joint's
+moment is its Lagrange multiplier (paper 2.3); the pelvis' three translations are free.
 
 Since all rotations are prescribed, nothing but those translations has to be solved for: the skier is then a point of
 all his mass that the pelvis carries, pulled by what the posture's own movement takes, and moves as with the tree.
@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 from exudyn import JointType, Matrix3DList, Vector3DList
 from exudyn.itemInterface import (
-    CoordinateConstraint,
+    CoordinateVectorConstraint,
     LoadForceVector,
     MarkerBodyPosition,
-    MarkerNodeCoordinate,
+    MarkerNodeCoordinates,
     NodeGenericODE2,
     NodePoint,
     NodePointGround,
@@ -111,13 +111,13 @@ class Skeleton:
     """The tree as it stands in an Exudyn system.
 
     node, tree : item numbers of the coordinates and of the tree
-    constraints : item numbers of the 28 prescribed coordinates, in the order of ``PRESCRIBED``
+    constraint : item number of what holds the 28 prescribed coordinates, in the order of ``PRESCRIBED``
     links : how the chain's coordinates map to the tree's
     """
 
     node: int
     tree: int
-    constraints: tuple[int, ...]
+    constraint: int
     links: Links
 
     @property
@@ -127,8 +127,7 @@ class Skeleton:
 
     def prescribe(self, mbs: Any, angles: Array, _com_acceleration: Array) -> None:
         """Set the 28 prescribed angles (rad) for the end of the step."""
-        for constraint, value in zip(self.constraints, self.links.sign[3:] * angles, strict=True):
-            mbs.SetObjectParameter(constraint, "offset", value)
+        mbs.SetObjectParameter(self.constraint, "offset", self.links.sign[3:] * angles)
 
 
 @dataclass(frozen=True)
@@ -144,11 +143,6 @@ class CarriedMass:
     load: int
     mass: float
     gravity: Array
-
-    @property
-    def constraints(self) -> tuple[int, ...]:
-        """None: nothing is held."""
-        return ()
 
     @property
     def sign(self) -> Array:
@@ -212,11 +206,14 @@ def add_skeleton(
             linkMasses=list(mass),
         )
     )
-    ground = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=mbs.AddNode(NodePointGround()), coordinate=0))
-    constraints = []
-    for i in range(3, len(COORDINATES)):
-        marker = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=i))
-        constraints.append(
-            int(mbs.AddObject(CoordinateConstraint(markerNumbers=[ground, marker], offset=float(links.sign[i] * q[i]))))
+    ground = mbs.AddMarker(MarkerNodeCoordinates(nodeNumber=mbs.AddNode(NodePointGround())))
+    marker = mbs.AddMarker(MarkerNodeCoordinates(nodeNumber=node))
+    constraint = mbs.AddObject(
+        CoordinateVectorConstraint(
+            markerNumbers=[ground, marker],
+            scalingMarker0=np.zeros((0, 0)),
+            scalingMarker1=np.eye(len(COORDINATES))[3:],
+            offset=links.sign[3:] * q[3:],
         )
-    return Skeleton(int(node), int(tree), tuple(constraints), links)
+    )
+    return Skeleton(int(node), int(tree), int(constraint), links)

@@ -109,6 +109,9 @@ def _status(options: argparse.Namespace) -> int:
 def _call(options: argparse.Namespace) -> str:
     """Call the command; what it gives, as text for stdout."""
     # Here, so that --help and --version answer at once.
+    from sssi_exudyn.exudyn_build import take_fast_build
+
+    take_fast_build()
     from sssi_exudyn import commands
     from sssi_exudyn.result_folder import to_json
     from sssi_exudyn.text import format_summary, format_table

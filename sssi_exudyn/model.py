@@ -50,12 +50,12 @@ class Start:
 class Solver:
     """How the equations of motion are integrated (Exudyn's implicit generalised-α method)."""
 
-    step: float = quantity(0.005, "s", low=1e-4, high=0.02, source=_CHOICE, meaning="time step")
+    step: float = quantity(1.0 / 150.0, "s", low=1e-4, high=0.02, source=_CHOICE, meaning="longest time step")
     elements: int = quantity(
         50, "1", low=10, high=200, source="paper 2.2.2", meaning="beam elements of a ski, an even number"
     )
     spectral_radius: float = quantity(
-        0.7, "1", low=0.0, high=0.95, source=_CHOICE, meaning="numerical damping: 1 none, 0 most"
+        0.8, "1", low=0.0, high=0.95, source=_CHOICE, meaning="numerical damping: 1 none, 0 most"
     )
     relative_tolerance: float = quantity(
         1e-4, "1", low=1e-10, high=1e-2, source=_CHOICE, meaning="Newton's, of the first residual"

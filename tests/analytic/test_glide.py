@@ -105,7 +105,7 @@ def test_mirror_image() -> None:
 
 def test_energy_balance() -> None:
     run = simulate(model(across=0.5), standing(0.6, hip_adduction_l=0.05))
-    # what gravity gave is kinetic, elastic or lost to a term; 1 % is asked, trapezoids over 5 ms do far better
+    # what gravity gave is kinetic, elastic or lost to a term; 1 % is asked, trapezoids over 7 ms do far better
     assert run.closure_percent < 0.1
     assert run.energy["friction"][-1] < 0.0
     assert run.energy["air"][-1] < 0.0

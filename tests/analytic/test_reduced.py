@@ -15,7 +15,7 @@ from sssi_exudyn.frames import GRAVITY
 from sssi_exudyn.motion import motion_from_recording
 from sssi_exudyn.parts import as_worn
 from sssi_exudyn.recording import read_recording
-from sssi_exudyn.reduced import prepare, simulate_reduced
+from sssi_exudyn.reduced import STEP, prepare, simulate_reduced
 from sssi_exudyn.sensors import HeadingDrift, LeverArm
 from sssi_exudyn.simulation import simulate
 
@@ -27,7 +27,7 @@ def test_path_and_loads_are_the_full_models(name: str) -> None:
     recording = read_recording(EXAMPLES / name)
     motion = motion_from_recording(recording)
     start = model_of(recording, motion)
-    full = simulate(start, motion, stop=3.0)
+    full = simulate(replace(start, solver=replace(start.solver, step=STEP)), motion, stop=3.0)
     reduced = simulate_reduced(start, prepare(start, motion, stop=3.0))
     assert full.antenna is not None
     apart = np.linalg.norm(reduced.antenna - full.antenna, axis=1)

@@ -90,7 +90,9 @@ def test_a_freed_knee_swings_as_a_physical_pendulum() -> None:
     q[knee] = 0.02
     mbs = exu.SystemContainer().AddSystem()
     skeleton = add_skeleton(mbs, geometry, inertias, np.array([0.0, 0.0, -9.81]), 0.0, q, np.zeros(len(COORDINATES)))
-    mbs.SetObjectParameter(skeleton.constraints[knee - 3], "activeConnector", False)
+    held = [coordinate for coordinate in range(3, len(COORDINATES)) if coordinate != knee]
+    mbs.SetObjectParameter(skeleton.constraint, "scalingMarker1", np.eye(len(COORDINATES))[held])
+    mbs.SetObjectParameter(skeleton.constraint, "offset", skeleton.sign[held] * q[held])
     ground = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=mbs.AddNode(NodePointGround()), coordinate=0))
     for coordinate in range(3):
         pelvis = mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=skeleton.node, coordinate=coordinate))

@@ -1,0 +1,21 @@
+"""Which of its two builds of Exudyn a process takes."""
+
+from __future__ import annotations
+
+import io
+import sys
+from contextlib import redirect_stdout
+from importlib import import_module
+
+
+def take_fast_build() -> None:
+    """Take Exudyn's build without range checks, a tenth faster, for programs whose models are tested with the checks.
+
+    Without effect once Exudyn is imported, where ``sys.exudynFast`` has been set, and on processors without AVX2.
+    Exudyn prints what it took; stdout is kept clean of that.
+    """
+    if "exudyn" in sys.modules or hasattr(sys, "exudynFast"):
+        return
+    sys.exudynFast = True  # type: ignore[attr-defined]
+    with redirect_stdout(io.StringIO()):
+        import_module("exudyn")
