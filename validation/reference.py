@@ -1,11 +1,18 @@
 """The whole model once more, flat, in one file: the paper's equations in order, in plain NumPy.
 
-It is here to be read, and to be held against the assembled model: it shares data with it (the recorded posture,
-masses, the ski's widths and stiffnesses, the terms' numbers) and no mechanics.  Each ski is a straight Euler-Bernoulli
-beam held at its middle, with twist, in finite elements of its own; nothing is compiled, the step explicit and short.
+It is here to be read, and to be held against the assembled model: it shares data with it (the recorded posture, masses,
+the mesh's numbers, the terms' parameters) and no mechanics.  A ski is a shallow Euler-Bernoulli beam with twist, held
+at its middle, in finite elements of its own, of which the slowest vibrations are kept; the steps are explicit.
 
-1   Posture is prescribed: where the feet are relative to the pelvis, how they turn, where the centre of mass is.
-2   Skis bend and twist: M q̈ + D q̇ + K q = f, one lumped mass and one lumped moment of inertia a node.
+Every point of a ski, of mass or of contact, is at
+
+    p = x + b + R (X + U q)            x pelvis, b and R place and rotation of the foot, X place on the unloaded ski,
+                                       U shapes of the vibrations, q their amplitudes
+
+and all that follows is Newton's law for these points (paper 2.2):
+
+1   Posture is prescribed: b, R, the centre of mass and the segments' velocities relative to the pelvis are given.
+2   Skis bend and twist: q̈ + 2ζω q̇ + ω² q = Uᵀ Rᵀ (forces − what it takes to carry the masses along).
 3   The snow pushes on each edge point: F = k δ^m1 + c sign(δ̇)|δ̇|^m2 δ^m3, never below zero, along its normal.
 4   Friction acts on the foot: μ_t ΣF along the ski, μ_n ΣF across it, each against its own smoothed sign.
 5   The air drags on each segment: ½ C_D ρ A |v| v.
@@ -14,184 +21,258 @@ beam held at its middle, with twist, in finite elements of its own; nothing is c
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh
 
 from sssi_exudyn.contact.air import AirDrag
+from sssi_exudyn.contact.friction import AnisotropicFriction
 from sssi_exudyn.contact.penetration import POINT_LENGTH, HuntCrossley
 from sssi_exudyn.frames import GRAVITY, Array
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion
 from sssi_exudyn.parts import Parts, as_worn
 
-STEP = 2e-4
-"""s; the stiffest mode kept turns 1/10 of a radian in it."""
 MODES = 8
 """Vibrations of each ski that are kept, bending and twisting together: the eighth is above 100 Hz."""
-_NODES = 67
-"""Lumped masses along a ski; an odd number, so that one is in the middle."""
+STEP = 1e-3
+"""s; the eighth vibration turns by a radian in it.  More vibrations, or stiffer skis, ask for shorter steps."""
 
 
 @dataclass(frozen=True)
 class FlatSki:
-    """A ski's vibrations with its middle held: ω (rad/s) and shapes at the contact points, up (m) and twist (rad).
+    """A ski's k slowest vibrations with its middle held, each of modal mass 1 kg; places in the foot's frame.
 
-    x, half_width, height : (p,) of the contact points, m, ski's frame;  length : (p,) m of edge
-    up, twist : (p, k) of each mode of modal mass 1 kg
-    carried_up, carried_turn : (k, 2), (k,) coupling with the boot's acceleration normal to the ski and angular
-        acceleration about its y axis, and about its x axis
+    omega, damping : (k,) rad/s, share of critical
+    mass, place, shape : (n,) kg, (n, 3) m, (n, 3, k) of its lumped masses
+    twist, turning_mass : (n, k) rotation about the ski's long axis, (n,) kg m²
+    edge_place, edge_shape, edge_length : (p, 3) m, (p, 3, k), (p,) m of its contact points, those of both edges
     """
 
     omega: Array
     damping: Array
-    x: Array
-    half_width: Array
-    height: Array
-    length: Array
-    up: Array
+    mass: Array
+    place: Array
+    shape: Array
     twist: Array
-    carried_up: Array
-    carried_turn: Array
+    turning_mass: Array
+    edge_place: Array
+    edge_shape: Array
+    edge_length: Array
 
 
-def flat_ski(model: Model) -> FlatSki:
-    """Bend and twist of the model's ski from its widths, thicknesses and stiffnesses."""
-    ski, boot = model.ski, float(model.ski.s_of_x(0.0))
-    s = np.linspace(0.0, 1.0, _NODES)
-    x, n = ski.x_of_s(s), len(s)
-    gap = np.diff(x)
-    middle = 0.5 * (s[1:] + s[:-1])
-    # bending by Hermite elements: nodal (w, w'); w' is the slope, the rotation about y is its negative
+def flat_ski(parts: Parts, modes: int = MODES) -> FlatSki:
+    """Bend and twist of the model's ski, from its mesh's masses and stiffnesses."""
+    cut, ski = parts.mesh, parts.model.ski
+    x, raised = cut.node_position[:, 0], cut.node_position[:, 2]
+    n, held = len(x), len(x) // 2
     bend, twist = np.zeros((2 * n, 2 * n)), np.zeros((n, n))
-    for e, (long, ei, gj) in enumerate(
-        zip(gap, ski.bending_stiffness(middle), ski.torsional_stiffness(middle), strict=True)
-    ):
-        a, b = 6.0 * long, long * long
-        part = (
-            ei / long**3 * np.array([[12, a, -12, a], [a, 4 * b, -a, 2 * b], [-12, -a, 12, -a], [a, 2 * b, -a, 4 * b]])
-        )
-        bend[2 * e : 2 * e + 4, 2 * e : 2 * e + 4] += part
-        twist[e : e + 2, e : e + 2] += gj / long * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    half = 0.5 * ski.mass_per_length(middle) * gap
-    mass = np.zeros(n)
-    mass[:-1] += half
-    mass[1:] += half
-    width, raised = ski.width(s), ski.height(s) - ski.height(boot)
-    about_x = mass * (width**2 / 12.0 + raised**2)
-    about_y = mass * np.append(gap, gap[-1]) ** 2 / 12.0
-    held = n // 2  # the middle node is the foot's
-    free_w = np.delete(np.arange(2 * n), [2 * held, 2 * held + 1])
-    free_t = np.delete(np.arange(n), held)
-    inertia = np.empty(2 * n)
-    inertia[0::2], inertia[1::2] = mass, about_y
-    square_w, shape_w = eigh(bend[np.ix_(free_w, free_w)], np.diag(inertia[free_w]))
-    square_t, shape_t = eigh(twist[np.ix_(free_t, free_t)], np.diag(about_x[free_t]))
-    modes = sorted([(v, 0, i) for i, v in enumerate(square_w)] + [(v, 1, i) for i, v in enumerate(square_t)])[:MODES]
-    p = (np.arange(50) + 0.5) / 50.0
-    at = ski.x_of_s(p)
-    up, turn = np.zeros((50, MODES)), np.zeros((50, MODES))
-    carried_up, carried_turn = np.zeros((MODES, 2)), np.zeros(MODES)
-    for k, (_, kind, i) in enumerate(modes):
+    for e, (gap, ei, gj) in enumerate(zip(cut.element_length, cut.stiffness[:, 4], cut.stiffness[:, 3], strict=True)):
+        a, b = 6.0 * gap, gap * gap  # Hermite's cubics in (w, w')
+        rows = [[12.0, a, -12.0, a], [a, 4 * b, -a, 2 * b], [-12.0, -a, 12.0, -a], [a, 2 * b, -a, 4 * b]]
+        bend[2 * e : 2 * e + 4, 2 * e : 2 * e + 4] += ei / gap**3 * np.array(rows)
+        twist[e : e + 2, e : e + 2] += gj / gap * np.array([[1.0, -1.0], [-1.0, 1.0]])
+
+    def at_nodes(of_elements: Array) -> Array:
+        """Half of each element's share at each of its ends."""
+        both: Array = 0.5 * (np.append(of_elements, 0.0) + np.append(0.0, of_elements))
+        return both
+
+    def from_middle(slope: Array) -> Array:
+        """∫ slope dx from the held node on."""
+        found = np.append(0.0, np.cumsum(0.5 * np.diff(x) * (slope[1:] + slope[:-1])))
+        return np.asarray(found - found[held], dtype=np.float64)
+
+    mass = at_nodes(cut.element_mass)
+    about_x, about_y = (at_nodes(cut.section_inertia[:, axis] * cut.element_length) for axis in range(2))
+    rising = np.gradient(raised, x)
+    inertia_w, inertia_t = np.empty(2 * n), np.diag(about_x)
+    inertia_w[0::2], inertia_w[1::2] = mass, about_y
+    aside = np.apply_along_axis(from_middle, 0, np.diag(-rising))  # where the ski rises, twist moves it sideways
+    inertia_t += aside.T @ (mass[:, None] * aside)
+    free_w, free_t = np.delete(np.arange(2 * n), [2 * held, 2 * held + 1]), np.delete(np.arange(n), held)
+    square_w, shape_w = eigh(bend[np.ix_(free_w, free_w)], np.diag(inertia_w[free_w]))
+    square_t, shape_t = eigh(twist[np.ix_(free_t, free_t)], inertia_t[np.ix_(free_t, free_t)])
+    slowest = sorted([(v, 0, i) for i, v in enumerate(square_w)] + [(v, 1, i) for i, v in enumerate(square_t)])[:modes]
+    shape, turn = np.zeros((n, 3, modes)), np.zeros((n, modes))
+    for k, (_, kind, i) in enumerate(slowest):
+        nodal = np.zeros((n, 2))
         if kind == 0:
-            nodal = np.zeros(2 * n)
-            nodal[free_w] = shape_w[:, i]
-            up[:, k] = np.interp(at, x, nodal[0::2])
-            carried_up[k] = [mass @ nodal[0::2], -(mass * x) @ nodal[0::2]]
+            nodal.reshape(-1)[free_w] = shape_w[:, i]
+            shape[:, 0, k], shape[:, 2, k] = from_middle(-rising * nodal[:, 1]), nodal[:, 0]
         else:
-            nodal = np.zeros(n)
-            nodal[free_t] = shape_t[:, i]
-            turn[:, k] = np.interp(at, x, nodal)
-            carried_turn[k] = about_x @ nodal
-    omega = np.sqrt([v for v, _, _ in modes])
+            turn[free_t, k] = shape_t[:, i]
+            shape[:, 1, k] = aside @ turn[:, k]
+    omega = np.sqrt([v for v, _, _ in slowest])
+
+    s = np.tile(cut.contact_s, 2)
+    at, half = ski.x_of_s(s), 0.5 * ski.width(s) * np.repeat([1.0, -1.0], len(cut.contact_s))
+
+    def at_edges(of_nodes: Array) -> Array:
+        flat = of_nodes.reshape(n, -1)
+        return np.stack([np.interp(at, x, column) for column in flat.T], axis=1).reshape(len(at), *of_nodes.shape[1:])
+
+    edge_shape = at_edges(shape)
+    edge_shape[:, 2] += half[:, None] * at_edges(turn)
     return FlatSki(
-        omega, ski.damping_ratio * omega / omega[0], at, 0.5 * ski.width(p), ski.height(p),
-        np.full(50, ski.length / 50.0), up, turn, carried_up, carried_turn,
-    )  # fmt: skip
+        omega=omega,
+        damping=ski.damping_ratio * omega / np.mean(omega[:2]),
+        mass=mass,
+        place=cut.node_position + parts.ski_in_foot,
+        shape=shape,
+        twist=turn,
+        turning_mass=about_x,
+        edge_place=np.stack([at, half, ski.height(s)], axis=1) + parts.ski_in_foot,
+        edge_shape=edge_shape,
+        edge_length=np.tile(cut.contact_length, 2),
+    )
+
+
+class FlatModel:
+    """The right-hand side of the equations of motion for the state (x (3), q (2, k)) and its rates.
+
+    Raises ValueError for a model with other terms than the paper's three.
+    """
+
+    def __init__(self, model: Model, motion: Motion, modes: int = MODES) -> None:
+        names = sorted(term.name for term in model.terms)
+        snow, friction, air = (model.term(name) for name in ("penetration", "friction", "air"))
+        if len(names) != 3:
+            raise ValueError(f"only the paper's terms are here, not {', '.join(names)}")
+        assert isinstance(snow, HuntCrossley)
+        assert isinstance(friction, AnisotropicFriction)
+        assert isinstance(air, AirDrag)
+        self.snow, self.friction, self.air = snow, friction, air
+        self.parts = Parts(model, as_worn(model, motion))
+        self.ski = flat_ski(self.parts, modes)
+        self.area = np.array(list(self.parts.areas.values()))
+        self.gravity = GRAVITY * np.array([np.sin(model.inclination), 0.0, -np.cos(model.inclination)])
+
+    def posture(self, time: Array) -> list[Any]:
+        """Step 1: the posture at each of ``time`` (n,), as ``Posture`` names it."""
+        table = self.parts.posture(time)
+        return [SimpleNamespace(**{f.name: getattr(table, f.name)[i] for f in fields(table)}) for i in range(len(time))]
+
+    def snow_on(self, at: Any, side: int, x: Array, v: Array, q: Array, rate: Array) -> tuple[float, Array, Array]:
+        """Step 3: a ski's load (N), the snow's force on it (3,) and on its vibrations (k,)."""
+        ski, snow, frame = self.ski, self.snow, at.foot_rotation[side]
+        arm = (ski.edge_place + ski.edge_shape @ q) @ frame.T
+        place = x + at.foot_place[side] + arm
+        moving = v + at.foot_velocity[side] + np.cross(at.foot_spin[side], arm) + (ski.edge_shape @ rate) @ frame.T
+        depth, sinking = np.maximum(-place[:, 2], 0.0), -moving[:, 2]
+        press = snow.k * depth**snow.m1 + snow.c * np.sign(sinking) * np.abs(sinking) ** snow.m2 * depth**snow.m3
+        press = np.maximum(press, 0.0) * ski.edge_length / POINT_LENGTH
+        force = press[:, None] * np.array([0.0, 0.0, 1.0])
+        return float(press.sum()), force.sum(axis=0), np.einsum("pi,pik->k", force @ frame, ski.edge_shape)
+
+    def friction_on(self, at: Any, side: int, v: Array, load: float) -> Array:
+        """Step 4: (3,) N on a foot, along its axes in the snow's plane."""
+        forward = at.foot_rotation[side][:, 0] * [1.0, 1.0, 0.0]
+        along = forward / np.linalg.norm(forward)
+        across = np.array([-along[1], along[0], 0.0])
+        moving, law = v + at.foot_velocity[side], self.friction
+        found = np.zeros(3)
+        for axis, mu in ((along, law.mu_t), (across, law.mu_n)):
+            slip = moving @ axis
+            found -= mu * load * slip / np.sqrt(slip**2 + law.eps**2) * axis
+        return found
+
+    def drag(self, at: Any, v: Array) -> Array:
+        """Step 5: (3,) N on all segments together."""
+        moving = v + at.exposed_velocity
+        pace = np.linalg.norm(moving, axis=1)
+        return np.asarray(-0.5 * self.air.c_d * self.air.rho * (self.area * pace) @ moving)
+
+    def carried(self, at: Any, side: int, q: Array, rate: Array) -> tuple[Array, Array]:
+        """Weight and forces of inertia on a ski's masses (n, 3) and about its long axis (n,), but for those of ẍ and
+        q̈.
+        """
+        ski, frame, spin = self.ski, at.foot_rotation[side], at.foot_spin[side]
+        arm, going = (ski.place + ski.shape @ q) @ frame.T, (ski.shape @ rate) @ frame.T
+        swing = np.cross(at.foot_spin_rate[side], arm) + np.cross(spin, np.cross(spin, arm) + 2.0 * going)
+        push = ski.mass[:, None] * (self.gravity - at.foot_acceleration[side] - swing)
+        return push, -ski.turning_mass * (frame[:, 0] @ at.foot_spin_rate[side])
+
+    def pushes(self, at: Any, x: Array, v: Array, q: Array, rate: Array) -> tuple[Array, Array, Array, Array]:
+        """Loads (2,) N, friction (2, 3) N, the force on skis and segments (3,) N and on the vibrations (2, k)."""
+        loads, rubs, general = np.zeros(2), np.zeros((2, 3)), np.zeros_like(q)
+        total = self.drag(at, v)
+        for side in range(2):
+            loads[side], force, snow = self.snow_on(at, side, x, v, q[side], rate[side])
+            rubs[side] = self.friction_on(at, side, v, loads[side])
+            push, turn = self.carried(at, side, q[side], rate[side])
+            inner = np.einsum("ni,nik->k", push @ at.foot_rotation[side], self.ski.shape) + turn @ self.ski.twist
+            total = total + force + rubs[side] + push.sum(axis=0)
+            general[side] = snow + inner - 2.0 * self.ski.damping * self.ski.omega * rate[side]
+            general[side] -= self.ski.omega**2 * q[side]  # step 2
+        return loads, rubs, total, general
+
+    def slope(self, at: Any, state: Array) -> Array:
+        """Rate of the state (6 + 4k,): x, q of both skis, and their rates.
+
+        Step 6 with step 2: ẍ and q̈ pull on each other through the skis' masses.
+        """
+        half = len(state) // 2
+        modes = len(self.ski.omega)
+        _, _, total, general = self.pushes(at, *self.parted(state))
+        mass = np.eye(half)
+        mass[:3, :3] *= self.parts.mass
+        for side in range(2):
+            rows = slice(3 + side * modes, 3 + (side + 1) * modes)
+            pull = at.foot_rotation[side] @ np.tensordot(self.ski.mass, self.ski.shape, 1)
+            mass[:3, rows], mass[rows, :3] = pull, pull.T
+        force = total + self.parts.body_mass * (self.gravity - at.com_acceleration)
+        return np.concatenate([state[half:], np.linalg.solve(mass, np.concatenate([force, general.ravel()]))])
+
+    @staticmethod
+    def parted(state: Array) -> tuple[Array, Array, Array, Array]:
+        """x and v (3,), q and its rate (2, k) of a state."""
+        place, rate = np.split(state, 2)
+        return place[:3], rate[:3], place[3:].reshape(2, -1), rate[3:].reshape(2, -1)
+
+    def rest(self, at: Any, x: Array) -> Array:
+        """(2, k) amplitudes at which the skis rest under the snow, the pelvis held and nothing moving."""
+        q, still = np.zeros((2, len(self.ski.omega))), np.zeros(3)
+        stands = SimpleNamespace(**vars(at) | dict.fromkeys(("foot_velocity", "foot_spin"), np.zeros((2, 3))))
+        for _ in range(400):
+            for side in range(2):
+                _, _, snow = self.snow_on(stands, side, x, still, q[side], np.zeros_like(q[side]))
+                q[side] += 0.2 * (snow / self.ski.omega**2 - q[side])  # a fifth of the way: the snow stiffens
+        return q
 
 
 def simulate_flat(
-    model: Model, motion: Motion, start: float, stop: float, pelvis: Array, velocity: Array
+    model: Model,
+    motion: Motion,
+    start: float,
+    stop: float,
+    pelvis: Array,
+    velocity: Array,
+    *,
+    modes: int = MODES,
+    step: float = STEP,
 ) -> dict[str, Array]:
     """Run from ``start`` to ``stop`` (s) with the pelvis at ``pelvis`` (3,) m and ``velocity`` (3,) m/s, skis at rest.
 
-    Gives time (n,), pelvis (n, 3), foot_load (n, 2) N, friction (n, 2, 3) N.  Terms beyond the paper's are not known.
+    Gives time (n,), pelvis (n, 3) m, foot_load (n, 2) N, friction (n, 2, 3) N.
     """
-    parts = Parts(model, as_worn(model, motion))
-    time = start + STEP * np.arange(round((stop - start) / STEP) + 1, dtype=np.float64)
-    posture = parts.posture(time)
-    snow, friction, air = model.term("penetration"), model.friction, model.term("air")
-    assert isinstance(snow, HuntCrossley)
-    assert isinstance(air, AirDrag)
-    ski = flat_ski(model)
-    gravity = GRAVITY * np.array([np.sin(model.inclination), 0.0, -np.cos(model.inclination)])
-    area = np.array(list(parts.areas.values()))
-    ski_mass = 0.5 * (parts.mass - parts.body_mass)
-    boot = float(model.ski.height(model.ski.s_of_x(0.0)))
-    x, v = pelvis.astype(float).copy(), velocity.astype(float).copy()
-    q, rate = np.zeros((2, MODES)), np.zeros((2, MODES))
+    flat = FlatModel(model, motion, modes)
+    count = round((stop - start) / step)
+    time = start + step * np.arange(count + 1, dtype=np.float64)
+    at = flat.posture(start + 0.5 * step * np.arange(2 * count + 1, dtype=np.float64))
+    state = np.concatenate([pelvis, flat.rest(at[0], pelvis).ravel(), velocity, np.zeros(2 * modes)])
     out: dict[str, list[Array]] = {"pelvis": [], "foot_load": [], "friction": []}
-
-    def pushes(i: int, side: int, x: Array, v: Array) -> tuple[float, Array, Array]:
-        """Step 3: load (N), force (3,) and generalised forces (k,) of the snow on one ski."""
-        frame, spin = posture.foot_rotation[i, side], posture.foot_spin[i, side]
-        load, force, general = 0.0, np.zeros(3), np.zeros(MODES)
-        for edge in (1.0, -1.0):
-            y = edge * ski.half_width
-            w, w_t = ski.up @ q[side] + y * (ski.twist @ q[side]), ski.up @ rate[side] + y * (ski.twist @ rate[side])
-            arm = np.stack([ski.x, y, ski.height - boot + w], axis=1) @ frame.T
-            place = x + posture.foot_place[i, side] + arm
-            moving = v + posture.foot_velocity[i, side] + np.cross(spin, arm) + np.outer(w_t, frame[:, 2])
-            depth, sinking = -place[:, 2], -moving[:, 2]
-            deep = np.maximum(depth, 0.0)
-            press = snow.k * deep**snow.m1 + snow.c * np.sign(sinking) * np.abs(sinking) ** snow.m2 * deep**snow.m3
-            press = np.where(depth > 0.0, np.maximum(press, 0.0), 0.0) * ski.length / POINT_LENGTH
-            load += float(press.sum())
-            force[2] += press.sum()
-            square = press * frame[2, 2]  # what of the normal force is square to the ski
-            general += square @ ski.up + (square * y) @ ski.twist
-        return load, force, general
-
-    def modal(i: int, side: int, general: Array, carrying: Array) -> Array:
-        """Step 2: accelerations (k,) of one ski's vibrations; ``carrying`` is the boot's acceleration less gravity."""
-        frame = posture.foot_rotation[i, side]
-        up = frame[:, 2] @ carrying
-        turn = frame.T @ posture.foot_spin_rate[i, side]
-        pull = ski.carried_up @ [up, turn[1]] + ski.carried_turn * turn[0]
-        return np.asarray(general - 2.0 * ski.damping * ski.omega * rate[side] - ski.omega**2 * q[side] - pull)
-
-    for _ in range(400):  # the skis' rest under the snow's pressure, the pelvis held: half-way each time
-        for side in range(2):
-            _, _, general = pushes(0, side, x, np.zeros(3) - posture.foot_velocity[0, side])
-            rest = (general - ski.carried_up[:, 0] * (posture.foot_rotation[0, side][:, 2] @ -gravity)) / ski.omega**2
-            q[side] += 0.2 * (rest - q[side])
-    for i in range(len(time)):
-        total = parts.mass * gravity - parts.body_mass * posture.com_acceleration[i]  # step 6
-        generals, loads, rubs = [], np.zeros(2), np.zeros((2, 3))
-        for side in range(2):
-            load, force, general = pushes(i, side, x, v)
-            forward = posture.foot_rotation[i, side][:, 0] * [1.0, 1.0, 0.0]  # step 4, on the plane
-            along = forward / np.linalg.norm(forward)
-            across = np.array([-along[1], along[0], 0.0])
-            moving = v + posture.foot_velocity[i, side]
-            for axis, mu in ((along, friction.mu_t), (across, friction.mu_n)):
-                slip = float(moving @ axis)
-                rubs[side] -= mu * load * slip / np.sqrt(slip**2 + friction.eps**2) * axis
-            total = total + force + rubs[side] - ski_mass * posture.foot_acceleration[i, side]
-            loads[side] = load
-            generals.append(general)
-        moving = v + posture.exposed_velocity[i]  # step 5
-        pace = np.linalg.norm(moving, axis=1, keepdims=True)
-        total = total - np.sum(0.5 * air.c_d * air.rho * area[:, None] * pace * moving, axis=0)
-        out["pelvis"].append(x.copy())
-        out["foot_load"].append(loads)
-        out["friction"].append(rubs)
-        acceleration = total / parts.mass
-        for side in range(2):  # symplectic: rates first, then places
-            carrying = acceleration + posture.foot_acceleration[i, side] - gravity
-            rate[side] += STEP * modal(i, side, generals[side], carrying)
-            q[side] += STEP * rate[side]
-        v = v + STEP * acceleration
-        x = x + STEP * v
+    for i in range(count + 1):
+        loads, rubs, _, _ = flat.pushes(at[2 * i], *flat.parted(state))
+        for name, value in (("pelvis", state[:3]), ("foot_load", loads), ("friction", rubs)):
+            out[name].append(value)
+        if i < count:  # Runge and Kutta's step
+            one = flat.slope(at[2 * i], state)
+            two = flat.slope(at[2 * i + 1], state + 0.5 * step * one)
+            three = flat.slope(at[2 * i + 1], state + 0.5 * step * two)
+            four = flat.slope(at[2 * i + 2], state + step * three)
+            state = state + step / 6.0 * (one + 2.0 * two + 2.0 * three + four)
     return {"time": time, **{name: np.array(rows) for name, rows in out.items()}}
