@@ -1,11 +1,11 @@
-"""The contact as one writes it first: point by point, with NumPy's small vectors.  A baseline for speed alone."""
+"""The contact as one writes it first: lists, loops and a matrix for every rotation.  A baseline for speed alone."""
 
 from __future__ import annotations
 
-import numpy as np
-from scipy.spatial.transform import Rotation
+import math
+from typing import TypeAlias
 
-from sssi_exudyn.contact.backend import Forces, Instant
+from sssi_exudyn.contact.backend import Instant
 from sssi_exudyn.contact.kernel import NODE
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.penetration import HuntCrossley
@@ -13,70 +13,109 @@ from sssi_exudyn.contact.sections import Sections
 from sssi_exudyn.contact.term import PointState
 from sssi_exudyn.frames import Array
 
+Vector: TypeAlias = list[float]
+Matrix: TypeAlias = list[list[float]]
 
-def screw(p0: Array, r0: Rotation, p1: Array, r1: Rotation, xi: float) -> tuple[Array, Rotation]:
+
+def add(*vectors: Vector) -> Vector:
+    return [sum(parts) for parts in zip(*vectors, strict=True)]
+
+
+def scale(s: float, a: Vector) -> Vector:
+    return [s * x for x in a]
+
+
+def dot(a: Vector, b: Vector) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def transpose(a: Matrix) -> Matrix:
+    return [list(column) for column in zip(*a, strict=True)]
+
+
+def apply(a: Matrix, v: Vector) -> Vector:
+    return [dot(row, v) for row in a]
+
+
+def multiply(a: Matrix, b: Matrix) -> Matrix:
+    columns = transpose(b)
+    return [[dot(row, column) for column in columns] for row in a]
+
+
+def matrix(q: Vector) -> Matrix:
+    """Rotation matrix of a unit quaternion."""
+    w, x, y, z = q
+    return [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+
+
+def to_spin(q: Vector) -> Matrix:
+    """E(q), with which the angular velocity is 2 E q̇."""
+    w, x, y, z = q
+    return [[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]]
+
+
+def screw(p0: Vector, r0: Matrix, p1: Vector, r1: Matrix, xi: float) -> tuple[Vector, Matrix]:
     """Place and rotation at a share of the screw motion from one frame to the other."""
-    turn = (r0.inv() * r1).as_rotvec()
-    angle = float(np.linalg.norm(turn))
-    d = r0.inv().apply(p1 - p0)
+    turn = multiply(transpose(r0), r1)
+    twist = [turn[2][1] - turn[1][2], turn[0][2] - turn[2][0], turn[1][0] - turn[0][1]]
+    apart = add(p1, scale(-1.0, p0))
+    angle = math.atan2(math.sqrt(dot(twist, twist)), turn[0][0] + turn[1][1] + turn[2][2] - 1.0)
     if angle < 1e-7:
-        return p0 + xi * (p1 - p0), r0
-    axis = turn / angle
-    half = 0.5 * angle
-    rho = d - half * np.cross(axis, d) + (1.0 - half / np.tan(half)) * np.cross(axis, np.cross(axis, d))
-    part = xi * angle
-    move = xi * rho + (1.0 - np.cos(part)) / angle * np.cross(axis, rho)
-    move = move + (part - np.sin(part)) / angle * np.cross(axis, np.cross(axis, rho))
-    return p0 + r0.apply(move), r0 * Rotation.from_rotvec(part * axis)
+        return add(p0, scale(xi, apart)), r0
+    axis = scale(1.0 / math.sqrt(dot(twist, twist)), twist)
+    half, part = 0.5 * angle, xi * angle
+    d = apply(transpose(r0), apart)
+    rho = add(d, scale(-half, cross(axis, d)))
+    rho = add(rho, scale(1.0 - half / math.tan(half), cross(axis, cross(axis, d))))
+    move = add(scale(xi, rho), scale((1.0 - math.cos(part)) / angle, cross(axis, rho)))
+    move = add(move, scale((part - math.sin(part)) / angle, cross(axis, cross(axis, rho))))
+    rotation = matrix([math.cos(0.5 * part), *scale(math.sin(0.5 * part), axis)])
+    return add(p0, apply(r0, move)), multiply(r0, rotation)
 
 
-def contact(law: HuntCrossley, sections: Sections, q: Array, v: Array, head: int, at: Instant) -> Array:
-    """(2,) sum of the normal forces on each ski, and on the way every point's force and torque."""
-    loads = np.zeros(2)
+def contact(law: HuntCrossley, sections: Sections, q: Array, v: Array, head: int, at: Instant) -> list[Matrix]:
+    """Generalised forces of the snow on flat ground on the nodes: one list a ski of lists of seven.
+
+    q, v : coordinates with their reference and rates, of which the skis' begin at ``head``
+    """
+    forces = []
+    count = len(sections.node_mass)
     for ski in range(2):
-        nodes, rates = (x[head:].reshape(2, -1, NODE)[ski] for x in (q, v))
-        frame = at.foot_rotation[ski]
-        force, torque = np.zeros((len(nodes), 3)), np.zeros((len(nodes), 3))
-        for m, element in enumerate(sections.element):
-            xi = float(sections.share[m])
+        frame = at.foot_rotation[ski].tolist()
+        first = head + ski * NODE * count
+        nodes = [q[first + NODE * n : first + NODE * (n + 1)].tolist() for n in range(count)]
+        rates = [v[first + NODE * n : first + NODE * (n + 1)].tolist() for n in range(count)]
+        on_nodes = [[0.0] * NODE for _ in range(count)]
+        for m in range(len(sections.share)):
+            element, xi = int(sections.element[m]), float(sections.share[m])
             ends, speeds = nodes[element : element + 2], rates[element : element + 2]
-            turns = [Rotation.from_quat(end[3:], scalar_first=True) for end in ends]
-            spins = []
-            for end, speed in zip(ends, speeds, strict=True):
-                w, x, y, z = end[3:]
-                matrix = np.array([[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])
-                spins.append(2.0 * matrix @ speed[3:])
-            place, turn = screw(ends[0, :3], turns[0], ends[1, :3], turns[1], xi)
-            moving = (1.0 - xi) * speeds[0, :3] + xi * speeds[1, :3]
-            omega = (1.0 - xi) * spins[0] + xi * spins[1]
+            rotations = [matrix(end[3:]) for end in ends]
+            spins = [scale(2.0, apply(to_spin(end[3:]), rate[3:])) for end, rate in zip(ends, speeds, strict=True)]
+            place, turn = screw(ends[0][:3], rotations[0], ends[1][:3], rotations[1], xi)
+            moving = add(scale(1.0 - xi, speeds[0][:3]), scale(xi, speeds[1][:3]))
+            omega = add(scale(1.0 - xi, spins[0]), scale(xi, spins[1]))
             for edge in range(2):
-                arm = turn.apply(sections.offset[m, edge])
-                out = frame @ (place + arm)
-                point = q[:3] + at.foot_place[ski] + out
-                pace = v[:3] + at.foot_velocity[ski] + np.cross(at.foot_spin[ski], out)
-                pace = pace + frame @ (moving + np.cross(omega, arm))
+                arm = apply(turn, sections.offset[m][edge].tolist())
+                out = apply(frame, add(place, arm))
+                point = add(q[:3].tolist(), at.foot_place[ski].tolist(), out)
+                local = apply(frame, add(moving, cross(omega, arm)))
+                carried = cross(at.foot_spin[ski].tolist(), out)
+                pace = add(v[:3].tolist(), at.foot_velocity[ski].tolist(), carried, local)
                 if point[2] >= 0.0:
                     continue
-                state = PointState(-float(point[2]), -float(pace[2]), float(sections.length[m]))
-                push = law.force(FloatMath(), state)
-                pushed = frame.T @ np.array([0.0, 0.0, push])
-                loads[ski] += push
-                for node, part in ((element, 1.0 - xi), (element + 1, xi)):
-                    force[node] += part * pushed
-                    torque[node] += part * np.cross(arm, pushed)
-    return loads
-
-
-def microseconds(forces: Forces, sections: Sections, q: Array, v: Array, at: Instant, law: HuntCrossley) -> float:
-    """Of one evaluation, the best of three; raises AssertionError when the loads are not the pass' own."""
-    import time
-
-    forces.evaluate(q, v, at)
-    total = q + forces.ref
-    walls = []
-    for _ in range(3):
-        begin = time.perf_counter()
-        loads = contact(law, sections, total, v, len(forces.out) - 2 * NODE * len(sections.node_mass), at)
-        walls.append(time.perf_counter() - begin)
-    np.testing.assert_allclose(loads, forces.seen[:, 0], rtol=1e-9)
-    return 1e6 * min(walls)
+                push = law.force(FloatMath(), PointState(-point[2], -pace[2], float(sections.length[m])))
+                pushed = apply(transpose(frame), [0.0, 0.0, push])
+                torque = cross(arm, pushed)
+                for k, part in enumerate((1.0 - xi, xi)):
+                    on_quaternion = scale(2.0, apply(transpose(to_spin(ends[k][3:])), torque))
+                    on_nodes[element + k] = add(on_nodes[element + k], scale(part, pushed + on_quaternion))
+        forces.append(on_nodes)
+    return forces

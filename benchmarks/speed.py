@@ -18,22 +18,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from naive import microseconds
 
 from sssi_exudyn.exudyn_build import take_fast_build
 
 take_fast_build()  # as the command line does
 
+from backends import backends
+
 from sssi_exudyn.commands import model_of
-from sssi_exudyn.contact.backend import BACKENDS, Forces, Instant
-from sssi_exudyn.contact.penetration import HuntCrossley
 from sssi_exudyn.fitting.fit import fit, problem_of
-from sssi_exudyn.frames import Array
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion, motion_from_recording
 from sssi_exudyn.recording import read_recording
 from sssi_exudyn.reduced import prepare, simulate_reduced
-from sssi_exudyn.simulation import integrate, simulate
+from sssi_exudyn.simulation import simulate
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 NAMES = ("beginner", "intermediate")
@@ -80,29 +78,6 @@ def full_model(model: Model, motion: Motion) -> dict[str, Any]:
 def name_of(step: float) -> str:
     """A step (s) in words."""
     return f"{1e3 * step:.3g} ms"
-
-
-def backends(model: Model, motion: Motion) -> dict[str, Any]:
-    """Microseconds of one evaluation of all forces on a loaded state, and the ratio to the compiled pass."""
-    micro = {}
-    for backend in BACKENDS[1:]:
-        run, _ = integrate(model, motion, stop=motion.start + 0.05, backend=backend)
-        q, v, forces, at = run.record.q[-1], run.record.v[-1], run.system.forces, run.system.now
-        count = {"compiled": 2000, "python": 10}.get(backend, 100)
-
-        def work(forces: Forces = forces, q: Array = q, v: Array = v, at: Instant = at, count: int = count) -> None:
-            for _ in range(count):
-                forces.evaluate(q, v, at)
-
-        wall, _ = timed(work, 3)
-        micro[backend] = 1e6 * wall / count
-    law = model.term("penetration")
-    assert isinstance(law, HuntCrossley)
-    micro["naive"] = microseconds(forces, run.parts.sections, q, v, at, law)
-    ratios = {
-        f"{slow}_over_{quick}": micro[slow] / micro[quick] for slow in ("python", "naive") for quick in BACKENDS[1:4]
-    }
-    return {"microseconds": micro, **ratios}
 
 
 def linearity(model: Model, motion: Motion) -> dict[str, Any]:

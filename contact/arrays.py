@@ -1,13 +1,17 @@
-"""The force pass of ``kernel`` once more, over whole arrays: all sections of a ski at once, the laws over any ``Math``.
+"""The force pass of ``kernel`` once more, over whole arrays: all sections of both skis at once, the laws over any
+``Math``.
 
 Two back ends share it: ``numpy`` gives the laws NumPy's arithmetic, ``symbolic`` Exudyn's, recorded once and then
 evaluated without the interpreter.  Neither needs a compiler.  Formulas and names are those of ``kernel``.
+
+Arrays have the axes ski (2), component (3, or 4 of a quaternion), and node, element, section or point.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any, Final, Protocol
 
 import numpy as np
 
@@ -18,8 +22,10 @@ from sssi_exudyn.contact.term import Term
 from sssi_exudyn.contact.vectors import ski_axes
 from sssi_exudyn.frames import Array
 
-_TINY = 1e-7
+_TINY: Final = 1e-7
 """rad; neighbours turned by less against each other are taken for parallel, as in ``vectors.between``."""
+_CONJUGATE: Final = np.array([[1.0], [-1.0], [-1.0], [-1.0]])
+_SIDES: Final = np.array([1.0, -1.0])
 
 
 class Laws(Protocol):
@@ -28,8 +34,8 @@ class Laws(Protocol):
     def point(self, depth: Array, rate: Array, length: Array) -> Array:
         """(m,) normal forces (N) of points in the snow."""
 
-    def foot(self, *state: float) -> tuple[float, float]:
-        """Along and across (N); arguments as ``FootState`` has them."""
+    def foot(self, *state: Array) -> tuple[Array, Array]:
+        """Along and across (N), each (2,); arguments (2,) as ``FootState`` has them."""
 
     def segments(self, t: float, f: float, l: float, velocity: Array, area: Array) -> Array:  # noqa: E741
         """(k, 3) N on segments of velocity (k, 3) and area (k,)."""
@@ -51,50 +57,61 @@ class ArrayLaws:
     def point(self, depth: Array, rate: Array, length: Array) -> Array:
         return np.asarray(places.point_force(self._math, self._terms, places.PointState(depth, rate, length)))
 
-    def foot(self, *state: float) -> tuple[float, float]:
-        along, across = places.foot_force(self._math, self._terms, places.FootState(*map(np.float64, state)))
-        return float(along), float(across)
+    def foot(self, *state: Array) -> tuple[Array, Array]:
+        found = _columns(places.foot_force(self._math, self._terms, places.FootState(*state)), (2, 2))
+        return found[:, 0], found[:, 1]
 
     def segments(self, t: float, f: float, l: float, velocity: Array, area: Array) -> Array:  # noqa: E741
-        wind = places.air_velocity(self._math, self._terms, places.PlaceState(t, f, l))
-        state = places.SegmentState(tuple(velocity.T), tuple(wind), area)
-        force = places.segment_force(self._math, self._terms, state)
-        return np.stack([np.broadcast_to(part, area.shape) for part in force], axis=1)
+        wind_f, wind_l, wind_n = places.air_velocity(self._math, self._terms, places.PlaceState(t, f, l))
+        v_f, v_l, v_n = velocity.T
+        state = places.SegmentState((v_f, v_l, v_n), (wind_f, wind_l, wind_n), area)
+        return _columns(places.segment_force(self._math, self._terms, state), velocity.shape)
 
     def body(self, t: float, f: float, l: float, velocity: Array) -> Array:  # noqa: E741
         state = places.BodyState(np.float64(t), f, l, tuple(velocity))
         return np.array([float(part) for part in places.body_force(self._math, self._terms, state)])
 
     def terrain(self, f: Array, l: Array) -> tuple[Array, Array, Array]:  # noqa: E741
-        found = places.terrain_height(self._math, self._terms, f, l)
-        height, by_f, by_l = (np.broadcast_to(np.asarray(part, dtype=np.float64), np.shape(f)) for part in found)
-        return height, by_f, by_l
+        found = _columns(places.terrain_height(self._math, self._terms, f, l), (*f.shape, 3))
+        return found[..., 0], found[..., 1], found[..., 2]
+
+
+def _columns(parts: Sequence[Any], shape: tuple[int, ...]) -> Array:
+    """Arrays and numbers, as a law gives them, on an array's last axis."""
+    columns = np.empty(shape)
+    for k, part in enumerate(parts):
+        columns[..., k] = part
+    return columns
+
+
+@dataclass(frozen=True)
+class Feet:
+    """Place (m), velocity (m/s) and spin (rad/s) of both feet, each (2, 3), and rotation (2, 3, 3), on the slope."""
+
+    place: Array
+    velocity: Array
+    rotation: Array
+    spin: Array
 
 
 class ArrayKernel:
     """The functions that ``backend.Forces`` calls of a kernel, for some laws.
 
-    jacobian : of the same terms by the interpreter; it steers Newton's method, not the result
+    jacobian : ``kernel.jacobian`` for the same terms
     """
 
     def __init__(self, laws: Laws, jacobian: Any) -> None:
         self._laws = laws
         self.jacobian = jacobian
 
-    def ground(self, f: Array, l: Array) -> tuple[Array, Array]:  # noqa: E741
-        """Height (…) and unit normal (…, 3) of the snow at places (…)."""
-        height, by_f, by_l = self._laws.terrain(f, l)
-        s = 1.0 / np.sqrt(1.0 + by_f * by_f + by_l * by_l)
-        return height, np.stack([-by_f * s, -by_l * s, s], axis=-1)
-
     def foot_axes(self, _parameters: Array, place: Array, rotation: Array) -> tuple[Array, Array, float]:
         """As ``kernel.foot_axes``."""
-        _, normal = self.ground(np.asarray(place[0]), np.asarray(place[1]))
-        along, across, edge = ski_axes(normal, rotation)
+        _, normal = self._ground(np.array(place[:1]), np.array(place[1:2]))
+        along, across, edge = ski_axes(normal[:, 0], rotation)
         return np.array(along), np.array(across), float(edge)
 
     def forces(
-        self, parameters: Array, q: Array, v: Array, ref: Array, t: float,
+        self, _parameters: Array, q: Array, v: Array, ref: Array, t: float,
         element: Any, share: Array, offset: Array, length: Array, damping: Array, node_mass: Array, node_moment: Array,
         gravity: Array, sign: Array, foot_place: Array, foot_velocity: Array, foot_acceleration: Array,
         foot_rotation: Array, foot_spin: Array, foot_spin_rate: Array, foot_jacobian: Array,
@@ -107,158 +124,179 @@ class ArrayKernel:
         head = len(sign)
         total = q + ref
         pelvis, speed = total[:3], v[:3]
-        nodes = total[head:].reshape(2, -1, kernel.NODE)
-        rates = v[head:].reshape(2, -1, kernel.NODE)
-        wrench = np.zeros_like(nodes)  # force (3) and the quaternion's generalised force (4) of every node
-        spins = _spin(nodes[..., 3:], rates[..., 3:])
-        for ski in range(2):
-            frame, turning = foot_rotation[ski], foot_spin[ski]
-            place, velocity = pelvis + foot_place[ski], speed + foot_velocity[ski]
-            on_pelvis = self._contact(
-                seen[ski], nodes[ski], rates[ski], spins[ski], wrench[ski], frame, turning, place, velocity,
-                element, share, offset, length,
-            )  # fmt: skip
-            _damp(seen[ski], nodes[ski, :, 3:], spins[ski], wrench[ski], damping)
-            inertia = _inertia(
-                nodes[ski], rates[ski], wrench[ski], frame, frame.T @ foot_spin[ski], frame.T @ foot_spin_rate[ski],
-                frame.T @ (gravity - foot_acceleration[ski]), node_mass, node_moment,
-            )  # fmt: skip
-            out[:3] += frame @ (on_pelvis + inertia)
-            along, across, edge = self.foot_axes(parameters, place, frame)
-            v_t, v_n = float(velocity @ along), float(velocity @ across)
-            f_t, f_n = self._laws.foot(
-                seen[ski, kernel.LOAD], v_t, v_n, edge, seen[ski, kernel.GROOVE], t, place[0], place[1],
-                1.0 - 2.0 * ski,
-            )  # fmt: skip
-            _add_to_tree(out, sign, f_t * along + f_n * across, foot_jacobian[ski])
-            seen[ski, kernel.ALONG : kernel.V_N + 1] = f_t, f_n, edge, v_t, v_n
-            seen[ski, kernel.FRICTION_POWER] = f_t * v_t + f_n * v_n
-        out[head:] = wrench.ravel()
+        nodes = np.ascontiguousarray(total[head:].reshape(2, -1, kernel.NODE).swapaxes(1, 2))
+        rates = np.ascontiguousarray(v[head:].reshape(2, -1, kernel.NODE).swapaxes(1, 2))
+        spins = _spin(nodes[:, 3:], rates[:, 3:])
+        force, torque = _inertia(
+            nodes, rates, foot_rotation.swapaxes(1, 2), foot_spin, foot_spin_rate, gravity - foot_acceleration,
+            node_mass, node_moment.T,
+        )  # fmt: skip
+        _damp(seen, nodes[:, 3:], spins, torque, damping.T)
+        feet = Feet(pelvis + foot_place, speed + foot_velocity, foot_rotation, foot_spin)
+        self._contact(seen, nodes, rates[:, :3], spins, force, torque, feet, element, share, offset, length)
+        wrench = np.concatenate([force, _on_quaternion(nodes[:, 3:], torque)], axis=1)
+        out[head:] = wrench.swapaxes(1, 2).ravel()
+        out[:3] = (foot_rotation @ force.sum(axis=2, keepdims=True)).sum(axis=0)[:, 0]
+        _add_to_tree(out, sign, self._friction(seen, t, feet), foot_jacobian)
         moving = speed + exposed_velocity
         drag[:, :3] = self._laws.segments(t, pelvis[0], pelvis[1], moving, area)
         drag[:, 3] = np.sum(drag[:, :3] * moving, axis=1)
-        for k in range(len(area)):
-            _add_to_tree(out, sign, drag[k, :3], exposed_jacobian[k])
+        _add_to_tree(out, sign, drag[:, :3], exposed_jacobian)
         place, velocity = pelvis + com_place, speed + com_velocity
         body[:] = self._laws.body(t, place[0], place[1], velocity)
-        _add_to_tree(out, sign, body, com_jacobian)
+        _add_to_tree(out, sign, body[None], com_jacobian[None])
 
     def _contact(
-        self, seen: Array, nodes: Array, rates: Array, spins: Array, wrench: Array, frame: Array, turning: Array,
-        place: Array, velocity: Array, element: Any, share: Array, offset: Array, length: Array,
-    ) -> Array:  # fmt: skip
-        """Add the snow's forces on one ski's nodes; their sum (3,) in the foot's frame."""
-        first, second, xi = nodes[element], nodes[element + 1], share[:, None]
-        p, r = _between(first, second, share)
-        moving = (1.0 - xi) * rates[element, :3] + xi * rates[element + 1, :3]
-        omega = (1.0 - xi) * spins[element] + xi * spins[element + 1]
-        arm = _turned(r[:, None, :], offset)
-        out = (p[:, None, :] + arm) @ frame.T
-        point = place + out
-        height, normal = self.ground(point[..., 0], point[..., 1])
-        depth = (height - point[..., 2]) * normal[..., 2]
+        self, seen: Array, nodes: Array, paces: Array, spins: Array, force: Array, torque: Array, feet: Feet,
+        element: Any, share: Array, offset: Array, length: Array,
+    ) -> None:  # fmt: skip
+        """Add the snow's forces and torques (2, 3, n) on the nodes.  A section's two edges stand side by side."""
+        weights = np.zeros((len(share), nodes.shape[2]))
+        rows = np.arange(len(share))
+        weights[rows, element], weights[rows, element + 1] = 1.0 - share, share
+        weights = np.repeat(weights, 2, axis=0)
+        p, r = _between(nodes[:, :, element], nodes[:, :, element + 1], share)
+        arm = _turned(np.repeat(r, 2, axis=2), offset.reshape(1, -1, 3).swapaxes(1, 2))
+        reach = feet.rotation @ (np.repeat(p, 2, axis=2) + arm)
+        point = feet.place[:, :, None] + reach
+        height, normal = self._ground(point[:, 0], point[:, 1])
+        depth = (height - point[:, 2]) * normal[:, 2]
         pressed = depth > 0.0
         if not np.any(pressed):
-            return np.zeros(3)
-        local = moving[:, None, :] + np.cross(omega[:, None, :], arm)
-        pace = velocity + np.cross(turning, out) + local @ frame.T
-        rate = -np.sum(pace * normal, axis=-1)
-        long = np.broadcast_to(length[:, None], depth.shape)
+            return
+        local = paces @ weights.T + _cross(spins @ weights.T, arm)
+        pace = feet.velocity[:, :, None] + _skew(feet.spin) @ reach + feet.rotation @ local
+        rate = -np.sum(pace * normal, axis=1)
+        long = np.repeat(length, 2)
         push = np.zeros_like(depth)
-        push[pressed] = self._laws.point(depth[pressed], rate[pressed], long[pressed])
-        seen[kernel.LOAD] = push.sum()
-        seen[kernel.GROOVE] = np.sum(depth[pressed] * long[pressed])
-        seen[kernel.DEPTH] = depth.max()
-        seen[kernel.CONTACT_POWER] = -np.sum(push[pressed] * rate[pressed])
-        pushed = push[..., None] * (normal @ frame)
-        force, torque = pushed.sum(axis=1), np.cross(arm, pushed).sum(axis=1)
-        for at, node, part in ((element, first, 1.0 - xi), (element + 1, second, xi)):
-            np.add.at(wrench, at, part * np.hstack([force, _on_quaternion(node[:, 3:], torque)]))
-        return np.asarray(force.sum(axis=0))
+        push[pressed] = self._laws.point(depth[pressed], rate[pressed], np.broadcast_to(long, depth.shape)[pressed])
+        sunk = np.maximum(depth, 0.0)
+        seen[:, kernel.LOAD] = push.sum(axis=1)
+        seen[:, kernel.GROOVE] = sunk @ long
+        seen[:, kernel.DEPTH] = sunk.max(axis=1)
+        seen[:, kernel.CONTACT_POWER] = -np.sum(push * rate, axis=1)
+        pushed = push[:, None] * (feet.rotation.swapaxes(1, 2) @ normal)
+        force += pushed @ weights
+        torque += _cross(arm, pushed) @ weights
 
+    def _friction(self, seen: Array, t: float, feet: Feet) -> Array:
+        """(2, 3) N on the feet."""
+        f, l = feet.place[:, 0], feet.place[:, 1]  # noqa: E741
+        _, normal = self._ground(f, l)
+        axes = [ski_axes(normal[:, ski], feet.rotation[ski]) for ski in range(2)]
+        along, across = (np.array([axis[k] for axis in axes]) for k in range(2))
+        edge = np.array([axis[2] for axis in axes])
+        v_t, v_n = (np.sum(feet.velocity * axis, axis=1) for axis in (along, across))
+        load, groove = seen[:, kernel.LOAD], seen[:, kernel.GROOVE]
+        f_t, f_n = self._laws.foot(load, v_t, v_n, edge, groove, np.full(2, t), f, l, _SIDES)
+        seen[:, kernel.ALONG : kernel.V_N + 1] = np.stack([f_t, f_n, edge, v_t, v_n], axis=1)
+        seen[:, kernel.FRICTION_POWER] = f_t * v_t + f_n * v_n
+        return np.asarray(f_t[:, None] * along + f_n[:, None] * across)
 
-def _damp(seen: Array, turns: Array, spins: Array, wrench: Array, damping: Array) -> None:
-    """Add the structural damping of one ski's elements against relative spin about their own axes."""
-    middle = turns[:-1] + turns[1:]
-    middle /= np.linalg.norm(middle, axis=1, keepdims=True)
-    back = middle * [1.0, -1.0, -1.0, -1.0]
-    local = _turned(back, spins[1:] - spins[:-1])
-    torque = damping * local
-    seen[kernel.DAMPING_POWER] = -np.sum(local * torque)
-    torque = _turned(middle, torque)
-    wrench[:-1, 3:] += _on_quaternion(turns[:-1], torque)
-    wrench[1:, 3:] -= _on_quaternion(turns[1:], torque)
+    def _ground(self, f: Array, l: Array) -> tuple[Array, Array]:  # noqa: E741
+        """Height (…, k) and unit normal (…, 3, k) of the snow at places (…, k); (k,) gives (3, k)."""
+        height, by_f, by_l = self._laws.terrain(f, l)
+        s = 1.0 / np.sqrt(1.0 + by_f * by_f + by_l * by_l)
+        return height, np.stack([-by_f * s, -by_l * s, s], axis=-2)
 
 
 def _inertia(
-    nodes: Array, rates: Array, wrench: Array, frame: Array, spin_in: Array, spin_rate: Array, fall: Array,
-    mass: Array, moment: Array,
-) -> Array:  # fmt: skip
-    """Add weight and forces of inertia of one ski's nodes; their sum (3,) in the foot's frame."""
-    swing = np.cross(spin_in, np.cross(spin_in, nodes[:, :3]) + 2.0 * rates[:, :3])
-    force = mass[:, None] * (fall - np.cross(spin_rate, nodes[:, :3]) - swing)
-    torque = -moment * spin_rate - np.cross(spin_in, moment * spin_in)
-    wrench[:, :3] += force
-    wrench[:, 3:] += _on_quaternion(nodes[:, 3:], torque)
-    return np.asarray(force.sum(axis=0))
+    nodes: Array, rates: Array, back: Array, spin: Array, spin_rate: Array, fall: Array, mass: Array, moment: Array
+) -> tuple[Array, Array]:
+    """Weight and forces of inertia of the skis' nodes: force and torque, each (2, 3, n), in the feet's frames.
+
+    back : (2, 3, 3) turns into the feet's frames;  fall : (2, 3) gravity less the feet's acceleration
+    """
+    spin, spin_rate, fall = (back @ vector[:, :, None] for vector in (spin, spin_rate, fall))
+    turning = _skew(spin[:, :, 0])
+    felt = fall - (_skew(spin_rate[:, :, 0]) + turning @ turning) @ nodes[:, :3] - 2.0 * turning @ rates[:, :3]
+    return mass * felt, -moment * spin_rate - turning @ (moment * spin)
+
+
+def _damp(seen: Array, turns: Array, spins: Array, torque: Array, damping: Array) -> None:
+    """Add the structural damping (3, n − 1) of the elements against relative spin about their own axes."""
+    middle = turns[:, :, :-1] + turns[:, :, 1:]
+    middle /= np.sqrt(np.sum(middle * middle, axis=1, keepdims=True))
+    local = _turned(_conjugate(middle), spins[:, :, 1:] - spins[:, :, :-1])
+    resisting = damping * local
+    seen[:, kernel.DAMPING_POWER] = -np.sum(local * resisting, axis=(1, 2))
+    resisting = _turned(middle, resisting)
+    torque[:, :, :-1] += resisting
+    torque[:, :, 1:] -= resisting
 
 
 def _add_to_tree(out: Array, sign: Array, force: Array, jacobian: Array) -> None:
-    """As ``kernel.add_to_tree``."""
-    out[:3] += force
+    """Forces (k, 3) on points whose velocities are the pelvis' plus jacobian (k, 3, 28) times the angles' rates."""
+    out[:3] += force.sum(axis=0)
     count = len(sign) - 3
     if count:
-        out[3 : len(sign)] += sign[3:] * (force @ jacobian[:, :count])
+        out[3 : len(sign)] += sign[3:] * (force.ravel() @ jacobian[:, :, :count].reshape(-1, count))
+
+
+def _skew(a: Array) -> Array:
+    """(k, 3, 3) matrices that take the cross product from the left with vectors (k, 3)."""
+    matrix = np.zeros((len(a), 3, 3))
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        matrix[:, k, j], matrix[:, j, k] = a[:, i], -a[:, i]
+    return matrix
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Cross products (2, 3, k) of as many a and of b that broadcast to them; NumPy's own takes three times as long."""
+    product: Array = np.empty_like(a)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        np.subtract(a[:, j] * b[:, k], a[:, k] * b[:, j], out=product[:, i])
+    return product
+
+
+def _conjugate(q: Array) -> Array:
+    return np.asarray(q * _CONJUGATE)
 
 
 def _turned(q: Array, v: Array) -> Array:
-    """Vectors (…, 3) turned by quaternions (…, 4)."""
-    u = q[..., 1:]
-    once = np.cross(u, v)
-    return np.asarray(v + 2.0 * (q[..., :1] * once + np.cross(u, once)))
+    """Vectors (2, 3, k) turned by quaternions (2, 4, k)."""
+    once = 2.0 * _cross(q[:, 1:], v)
+    return np.asarray(v + q[:, :1] * once + _cross(q[:, 1:], once))
 
 
 def _spin(q: Array, rate: Array) -> Array:
-    """(…, 3) 2 E(q) q̇."""
-    scalar, vector = q[..., :1], q[..., 1:]
-    return np.asarray(2.0 * (scalar * rate[..., 1:] - rate[..., :1] * vector + np.cross(vector, rate[..., 1:])))
+    """(2, 3, k) 2 E(q) q̇."""
+    swept = q[:, :1] * rate[:, 1:] - rate[:, :1] * q[:, 1:] + _cross(q[:, 1:], rate[:, 1:])
+    return np.asarray(2.0 * swept)
 
 
 def _on_quaternion(q: Array, torque: Array) -> Array:
-    """(…, 4) 2 E(q)ᵀ τ."""
-    scalar, vector = q[..., :1], q[..., 1:]
-    first = -np.sum(vector * torque, axis=-1, keepdims=True)
-    return np.asarray(2.0 * np.concatenate([first, scalar * torque - np.cross(vector, torque)], axis=-1))
+    """(2, 4, k) 2 E(q)ᵀ τ."""
+    scalar = -np.sum(q[:, 1:] * torque, axis=1, keepdims=True)
+    return np.asarray(2.0 * np.concatenate([scalar, q[:, :1] * torque - _cross(q[:, 1:], torque)], axis=1))
 
 
 def _product(a: Array, b: Array) -> Array:
-    scalar = a[..., :1] * b[..., :1] - np.sum(a[..., 1:] * b[..., 1:], axis=-1, keepdims=True)
-    vector = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + np.cross(a[..., 1:], b[..., 1:])
-    return np.concatenate([scalar, vector], axis=-1)
+    scalar = a[:, :1] * b[:, :1] - np.sum(a[:, 1:] * b[:, 1:], axis=1, keepdims=True)
+    vector = a[:, :1] * b[:, 1:] + b[:, :1] * a[:, 1:] + _cross(a[:, 1:], b[:, 1:])
+    return np.concatenate([scalar, vector], axis=1)
 
 
 def _between(first: Array, second: Array, share: Array) -> tuple[Array, Array]:
-    """Places (m, 3) and quaternions (m, 4) at shares (m,) of the screw motions from one node (m, 7) to the other."""
-    p0, q0, p1, q1 = first[:, :3], first[:, 3:], second[:, :3], second[:, 3:]
-    back = q0 * [1.0, -1.0, -1.0, -1.0]
-    relative = _product(back, q1)
-    apart = p1 - p0
-    sine = np.linalg.norm(relative[:, 1:], axis=1)
-    theta = 2.0 * np.arctan2(sine, relative[:, 0])
+    """Places (2, 3, m) and quaternions (2, 4, m) at shares (m,) of the screw motions from nodes (2, 7, m) to others."""
+    q0 = first[:, 3:]
+    apart = second[:, :3] - first[:, :3]
+    back = _conjugate(q0)
+    relative = _product(back, second[:, 3:])
+    sine = np.sqrt(np.sum(relative[:, 1:] ** 2, axis=1, keepdims=True))
+    theta = 2.0 * np.arctan2(sine, relative[:, :1])
     straight = theta < _TINY
-    safe_sine, safe = np.where(straight, 1.0, sine), np.where(straight, 1.0, theta)
-    axis = relative[:, 1:] / safe_sine[:, None]
-    half = 0.5 * safe
+    theta = np.where(straight, 1.0, theta)
+    axis = relative[:, 1:] / np.where(straight, 1.0, sine)
+    half, part = 0.5 * theta, share * theta
     d = _turned(back, apart)
-    once = np.cross(axis, d)
-    rho = d - half[:, None] * once + (1.0 - half / np.tan(half))[:, None] * np.cross(axis, once)
-    part = share * safe
-    once = np.cross(axis, rho)
-    bow = ((1.0 - np.cos(part)) / safe)[:, None] * once
-    bow += ((part - np.sin(part)) / safe)[:, None] * np.cross(axis, once)
-    xi = share[:, None]
-    screw = p0 + _turned(q0, xi * rho + bow)
-    turn = np.concatenate([np.cos(0.5 * part)[:, None], np.sin(0.5 * part)[:, None] * axis], axis=1)
-    bent = ~straight[:, None]
-    place = np.where(bent, screw, p0 + xi * apart)
-    return place, np.where(bent, _product(q0, turn), (1.0 - xi) * q0 + xi * q1)
+    once = _cross(axis, d)
+    rho = d - half * once + (1.0 - half / np.tan(half)) * _cross(axis, once)
+    once = _cross(axis, rho)
+    bow = (1.0 - np.cos(part)) / theta * once + (part - np.sin(part)) / theta * _cross(axis, once)
+    turn = np.concatenate([np.cos(0.5 * part), np.sin(0.5 * part) * axis], axis=1)
+    move = np.where(straight, share * apart, _turned(q0, share * rho + bow))
+    mean = (1.0 - share) * q0 + share * second[:, 3:]
+    return first[:, :3] + move, np.where(straight, mean, _product(q0, turn))

@@ -22,10 +22,11 @@ def interpreted_kernel(terms: Sequence[Term], template: ModuleType) -> Any:
     """A namespace with the functions of ``template`` for ``terms``, none of them compiled: as ``compile_kernel``'s
     module.
     """
-    names: dict[str, Any] = vars(vectors) | vars(compile_kernel(terms, template))
+    module = compile_kernel(terms, template)
+    names: dict[str, Any] = vars(vectors) | vars(module)
     for name, value in list(names.items()):
-        plain = getattr(value, "py_func", None)
-        if plain is not None:
+        plain = getattr(value, "py_func", value)  # without Numba functions are plain already
+        if isinstance(plain, FunctionType) and plain.__module__ in (vectors.__name__, module.__name__):
             names[name] = FunctionType(plain.__code__, names, name, plain.__defaults__)
     names |= _laws(terms)
     return SimpleNamespace(**{name: value for name, value in names.items() if not name.startswith("__")})

@@ -1,4 +1,4 @@
-"""Numba's compiler where it is installed; without it functions stay what they are, Python."""
+"""Numba's compiler where it works; without it functions stay what they are, Python."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ from typing import Any
 
 njit: Any
 """Numba's decorator, or one that leaves the function as it is."""
+FAULT = ""
+"""Why there is no compiler; empty where there is one."""
 
 try:
     from numba import njit
-except ImportError:
+except Exception as error:  # noqa: BLE001  a broken installation may raise anything, and simulating needs no Numba
+    FAULT = f"{type(error).__name__}: {error}".splitlines()[0]
 
     def njit(*given: Any, **_options: Any) -> Any:
         return given[0] if given else lambda function: function
-
-    COMPILES = False
-else:
-    COMPILES = True

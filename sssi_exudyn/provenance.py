@@ -17,7 +17,14 @@ _PACKAGES: Final = ("exudyn", "numpy", "scipy", "numba", "nlopt", "pandas")
 def versions() -> dict[str, str]:
     """Versions of this program, of Python and of the packages whose version may change a figure."""
     found = {"sssi_exudyn": metadata.version("sssi-exudyn"), "python": platform.python_version()}
-    return found | {name: metadata.version(name) for name in _PACKAGES}
+    return found | {name: _version(name) for name in _PACKAGES}
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:  # a simulation does without Numba
+        return "not installed"
 
 
 def provenance(inputs: Mapping[str, str], settings: Mapping[str, Any], seed: int | None) -> dict[str, Any]:
