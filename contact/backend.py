@@ -47,20 +47,21 @@ def installed(backend: Backend) -> Backend:
     return backend
 
 
-def kernel_of(terms: Sequence[Term], backend: Backend) -> Any:
-    """The functions of the force pass for ``terms``, as ``kernel`` names them.
+def kernel_of(terms: Sequence[Term], backend: Backend) -> tuple[Any, Array]:
+    """The functions of the force pass for ``terms``, as ``kernel`` names them, and the parameters they take.
 
     The Jacobian is the kernel's in every back end, as machine code where Numba works: it steers Newton's method, not
-    the result, and is wanted a hundred times less often than forces.
+    the result, and is wanted far less often than forces.
     """
     chosen = installed(backend)
     if chosen == "python":
-        return interpreted_kernel(terms, kernel)
-    template = compile_kernel(terms, kernel)
+        return interpreted_kernel(terms, kernel), parameter_values(terms)
+    generated = tuple(terms) if FAULT else padded(terms)
+    template, parameters = compile_kernel(generated, kernel), parameter_values(generated)
     if chosen == "compiled":
-        return template
+        return template, parameters
     laws = ArrayLaws(terms) if chosen == "numpy" else SymbolicLaws(terms)
-    return ArrayKernel(laws, template.jacobian)
+    return ArrayKernel(laws, template.jacobian), parameters
 
 
 @dataclass(frozen=True)
@@ -105,10 +106,7 @@ class Forces:
         ref: Array,
         backend: Backend = "fastest",
     ) -> None:
-        if installed(backend) == "compiled":
-            terms = padded(terms)
-        self._kernel: Any = kernel_of(terms, backend)
-        self._parameters = parameter_values(terms)
+        self._kernel, self._parameters = kernel_of(terms, backend)
         self._contacts = (sections.element, sections.share, sections.offset, sections.length, sections.damping)
         self._inertia = (sections.node_mass, sections.node_moment, gravity)
         self._sign, self._area, self.ref = sign, area, ref

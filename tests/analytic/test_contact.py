@@ -1,66 +1,30 @@
 """The compiled pass over all forces against plain NumPy at random states, and what contact alone must do."""
 
-import os
-import subprocess
-import sys
-from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from gliding import model, standing
+from random_states import TREE, forces_of, random_state
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm, logm
 
 from sssi_exudyn.bodies.ski_mesh import mesh
-from sssi_exudyn.chain import COORDINATES
-from sssi_exudyn.contact.air import AirDrag
-from sssi_exudyn.contact.backend import BACKENDS, Backend, Forces, Instant
+from sssi_exudyn.contact.backend import Instant
 from sssi_exudyn.contact.friction import AnisotropicFriction
-from sssi_exudyn.contact.glide import SnowCompaction, SnowPatch
 from sssi_exudyn.contact.kernel import LOAD, NODE
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.penetration import HuntCrossley
-from sssi_exudyn.contact.pushes import PolePlant
 from sssi_exudyn.contact.term import PointState
-from sssi_exudyn.contact.terrain import SlopeChange, TerrainBump
-from sssi_exudyn.contact.wind import Gust
 from sssi_exudyn.parts import Parts
-from sssi_exudyn.simulation import simulate
-from sssi_exudyn.simulation_system import instant
 
 SNOW = HuntCrossley()
 FRICTION = AnisotropicFriction()
-TREE = len(COORDINATES)
 
 
 @pytest.fixture(scope="module")
 def parts() -> Parts:
     return Parts(model((SNOW, FRICTION)), standing(0.5, heading=0.4, pelvis_list=0.2, hip_adduction_l=0.2))
-
-
-def random_state(parts: Parts, seed: int) -> tuple[Forces, np.ndarray, np.ndarray, Instant]:
-    """Kernel, coordinates and rates of skis bent and moving at random, their feet near the snow."""
-    generator = np.random.default_rng(seed)
-    cut = parts.mesh
-    n = len(cut.node_s)
-    ref = np.zeros(TREE + 2 * NODE * n)
-    q, v = generator.normal(size=(2, len(ref)))
-    q[:TREE] *= 0.1
-    posture = parts.posture(np.array([0.2]))
-    q[2] = -posture.foot_place[0, :, 2].mean() - 0.01
-    nodes = q[TREE:].reshape(2, n, NODE)
-    nodes[:, :, :3] = cut.node_position + parts.ski_in_foot + 0.002 * nodes[:, :, :3]
-    turn = 0.02 * generator.normal(size=(2, n, 3))
-    nodes[:, :, 3], nodes[:, :, 4:] = np.sqrt(1.0 - np.sum(turn**2, axis=-1)), turn
-    v *= 0.3
-    forces = Forces([SNOW, FRICTION], parts.sections, np.array([0.0, 0.0, -9.0]), np.ones(TREE), np.zeros(0), ref)
-    at = instant(posture, 0)
-    moving = {name: generator.normal(size=(2, 3)) for name in ("foot_spin", "foot_velocity")}
-    nothing = {"exposed_velocity": np.zeros((0, 3)), "exposed_jacobian": np.zeros((0, 3, 28))}
-    at = replace(at, **moving, **nothing)
-    return forces, q, v, at
 
 
 def rotation(q: np.ndarray) -> np.ndarray:
@@ -116,7 +80,8 @@ def reference(parts: Parts, q: np.ndarray, v: np.ndarray, at: Instant) -> tuple[
 
 @pytest.mark.parametrize("seed", range(4))
 def test_snow_on_the_skis(parts: Parts, seed: int) -> None:
-    forces, q, v, at = random_state(parts, seed)
+    forces = forces_of(parts, (SNOW, FRICTION))
+    q, v, at = random_state(parts, seed)
     # the same state at rest in the air has all forces but the snow's: damping and weight
     full = forces.evaluate(q, v, at).copy()
     loads = forces.seen[:, LOAD].copy()
@@ -148,7 +113,8 @@ def test_snow_on_the_skis(parts: Parts, seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(2))
 def test_jacobian_against_differences(parts: Parts, seed: int) -> None:
-    forces, q, v, at = random_state(parts, seed)
+    forces = forces_of(parts, (SNOW, FRICTION))
+    q, v, at = random_state(parts, seed)
     size = len(q)
     forces.evaluate(q, v, at)
     found = np.zeros((size, size))
@@ -213,103 +179,3 @@ def test_rebound_of_a_dropped_mass() -> None:
     # 1e-4: the midpoint rule's step of a microsecond
     assert rate == pytest.approx(float(found.y[1, -1]), rel=1e-4)
     assert -begin < rate < 0.0  # it leaves slower than it came
-
-
-EVERYTHING = (
-    SNOW,
-    FRICTION,
-    AirDrag(),
-    Gust(w_f=-4.0, w_l=2.0, t0=-1.0, t1=1.0),
-    SnowPatch(delta_mu_t=0.05, f0=-5.0, f1=5.0),
-    SnowCompaction(c=2e4),
-    SlopeChange(delta=0.05, f0=0.1, width=2.0),
-    TerrainBump(rise=-0.05, f0=-0.2, width=1.0),
-    PolePlant(forward=20.0, up=10.0, t=0.25),
-)
-"""A term of every place, each at work in the states below."""
-
-
-@pytest.mark.parametrize("above", [-0.08, 2.0], ids=["on the snow", "in the air"])
-@pytest.mark.parametrize("backend", BACKENDS[2:])
-def test_every_back_end_is_the_compiled_pass(parts: Parts, backend: Backend, above: float) -> None:
-    generator = np.random.default_rng(5)
-    for seed in range(3):
-        _, q, v, at = random_state(parts, seed)
-        q[2] += above
-        exposed = {"exposed_velocity": generator.normal(size=(4, 3)), "exposed_jacobian": at.com_jacobian[None] * 1.1}
-        exposed["exposed_jacobian"] = np.repeat(exposed["exposed_jacobian"], 4, axis=0)
-        at = replace(at, **exposed)
-        compiled, other = (
-            Forces(
-                EVERYTHING,
-                parts.sections,
-                np.array([0.0, 0.0, -9.0]),
-                np.ones(TREE),
-                np.full(4, 0.05),
-                np.zeros(len(q)),
-                each,
-            )
-            for each in ("compiled", backend)
-        )
-        expected = compiled.evaluate(q, v, at)
-        # 1e-12 of the largest force: the same operations, but for fused multiply-adds and the order of sums
-        np.testing.assert_allclose(other.evaluate(q, v, at), expected, atol=1e-12 * np.abs(expected).max())
-        for name in ("seen", "drag", "body"):
-            given, same = getattr(other, name), getattr(compiled, name)
-            np.testing.assert_allclose(given, same, rtol=1e-9, atol=1e-12 * np.abs(same).max())
-        assert (compiled.seen[:, LOAD] > 0.0).all() == (above < 0.0)
-        by_other, by_compiled = (dense(f.triplets(q, v, at, 1.0, 50.0), len(q)) for f in (other, compiled))
-        np.testing.assert_allclose(by_other, by_compiled, atol=1e-9 * np.abs(by_compiled).max())
-
-
-def dense(triplets: np.ndarray, size: int) -> np.ndarray:
-    matrix = np.zeros((size, size))
-    np.add.at(matrix, (triplets[:, 0].astype(int), triplets[:, 1].astype(int)), triplets[:, 2])
-    return matrix
-
-
-def test_a_run_is_the_same_with_every_back_end() -> None:
-    start, motion = model((SNOW, FRICTION)), standing(0.5)
-    runs = [simulate(start, motion, stop=0.03, backend=backend) for backend in BACKENDS]
-    for run in runs[1:]:
-        # rounding, through six steps of Newton's method
-        np.testing.assert_allclose(run.pelvis, runs[0].pelvis, atol=1e-9)
-    assert [run.statistics["backend"] for run in runs] == ["compiled", *BACKENDS[1:]]
-
-
-WITHOUT_NUMBA = """
-import sys
-
-sys.modules["numba"] = None  # as if it were not installed
-from gliding import model, standing
-
-from sssi_exudyn.contact.backend import installed
-from sssi_exudyn.contact.friction import AnisotropicFriction
-from sssi_exudyn.contact.penetration import HuntCrossley
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.simulation import simulate
-
-run = simulate(model((HuntCrossley(), AnisotropicFriction())), standing(0.5), stop=0.02)
-print(run.statistics["backend"], repr(float(run.pelvis[-1, 2])))
-try:
-    installed("compiled")
-except InputError as error:
-    print(error)
-"""
-
-
-def test_without_numba_the_arrays_take_over(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", WITHOUT_NUMBA],
-        cwd=Path(__file__).parents[1],
-        env=os.environ | {"SSSI_CACHE_DIR": str(tmp_path)},
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    first, second = done.stdout.splitlines()
-    backend, height = first.split()
-    assert backend == "numpy"
-    run = simulate(model((SNOW, FRICTION)), standing(0.5), stop=0.02)
-    assert float(height) == pytest.approx(float(run.pelvis[-1, 2]), abs=1e-9)  # rounding, through four steps
-    assert "Numba is not installed" in second

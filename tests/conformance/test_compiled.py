@@ -133,8 +133,7 @@ def test_another_process_finds_the_kernel_compiled(tmp_path: Path) -> None:
     def hits() -> int:
         done = subprocess.run(
             [sys.executable, "-c", SCRIPT, str(tmp_path)],
-            cwd=Path(__file__).parent,
-            env=os.environ | {"SSSI_CACHE_DIR": str(tmp_path / "cache")},
+            env=os.environ | {"SSSI_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": os.pathsep.join(sys.path)},
             check=True,
             capture_output=True,
             text=True,

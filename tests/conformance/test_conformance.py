@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import pickle
 import subprocess
 import sys
@@ -127,7 +128,7 @@ def symbolic_values() -> dict[str, list[list[list[float]]]]:
     # Exudyn's symbols may take the process with them, and their settings are global to it
     done = subprocess.run(
         [sys.executable, "-c", "import term_places; print(term_places.printed_by_exudyn())"],
-        cwd=Path(__file__).parent,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
         check=True,
         capture_output=True,
         text=True,
