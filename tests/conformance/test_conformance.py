@@ -8,7 +8,6 @@ import pickle
 import subprocess
 import sys
 import tomllib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
