@@ -8,23 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final
-from xml.etree.ElementTree import Element, ParseError
+from typing import Final
 
 import numpy as np
 import pymap3d
-from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import fromstring
 
 from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import read_bytes
+from sssi_exudyn.fixes import Fixes, fixes_csv, fixes_gpx
 from sssi_exudyn.frames import Array
-from sssi_exudyn.table import Clock, check_time, mend_clock, read_table
+from sssi_exudyn.table import Clock, check_time, mend_clock
 
-_REQUIRED: Final = ("time_s", "latitude_deg", "longitude_deg", "altitude_m")
-_OPTIONAL: Final = ("speed_mps", "course_deg", "sigma_m")
 _BOUNDS: Final = {
     "altitude_m": (-500.0, 9000.0),
     "speed_mps": (0.0, 75.0),
@@ -66,8 +60,23 @@ class Gps:
     notes: tuple[str, ...] = ()
 
 
-def read_gps_csv(path: Path, *, segment: str, offset: Array, sigma: float | None, time_offset: float = 0.0) -> Gps:
-    """Read ``time_s,latitude_deg,longitude_deg,altitude_m`` and optionally ``speed_mps,course_deg,sigma_m``.
+READERS: Final[dict[str, Callable[[Path], Fixes]]] = {".csv": fixes_csv, ".gpx": fixes_gpx}
+
+
+def read_fixes(path: Path) -> Fixes:
+    """Fixes as a file has them, by the reader of its suffix; raises InputError for a suffix that has none."""
+    try:
+        reader = READERS[path.suffix.lower()]
+    except KeyError:
+        *others, last = READERS
+        raise InputError(
+            path, "", f"no reader for {path.suffix!r}", f"export the fixes as {', '.join(others)} or {last}"
+        ) from None
+    return reader(path)
+
+
+def read_gps(path: Path, *, segment: str, offset: Array, sigma: float | None, time_offset: float = 0.0) -> Gps:
+    """Read fixes with the reader of the file's suffix, checked and mended.
 
     Parameters
     ----------
@@ -76,108 +85,27 @@ def read_gps_csv(path: Path, *, segment: str, offset: Array, sigma: float | None
     sigma : m, standard deviation of a horizontal fix; the file's own column goes before it
     time_offset : s, added to the file's times
 
-    Raises InputError for every fault described in ``gps_from_columns`` and in ``read_table``.
+    Raises InputError for a suffix without reader, whatever the reader refuses, and the faults described in
+    ``gps_from_fixes``.
     """
-    path = Path(path)
-    table = read_table(path)
-    missing = [name for name in _REQUIRED if name not in table.columns]
-    if missing:
-        raise InputError(
-            path,
-            "header",
-            f"missing columns {', '.join(missing)}; found {', '.join(table.columns)}",
-            f"name the columns {','.join(_REQUIRED)}",
-        )
-    unknown = [name for name in table.columns if name not in _REQUIRED + _OPTIONAL]
-    notes = (f"{path.name}: columns not used: {', '.join(unknown)}",) if unknown else ()
-    return gps_from_columns(
-        path,
-        table.columns,
-        tuple(f"line {line}" for line in table.lines),
-        segment=segment,
-        offset=offset,
-        sigma=sigma,
-        time_offset=time_offset,
-        notes=notes,
-    )
+    return gps_from_fixes(path, read_fixes(path), segment=segment, offset=offset, sigma=sigma, time_offset=time_offset)
 
 
-def read_gpx(path: Path, *, segment: str, offset: Array, sigma: float | None, time_offset: float = 0.0) -> Gps:
-    """Read the track points of a GPX 1.0 or 1.1 file; time counts from the first of them.
-
-    Parameters are those of ``read_gps_csv``.  Entities and external references are refused.
-
-    Raises InputError for broken XML, points without ``ele`` or ``time``, and for every fault described in
-    ``gps_from_columns``.
-    """
-    path = Path(path)
-    try:
-        root = fromstring(read_bytes(path), forbid_dtd=True)
-    except ParseError as error:
-        raise InputError(path, f"line {error.position[0]}", "broken XML", "export the track again") from None
-    except DefusedXmlException:
-        raise InputError(path, "", "a DTD or entities are not accepted", "export the track as plain GPX") from None
-    except (LookupError, ValueError):  # an encoding nobody knows
-        raise InputError(path, "", "the encoding cannot be read", "save the file as UTF-8") from None
-    points = [element for element in root.iter() if _local(element) == "trkpt"]
-    if len(points) < 3:
-        raise InputError(path, "", f"{len(points)} track points are no recording", "export the whole run as a track")
-    clock = [_gpx_time(path, point, number) for number, point in enumerate(points, 1)]
-    columns = {
-        "time_s": np.array([time - clock[0] for time in clock]),
-        "latitude_deg": _gpx_numbers(path, points, "lat"),
-        "longitude_deg": _gpx_numbers(path, points, "lon"),
-        "altitude_m": _gpx_numbers(path, points, "ele"),
-    }
-    for column, tag in (("speed_mps", "speed"), ("course_deg", "course")):
-        if all(_child(point, tag) is not None for point in points):
-            columns[column] = _gpx_numbers(path, points, tag)
-    return gps_from_columns(
-        path,
-        columns,
-        tuple(f"trkpt {number}" for number in range(1, len(points) + 1)),
-        segment=segment,
-        offset=offset,
-        sigma=sigma,
-        time_offset=time_offset,
-    )
-
-
-READERS: Final[dict[str, Callable[..., Gps]]] = {".csv": read_gps_csv, ".gpx": read_gpx}
-
-
-def read_gps(path: Path, **how: Any) -> Gps:  # Any: the readers' own keywords, listed in read_gps_csv
-    """Read fixes with the reader of the file's suffix; raises InputError for a suffix that has none."""
-    try:
-        reader = READERS[path.suffix.lower()]
-    except KeyError:
-        raise InputError(
-            path, "", f"no reader for {path.suffix!r}", f"export the fixes as {' or '.join(READERS)}"
-        ) from None
-    return reader(path, **how)
-
-
-def gps_from_columns(
+def gps_from_fixes(
     path: Path,
-    columns: dict[str, Array],
-    places: tuple[str, ...],
+    fixes: Fixes,
     *,
     segment: str,
     offset: Array,
     sigma: float | None,
     time_offset: float = 0.0,
-    notes: tuple[str, ...] = (),
 ) -> Gps:
-    """Check columns of fixes, turn them to east-north-up and mend their gaps.
-
-    Parameters
-    ----------
-    columns : (n,) each, under the names of the CSV file
-    places : where in the file each sample stands, for messages
+    """Check fixes, turn them to east-north-up and mend their gaps; parameters are those of ``read_gps``.
 
     Raises InputError for coordinates out of range, constant or swapped, time that stands still or runs back, a jump no
     skier can make, a speed in another unit, and a missing standard deviation.
     """
+    columns, places = fixes.columns, fixes.places
     _check_columns(path, columns, places)
     check_time(path, columns["time_s"], places)
     lat, lon, alt = columns["latitude_deg"], columns["longitude_deg"], columns["altitude_m"]
@@ -206,7 +134,7 @@ def gps_from_columns(
         offset=np.asarray(offset, dtype=float),
         speed=None if speed is None else _linear(clock, speed[keep]),
         course=None if turned is None else _linear(clock, turned),
-        notes=notes + clock.notes,
+        notes=fixes.notes + clock.notes,
     )
 
 
@@ -318,40 +246,3 @@ def _bridge(clock: Clock, enu: Array) -> Array:
         cubic = np.polynomial.polynomial.polyfit(known[near] - middle, enu[near], degree)
         full[lacking] = np.polynomial.polynomial.polyval(clock.time[lacking] - middle, cubic).T
     return full
-
-
-def _local(element: Element) -> str:
-    """A tag's name without its namespace."""
-    return str(element.tag).rsplit("}", 1)[-1]
-
-
-def _child(point: Element, name: str) -> str | None:
-    """The text of the first descendant of that name, wherever extensions put it."""
-    for element in point.iter():
-        if _local(element) == name and element.text:
-            return element.text.strip()
-    return None
-
-
-def _gpx_numbers(path: Path, points: list[Element], name: str) -> Array:
-    values = np.empty(len(points))
-    for number, point in enumerate(points):
-        text = point.get(name) if name in ("lat", "lon") else _child(point, name)
-        try:
-            values[number] = float(text if text is not None else "")
-        except ValueError:
-            values[number] = np.nan
-        if not np.isfinite(values[number]):
-            what = f"no {name}" if text is None else f"{name} {text[:30]!r} is not a number"
-            raise InputError(path, f"trkpt {number + 1}", what, "export the track again, with elevation and time")
-    return values
-
-
-def _gpx_time(path: Path, point: Element, number: int) -> float:
-    text = _child(point, "time")
-    try:
-        moment = datetime.fromisoformat(text if text is not None else "")
-    except ValueError:
-        what = "no time" if text is None else f"time {text[:40]!r} is not ISO 8601"
-        raise InputError(path, f"trkpt {number}", what, "export the track with the time of every point") from None
-    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()

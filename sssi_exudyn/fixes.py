@@ -1,0 +1,106 @@
+"""Fixes of a receiver as its file has them: columns of numbers, nothing checked against a skier yet.
+
+One reader a format.  Degrees and WGS84; time counts in seconds from the first fix, or as the file counts it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import Array
+from sssi_exudyn.markup import elements, text_below
+from sssi_exudyn.table import read_table
+
+REQUIRED: Final = ("time_s", "latitude_deg", "longitude_deg", "altitude_m")
+OPTIONAL: Final = ("speed_mps", "course_deg", "sigma_m")
+
+
+@dataclass(frozen=True)
+class Fixes:
+    """What a file of fixes holds.
+
+    Attributes
+    ----------
+    columns : (n,) each: ``REQUIRED`` and those of ``OPTIONAL`` that the receiver wrote; units in the names
+    places : where in the file each fix stands, for messages
+    began : UTC of ``time_s`` = 0, s since 1970; None where the file does not say
+    notes : what was noticed, in words
+    """
+
+    columns: dict[str, Array]
+    places: tuple[str, ...]
+    began: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+def fixes_csv(path: Path) -> Fixes:
+    """Read ``time_s,latitude_deg,longitude_deg,altitude_m`` and optionally ``speed_mps,course_deg,sigma_m``.
+
+    Raises InputError for missing columns and for every fault described in ``read_table``.
+    """
+    table = read_table(path)
+    missing = [name for name in REQUIRED if name not in table.columns]
+    if missing:
+        raise InputError(
+            path,
+            "header",
+            f"missing columns {', '.join(missing)}; found {', '.join(table.columns)}",
+            f"name the columns {','.join(REQUIRED)}",
+        )
+    known = {name: column for name, column in table.columns.items() if name in REQUIRED + OPTIONAL}
+    unknown = [name for name in table.columns if name not in known]
+    notes = (f"{path.name}: columns not used: {', '.join(unknown)}",) if unknown else ()
+    return Fixes(known, tuple(f"line {line}" for line in table.lines), notes=notes)
+
+
+def fixes_gpx(path: Path) -> Fixes:
+    """Read the track points of a GPX 1.0 or 1.1 file; time counts from the first of them.
+
+    Raises InputError for XML that ``elements`` refuses, fewer than three points, and points without place, ``ele`` or
+    ``time``.
+    """
+    values: dict[str, list[float]] = {"lat": [], "lon": [], "ele": [], "speed": [], "course": []}
+    clock: list[float] = []
+    for number, point in enumerate(elements(path, ("trkpt",)), 1):
+        clock.append(_gpx_time(path, point, number))
+        for name in ("lat", "lon", "ele"):
+            values[name].append(_gpx_number(path, point, name, number))
+        for name in ("speed", "course"):
+            if text_below(point, name) is not None:
+                values[name].append(_gpx_number(path, point, name, number))
+    if len(clock) < 3:
+        raise InputError(path, "", f"{len(clock)} track points are no recording", "export the whole run as a track")
+    columns = {"time_s": np.array(clock) - clock[0]}
+    for column, name in zip((*REQUIRED[1:], *OPTIONAL), values, strict=False):
+        if len(values[name]) == len(clock):  # speed and course only where every point has them
+            columns[column] = np.array(values[name])
+    return Fixes(columns, tuple(f"trkpt {number}" for number in range(1, len(clock) + 1)), began=clock[0])
+
+
+def _gpx_number(path: Path, point: Element, name: str, number: int) -> float:
+    text = point.get(name) if name in ("lat", "lon") else text_below(point, name)
+    try:
+        value = float(text if text is not None else "")
+    except ValueError:
+        value = np.nan
+    if not np.isfinite(value):
+        what = f"no {name}" if text is None else f"{name} {text[:30]!r} is not a number"
+        raise InputError(path, f"trkpt {number}", what, "export the track again, with elevation and time")
+    return value
+
+
+def _gpx_time(path: Path, point: Element, number: int) -> float:
+    text = text_below(point, "time")
+    try:
+        moment = datetime.fromisoformat(text if text is not None else "")
+        return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).timestamp()
+    except (ValueError, OverflowError):
+        what = "no time" if text is None else f"time {text[:40]!r} is not ISO 8601"
+        raise InputError(path, f"trkpt {number}", what, "export the track with the time of every point") from None
