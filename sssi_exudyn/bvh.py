@@ -7,6 +7,8 @@ means R = R_y R_x R_z; the joint's place in its parent is its OFFSET.
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -24,7 +26,17 @@ _ARMS: Final = tuple(side + part for side in _SIDES for part in ("Shoulder", "Ar
 REQUIRED_JOINTS: Final = ("Hips", *LEGS, "Spine", "Spine1", "Spine2", "Neck", "Head", *_ARMS)
 """Joints every recording must have; ``Neck1``, ``Spine3`` and the fingers may be there."""
 
-_XSENS: Final = ("RightHip", "RightKnee", "RightAnkle", "LeftHip", "LeftKnee", "LeftAnkle", "RightElbow", "LeftElbow")
+_XSENS_SIDED: Final = {
+    "Collar": "Shoulder", "Shoulder": "Arm", "Elbow": "ForeArm", "Wrist": "Hand",
+    "Hip": "UpLeg", "Knee": "Leg", "Ankle": "Foot", "Toe": "ToeBase",
+}  # fmt: skip
+_XSENS: Final = {
+    "Chest": "Spine", "Chest2": "Spine1", "Chest3": "Spine2", "Chest4": "Spine3",
+    **{f"{side}{theirs}": f"{side}{ours}" for side in _SIDES for theirs, ours in _XSENS_SIDED.items()},
+}  # fmt: skip
+"""Names that Xsens MVN writes, and what a recording calls the same joints."""
+_PREFIX: Final = re.compile(r"[^:_]*[:_]")
+
 _FRAME_TIME: Final = (0.0005, 0.05)
 """Shortest and longest plausible frame time, s: 20 Hz is the least that still carries the 6 Hz of the filter."""
 
@@ -73,20 +85,21 @@ class _Tree:
     channels: list[list[str]] = field(default_factory=list)
 
 
-def read_bvh(path: Path, time_offset: float = 0.0) -> Bvh:
+def read_bvh(path: Path, time_offset: float = 0.0, renamed: Mapping[str, str] | None = None) -> Bvh:
     """Read a BVH file.
 
     Parameters
     ----------
     path : the file
     time_offset : s, added to the frames' times (frame 0 is at 0 s in the file)
+    renamed : the recording's name of joints that bear another one in the file (see ``recording_names``)
 
     Raises InputError for a truncated file, a frame count that does not match, missing joints, text or NaN in a
     number's place, other axes or units, and a joint of the legs or the pelvis that never moves.
     """
     path = Path(path)
     lines = read_text(path).split("\n")
-    tree, motion_line = _read_hierarchy(path, lines)
+    tree, motion_line = _read_hierarchy(path, lines, renamed or {})
     _check_joints(path, tree)
     frames, frame_time, first = _read_motion_header(path, lines, motion_line)
     width = sum(len(channels) for channels in tree.channels)
@@ -101,6 +114,24 @@ def read_bvh(path: Path, time_offset: float = 0.0) -> Bvh:
         )
     values = numbers(path, rows, width, None)
     return _assemble(path, tree, values, time_offset + frame_time * np.arange(frames, dtype=np.float64))
+
+
+def recording_names(names: Sequence[str]) -> dict[str, str]:
+    """What a recording calls the joints of a tree: without a prefix that all of them have (``Robot_``, ``mixamorig:``),
+    and Axis Studio's names for Xsens's.  Joints that keep their name are left out.
+    """
+    prefixes = {match[0] if (match := _PREFIX.match(name)) else "" for name in names}
+    cut = len(prefixes.pop()) if len(prefixes) == 1 else 0
+    bare = {name: name[cut:] for name in names}
+    theirs = _XSENS if _XSENS.keys() <= set(bare.values()) else {}
+    ours = {name: theirs.get(short, short) for name, short in bare.items()}
+    return {name: ours[name] for name in names if ours[name] != name}
+
+
+def joint_names(path: Path) -> tuple[str, ...]:
+    """The names of the joints of a BVH file, as they stand there; nothing is checked."""
+    words = [line.split() for line in read_text(path).partition("MOTION")[0].split("\n")]
+    return tuple(" ".join(each[1:]) for each in words if each and each[0].upper() in ("ROOT", "JOINT"))
 
 
 def world_rotations(bvh: Bvh) -> Array:
@@ -124,7 +155,7 @@ def joint_positions(bvh: Bvh, world: Array) -> Array:
     return positions
 
 
-def _read_hierarchy(path: Path, lines: list[str]) -> tuple[_Tree, int]:
+def _read_hierarchy(path: Path, lines: list[str], renamed: Mapping[str, str]) -> tuple[_Tree, int]:
     """The tree and the number (from 1) of the line that says MOTION."""
     if not lines or lines[0].strip().upper() != "HIERARCHY":
         raise InputError(path, "line 1", "a BVH file starts with HIERARCHY", "export the motion as BVH")
@@ -142,7 +173,7 @@ def _read_hierarchy(path: Path, lines: list[str]) -> tuple[_Tree, int]:
         if key in ("ROOT", "JOINT") and len(words) >= 2:
             if (key == "ROOT") == bool(tree.names) or (key == "JOINT" and not stack):
                 raise InputError(path, f"line {number}", "a second root", "export one skier alone")
-            pending = " ".join(words[1:])
+            pending = renamed.get(" ".join(words[1:]), " ".join(words[1:]))
             if pending in tree.names:
                 raise InputError(path, f"line {number}", f"joint {pending!r} appears twice", "export one skier alone")
             tree.parents.append(stack[-1] if stack else -1)
@@ -227,13 +258,15 @@ def _read_motion_header(path: Path, lines: list[str], motion: int) -> tuple[int,
 def _check_joints(path: Path, tree: _Tree) -> None:
     missing = [name for name in REQUIRED_JOINTS if name not in tree.names]
     if missing:
-        xsens = sum(name in tree.names for name in _XSENS) >= 4
-        whose = " (these are Xsens's names)" if xsens else ""
+        mend = "export with Axis Studio's names, or rename the joints to them"
+        renamed = recording_names(tree.names)
+        if set(REQUIRED_JOINTS) <= {renamed.get(name, name) for name in tree.names}:
+            mend = "let sssi import rename them"
         raise InputError(
             path,
             "HIERARCHY",
-            f"missing joints: {', '.join(missing)}; found: {', '.join(tree.names[:24])}{whose}",
-            "export with Axis Studio's names, or rename the joints to them",
+            f"missing joints: {', '.join(missing)}; found: {', '.join(tree.names[:24])}",
+            mend,
         )
     if tree.names[0] != "Hips":
         raise InputError(path, "HIERARCHY", f"the root is {tree.names[0]!r}, not 'Hips'", "export with Hips as root")

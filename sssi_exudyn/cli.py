@@ -11,6 +11,7 @@ import os
 import sys
 import traceback
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from importlib import metadata
 from pathlib import Path
 from typing import Any, NoReturn
@@ -45,6 +46,7 @@ def parser() -> argparse.ArgumentParser:
 
     inspect = commands.add_parser("inspect", parents=[common, recorded], help="what a recording holds and what ails it")
     inspect.add_argument("--out", type=Path, metavar="PICTURE", help="draw it too (.png, .svg or .pdf)")
+    _add_import(commands.add_parser("import", parents=[common], help="a recording out of files of other formats"))
     simulate = commands.add_parser("simulate", parents=[common, recorded, written], help="one run of a model")
     simulate.add_argument("--model", type=Path, metavar="TOML", help="the model, as a result's model.toml has it")
     simulate.add_argument("--backend", choices=BACKENDS, default=BACKENDS[0], help="who evaluates the force terms")
@@ -79,6 +81,34 @@ def parser() -> argparse.ArgumentParser:
     identify.add_argument("folder", type=Path, metavar="FOLDER", help="a folder with bench.toml and its tables")
     identify.add_argument("--out", type=Path, metavar="TOML", help="write the ski as a file that recordings can name")
     return top
+
+
+def _add_import(command: argparse.ArgumentParser) -> None:
+    """The options of ``sssi import``; those for answers are named as the fields of ``importing.Answers``."""
+    command.add_argument(
+        "files", type=Path, nargs="+", metavar="FILE", help="a motion capture, and files of fixes and insoles"
+    )
+    command.add_argument("--out", type=Path, metavar="FOLDER", required=True, help="the recording's folder")
+    command.add_argument("--name", help="the recording's; default: the capture's file name")
+    command.add_argument("--sex", choices=("male", "female"), help="chooses the anthropometric table")
+    command.add_argument("--skis", help="a ski of the catalogue")
+    command.add_argument("--antenna-joint", metavar="JOINT", help="the joint the receiver moves with, such as Spine2")
+    command.add_argument(
+        "--antenna-offset-m", type=float, nargs=3, metavar=("LEFT", "UP", "FORWARD"), help="the receiver from there"
+    )
+    for option, meaning in (
+        ("--mass-kg", "the skier, without boots and skis"),
+        ("--height-m", "the skier"),
+        ("--ski-mass-kg", "one ski with its binding"),
+        ("--boot-mass-kg", "one boot"),
+        ("--ankle-to-ski-base-m", "from the ankle joint down to the running surface"),
+        ("--slope-deg", "inclination; estimated from the fixes if left out"),
+        ("--fall-line-deg", "azimuth of the fall line, clockwise from north; likewise"),
+        ("--heading-deg", "azimuth of the capture's forward axis, clockwise from north; likewise"),
+        ("--gps-sigma-m", "standard deviation of a horizontal fix, where the file does not have it"),
+        ("--gps-offset-s", "from the capture's first frame to the first fix, where the files' clocks do not say"),
+    ):
+        command.add_argument(option, type=float, metavar=option.rsplit("-", 1)[1], help=meaning)
 
 
 def _status(options: argparse.Namespace) -> int:
@@ -124,6 +154,13 @@ def _call(options: argparse.Namespace) -> str:
 
             inspection = commands.inspect(options.folder, options.out)
             return to_json(inspection) if options.json else format_inspection(inspection)
+        case "import":
+            from sssi_exudyn.importing import Answers
+            from sssi_exudyn.inspection import format_inspection
+
+            given = {entry.name: getattr(options, entry.name) for entry in fields(Answers)}
+            made = commands.import_files(options.files, options.out, Answers(**given))
+            return to_json(made) if options.json else format_inspection(made)
         case "terms":
             rows = commands.terms()
             return to_json(rows) if options.json else format_table(rows)

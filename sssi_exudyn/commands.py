@@ -29,6 +29,7 @@ from sssi_exudyn.fitting.fit import Fitted, Method, fit_reduced, problem_of
 from sssi_exudyn.fitting.fit import fit as fit_problem
 from sssi_exudyn.fitting.observe import first_guess, mended
 from sssi_exudyn.frames import Array, slope_to_enu
+from sssi_exudyn.importing import Answers, import_recording
 from sssi_exudyn.inspection import Inspection, inspect_recording, plot_inspection
 from sssi_exudyn.model import Model, model_to_dict, read_model
 from sssi_exudyn.motion import Motion, motion_from_recording, round_trip_table
@@ -70,6 +71,11 @@ def inspect(folder: Path, picture: Path | None = None) -> Inspection:
     if picture is not None:
         plot_inspection(recording, picture)
     return inspect_recording(recording)
+
+
+def import_files(files: Sequence[Path], out: Path, answers: Answers) -> Inspection:
+    """Make a recording's folder ``out`` out of files of other formats; what is in it."""
+    return inspect_recording(import_recording(files, out, answers))
 
 
 def model_of(recording: Recording, motion: Motion) -> Model:

@@ -31,12 +31,14 @@ class Fixes:
     columns : (n,) each: ``REQUIRED`` and those of ``OPTIONAL`` that the receiver wrote; units in the names
     places : where in the file each fix stands, for messages
     began : UTC of ``time_s`` = 0, s since 1970; None where the file does not say
+    common_clock : ``time_s`` counts on the recording's clock already
     notes : what was noticed, in words
     """
 
     columns: dict[str, Array]
     places: tuple[str, ...]
     began: float | None = None
+    common_clock: bool = False
     notes: tuple[str, ...] = ()
 
 
@@ -57,7 +59,7 @@ def fixes_csv(path: Path) -> Fixes:
     known = {name: column for name, column in table.columns.items() if name in REQUIRED + OPTIONAL}
     unknown = [name for name in table.columns if name not in known]
     notes = (f"{path.name}: columns not used: {', '.join(unknown)}",) if unknown else ()
-    return Fixes(known, tuple(f"line {line}" for line in table.lines), notes=notes)
+    return Fixes(known, tuple(f"line {line}" for line in table.lines), common_clock=True, notes=notes)
 
 
 def fixes_gpx(path: Path) -> Fixes:

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.errors import InputError
+from sssi_exudyn.files import read_text
 from sssi_exudyn.frames import Array
 from sssi_exudyn.table import Table, check_time, mend_clock, read_table
 
@@ -82,6 +83,12 @@ def read_insoles(path: Path, time_offset: float = 0.0) -> Insoles:
         dead_cells=dead,
         notes=tuple(notes),
     )
+
+
+def is_insoles(path: Path) -> bool:
+    """Whether a CSV file's header has columns of forces under feet."""
+    names = [name.strip() for name in read_text(path).partition("\n")[0].split(",")]
+    return any(_CELL.fullmatch(name) or name in ("left_N", "right_N") for name in names)
 
 
 def _cell_names(table: Table) -> tuple[list[str], list[str]]:

@@ -23,8 +23,9 @@ _MOST: Final = 2_000_000
 """Elements in a file: half a million track points, or an hour and more of frames."""
 
 
-def elements(path: Path, names: Collection[str]) -> Iterator[Element]:
-    """The whole elements of the given local names, in the order in which they end, outermost only.
+def elements(path: Path, names: Collection[str], heads: Collection[str] = ()) -> Iterator[Element]:
+    """The whole elements of the given local names, in the order in which they end, outermost only; those named in
+    ``heads`` when they begin, with nothing but their attributes.
 
     An element is good until the next one is asked for.  Raises InputError for broken XML, a DTD, entities, unknown
     encodings, and nesting or numbers beyond any capture's.
@@ -39,6 +40,8 @@ def elements(path: Path, names: Collection[str]) -> Iterator[Element]:
                 ancestors.append(element)
                 if depth > _DEEPEST or count > _MOST:
                     raise InputError(path, "", "more elements than any recording has", "export the run alone")
+                if local_name(element) in heads:
+                    yield element
                 continue
             depth, within = depth - 1, within - wanted
             ancestors.pop()

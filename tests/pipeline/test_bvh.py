@@ -156,15 +156,6 @@ def test_broken_files_are_named_with_place_and_mend(tmp_path: Path, fault: str) 
     assert "\n" not in str(caught.value)
 
 
-def test_xsens_names_are_recognised(tmp_path: Path) -> None:
-    text = Tiny().bvh()
-    for axis, xsens in (("UpLeg", "Hip"), ("Leg", "Knee"), ("Foot", "Ankle"), ("ForeArm", "Elbow")):
-        text = text.replace(f"JOINT Right{axis}\n", f"JOINT Right{xsens}\n")
-        text = text.replace(f"JOINT Left{axis}\n", f"JOINT Left{xsens}\n")
-    with pytest.raises(InputError, match="Xsens"):
-        read_bvh(write(tmp_path, text))
-
-
 def test_dead_sensor_at_the_skis_is_an_error_elsewhere_a_note(tmp_path: Path) -> None:
     tiny = Tiny()
     tiny.rotations["LeftHand"] = np.zeros_like(tiny.rotations["LeftHand"])

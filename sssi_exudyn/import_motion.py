@@ -1,0 +1,59 @@
+"""Motion captures of any format, as a recording holds them; one reader a format, chosen by the file's suffix."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from sssi_exudyn.bvh import Bvh, joint_names, read_bvh, recording_names
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.mvnx import read_mvnx
+
+Read = tuple[Bvh, float | None]
+
+
+def read_motion(path: Path, height: float | None) -> Read:
+    """The capture, and the UTC of its time 0 (s since 1970; None where the file does not say).
+
+    Parameters
+    ----------
+    height : m, the skier's; needed by formats that hold angles without lengths
+
+    Raises InputError for a suffix without reader and whatever the reader refuses.
+    """
+    try:
+        reader = MOTION_READERS[path.suffix.lower()]
+    except KeyError:
+        raise InputError(
+            path, "", f"no reader for {path.suffix!r}", f"export it as one of {', '.join(MOTION_READERS)}"
+        ) from None
+    return reader(path, height)
+
+
+def _bvh(path: Path, _height: float | None) -> Read:
+    """A BVH file under whatever names Axis Studio, Axis Neuron or Xsens give the joints."""
+    names = joint_names(path)
+    renamed = recording_names(names)
+    bvh = read_bvh(path, renamed=renamed)
+    if "Spine3" not in renamed.values():
+        return bvh, None
+    note = f"{path.name}: the first frame is left out: Xsens writes the T-pose there"
+    return (
+        replace(
+            bvh,
+            time=bvh.time[1:] - bvh.time[1],
+            rotations=bvh.rotations[1:],
+            root_position=bvh.root_position[1:],
+            notes=(*bvh.notes, note),
+        ),
+        None,
+    )
+
+
+def _mvnx(path: Path, _height: float | None) -> Read:
+    return read_mvnx(path)
+
+
+MOTION_READERS: Final[dict[str, Callable[[Path, float | None], Read]]] = {".bvh": _bvh, ".mvnx": _mvnx}

@@ -1,0 +1,221 @@
+"""Files as instruments and apps write them, made into a recording's folder.
+
+What no file says (who skied, on what, where the antenna sat) comes as ``Answers``; what is missing of it is an
+InputError that names the option to give.  The folder appears only once it reads as a recording.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import tomli_w
+
+from sssi_exudyn.bvh_text import bvh_text
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.fixes import OPTIONAL, REQUIRED, Fixes
+from sssi_exudyn.frames import Array
+from sssi_exudyn.gps import READERS, gps_from_fixes, read_fixes
+from sssi_exudyn.import_motion import MOTION_READERS, read_motion
+from sssi_exudyn.insoles import is_insoles, read_insoles
+from sssi_exudyn.recording import FILE, Recording, read_recording
+from sssi_exudyn.result_folder import locked, said_clearly
+
+MOTION, GPS, INSOLES = "motion.bvh", "gps.csv", "insoles.csv"
+_NEEDED: Final = ("mass_kg", "height_m", "skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m")
+_DIGITS: Final = {"time_s": 6, "latitude_deg": 9, "longitude_deg": 9}
+"""Of the columns of fixes; nine of a degree are 0.1 mm.  Others have four."""
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What files do not say, in the units of ``recording.toml``; None where it is not known.
+
+    The command line has an option of the same name for each, such as ``--mass-kg``.
+
+    Attributes
+    ----------
+    slope_deg, fall_line_deg : inclination, and azimuth of the fall line clockwise from north; estimated if left out
+    heading_deg : azimuth of the capture's forward axis, clockwise from north; estimated if left out
+    antenna_joint, antenna_offset_m : the joint the receiver moves with, and its place in that joint's axes (x left,
+        y up, z forward)
+    gps_sigma_m : standard deviation of a horizontal fix
+    gps_offset_s : how long after the capture's first frame the first fix was taken
+    """
+
+    name: str | None = None
+    mass_kg: float | None = None
+    height_m: float | None = None
+    sex: str | None = None
+    skis: str | None = None
+    ski_mass_kg: float | None = None
+    boot_mass_kg: float | None = None
+    ankle_to_ski_base_m: float | None = None
+    slope_deg: float | None = None
+    fall_line_deg: float | None = None
+    heading_deg: float | None = None
+    antenna_joint: str | None = None
+    antenna_offset_m: tuple[float, float, float] | None = None
+    gps_sigma_m: float | None = None
+    gps_offset_s: float | None = None
+
+
+@dataclass(frozen=True)
+class _Sources:
+    """Which file holds what."""
+
+    motion: Path
+    gps: Path | None
+    insoles: Path | None
+
+    def of(self, name: str) -> Path | None:
+        """The source of a file of the recording."""
+        return {MOTION: self.motion, GPS: self.gps, INSOLES: self.insoles}.get(name)
+
+
+def option_of(name: str) -> str:
+    """How the command line calls an answer."""
+    return "--" + name.replace("_", "-")
+
+
+def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Recording:
+    """Make the recording folder ``out`` out of ``files``: one motion capture, and where there are, one file of fixes
+    and one of insoles, told apart by suffix and header.
+
+    Raises InputError for files that no reader takes, two of a kind, whatever a reader refuses, answers that are
+    missing, an ``out`` that holds a recording already, and all that ``read_recording`` says of the result.
+    """
+    sources = _sorted(files)
+    with locked(out), said_clearly(out):
+        if (out / FILE).exists():
+            raise InputError(out / FILE, "", "there is a recording already", "choose another folder with --out")
+        made = out / ".import"
+        shutil.rmtree(made, ignore_errors=True)
+        made.mkdir()
+        try:
+            _write(made, sources, answers)
+            recording = _checked(made, sources)
+            for name in (MOTION, GPS, INSOLES, FILE):  # the file that makes it a recording comes last
+                if (made / name).exists():
+                    (made / name).replace(out / name)
+        finally:
+            shutil.rmtree(made, ignore_errors=True)
+    return replace(recording, folder=out)
+
+
+def _sorted(files: Sequence[Path]) -> _Sources:
+    found: dict[str, Path] = {}
+    for path in files:
+        kind = _kind(path)
+        if kind in found:
+            raise InputError(path, "", f"a second file of {kind}, after {found[kind]}", "give one of a kind")
+        found[kind] = path
+    if "motion" not in found:
+        raise InputError(files[0], "", "no file holds a motion capture", f"add one: {', '.join(MOTION_READERS)}")
+    return _Sources(found["motion"], found.get("fixes"), found.get("insoles"))
+
+
+def _kind(path: Path) -> str:
+    suffix = path.suffix.lower()
+    if suffix in MOTION_READERS:
+        return "motion"
+    if suffix in READERS:
+        return "insoles" if suffix == ".csv" and is_insoles(path) else "fixes"
+    known = ", ".join((*MOTION_READERS, *READERS))
+    raise InputError(path, "", f"no reader for {path.suffix!r}", f"export it as one of {known}")
+
+
+def _write(made: Path, sources: _Sources, answers: Answers) -> None:
+    bvh, began = read_motion(sources.motion, answers.height_m)
+    fixes = None if sources.gps is None else read_fixes(sources.gps)
+    _ask(sources, fixes, began, answers)
+    names = [path.name for path in (sources.motion, sources.gps, sources.insoles) if path is not None]
+    settings: dict[str, Any] = {
+        "format": 1,
+        "name": answers.name or sources.motion.stem,
+        "note": f"imported from {', '.join(names)}",
+        "skier": _known({"mass_kg": answers.mass_kg, "height_m": answers.height_m, "sex": answers.sex}),
+        "equipment": {name: getattr(answers, name) for name in _NEEDED[2:]},
+        "motion": _known({"file": MOTION, "heading_deg": answers.heading_deg}),
+    }
+    if answers.slope_deg is not None:
+        settings["slope"] = {
+            "inclination_deg": answers.slope_deg,
+            "fall_line_azimuth_deg": answers.fall_line_deg,
+        }
+    (made / MOTION).write_text(bvh_text(bvh), encoding="utf-8")
+    if fixes is not None and sources.gps is not None:
+        settings["gps"] = _gps_table(sources.gps, fixes, began, answers)
+        (made / GPS).write_text(_csv(fixes.columns), encoding="utf-8")
+    if sources.insoles is not None:
+        read_insoles(sources.insoles)  # its faults are said of this file, not of the copy
+        settings["insoles"] = {"file": INSOLES}
+        shutil.copyfile(sources.insoles, made / INSOLES)
+    (made / FILE).write_text(tomli_w.dumps(settings), encoding="utf-8")
+
+
+def _ask(sources: _Sources, fixes: Fixes | None, began: float | None, answers: Answers) -> None:
+    """Raise InputError that names every option that is needed and not given."""
+    needed = list(_NEEDED)
+    if answers.slope_deg is not None or answers.fall_line_deg is not None:
+        needed += ["slope_deg", "fall_line_deg"]
+    if fixes is None:
+        needed += ["slope_deg", "fall_line_deg", "heading_deg"]
+    else:
+        needed += ["antenna_joint", "antenna_offset_m"]
+        if "sigma_m" not in fixes.columns:
+            needed.append("gps_sigma_m")
+        if not fixes.common_clock and (fixes.began is None or began is None):
+            needed.append("gps_offset_s")
+    missing = [option_of(name) for name in dict.fromkeys(needed) if getattr(answers, name) is None]
+    if missing:
+        raise InputError(
+            sources.motion, "", f"no file says {', '.join(missing)}", "give these options (sssi import --help)"
+        )
+
+
+def _gps_table(path: Path, fixes: Fixes, began: float | None, answers: Answers) -> dict[str, Any]:
+    offset = 0.0
+    if answers.gps_offset_s is not None:
+        offset = answers.gps_offset_s
+    elif not fixes.common_clock and fixes.began is not None and began is not None:
+        offset = fixes.began - began
+    where = np.array(answers.antenna_offset_m)
+    # its faults are said of this file and its places, not of the copy
+    gps_from_fixes(path, fixes, segment=str(answers.antenna_joint), offset=where, sigma=answers.gps_sigma_m)
+    return _known(
+        {
+            "file": GPS,
+            "segment": answers.antenna_joint,
+            "offset_m": list(answers.antenna_offset_m or ()),
+            "sigma_m": None if "sigma_m" in fixes.columns else answers.gps_sigma_m,
+            "time_offset_s": offset or None,
+        }
+    )
+
+
+def _known(table: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in table.items() if value is not None}
+
+
+def _csv(columns: dict[str, Array]) -> str:
+    names = [name for name in (*REQUIRED, *OPTIONAL) if name in columns]
+    row = ",".join(f"%.{_DIGITS.get(name, 4)}f" for name in names)
+    values = np.column_stack([columns[name] for name in names])
+    return "\n".join([",".join(names), *(row % tuple(line) for line in values.tolist())]) + "\n"
+
+
+def _checked(made: Path, sources: _Sources) -> Recording:
+    """The recording, read as any other; an error speaks of the file that the user gave."""
+    try:
+        return read_recording(made)
+    except InputError as error:
+        name = Path(error.file).name
+        source = sources.of(name)
+        if source is not None:
+            raise InputError(source, error.place, error.problem, error.mend) from None
+        raise InputError("sssi import", error.place, error.problem, f"{error.mend} (by its option)") from None

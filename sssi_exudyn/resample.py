@@ -1,0 +1,34 @@
+"""Captures with missing frames on an even clock: rotations are turned evenly across short gaps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from sssi_exudyn.frames import Array
+from sssi_exudyn.table import mend_clock
+
+
+def even_frames(path: Path, time: Array, rotations: Array, root: Array) -> tuple[Array, Array, Array, tuple[str, ...]]:
+    """Frames at even steps: short gaps bridged, of a run that long gaps split the longest part (see ``mend_clock``).
+
+    Parameters
+    ----------
+    time : (n,) s, rising
+    rotations : (n, J, 3, 3)
+    root : (n, 3) m
+
+    Returns time, rotations and root at even steps, and what was done, in words.  Raises InputError where no stretch is
+    long enough.
+    """
+    clock = mend_clock(path, time)
+    kept = time[clock.keep]
+    count = len(clock.time)
+    even = np.linspace(clock.time[0], clock.time[-1], count)
+    turned = np.empty((count, *rotations.shape[1:]))
+    for joint in range(rotations.shape[1]):
+        turned[:, joint] = Slerp(kept, Rotation.from_matrix(rotations[clock.keep, joint]))(even).as_matrix()
+    moved = np.column_stack([np.interp(even, kept, column) for column in root[clock.keep].T])
+    return even, turned, moved, clock.notes

@@ -1,0 +1,123 @@
+"""From files to a recording's folder: what is asked for, and that nothing is left of an import that fails."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, OFFSET, Tiny
+
+from sssi_exudyn.cli import main
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.importing import Answers, import_recording
+from sssi_exudyn.recording import read_recording
+
+ALL = Answers(
+    mass_kg=70.0,
+    height_m=1.65,
+    sex="male",
+    skis="slalom_165",
+    ski_mass_kg=2.4,
+    boot_mass_kg=1.9,
+    ankle_to_ski_base_m=0.13,
+    slope_deg=INCLINATION_DEG,
+    fall_line_deg=AZIMUTH_DEG,
+    heading_deg=HEADING_DEG,
+    antenna_joint="Spine2",
+    antenna_offset_m=(float(OFFSET[0]), float(OFFSET[1]), float(OFFSET[2])),
+    gps_sigma_m=0.02,
+)
+FILES = ("motion.bvh", "gps.csv", "insoles.csv")
+
+
+def files(folder: Path, tiny: Tiny | None = None) -> list[Path]:
+    written = (tiny or Tiny()).write(folder / "raw")
+    return [written / name for name in FILES]
+
+
+def test_imported_recording_is_the_recording(tmp_path: Path) -> None:
+    sources = files(tmp_path)
+    made = import_recording(sources, tmp_path / "out", ALL)
+    asked, found = read_recording(tmp_path / "raw"), read_recording(tmp_path / "out")
+    assert (found.skier, found.equipment, found.slope) == (asked.skier, asked.equipment, asked.slope)
+    assert found.heading.value == asked.heading.value
+    assert made.folder == tmp_path / "out"
+    order = [found.bvh.index(name) for name in asked.bvh.names]
+    np.testing.assert_allclose(found.bvh.rotations[:, order], asked.bvh.rotations, atol=3e-8)  # six digits of a degree
+    assert found.gps is not None
+    assert asked.gps is not None
+    np.testing.assert_allclose(found.gps.enu, asked.gps.enu, atol=1e-4)  # nine digits of a degree
+    assert found.insoles is not None
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {*FILES, "recording.toml", ".lock"}
+
+
+def test_everything_unknown_is_asked_for_at_once(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as info:
+        import_recording(files(tmp_path), tmp_path / "out", Answers(mass_kg=70.0))
+    assert "--height-m" in info.value.problem
+    assert "--antenna-offset-m" in info.value.problem
+    assert "--gps-sigma-m" in info.value.problem
+    assert "--mass-kg" not in info.value.problem
+    assert "--slope-deg" not in info.value.problem  # estimated
+
+
+def test_without_fixes_slope_and_heading_are_asked_for(tmp_path: Path) -> None:
+    answers = replace(ALL, slope_deg=None, fall_line_deg=None, heading_deg=None)
+    with pytest.raises(InputError, match="--slope-deg, --fall-line-deg, --heading-deg"):
+        import_recording(files(tmp_path)[:1], tmp_path / "out", answers)
+
+
+def test_faults_are_said_of_the_file_that_was_given_and_nothing_is_left(tmp_path: Path) -> None:
+    tiny = Tiny()
+    tiny.gps["latitude_deg"][40] = 46.9
+    sources = files(tmp_path, tiny)
+    with pytest.raises(InputError) as info:
+        import_recording(sources, tmp_path / "out", ALL)
+    assert info.value.file == str(sources[1])
+    assert info.value.place == "line 42"
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {".lock"}
+
+
+def test_what_only_the_whole_shows_is_said_of_the_given_file_too(tmp_path: Path) -> None:
+    sources = files(tmp_path)
+    with pytest.raises(InputError) as info:
+        import_recording(sources, tmp_path / "out", replace(ALL, height_m=1.0))
+    assert info.value.file == str(sources[0])
+    assert "legs" in info.value.place
+    with pytest.raises(InputError, match=r"mass_kg.*outside"):
+        import_recording(sources, tmp_path / "out", replace(ALL, mass_kg=700.0))
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {".lock"}
+
+
+def test_a_recording_is_not_written_over(tmp_path: Path) -> None:
+    sources = files(tmp_path)
+    with pytest.raises(InputError, match="there is a recording already"):
+        import_recording(sources, tmp_path / "raw", ALL)
+
+
+def test_two_of_a_kind_and_no_motion(tmp_path: Path) -> None:
+    sources = files(tmp_path)
+    with pytest.raises(InputError, match="a second file of fixes"):
+        import_recording([*sources, sources[1]], tmp_path / "out", ALL)
+    with pytest.raises(InputError, match="no file holds a motion capture"):
+        import_recording(sources[1:], tmp_path / "out", ALL)
+
+
+def test_command_line_names_its_options(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["import", *map(str, files(tmp_path)), "--out", str(tmp_path / "out")]
+    with pytest.raises(SystemExit) as info:
+        main(command)
+    assert info.value.code == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    options = ["--mass-kg", "70", "--height-m", "1.65", "--skis", "slalom_165", "--ski-mass-kg", "2.4"]
+    options += ["--boot-mass-kg", "1.9", "--ankle-to-ski-base-m", "0.13", "--antenna-joint", "Spine2"]
+    options += ["--antenna-offset-m", "0", "0.1", "-0.16", "--gps-sigma-m", "0.02"]
+    assert all(option in said for option in options if option.startswith("--"))
+    with pytest.raises(SystemExit) as info:
+        main([*command, *options])
+    assert info.value.code == 0
+    assert "motion" in capsys.readouterr().out
+    assert read_recording(tmp_path / "out").skier.mass == 70.0
