@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from sssi_exudyn.biomechanics import biomechanics, labelled, summary_of
 from sssi_exudyn.bodies.ski import read_ski, ski_to_table
 from sssi_exudyn.bodies.ski_identify import identify_ski
 from sssi_exudyn.bodies.ski_measurements import read_measurements
@@ -33,6 +34,7 @@ from sssi_exudyn.importing import Answers, import_recording
 from sssi_exudyn.inspection import Inspection, inspect_recording, plot_inspection
 from sssi_exudyn.model import Model, model_to_dict, read_model
 from sssi_exudyn.motion import Motion, motion_from_recording, round_trip_table
+from sssi_exudyn.opensim_files import opensim_texts
 from sssi_exudyn.progress import Progress
 from sssi_exudyn.provenance import provenance
 from sssi_exudyn.recording import Recording, read_recording
@@ -323,6 +325,8 @@ def _left(
     """Write a result folder from a run; its summary."""
     result = result.moved(_height_of_track(recording, result))
     series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
+    found = biomechanics(result, model.skier.mass)
+    series = labelled(series, found.turns)
     gps = recording.gps and mended(recording.gps, model)
     summary = complete_summary(
         {
@@ -335,6 +339,7 @@ def _left(
                 "closure_percent": result.closure_percent,
                 "work_J": {name: float(work[-1] - work[0]) for name, work in result.energy.items()},
             },
+            **summary_of(result, found),
             "capture": {"round_trip": round_trip_table(motion)},
             "diverged": None,
             **figures,
@@ -343,7 +348,16 @@ def _left(
         }
     )
     page = render_page(summary, series, gps, recording.insoles, sections)
-    write_result(out, summary, series, model_to_dict(model), diagnosis=diagnosis, report=page)
+    write_result(
+        out,
+        summary,
+        series,
+        model_to_dict(model),
+        diagnosis=diagnosis,
+        report=page,
+        turns=found.table,
+        opensim=opensim_texts(result, motion.geometry, model.inclination),
+    )
     return summary
 
 

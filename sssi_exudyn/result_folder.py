@@ -13,6 +13,7 @@ import os
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,8 @@ SUMMARY, SERIES, MODEL, DIAGNOSIS, REPORT = (
     "diagnosis.json",
     "report.html",
 )
+TURNS: tuple[str, str] = ("turns.csv", "turns.parquet")
+OPENSIM = ("coordinates.mot", "snow_forces.mot", "joint_moments.sto", "markers.trc")
 _LOCK = ".lock"
 
 _FIGURES: Mapping[str, Any] = {
@@ -41,6 +44,8 @@ _FIGURES: Mapping[str, Any] = {
     "fit": {"converged": None, "evaluations": None, "wall_s": None},
     "solver": {"simulated_s": None, "wall_s": None, "steps": None, "backend": None},
     "energy": {"closure_percent": None},
+    "turns": {"count": None, "complete": None},
+    "residual_moment": {"peak_Nm": None, "rms_Nm": None},
     "provenance": {"inputs": {}, "versions": {}, "settings": {}, "seed": None},
 }
 """Every figure of a summary.  One that does not apply is null, never missing."""
@@ -59,6 +64,8 @@ def write_result(
     *,
     diagnosis: Mapping[str, Any] | None = None,
     report: str | None = None,
+    turns: pd.DataFrame | None = None,
+    opensim: Mapping[str, str] | None = None,
 ) -> None:
     """Write a whole result, replacing the one that may be there.
 
@@ -68,7 +75,9 @@ def write_result(
     summary : figures by group, completed by ``complete_summary``
     series : one row a sample (``SimulationResult.to_frame``)
     model : the complete model as a table (written as TOML)
-    diagnosis, report : left out, an older one goes away, since it would belong to another run
+    turns : one row a turn and phase (``biomechanics``)
+    opensim : the texts of the files ``OPENSIM`` by name
+    diagnosis, report, turns, opensim : left out, older ones go away, since they would belong to another run
 
     Raises InputError when the folder cannot be written or another process is writing it.
     """
@@ -82,9 +91,14 @@ def write_result(
         writers[DIAGNOSIS] = lambda path: path.write_text(made, encoding="utf-8")
     if report is not None:
         writers[REPORT] = lambda path: path.write_text(report, encoding="utf-8")
+    if turns is not None:
+        writers[TURNS[0]] = lambda path: turns.to_csv(path, index=False)
+        writers[TURNS[1]] = lambda path: turns.to_parquet(path, index=False)
+    for name, content in (opensim or {}).items():
+        writers[name] = partial(Path.write_text, data=content, encoding="utf-8")
     writers[SUMMARY] = lambda path: path.write_text(text, encoding="utf-8")
     with locked(folder), said_clearly(folder):
-        stale = {DIAGNOSIS, REPORT} - writers.keys()
+        stale = {DIAGNOSIS, REPORT, *TURNS, *OPENSIM} - writers.keys()
         _replace_together(folder, writers, stale)
 
 

@@ -1,0 +1,360 @@
+"""What a coach and a biomechanist read from a run: kinematics and kinetics, sample by sample, by turn and by phase.
+
+Definitions are the paper's ("Quantitative analysis of turning technique").  Angles between directions are taken in the
+snow's plane.  Seen from a turn, the inside is where its centre lies; the outside ski is the left one in a right turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from sssi_exudyn.frames import GRAVITY, Array
+from sssi_exudyn.result import SIDES, SimulationResult
+from sssi_exudyn.rotations import lowpass
+from sssi_exudyn.turns import Turn, Turns, find_turns, radius
+
+Mask = NDArray[np.bool_]
+WHOLE: Final = "turn"
+"""What stands in place of a phase for the whole turn."""
+FORCE_CUTOFF: Final = 6.0
+"""Hz; the paper filters measured foot loads so, and looks for the crossing of the simulated ones as it does of them."""
+RESIDUAL_MOMENT: Final = {"peak": (50.0, 75.0), "rms": (30.0, 50.0)}
+"""N m below which a residual moment is good, and below which it is okay: OpenSim's user guide on residual reduction
+("Evaluating your results"; Hicks et al. 2015 give the same)."""
+STANDING_SPEED: Final = 0.5
+"""m/s below which a direction of travel has no meaning."""
+
+
+@dataclass(frozen=True)
+class Technique:
+    """Figures of n samples; pairs are (left, right).
+
+    speed : (n,) m/s of the centre of mass
+    ski_angle : (n,) rad from the left ski's direction to the right one's, positive when the tips are together (wedge)
+    steering_angle : (n, 2) rad from the way a foot goes to the way its ski points, anticlockwise from above
+    inclination : (n,) rad from the snow's normal to the line from the middle of pressure to the centre of mass, in the
+        plane across the way; positive to the left
+    offset : (n, 2) m, how far the centre of mass is to the left of each ski's line
+    share : (n, 2) each ski's share of the snow's normal force, filtered; NaN where there is none
+    total_force : (n,) N, sum of both
+    snow_force : (n, 2) N, size of the snow's whole force on each ski, friction included, filtered
+    """
+
+    speed: Array
+    ski_angle: Array
+    steering_angle: Array
+    inclination: Array
+    offset: Array
+    share: Array
+    total_force: Array
+    snow_force: Array
+
+
+def technique(result: SimulationResult) -> Technique:
+    """The figures of a run; angles that need a way to go are NaN where the skier stands."""
+    forward = result.foot_forward[..., :2]
+    left_normal = np.stack([-forward[..., 1], forward[..., 0]], axis=-1)
+    left_normal /= np.linalg.norm(left_normal, axis=-1, keepdims=True)
+    going = result.com_velocity[:, :2]
+    speed = np.linalg.norm(going, axis=1)
+    foot_speed = np.linalg.norm(result.foot_velocity[..., :2], axis=-1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        way = np.where(speed[:, None] > STANDING_SPEED, going / speed[:, None], np.nan)
+    steering = _turn(result.foot_velocity[..., :2], forward)
+    steering[foot_speed < STANDING_SPEED] = np.nan
+    load = np.maximum(_filtered(result.time, result.foot_load), 0.0)
+    total = load.sum(axis=1)
+    weight = np.divide(load, total[:, None], out=np.full_like(load, np.nan), where=total[:, None] > 0.0)
+    middle = np.einsum("ns,nsk->nk", np.where(np.isfinite(weight), weight, 0.5), result.foot_position)
+    arm = result.com - middle
+    aside = -arm[:, 0] * way[:, 1] + arm[:, 1] * way[:, 0]
+    return Technique(
+        speed=np.linalg.norm(result.com_velocity, axis=1),
+        ski_angle=_turn(forward[:, 0], forward[:, 1]),
+        steering_angle=steering,
+        inclination=np.arctan2(aside, arm[:, 2]),
+        offset=np.einsum("nsk,nsk->ns", result.com[:, None, :2] - result.foot_position[..., :2], left_normal),
+        share=weight,
+        total_force=total,
+        snow_force=np.linalg.norm(_filtered(result.time, _snow_force(result)), axis=-1),
+    )
+
+
+def _snow_force(result: SimulationResult) -> Array:
+    """(n, 2, 3) N, slope frame, on terrain that departs little from the slope's plane."""
+    return np.asarray(result.foot_friction + result.foot_load[..., None] * np.array([0.0, 0.0, 1.0]))
+
+
+@dataclass(frozen=True)
+class Shift:
+    """When two curves of left and right cross near a transition: s after it, and in percent of the turn it begins.
+
+    NaN where they do not cross within half a turn of it.
+    """
+
+    after: float
+    percent: float
+
+
+def shift(time: Array, left_minus_right: Array, turn: Turn) -> Shift:
+    """The crossing (zero of ``left_minus_right`` (n,)) nearest to the turn's start, within half its duration."""
+    above = left_minus_right >= 0.0
+    at = np.flatnonzero(above[:-1] != above[1:])
+    a, b = left_minus_right[at], left_minus_right[at + 1]
+    crossings = time[at] + (time[at + 1] - time[at]) * a / (a - b) - turn.start
+    near = crossings[np.abs(crossings) <= 0.5 * turn.duration]
+    if not len(near):
+        return Shift(float("nan"), float("nan"))
+    after = float(near[np.argmin(np.abs(near))])
+    return Shift(after, 100.0 * after / turn.duration)
+
+
+@dataclass(frozen=True)
+class Biomechanics:
+    """A run's turns, the technique along it, and a table: one row a turn and phase (``WHOLE`` for all of it).
+
+    The table's columns have their unit in their name; those of joints carry ``outside`` or ``inside``.
+    """
+
+    turns: Turns
+    technique: Technique
+    table: pd.DataFrame
+
+
+def biomechanics(result: SimulationResult, skier_mass: float) -> Biomechanics:
+    """All figures of a run by turn and phase.
+
+    Parameters
+    ----------
+    skier_mass : kg without boots and skis; joint moments count per kg of it, forces per its weight, as in the paper
+    """
+    turns = find_turns(result.time, result.com)
+    seen = technique(result)
+    rows = []
+    for number, turn in enumerate(turns.turns, 1):
+        for phase, (begin, end) in {WHOLE: (turn.start, turn.end), **turn.phases}.items():
+            of = (result.time >= begin) & (result.time <= end)
+            if np.count_nonzero(of) < 3:
+                continue
+            row: dict[str, Any] = {
+                "turn": number,
+                "side": turn.side,
+                "phase": phase,
+                "complete": turn.complete,
+                "start_s": begin,
+                "end_s": end,
+                "duration_s": end - begin,
+                **_of_path(result, seen, of, turn),
+                **_of_forces(seen, of, turn, skier_mass),
+                **_of_joints(result, of, turn, skier_mass),
+                **_of_work(result, of),
+            }
+            if phase == WHOLE:
+                row |= _of_shifts(result, turns, turn)
+            rows.append(row)
+    return Biomechanics(turns, seen, pd.DataFrame(rows))
+
+
+def labelled(series: pd.DataFrame, turns: Turns) -> pd.DataFrame:
+    """A run's series with the number of the turn (0: none), its side and its phase in columns of their own."""
+    number, side, phase = turns.labels(series["time_s"].to_numpy(dtype=float))
+    return series.assign(turn=number.astype(int), turn_side=side, turn_phase=phase)
+
+
+def residual(result: SimulationResult) -> dict[str, float | str]:
+    """The residual moment at the pelvis (N m), which nothing holds on a real skier: how consistent the motion is.
+
+    There is no residual force: the pelvis' translations are free.  ``verdict`` by ``RESIDUAL_MOMENT``: good, okay, bad.
+    """
+    at = [i for i, name in enumerate(result.moment_names) if name.startswith("pelvis_")]
+    size = np.linalg.norm(result.joint_moments[:, at], axis=1)
+    figures = {"peak": float(np.max(size)), "rms": float(np.sqrt(np.mean(size**2)))}
+    grades = [sum(figures[key] > bound for bound in bounds) for key, bounds in RESIDUAL_MOMENT.items()]
+    return {
+        "peak_Nm": figures["peak"],
+        "rms_Nm": figures["rms"],
+        "peak_okay_below_Nm": RESIDUAL_MOMENT["peak"][1],
+        "rms_okay_below_Nm": RESIDUAL_MOMENT["rms"][1],
+        "verdict": ("good", "okay", "bad")[max(grades)],
+    }
+
+
+HEADLINES: Final = (
+    "duration_s",
+    "mean_speed_mps",
+    "turn_radius_m",
+    "ski_angle_mean_deg",
+    "steering_angle_mean_deg",
+    "steering_angle_peak_deg",
+    "edge_angle_outside_peak_deg",
+    "inclination_peak_deg",
+    "com_inside_both_share",
+    "postural_shift_s",
+    "postural_shift_percent",
+    "load_shift_s",
+    "load_shift_percent",
+    "hip_flexion_outside_max_deg",
+)
+"""Figures of the whole turn that the summary gives as a mean over complete turns, with their spread."""
+
+CONTROL: Final = (
+    "outside_force_share",
+    "total_force_bodyweights",
+    "outside_snow_force_share",
+    "snow_force_bodyweights",
+)
+"""Those of the control phase: of the forces square to the snow, and of the whole forces, friction included."""
+
+
+def headline(found: Biomechanics) -> dict[str, Any]:
+    """The ``turns`` figures of a summary: counts, and mean and standard deviation over complete turns.
+
+    ``control`` holds those that the paper gives for the control phase.
+    """
+    turns = found.turns
+    summary: dict[str, Any] = {
+        "count": len(turns.turns),
+        "complete": sum(turn.complete for turn in turns.turns),
+        "left": sum(turn.side == "left" for turn in turns.turns),
+        "right": sum(turn.side == "right" for turn in turns.turns),
+        "stretches": [{"kind": s.kind, "start_s": s.start, "end_s": s.end} for s in turns.stretches],
+    }
+    if not summary["complete"]:
+        return summary
+    complete = found.table[found.table["complete"]]
+    whole, control = (complete[complete["phase"] == phase] for phase in (WHOLE, "control"))
+    peaks = [name for name in whole.columns if name.endswith(("moment_max_Nm_per_kg", "moment_min_Nm_per_kg"))]
+    summary |= {
+        "each": _spread(whole, HEADLINES),
+        "control": _spread(control, CONTROL),
+        "peak_moments": {
+            name: float(whole[name].max() if "_max_" in name else whole[name].min()) for name in sorted(peaks)
+        },
+    }
+    return summary
+
+
+def _spread(rows: pd.DataFrame, names: tuple[str, ...]) -> dict[str, dict[str, float | int]]:
+    return {
+        name: {
+            "mean": float(rows[name].mean()),
+            "sd": float(rows[name].std()) if rows[name].count() > 1 else float("nan"),
+            "turns": int(rows[name].count()),
+        }
+        for name in names
+    }
+
+
+def _turn(first: Array, second: Array) -> Array:
+    """Angle (…) from ``first`` (…, 2) to ``second`` (…, 2), anticlockwise, in (−π, π]."""
+    cross = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+    return np.asarray(np.arctan2(cross, np.sum(first * second, axis=-1)))
+
+
+def _filtered(time: Array, values: Array) -> Array:
+    """``values`` (n, …) without what is faster than ``FORCE_CUTOFF``; the steps of a run are even but for those that
+    the solver had to cut.
+    """
+    if len(time) < 2:
+        return values
+    rate = (len(time) - 1) / float(time[-1] - time[0])
+    return lowpass(values, rate, FORCE_CUTOFF) if rate > 2.0 * FORCE_CUTOFF else values
+
+
+def _sides(turn: Turn) -> Iterator[tuple[str, int]]:
+    """("outside", its index), ("inside", its index) in pairs of (left, right)."""
+    outside = SIDES.index("right" if turn.side == "left" else "left")
+    yield "outside", outside
+    yield "inside", 1 - outside
+
+
+def _of_path(result: SimulationResult, seen: Technique, of: Mask, turn: Turn) -> dict[str, float]:
+    inwards = 1.0 if turn.side == "left" else -1.0
+    steering = np.degrees(np.abs(seen.steering_angle[of]))
+    inside = inwards * seen.offset[of] > 0.0
+    lean = np.degrees(inwards * seen.inclination[of])
+    row = {
+        "mean_speed_mps": float(np.mean(seen.speed[of])),
+        "turn_radius_m": radius(result.com[of]),
+        "ski_angle_mean_deg": float(np.mean(np.abs(np.degrees(seen.ski_angle[of])))),
+        "steering_angle_mean_deg": float(np.nanmean(steering)),
+        "steering_angle_peak_deg": float(np.nanmax(steering)),
+        "inclination_mean_deg": float(np.nanmean(lean)),
+        "inclination_peak_deg": float(np.nanmax(lean)),
+        "com_inside_both_share": float(np.mean(inside.all(axis=1))),
+        "com_inside_one_share": float(np.mean(inside.sum(axis=1) == 1)),
+    }
+    for name, side in _sides(turn):
+        edge = np.degrees(np.abs(result.edge_angle[of, side]))
+        row |= {
+            f"steering_angle_{name}_mean_deg": float(np.nanmean(steering[:, side])),
+            f"edge_angle_{name}_mean_deg": float(np.mean(edge)),
+            f"edge_angle_{name}_peak_deg": float(np.max(edge)),
+        }
+    return row
+
+
+def _of_forces(seen: Technique, of: Mask, turn: Turn, mass: float) -> dict[str, float]:
+    outside = dict(_sides(turn))["outside"]
+    weights = seen.total_force[of] / (mass * GRAVITY)
+    share = seen.share[of, outside]
+    whole = seen.snow_force[of]
+    return {
+        "outside_force_share": float(np.nanmean(share)) if np.any(np.isfinite(share)) else float("nan"),
+        "outside_snow_force_share": float(np.sum(whole[:, outside]) / np.sum(whole)) if np.any(whole) else float("nan"),
+        "snow_force_bodyweights": float(np.mean(whole.sum(axis=1))) / (mass * GRAVITY),
+        "total_force_bodyweights": float(np.mean(weights)),
+        "total_force_peak_bodyweights": float(np.max(weights)),
+    }
+
+
+def _of_joints(result: SimulationResult, of: Mask, turn: Turn, mass: float) -> dict[str, float]:
+    """Mean, least and largest of every angle (deg) and moment (N m/kg); legs and arms as outside and inside."""
+    row: dict[str, float] = {}
+    named = {f"_{SIDES[side][0]}": f"_{name}" for name, side in _sides(turn)}
+
+    def add(name: str, values: Array, kind: str, unit: str) -> None:
+        name = name[:-2] + named[name[-2:]] if name[-2:] in named else name
+        for what, figure in (("mean", np.mean), ("min", np.min), ("max", np.max)):
+            row[f"{name}_{kind}{what}_{unit}"] = float(figure(values))
+
+    for index, name in enumerate(result.coordinate_names):
+        if name in result.moment_names:
+            add(name, np.degrees(result.coordinates[of, index]), "", "deg")
+    for index, name in enumerate(result.moment_names):
+        add(name, result.joint_moments[of, index] / mass, "moment_", "Nm_per_kg")
+    return row
+
+
+def _of_work(result: SimulationResult, of: Mask) -> dict[str, float]:
+    time = result.time[of]
+    work = {name: float(energy[of][-1] - energy[of][0]) for name, energy in result.energy.items()}
+    row = {f"work_{name}_J": value for name, value in work.items()}
+    return row | {f"power_{name}_W": value / float(time[-1] - time[0]) for name, value in work.items()}
+
+
+def _of_shifts(result: SimulationResult, turns: Turns, turn: Turn) -> dict[str, float]:
+    """Shift of posture and of load at the transition into ``turn``; NaN where there is none before it."""
+    before = any(other.end == turn.start for other in turns.turns)
+    none = Shift(float("nan"), float("nan"))
+    left, right = (result.coordinates[:, result.coordinate_names.index(f"hip_flexion_{side}")] for side in "lr")
+    load = _filtered(result.time, result.foot_load)
+    posture = shift(result.time, left - right, turn) if before else none
+    force = shift(result.time, load[:, 0] - load[:, 1], turn) if before else none
+    return {
+        "postural_shift_s": posture.after,
+        "postural_shift_percent": posture.percent,
+        "load_shift_s": force.after,
+        "load_shift_percent": force.percent,
+    }
+
+
+def summary_of(result: SimulationResult, found: Biomechanics) -> Mapping[str, Any]:
+    """What a summary holds: ``turns`` and ``residual_moment``."""
+    return {"turns": headline(found), "residual_moment": residual(result)}

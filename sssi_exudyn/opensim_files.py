@@ -1,0 +1,173 @@
+"""A run in OpenSim's text formats: joint angles and snow forces (``.mot``), joint moments (``.sto``), joint centres as
+markers (``.trc``).
+
+OpenSim's ground frame is put on the slope: x along the fall line's azimuth, y up against gravity, z to the right; its
+origin is the run's.  Joint coordinates are named and turned as in the full-body lumbar spine model, whose knees extend
+positive; the pelvis turns about z (tilt), x (list), y (rotation) in this order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sssi_exudyn.chain import SEGMENT, SEGMENTS, Geometry, forward_kinematics
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import Array, slope_to_level
+from sssi_exudyn.result import SIDES, SimulationResult
+
+GROUND_FROM_LEVEL: Final[Array] = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+"""Components (x forward, y left, z up) → (x forward, y up, z right)."""
+MARKER_RATE: Final = 100.0
+"""Hz of the markers; a ``.trc`` has to be evenly sampled."""
+_EXTENDS: Final = ("knee_angle_r", "knee_angle_l")
+"""Coordinates whose positive direction is the other one there."""
+
+
+@dataclass(frozen=True)
+class Storage:
+    """A table as ``.mot`` and ``.sto`` hold it: ``values`` (n, c) under ``columns``, the first of them time (s)."""
+
+    name: str
+    columns: tuple[str, ...]
+    values: Array
+    in_degrees: bool
+
+
+def coordinates(result: SimulationResult, inclination: float) -> Storage:
+    """Joint angles (degrees) and the pelvis' place (m)."""
+    level = slope_to_level(inclination)
+    at = {name: result.coordinates[:, i] for i, name in enumerate(result.coordinate_names)}
+    place = result.pelvis @ (GROUND_FROM_LEVEL @ level).T
+    turned = Rotation.from_euler(
+        "ZXY", np.stack([at["pelvis_rotation"], at["pelvis_list"], -at["pelvis_tilt"]], axis=1)
+    ).as_matrix()
+    tilt, list_, rotation = Rotation.from_matrix(GROUND_FROM_LEVEL @ turned @ GROUND_FROM_LEVEL.T).as_euler("ZXY").T
+    columns = {
+        "pelvis_tilt": np.degrees(tilt),
+        "pelvis_list": np.degrees(list_),
+        "pelvis_rotation": np.degrees(rotation),
+        "pelvis_tx": place[:, 0],
+        "pelvis_ty": place[:, 1],
+        "pelvis_tz": place[:, 2],
+    }
+    for name in result.moment_names:
+        if name not in columns:
+            columns[name] = np.degrees(at[name]) * (-1.0 if name in _EXTENDS else 1.0)
+    return _storage("coordinates", result.time, columns, in_degrees=True)
+
+
+def moments(result: SimulationResult) -> Storage:
+    """What drives each coordinate (N m), named as OpenSim's inverse dynamics does."""
+    columns = {
+        f"{name}_moment": result.joint_moments[:, i] * (-1.0 if name in _EXTENDS else 1.0)
+        for i, name in enumerate(result.moment_names)
+        if not name.startswith("pelvis_")  # about axes in another order there; see residual_moment in the summary
+    }
+    return _storage("joint_moments", result.time, columns, in_degrees=False)
+
+
+def snow_forces(result: SimulationResult, inclination: float) -> Storage:
+    """Each ski's force by the snow (N), acting where friction does, with no free moment: external loads."""
+    turned = (GROUND_FROM_LEVEL @ slope_to_level(inclination)).T
+    columns: dict[str, Array] = {}
+    force = result.foot_friction + result.foot_load[..., None] * np.array([0.0, 0.0, 1.0])
+    for index, side in enumerate(SIDES):
+        for what, vectors in (("v", force[:, index]), ("p", result.foot_position[:, index])):
+            for axis, values in zip("xyz", (vectors @ turned).T, strict=True):
+                columns[f"{side}_snow_force_{what}{axis}"] = values
+        for axis in "xyz":
+            columns[f"{side}_snow_torque_{axis}"] = np.zeros(len(result.time))
+    return _storage("snow_forces", result.time, columns, in_degrees=False)
+
+
+def storage_text(table: Storage) -> str:
+    """The table as OpenSim reads it (version 1 of the format)."""
+    head = (
+        f"{table.name}\nversion=1\nnRows={len(table.values)}\nnColumns={len(table.columns)}\n"
+        f"inDegrees={'yes' if table.in_degrees else 'no'}\nendheader\n"
+    )
+    rows = "\n".join("\t".join(f"{value:.10g}" for value in row) for row in table.values)
+    return f"{head}{chr(9).join(table.columns)}\n{rows}\n"
+
+
+def markers_text(result: SimulationResult, geometry: Geometry, inclination: float) -> str:
+    """Joint centres, head's vertex and toe tips as markers in metres, ``MARKER_RATE`` a second, a ``.trc`` file."""
+    times = np.arange(result.time[0], result.time[-1] + 1e-9, 1.0 / MARKER_RATE)
+    q = np.stack([np.interp(times, result.time, column) for column in result.coordinates.T], axis=1)
+    poses = forward_kinematics(geometry, q, inclination)
+    places = {name: poses.origin[:, SEGMENT[name]] for name in SEGMENTS}
+    for name, tip in (("head", "head_vertex"), ("toes_r", "toe_tip_r"), ("toes_l", "toe_tip_l")):
+        i = SEGMENT[name]
+        places[tip] = poses.origin[:, i] + poses.rotation[:, i] @ geometry.segment_end[i]
+    turned = (GROUND_FROM_LEVEL @ slope_to_level(inclination)).T
+    names = list(places)
+    values = np.stack([places[name] @ turned for name in names], axis=1).reshape(len(times), -1)
+    count, rate = len(times), f"{MARKER_RATE:g}"
+    head = [
+        "PathFileType\t4\t(X/Y/Z)\tmarkers.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+        f"{rate}\t{rate}\t{count}\t{len(names)}\tm\t{rate}\t1\t{count}",
+        "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
+        "\t\t" + "\t".join(f"{axis}{k}" for k in range(1, len(names) + 1) for axis in "XYZ"),
+        "",
+    ]
+    rows = [
+        f"{i}\t{time:.6f}\t" + "\t".join(f"{value:.6f}" for value in row)
+        for i, (time, row) in enumerate(zip(times, values, strict=True), 1)
+    ]
+    return "\n".join([*head, *rows]) + "\n"
+
+
+def opensim_texts(result: SimulationResult, geometry: Geometry, inclination: float) -> dict[str, str]:
+    """Every file by its name."""
+    return {
+        "coordinates.mot": storage_text(coordinates(result, inclination)),
+        "snow_forces.mot": storage_text(snow_forces(result, inclination)),
+        "joint_moments.sto": storage_text(moments(result)),
+        "markers.trc": markers_text(result, geometry, inclination),
+    }
+
+
+def read_storage(path: Path, text: str) -> Storage:
+    """Read a ``.mot`` or ``.sto`` strictly: the header's counts have to be those of the table.
+
+    Raises InputError with the line of the fault.
+    """
+    lines = text.splitlines()
+    ends = next((i for i, line in enumerate(lines) if line.strip().lower() == "endheader"), None)
+    if ends is None or ends + 1 >= len(lines):
+        raise InputError(path, "header", "no line 'endheader' with a table after it", "write it anew from OpenSim")
+    pairs = (line.partition("=") for line in lines[:ends])
+    head = {key.strip().lower(): value.strip() for key, found, value in pairs if found}
+    columns = tuple(lines[ends + 1].split())
+    rows: list[Sequence[float]] = []
+    for number, line in enumerate(lines[ends + 2 :], ends + 3):
+        if not line.strip():
+            continue
+        try:
+            row = [float(value) for value in line.split()]
+        except ValueError as error:
+            raise InputError(path, f"line {number}", f"not a number ({error})", "mend or delete it") from error
+        if len(row) != len(columns):
+            raise InputError(
+                path, f"line {number}", f"{len(row)} values under {len(columns)} columns", "mend or delete it"
+            )
+        rows.append(row)
+    for key, count in (("nrows", len(rows)), ("ncolumns", len(columns)), ("datarows", len(rows))):
+        if key in head and head[key] != str(count):
+            raise InputError(path, "header", f"{key} is {head[key]}, the table has {count}", f"write {count}")
+    if not rows or columns[0] != "time":
+        raise InputError(path, "table", "no rows, or the first column is not time", "write it anew from OpenSim")
+    return Storage(
+        lines[0].strip(), columns, np.array(rows, dtype=np.float64), head.get("indegrees", "no").lower() == "yes"
+    )
+
+
+def _storage(name: str, time: Array, columns: Mapping[str, Array], *, in_degrees: bool) -> Storage:
+    return Storage(name, ("time", *columns), np.column_stack([time, *columns.values()]), in_degrees)

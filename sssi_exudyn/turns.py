@@ -1,0 +1,275 @@
+"""Turns of a run, from its path or from its course over time.
+
+A turn is delimited by two transitions, where the turn's radius is largest (paper, "Quantitative analysis"): the course
+over ground has an extremum there.  Extrema count when the course changes by ``LEAST_ANGLE`` on both of their sides, so
+that what a noisy track wags does not.  Where the skier goes straight for longer than ``LONGEST_TRANSITION`` between two
+turns, a traverse lies between them and the turns end where it begins.  Initiation, control and completion are three
+equal parts of a turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.signal import find_peaks
+
+from sssi_exudyn.frames import Array
+from sssi_exudyn.rotations import lowpass
+
+Side = Literal["left", "right"]
+PHASES: Final = ("initiation", "control", "completion")
+
+RATE: Final = 50.0
+"""Hz at which course and speed are looked at."""
+CUTOFF: Final = 1.5
+"""Hz; the quickest slalom turns last 0.7 s, so that two of them go with 0.7 Hz."""
+LEAST_ANGLE: Final = np.radians(20.0)
+"""Change of course that makes a turn; a traverse that drifts makes less."""
+STRAIGHT: Final = 0.2
+"""Share of a turn's quickest change of course below which the skier goes straight."""
+LONGEST_TRANSITION: Final = 1.5
+"""s of going straight that still are one transition; longer, they are a traverse."""
+LEAST_SAMPLES: Final = 4
+"""A run of fewer has no turns."""
+STANDING: Final = 0.5
+"""m/s below which the skier stands."""
+FALL_DECELERATION: Final = 7.0
+"""m/s² that no skid holds for ``FALL_TIME``: its friction would have to be 0.7 and more, all of it backwards."""
+FALL_TIME: Final = 0.4
+FALL_SPEED: Final = 3.0
+"""m/s of speed that a fall takes at least."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """One turn, between two transitions.
+
+    side : the way it goes, seen by the skier; its outside ski is the other one
+    start, end : s, the transitions
+    angle : rad the course changes by, positive
+    complete : False where the recording, a traverse or a stop cuts it off, so that it has no transition at one end
+    """
+
+    side: Side
+    start: float
+    end: float
+    angle: float
+    complete: bool
+
+    @property
+    def duration(self) -> float:
+        """s"""
+        return self.end - self.start
+
+    @property
+    def phases(self) -> dict[str, tuple[float, float]]:
+        """Begin and end (s) of each phase."""
+        bounds = np.linspace(self.start, self.end, len(PHASES) + 1)
+        return {name: (float(a), float(b)) for name, a, b in zip(PHASES, bounds[:-1], bounds[1:], strict=True)}
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A time (s) in which the skier does not turn: stands, goes straight, or has fallen."""
+
+    kind: Literal["stop", "traverse", "fall"]
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
+class Turns:
+    """All turns in order, and what lies between them."""
+
+    turns: tuple[Turn, ...]
+    stretches: tuple[Stretch, ...]
+
+    def linked(self) -> tuple[tuple[Turn, Turn], ...]:
+        """Pairs of complete turns that follow each other without a stretch between them, one to each side."""
+        return tuple(
+            (a, b)
+            for a, b in pairwise(self.turns)
+            if a.complete and b.complete and a.end == b.start and a.side != b.side
+        )
+
+    def labels(self, times: Array) -> tuple[Array, list[str], list[str]]:
+        """For each of ``times`` (n,) the number of its turn (1, 2, …; 0 for none), its side and its phase ("" for
+        none).
+        """
+        number = np.zeros(len(times))
+        sides, phases = [""] * len(times), [""] * len(times)
+        for count, turn in enumerate(self.turns, 1):
+            for phase, (begin, end) in turn.phases.items():
+                last = phase == PHASES[-1] and turn is self.turns[-1]
+                for i in np.flatnonzero((times >= begin) & ((times <= end) if last else (times < end))):
+                    number[i], sides[i], phases[i] = count, turn.side, phase
+        return number, sides, phases
+
+
+def find_turns(time: Array, path: Array) -> Turns:
+    """Turns of a path over ground.
+
+    Parameters
+    ----------
+    time : (n,) s, rising
+    path : (n, ≥ 2) m, east and north (or the slope's f and l), of the centre of mass or of an antenna
+    """
+    if len(time) < LEAST_SAMPLES:
+        return Turns((), ())
+    at = _grid(time)
+    place = lowpass(CubicSpline(time, path[:, :2])(at), RATE, CUTOFF)
+    velocity = np.gradient(place, 1.0 / RATE, axis=0)
+    speed = np.linalg.norm(velocity, axis=1)
+    return _turns(at, _course(velocity, speed), speed)
+
+
+def turns_of_course(time: Array, course: Array, speed: Array) -> Turns:
+    """Turns where what is known is the course, for instance the sum of a phone's yaw rates.
+
+    Parameters
+    ----------
+    time : (n,) s, rising
+    course : (n,) rad anticlockwise, unwrapped
+    speed : (n,) m/s over ground
+    """
+    if len(time) < LEAST_SAMPLES:
+        return Turns((), ())
+    at = _grid(time)
+    return _turns(at, lowpass(PchipInterpolator(time, course)(at), RATE, CUTOFF), PchipInterpolator(time, speed)(at))
+
+
+def radius(path: Array) -> float:
+    """Mean turn radius (m) of a path (n, ≥ 2): its length over what its course changes by; infinite when straight."""
+    steps = np.diff(path[:, :2], axis=0)
+    course = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
+    turned = abs(float(course[-1] - course[0]))
+    # the first and the last half of a step are in the length and not in the angle
+    length = float(np.sum(np.linalg.norm(steps, axis=1))) * (len(steps) - 1) / len(steps)
+    return length / turned if turned > 0.0 else float("inf")
+
+
+def _grid(time: Array) -> Array:
+    count = max(LEAST_SAMPLES, int(np.floor((time[-1] - time[0]) * RATE)) + 1)
+    return np.asarray(time[0] + np.arange(count) / RATE)
+
+
+def _course(velocity: Array, speed: Array) -> Array:
+    """(n,) rad, unwrapped; where the skier stands the course has no meaning and is joined by a straight line."""
+    at = np.arange(len(speed))
+    goes = speed > STANDING
+    if not np.any(goes):
+        return np.zeros(len(speed))
+    course = np.unwrap(np.arctan2(velocity[goes, 1], velocity[goes, 0]))
+    return np.asarray(np.interp(at, at[goes], course), dtype=np.float64)
+
+
+def _turns(time: Array, course: Array, speed: Array) -> Turns:
+    turns: list[Turn] = []
+    stretches: list[Stretch] = []
+    falls = list(_falls(time, speed))
+    moving = speed > STANDING
+    for fall in falls:
+        moving &= ~((time >= fall.start) & (time <= fall.end))
+    for first, last in _runs(~moving):
+        at = float(time[first])
+        if not any(fall.start <= at <= fall.end for fall in falls):
+            stretches.append(Stretch("stop", at, float(time[last])))
+    for first, last in _runs(moving):
+        if last - first >= LEAST_SAMPLES:
+            part = slice(first, last + 1)
+            found, straight = _turns_of_run(time[part], course[part])
+            turns += found
+            stretches += straight
+    stretches += falls
+    return Turns(tuple(turns), tuple(sorted(stretches, key=lambda each: each.start)))
+
+
+def _falls(time: Array, speed: Array) -> Iterator[Stretch]:
+    """Where the speed breaks down faster than any skid takes it away; until the skier goes on, or to the end."""
+    slowing = -np.gradient(speed, 1.0 / RATE) > FALL_DECELERATION
+    for first, last in _runs(slowing):
+        if time[last] - time[first] >= FALL_TIME and speed[first] - speed[last] >= FALL_SPEED:
+            lies = np.flatnonzero(speed[last:] > max(STANDING, speed[last]) + FALL_SPEED)
+            until = last + int(lies[0]) if len(lies) else len(time) - 1
+            yield Stretch("fall", float(time[first]), float(time[until]))
+
+
+def _turns_of_run(time: Array, course: Array) -> tuple[list[Turn], list[Stretch]]:
+    """Turns and traverses of one run without a stop."""
+    rate = np.gradient(course, time)
+    bounds = _extrema(course)
+    pieces = [(a, b) for a, b in pairwise(bounds) if abs(course[b] - course[a]) >= LEAST_ANGLE]
+    turning = [piece for a, b in pieces for piece in _parted(rate, a, b)]
+    turning = [(a, b) for a, b in turning if abs(course[b] - course[a]) >= LEAST_ANGLE]
+    ends = [_active(rate, a, b) for a, b in turning]
+    turns: list[Turn] = []
+    stretches: list[Stretch] = []
+    before = 0
+    joined = False
+    for i, (a, b) in enumerate(turning):
+        begins, stops = ends[i]
+        if not joined and time[begins] - time[before] > LONGEST_TRANSITION:
+            stretches.append(Stretch("traverse", float(time[before]), float(time[begins])))
+            start, cut = begins, True
+        elif joined:
+            start, cut = a, False
+        else:
+            start, cut = max(a, before), a == 0
+        following = i + 1 < len(turning)
+        joined = following and time[ends[i + 1][0]] - time[stops] <= LONGEST_TRANSITION
+        last = b if joined or time[b] - time[stops] <= LONGEST_TRANSITION else stops
+        turns.append(
+            Turn(
+                side="left" if course[b] > course[a] else "right",
+                start=float(time[start]),
+                end=float(time[last]),
+                angle=float(abs(course[last] - course[start])),
+                complete=not cut and (joined or 0 < last < len(time) - 1) and last == b,
+            )
+        )
+        before = last
+    if len(time) and time[-1] - time[before] > LONGEST_TRANSITION:
+        stretches.append(Stretch("traverse", float(time[before]), float(time[-1])))
+    return turns, stretches
+
+
+def _extrema(course: Array) -> list[int]:
+    """Indices of the ends and of every extremum that stands out by ``LEAST_ANGLE``, alternating."""
+    high = find_peaks(course, prominence=LEAST_ANGLE, plateau_size=1)[0]
+    low = find_peaks(-course, prominence=LEAST_ANGLE, plateau_size=1)[0]
+    return sorted({0, len(course) - 1, *map(int, high), *map(int, low)})
+
+
+def _parted(rate: Array, first: int, last: int) -> list[tuple[int, int]]:
+    """A change of course to one side, parted where the skier goes straight for long in its middle: two turns to the
+    same side with a traverse between them.
+    """
+    quick = np.abs(rate[first : last + 1]) > STRAIGHT * np.max(np.abs(rate[first : last + 1]))
+    pieces = list(_runs(quick))
+    cuts = [first]
+    for (_, stop), (begin, _) in pairwise(pieces):
+        if (begin - stop) / RATE > LONGEST_TRANSITION:
+            slowest = first + stop + int(np.argmin(np.abs(rate[first + stop : first + begin])))
+            cuts.append(slowest)
+    cuts.append(last)
+    return list(pairwise(cuts))
+
+
+def _active(rate: Array, first: int, last: int) -> tuple[int, int]:
+    """Where between two bounds the skier turns and does not go straight: first and last index."""
+    part = np.abs(rate[first : last + 1])
+    quick = np.flatnonzero(part > STRAIGHT * np.max(part))
+    return first + int(quick[0]), first + int(quick[-1])
+
+
+def _runs(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """First and last index of each run of True."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
+    for first, after in zip(edges[::2], edges[1::2], strict=True):
+        yield int(first), int(after) - 1

@@ -1,0 +1,248 @@
+"""Figures of technique against runs that are made so that each figure is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sssi_exudyn.biomechanics import WHOLE, Biomechanics, biomechanics, headline, labelled, residual, technique
+from sssi_exudyn.chain import COORDINATE, COORDINATES, PRESCRIBED, average_geometry, forward_kinematics
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import GRAVITY, Array
+from sssi_exudyn.opensim_files import GROUND_FROM_LEVEL, coordinates, markers_text, opensim_texts, read_storage
+from sssi_exudyn.result import SimulationResult
+
+MASS = 80.0
+SPEED = 8.0
+TURN = 2.0
+WEDGE, SLIP = np.radians(10.0), np.radians(6.0)
+STANCE, LEAN = 0.30, np.radians(35.0)
+LATE_LOAD, LATE_POSTURE = 0.25, 0.10
+OUTSIDE = 0.7
+"""The made skier: skis STANCE apart in a wedge, slipping by SLIP, leaning up to LEAN, the load shifts too late."""
+
+
+def skier() -> SimulationResult:
+    """Five linked turns with sine-shaped course, left first, at constant speed."""
+    time = np.arange(0.0, 5.0 * TURN, 0.005)
+    n = len(time)
+    course = -np.radians(35.0) * np.cos(np.pi * time / TURN)
+    way = np.stack([np.cos(course), np.sin(course), 0.0 * course], axis=1)
+    aside = np.stack([-np.sin(course), np.cos(course), 0.0 * course], axis=1)
+    ground = np.cumsum(way, axis=0) * SPEED * 0.005
+    lean = LEAN * np.sin(np.pi * time / TURN)
+    height = 0.9
+    feet = np.stack([ground + 0.5 * STANCE * aside, ground - 0.5 * STANCE * aside], axis=1)
+    inwards = np.sin(np.pi * (time - LATE_LOAD) / TURN)  # left turn: the right ski is the outside one
+    right = 0.5 + (OUTSIDE - 0.5) * np.clip(3.0 * inwards, -1.0, 1.0)
+    share = np.stack([1.0 - right, right], axis=1)
+    middle = np.einsum("ns,nsk->nk", share, feet)
+    com = middle + height * (np.tan(lean)[:, None] * aside + np.array([0.0, 0.0, 1.0]))
+    ski_course = course[:, None] + SLIP + np.array([-0.5, 0.5]) * WEDGE
+    forward = np.stack([np.cos(ski_course), np.sin(ski_course), np.zeros((n, 2))], axis=-1)
+    angles = np.zeros((n, len(COORDINATES)))
+    swing = np.radians(20.0) * np.sin(np.pi * (time - LATE_POSTURE) / TURN)
+    angles[:, COORDINATE["hip_flexion_l"]] = np.radians(40.0) + swing
+    angles[:, COORDINATE["hip_flexion_r"]] = np.radians(40.0) - swing
+    moments = np.zeros((n, len(PRESCRIBED)))
+    moments[:, PRESCRIBED.index("knee_angle_l")] = -100.0
+    moments[:, PRESCRIBED.index("knee_angle_r")] = -160.0
+    moments[:, PRESCRIBED.index("pelvis_list")] = 30.0
+    moments[:, PRESCRIBED.index("pelvis_tilt")] = 40.0
+    none = np.zeros((n, 3))
+    return SimulationResult(
+        coordinate_names=COORDINATES,
+        moment_names=PRESCRIBED,
+        time=time,
+        pelvis=com,
+        pelvis_velocity=SPEED * way,
+        com=com,
+        com_velocity=SPEED * way,
+        antenna=None,
+        coordinates=angles,
+        foot_load=1.2 * MASS * GRAVITY * share,
+        sole_force=np.zeros((n, 2)),
+        foot_friction=np.zeros((n, 2, 3)),
+        foot_position=feet,
+        foot_velocity=np.repeat(SPEED * way[:, None], 2, axis=1),
+        foot_forward=forward,
+        edge_angle=np.radians([-20.0, -30.0]) * np.ones((n, 1)),
+        penetration=np.zeros((n, 2)),
+        drag=none,
+        joint_moments=moments,
+        ski_deflection=np.zeros((n, 2, 2)),
+        energy={"friction": -500.0 * time},
+        energy_closure=np.zeros(n),
+        statistics={},
+    )
+
+
+@pytest.fixture(scope="module")
+def run() -> SimulationResult:
+    return skier()
+
+
+@pytest.fixture(scope="module")
+def found(run: SimulationResult) -> Biomechanics:
+    return biomechanics(run, MASS)
+
+
+def of_ground(result: SimulationResult) -> SimulationResult:
+    """The same run whose centre of mass is over its feet, so that its path is the one whose turns are known."""
+    return replace(result, com=result.foot_position.mean(axis=1) + [0.0, 0.0, 0.9])
+
+
+def test_technique_along_the_run(run: SimulationResult) -> None:
+    seen = technique(run)
+    assert seen.speed == pytest.approx(SPEED)
+    assert seen.ski_angle == pytest.approx(WEDGE)
+    assert seen.steering_angle[:, 0] == pytest.approx(SLIP - 0.5 * WEDGE)
+    assert seen.steering_angle[:, 1] == pytest.approx(SLIP + 0.5 * WEDGE)
+    lean = LEAN * np.sin(np.pi * run.time / TURN)
+    inner = slice(200, -200)  # the filter's ends
+    # The share is filtered at 6 Hz, which rounds the corners of its clipped sine: 2 % of 0.3 m of stance at 0.9 m.
+    assert seen.inclination[inner] == pytest.approx(lean[inner], abs=np.radians(0.5))
+    assert seen.total_force == pytest.approx(1.2 * MASS * GRAVITY)
+
+
+def test_a_wedge_is_positive_and_opened_tips_are_not(run: SimulationResult) -> None:
+    assert np.all(technique(replace(run, foot_forward=run.foot_forward[:, ::-1])).ski_angle < 0.0)
+
+
+def test_shifts_come_as_late_as_they_were_made(run: SimulationResult) -> None:
+    rows = biomechanics(of_ground(run), MASS).table
+    whole = rows[rows["phase"] == WHOLE]
+    linked = whole[whole["turn"] > 1]
+    assert np.isnan(whole["load_shift_s"].iloc[0])  # the run begins with it: no transition is seen
+    assert linked["load_shift_s"].to_numpy() == pytest.approx(LATE_LOAD, abs=0.03)  # turns are found on a 0.02 s grid
+    assert linked["postural_shift_s"].to_numpy() == pytest.approx(LATE_POSTURE, abs=0.03)
+    assert linked["load_shift_percent"].to_numpy()[:3] == pytest.approx(100.0 * LATE_LOAD / TURN, abs=2.0)
+
+
+def test_rows_know_outside_from_inside(run: SimulationResult) -> None:
+    rows = biomechanics(of_ground(run), MASS).table
+    control = rows[rows["phase"] == "control"]
+    # The share is on its plateau in the control phase but for the shift's delay at one end.
+    assert control["outside_force_share"].to_numpy() == pytest.approx(OUTSIDE, abs=0.02)
+    assert control["total_force_bodyweights"].to_numpy() == pytest.approx(1.2, rel=1e-6)
+    assert control["snow_force_bodyweights"].to_numpy() == pytest.approx(1.2, rel=1e-6)
+    left, right = (rows[(rows["side"] == side) & (rows["phase"] == WHOLE)] for side in ("left", "right"))
+    assert left["knee_angle_outside_moment_min_Nm_per_kg"].to_numpy() == pytest.approx(-2.0)
+    assert right["knee_angle_outside_moment_min_Nm_per_kg"].to_numpy() == pytest.approx(-1.25)
+    assert left["edge_angle_outside_peak_deg"].to_numpy() == pytest.approx(30.0)
+    assert right["edge_angle_outside_peak_deg"].to_numpy() == pytest.approx(20.0)
+    assert rows["work_friction_J"].to_numpy() / rows["duration_s"].to_numpy() == pytest.approx(-500.0, rel=0.02)
+    assert rows["power_friction_W"].to_numpy() == pytest.approx(-500.0)
+
+
+def test_crossover(run: SimulationResult) -> None:
+    rows = biomechanics(of_ground(run), MASS).table
+    assert np.all(rows["com_inside_one_share"] == 1.0)  # between the skis all the time
+    leaning = biomechanics(run, MASS).table
+    control = leaning[leaning["phase"] == "control"]
+    assert np.all(control["com_inside_both_share"] == 1.0)  # 0.6 m to the inside of feet 0.3 m apart
+
+
+def test_a_headline_is_the_mean_of_complete_turns(found: Biomechanics) -> None:
+    told = headline(found)
+    whole = found.table[(found.table["phase"] == WHOLE) & found.table["complete"]]
+    assert told["complete"] == len(whole) == sum(turn.complete for turn in found.turns.turns)
+    assert told["each"]["turn_radius_m"]["mean"] == pytest.approx(whole["turn_radius_m"].mean())
+    assert told["peak_moments"]["knee_angle_outside_moment_min_Nm_per_kg"] == pytest.approx(-2.0)
+
+
+def test_a_run_without_turns_says_so(run: SimulationResult) -> None:
+    straight = replace(run, com=run.com * [1.0, 0.0, 1.0])
+    told = headline(biomechanics(straight, MASS))
+    assert told["count"] == 0
+    assert [each["kind"] for each in told["stretches"]] == ["traverse"]
+
+
+def test_residual_moment_is_graded(run: SimulationResult) -> None:
+    told = residual(run)
+    assert told["peak_Nm"] == pytest.approx(50.0)  # 30 and 40 N m about axes square to each other
+    assert told["verdict"] == "okay"  # 50 is good as a peak and too much as a mean square
+    assert residual(replace(run, joint_moments=0.5 * run.joint_moments))["verdict"] == "good"
+    assert residual(replace(run, joint_moments=2.0 * run.joint_moments))["verdict"] == "bad"
+
+
+def test_series_carry_turn_and_phase(run: SimulationResult, found: Biomechanics) -> None:
+    series = labelled(run.to_frame(np.eye(3)), found.turns)
+    for number, turn in enumerate(found.turns.turns, 1):
+        rows = series[series["turn"] == number]
+        assert rows["time_s"].min() == pytest.approx(turn.start, abs=0.006)
+        assert set(rows["turn_side"]) == {turn.side}
+        assert set(rows["turn_phase"]) == {"initiation", "control", "completion"}
+
+
+def swung(run: SimulationResult) -> SimulationResult:
+    """Every angle somewhere else, all within 40°."""
+    rng = np.random.default_rng(4)
+    amplitude, lag = rng.uniform(0.1, 0.7, len(COORDINATES)), rng.uniform(0.0, 6.0, len(COORDINATES))
+    angles = amplitude * np.sin(run.time[:, None] + lag)
+    angles[:, :3] = run.pelvis
+    return replace(run, coordinates=angles)
+
+
+def test_opensim_files_come_back(run: SimulationResult) -> None:
+    moving = swung(run)
+    for name, text in opensim_texts(moving, average_geometry(1.75), 0.27).items():
+        if not name.endswith(".trc"):
+            table = read_storage(Path(name), text)
+            assert table.values[:, 0] == pytest.approx(run.time)
+            assert table.in_degrees == (name == "coordinates.mot")
+
+
+def test_the_pelvis_turns_the_same_in_opensims_order(run: SimulationResult) -> None:
+    """Rz(tilt) Rx(list) Ry(rotation), by plain matrices, against the chain's own pelvis."""
+    moving, slope = swung(run), 0.27
+    table = coordinates(moving, slope)
+    tilt, list_, rotation = (
+        np.radians(table.values[:, table.columns.index(f"pelvis_{name}")]) for name in ("tilt", "list", "rotation")
+    )
+    made = matrix(2, tilt) @ matrix(0, list_) @ matrix(1, rotation)
+    poses = forward_kinematics(average_geometry(1.75), moving.coordinates, 0.0)  # the level frame's own
+    own = GROUND_FROM_LEVEL @ poses.rotation[:, 0] @ GROUND_FROM_LEVEL.T
+    assert made == pytest.approx(own, abs=1e-8)  # degrees are written with 10 figures
+
+
+def matrix(axis: int, angle: Array) -> Array:
+    """(n, 3, 3): turn about one axis."""
+    turn = np.zeros((len(angle), 3, 3))
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    turn[:, axis, axis] = 1.0
+    turn[:, i, i] = turn[:, j, j] = np.cos(angle)
+    turn[:, j, i] = np.sin(angle)
+    turn[:, i, j] = -np.sin(angle)
+    return turn
+
+
+def test_markers_are_the_joint_centres(run: SimulationResult) -> None:
+    text = markers_text(run, average_geometry(1.75), 0.0).splitlines()
+    names = text[3].split("\t")[2::3]
+    first = np.array(text[6].split("\t")[2:], dtype=float).reshape(-1, 3)
+    assert text[2].split("\t")[2] == str(len(text) - 6)
+    assert first.shape == (len([name for name in names if name]), 3)
+    knee, ankle = first[names.index("tibia_r")], first[names.index("talus_r")]
+    assert np.linalg.norm(knee - ankle) == pytest.approx(average_geometry(1.75).length("tibia_r"), abs=2e-6)
+    assert knee[1] > ankle[1]  # y is up
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("endheader", "end", "endheader"),
+        ("nRows=2000", "nRows=7", "nrows is 7"),
+        ("\ntime\t", "\nclock\t", "first column"),
+        ("\n0\t", "\n0\tx", "not a number"),
+        ("\n0\t", "\n0\t1\t", "values under"),
+    ],
+)
+def test_a_broken_table_is_named(run: SimulationResult, old: str, new: str, problem: str) -> None:
+    text = opensim_texts(run, average_geometry(1.75), 0.27)["joint_moments.sto"]
+    assert old in text
+    with pytest.raises(InputError, match=problem):
+        read_storage(Path("joint_moments.sto"), text.replace(old, new, 1))

@@ -1,0 +1,152 @@
+"""Turns of paths that are made so: what is found is what was made."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sssi_exudyn.frames import Array
+from sssi_exudyn.turns import PHASES, find_turns, radius, turns_of_course
+
+STEP = 1.0 / 200.0
+TURN = 2.4
+ANGLE = np.radians(60.0)
+
+
+def path_of(course: Array, speed: Array | float) -> Array:
+    way = np.stack([np.cos(course), np.sin(course)], axis=1)
+    return np.cumsum(way * np.broadcast_to(np.asarray(speed), len(course))[:, None] * STEP, axis=0)
+
+
+def linked(count: int = 8) -> tuple[Array, Array]:
+    """Time and course of ``count`` linked turns, the first to the left, the course's rate a sine."""
+    time = np.arange(0.0, TURN * count, STEP)
+    return time, -0.5 * ANGLE * np.cos(np.pi * time / TURN)
+
+
+def noise(count: int, rate: float, sigma: float, seed: int) -> Array:
+    """(count, 2) m, correlated over 1 s."""
+    rng = np.random.default_rng(seed)
+    keep = np.exp(-1.0 / rate)
+    made = np.empty((count, 2))
+    made[0] = rng.normal(0.0, sigma, 2)
+    for i in range(1, count):
+        made[i] = keep * made[i - 1] + rng.normal(0.0, sigma * np.sqrt(1.0 - keep**2), 2)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("every", "sigma", "within"),
+    [
+        (1, 0.0, 0.03),  # a simulation; the filter's time is 0.02 s
+        (20, 0.02, 0.15),  # 10 fixes a second: 2 cm over 1 s are 0.04 m/s or 0.4° of course at 8 m/s;
+        (20, 0.10, 0.40),  # where the course is level within 2 degrees for 0.3 s an extremum is anywhere in it
+        (200, 0.50, 0.60),  # a phone's satellites, once a second
+    ],
+)
+@pytest.mark.parametrize("seed", range(5))
+def test_linked_turns(every: int, sigma: float, within: float, seed: int) -> None:
+    time, course = linked()
+    path = path_of(course, 8.0)[::every]
+    path = path + noise(len(path), 1.0 / (STEP * every), sigma, seed) if sigma else path
+    found = find_turns(time[::every], path)
+    assert [turn.side for turn in found.turns] == ["left", "right"] * 4
+    assert [turn.complete for turn in found.turns] == [False, *[True] * 6, False]
+    assert not found.stretches
+    starts = [turn.start for turn in found.turns]
+    assert np.allclose(starts, TURN * np.arange(8), atol=within)
+    assert len(found.linked()) == 5
+
+
+def test_phases_are_thirds_and_labels_follow_them() -> None:
+    time, course = linked(3)
+    found = find_turns(time, path_of(course, 8.0))
+    turn = found.turns[1]
+    bounds = [turn.phases[name] for name in PHASES]
+    assert bounds[0][0] == turn.start
+    assert bounds[-1][1] == pytest.approx(turn.end)
+    assert np.diff(bounds, axis=1).ravel() == pytest.approx(turn.duration / 3.0)
+    at = np.array([turn.start + 0.5 * turn.duration, -1.0])
+    number, side, phase = found.labels(at)
+    assert (list(number), side, phase) == ([2, 0], ["right", ""], ["control", ""])
+
+
+def test_a_single_turn_between_two_traverses() -> None:
+    time = np.arange(0.0, 12.0, STEP)
+    course = np.interp(time, [0.0, 5.0, 7.0, 12.0], [0.0, 0.0, np.pi / 2.0, np.pi / 2.0])
+    found = find_turns(time, path_of(course, 6.0))
+    assert [(turn.side, turn.complete) for turn in found.turns] == [("left", False)]
+    assert [stretch.kind for stretch in found.stretches] == ["traverse", "traverse"]
+    assert found.turns[0].start == pytest.approx(5.0, abs=0.3)  # corners of the course are rounded over 0.2 s
+    assert found.turns[0].end == pytest.approx(7.0, abs=0.3)
+
+
+def test_two_turns_to_one_side_are_two() -> None:
+    time = np.arange(0.0, 10.0, STEP)
+    course = np.interp(time, [0.0, 2.0, 7.0, 9.0, 10.0], [0.0, 1.0, 1.0, 2.0, 2.0])
+    found = find_turns(time, path_of(course, 6.0))
+    assert [turn.side for turn in found.turns] == ["left", "left"]
+    assert [stretch.kind for stretch in found.stretches] == ["traverse"]
+
+
+def test_straight_running_has_no_turns() -> None:
+    time = np.arange(0.0, 8.0, 0.1)
+    path = np.stack([9.0 * time, 0.0 * time], axis=1) + noise(len(time), 10.0, 0.05, 3)
+    found = find_turns(time, path)
+    assert not found.turns
+    assert [stretch.kind for stretch in found.stretches] == ["traverse"]
+
+
+def test_a_stop_parts_the_run() -> None:
+    time, course = linked()
+    speed = 8.0 * np.ones(len(time))
+    stands = (time > 3.0 * TURN) & (time < 4.0 * TURN)
+    fading = np.interp(time, [3.0 * TURN - 2.5, 3.0 * TURN, 4.0 * TURN, 4.0 * TURN + 2.5], [1.0, 0.0, 0.0, 1.0])
+    found = find_turns(time, path_of(course, speed * np.where(stands, 0.0, fading)))
+    stops = [stretch for stretch in found.stretches if stretch.kind == "stop"]
+    assert len(stops) == 1
+    assert stops[0].start == pytest.approx(3.0 * TURN, abs=0.5)
+    assert stops[0].end == pytest.approx(4.0 * TURN, abs=0.5)
+    assert all(turn.end <= stops[0].start + 0.1 or turn.start >= stops[0].end - 0.1 for turn in found.turns)
+
+
+def test_a_fall_is_a_speed_that_breaks_down() -> None:
+    time, course = linked(4)
+    speed = np.interp(time, [0.0, 5.0, 5.9, 9.6], [11.0, 11.0, 1.5, 0.0])  # 10.6 m/s², more than gravity
+    found = find_turns(time, path_of(course, speed))
+    assert [stretch.kind for stretch in found.stretches] == ["fall"]
+    assert found.stretches[0].start == pytest.approx(5.0, abs=0.4)
+    assert found.turns[-1].end <= found.stretches[0].start + 0.1
+    hard_stop = np.interp(time, [0.0, 5.0, 7.0, 9.6], [11.0, 11.0, 0.0, 0.0])  # 5.5 m/s², a hockey stop
+    kinds = [stretch.kind for stretch in find_turns(time, path_of(course, hard_stop)).stretches]
+    assert kinds == ["stop"]
+
+
+def test_a_few_samples_are_no_run() -> None:
+    assert not find_turns(np.arange(3.0), np.zeros((3, 2))).turns
+    assert not find_turns(np.arange(30.0), np.zeros((30, 2))).turns  # stands all the time
+
+
+def test_neither_heading_nor_clock_matters() -> None:
+    time, course = linked(5)
+    path = path_of(course, 8.0)
+    turned = find_turns(time + 100.0, path_of(course + 2.0, 8.0) + 1e3)
+    for a, b in zip(find_turns(time, path).turns, turned.turns, strict=True):
+        assert (a.side, a.complete) == (b.side, b.complete)
+        assert b.start - 100.0 == pytest.approx(a.start, abs=0.021)  # one sample of the grid
+    mirrored = find_turns(time, path * [1.0, -1.0])
+    assert [turn.side for turn in mirrored.turns] == ["right", "left", "right", "left", "right"]
+
+
+def test_course_alone_gives_the_same_turns() -> None:
+    time, course = linked(5)
+    of_path = find_turns(time, path_of(course, 8.0)).turns
+    of_course = turns_of_course(time, course, np.full(len(time), 8.0)).turns
+    assert [turn.side for turn in of_course] == [turn.side for turn in of_path]
+    assert [turn.start for turn in of_course] == pytest.approx([turn.start for turn in of_path], abs=0.05)
+
+
+def test_radius_of_an_arc() -> None:
+    course = np.linspace(0.0, 1.2, 400)
+    assert radius(12.0 * np.stack([np.sin(course), 1.0 - np.cos(course)], axis=1)) == pytest.approx(12.0, rel=1e-4)
+    assert radius(np.stack([np.arange(5.0), np.zeros(5)], axis=1)) == np.inf
