@@ -16,10 +16,21 @@ import numpy as np
 from sssi_exudyn.errors import InputError
 from sssi_exudyn.frames import Array
 from sssi_exudyn.markup import elements, text_below
-from sssi_exudyn.table import read_table
+from sssi_exudyn.table import Table, read_table
 
 REQUIRED: Final = ("time_s", "latitude_deg", "longitude_deg", "altitude_m")
 OPTIONAL: Final = ("speed_mps", "course_deg", "sigma_m")
+
+_PHONE: Final = {
+    "seconds_elapsed": "time_s", "latitude": "latitude_deg", "longitude": "longitude_deg", "altitude": "altitude_m",
+    "speed": "speed_mps", "bearing": "course_deg", "horizontalAccuracy": "sigma_m",
+}  # fmt: skip
+"""Columns of Sensor Logger's Location.csv."""
+_RADIUS: Final = float(np.sqrt(-2.0 * np.log(1.0 - 0.68)))
+"""A telephone's accuracy is the radius around 68 % of fixes (Android, Location.getHorizontalAccuracyMeters), in
+standard deviations of one direction."""
+_WORST: Final = 100.0
+"""m; a fix less exact says nothing of a run."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +54,14 @@ class Fixes:
 
 
 def fixes_csv(path: Path) -> Fixes:
-    """Read ``time_s,latitude_deg,longitude_deg,altitude_m`` and optionally ``speed_mps,course_deg,sigma_m``.
+    """Read ``time_s,latitude_deg,longitude_deg,altitude_m`` and optionally ``speed_mps,course_deg,sigma_m``, or what
+    the telephones' app Sensor Logger writes as ``Location.csv``.
 
     Raises InputError for missing columns and for every fault described in ``read_table``.
     """
     table = read_table(path)
+    if set(_PHONE) <= table.columns.keys():
+        return _fixes_phone(path, table)
     missing = [name for name in REQUIRED if name not in table.columns]
     if missing:
         raise InputError(
@@ -60,6 +74,28 @@ def fixes_csv(path: Path) -> Fixes:
     unknown = [name for name in table.columns if name not in known]
     notes = (f"{path.name}: columns not used: {', '.join(unknown)}",) if unknown else ()
     return Fixes(known, tuple(f"line {line}" for line in table.lines), common_clock=True, notes=notes)
+
+
+def _fixes_phone(path: Path, table: Table) -> Fixes:
+    """Fixes of a telephone; those without an accuracy, or a poor one, are left out and noted."""
+    radius = table.columns["horizontalAccuracy"]
+    good = (radius > 0.0) & (radius / _RADIUS <= _WORST)
+    if np.count_nonzero(good) < 3:
+        raise InputError(
+            path, "column horizontalAccuracy", f"no three fixes are exact to {_WORST:g} m", "record again in the open"
+        )
+    columns = {ours: table.columns[theirs][good] for theirs, ours in _PHONE.items()}
+    columns["sigma_m"] = columns["sigma_m"] / _RADIUS
+    for name in ("speed_mps", "course_deg"):
+        if np.any(columns[name] < 0.0):  # the telephone's word for "not known"
+            del columns[name]
+    began = None
+    if "time" in table.columns:  # ns since 1970
+        began = float(1e-9 * table.columns["time"][good][0] - columns["time_s"][0])
+    lost = len(good) - int(np.count_nonzero(good))
+    notes = (f"{path.name}: {lost} fix(es) of poor or unknown accuracy left out",) if lost else ()
+    places = tuple(f"line {line}" for line, keep in zip(table.lines, good, strict=True) if keep)
+    return Fixes(columns, places, began=began, notes=notes)
 
 
 def fixes_gpx(path: Path) -> Fixes:

@@ -16,6 +16,8 @@ import pymap3d
 
 from sssi_exudyn.errors import InputError
 from sssi_exudyn.fixes import Fixes, fixes_csv, fixes_gpx
+from sssi_exudyn.fixes_fit import fixes_fit
+from sssi_exudyn.fixes_nmea import fixes_nmea
 from sssi_exudyn.frames import Array
 from sssi_exudyn.table import Clock, check_time, mend_clock
 
@@ -60,7 +62,12 @@ class Gps:
     notes: tuple[str, ...] = ()
 
 
-READERS: Final[dict[str, Callable[[Path], Fixes]]] = {".csv": fixes_csv, ".gpx": fixes_gpx}
+READERS: Final[dict[str, Callable[[Path], Fixes]]] = {
+    ".csv": fixes_csv,
+    ".gpx": fixes_gpx,
+    ".fit": fixes_fit,
+    ".nmea": fixes_nmea,
+}
 
 
 def read_fixes(path: Path) -> Fixes:

@@ -27,6 +27,7 @@ from sssi_exudyn.result_folder import locked, said_clearly
 
 MOTION, GPS, INSOLES = "motion.bvh", "gps.csv", "insoles.csv"
 _NEEDED: Final = ("mass_kg", "height_m", "skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m")
+_DAY: Final = 86400.0
 _DIGITS: Final = {"time_s": 6, "latitude_deg": 9, "longitude_deg": 9}
 """Of the columns of fixes; nine of a degree are 0.1 mm.  Others have four."""
 
@@ -184,6 +185,9 @@ def _gps_table(path: Path, fixes: Fixes, began: float | None, answers: Answers) 
         offset = answers.gps_offset_s
     elif not fixes.common_clock and fixes.began is not None and began is not None:
         offset = fixes.began - began
+        if abs(offset) > _DAY:
+            apart = f"by their clocks the fixes begin {offset / _DAY:.4g} days after the capture"
+            raise InputError(path, "", apart, "give --gps-offset-s")
     where = np.array(answers.antenna_offset_m)
     # its faults are said of this file and its places, not of the copy
     gps_from_fixes(path, fixes, segment=str(answers.antenna_joint), offset=where, sigma=answers.gps_sigma_m)

@@ -73,6 +73,18 @@ def test_every_dependency_is_imported_and_every_import_is_a_dependency(declared:
     assert third_party | {"pyarrow"} == wanted
 
 
+def test_every_library_of_the_import_extra_is_asked_for_somewhere(declared: dict[str, Any]) -> None:
+    wanted = {re.split(r"[<>=]", entry)[0] for entry in declared["project"]["optional-dependencies"]["import"]}
+    asked = {
+        str(node.args[0].value)
+        for path in (ROOT / "sssi_exudyn").glob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "library"
+        if isinstance(node.args[0], ast.Constant)
+    }
+    assert asked == wanted
+
+
 def test_wheel_holds_every_module_and_table_and_nothing_else(wheel: Path) -> None:
     with zipfile.ZipFile(wheel) as archive:
         inside = {name for name in archive.namelist() if ".dist-info/" not in name}

@@ -49,8 +49,8 @@ def orientations(frames: int, seed: int = 3) -> Array:
     return Rotation.from_rotvec(waves.reshape(-1, 3)).as_matrix().reshape(frames, len(SEGMENTS), 3, 3)
 
 
-def mvnx(rotations: Array, *, index: list[int] | None = None, head: str = "") -> str:
-    """The file's text; ``index`` gives the frames' numbers where some are missing."""
+def mvnx(rotations: Array, *, index: list[int] | None = None, began: float = BEGAN) -> str:
+    """The file's text; ``index`` gives the frames' numbers where some are missing, ``began`` the UTC of frame 0 (s)."""
     points: dict[str, list[str]] = {name: [_point(joint, (0.0, 0.0, 0.0))] for name, joint, _, _ in SEGMENTS}
     joints = []
     for name, joint, parent, place in SEGMENTS[1:]:
@@ -64,10 +64,10 @@ def mvnx(rotations: Array, *, index: list[int] | None = None, head: str = "") ->
         for number, (name, *_) in enumerate(SEGMENTS, 1)
     )
     numbers = index if index is not None else list(range(len(rotations)))
-    frames = [_frame("tpose", None, np.tile(np.eye(3), (len(SEGMENTS), 1, 1)))]
-    frames += [_frame("normal", number, frame) for number, frame in zip(numbers, rotations, strict=True)]
+    frames = [_frame("tpose", None, began, np.tile(np.eye(3), (len(SEGMENTS), 1, 1)))]
+    frames += [_frame("normal", number, began, frame) for number, frame in zip(numbers, rotations, strict=True)]
     return (
-        f'<?xml version="1.0" encoding="UTF-8"?>\n{head}'
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
         '<mvnx xmlns="http://www.xsens.com/mvn/mvnx" version="4">\n'
         f'<subject label="skier" frameRate="{RATE:g}" segmentCount="23">\n<segments>\n{segments}</segments>\n'
         f"<joints>\n{''.join(joints)}</joints>\n<frames>\n{''.join(frames)}</frames>\n</subject>\n</mvnx>\n"
@@ -78,9 +78,9 @@ def _point(label: str, place: tuple[float, float, float]) -> str:
     return f'<point label="{label}"><pos_b>{" ".join(f"{x:.6f}" for x in place)}</pos_b></point>'
 
 
-def _frame(kind: str, number: int | None, rotations: Array) -> str:
+def _frame(kind: str, number: int | None, began: float, rotations: Array) -> str:
     quaternions = Rotation.from_matrix(rotations).as_quat(scalar_first=True).ravel()
-    known = "" if number is None else f'index="{number}" ms="{round(1000 * (BEGAN + number / RATE))}" '
+    known = "" if number is None else f'index="{number}" ms="{round(1000 * (began + number / RATE))}" '
     zeros = " ".join(["0.000000"] * 3 * len(SEGMENTS))
     return (
         f'<frame time="0" {known}type="{kind}"><orientation>{" ".join(f"{q:.6f}" for q in quaternions)}</orientation>'

@@ -252,9 +252,9 @@ def test_faulty_gpx_is_named_with_place_and_mend(tmp_path: Path, fault: str) -> 
 
 
 def test_unknown_format_and_missing_sigma(tmp_path: Path) -> None:
-    path = tmp_path / "gps.fit"
+    path = tmp_path / "gps.kml"
     path.write_bytes(b"x")
-    with pytest.raises(InputError, match=r"no reader for '\.fit'"):
+    with pytest.raises(InputError, match=r"no reader for '\.kml'"):
         read(path)
     with pytest.raises(InputError, match="sigma_m"):
         read(write_csv(tmp_path, motion()[1]), sigma=None)

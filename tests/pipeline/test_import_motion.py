@@ -95,7 +95,7 @@ MVNX_FAULTS: dict[str, tuple[Callable[[str], str], str, str]] = {
     "no leg": (lambda t: t.replace('label="RightFoot"', 'label="Right"'), "segments", "missing: RightFoot"),
     "no joint": (lambda t: t.replace("<connector1>Pelvis/jL5S1", "<connector1>x/jL5S1"), "joints", "nothing connects"),
     "text": (
-        lambda t: t[::-1].replace("000000.0>noitisop<", "gnihton>noitisop<", 1)[::-1],
+        lambda t: t.replace("<position>0.000000", "<position>nothing"),
         "position",
         "not 69 numbers",
     ),

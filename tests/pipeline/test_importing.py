@@ -7,11 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fix_files import START, nmea
+from mvnx_file import SEGMENTS, mvnx
 from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, OFFSET, Tiny
 
+from sssi_exudyn.bvh import read_bvh, world_rotations
 from sssi_exudyn.cli import main
 from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import rotation_from_bvh
+from sssi_exudyn.gps import read_gps
 from sssi_exudyn.importing import Answers, import_recording
+from sssi_exudyn.mvnx import JOINT_OF_SEGMENT
 from sssi_exudyn.recording import read_recording
 
 ALL = Answers(
@@ -103,6 +109,39 @@ def test_two_of_a_kind_and_no_motion(tmp_path: Path) -> None:
         import_recording([*sources, sources[1]], tmp_path / "out", ALL)
     with pytest.raises(InputError, match="no file holds a motion capture"):
         import_recording(sources[1:], tmp_path / "out", ALL)
+
+
+def test_clocks_that_files_do_not_share_are_asked_for(tmp_path: Path) -> None:
+    motion, csv, _ = files(tmp_path)
+    log = tmp_path / "track.nmea"
+    log.write_text(nmea(Tiny().gps), encoding="utf-8")
+    answers = replace(ALL, gps_sigma_m=None)  # the log has it
+    with pytest.raises(InputError, match="no file says --gps-offset-s;"):
+        import_recording([motion, log], tmp_path / "out", answers)
+    import_recording([motion, log], tmp_path / "out", replace(answers, gps_offset_s=0.25))
+    found, asked = read_recording(tmp_path / "out"), read_gps(csv, segment="Spine2", offset=OFFSET, sigma=0.02)
+    assert found.gps is not None
+    np.testing.assert_allclose(found.gps.time, asked.time + 0.25, atol=1e-6)  # microseconds are written
+    np.testing.assert_allclose(found.gps.enu, asked.enu, atol=1.5e-3)  # the log's altitude has millimetres
+
+
+def test_clocks_that_files_share_are_laid_on_each_other(tmp_path: Path) -> None:
+    motion, csv, _ = files(tmp_path)
+    tiny = read_bvh(motion)
+    ours = [JOINT_OF_SEGMENT[name].replace("Spine3", "Spine2").replace("ToeBase", "Foot") for name, *_ in SEGMENTS]
+    world = rotation_from_bvh(world_rotations(tiny)[:, [tiny.index(name) for name in ours]])
+    capture, log = tmp_path / "run.mvnx", tmp_path / "track.nmea"
+    log.write_text(nmea(Tiny().gps), encoding="utf-8")
+    capture.write_text(mvnx(world, began=START.timestamp() - 0.25), encoding="utf-8")
+    answers = replace(ALL, gps_sigma_m=None)  # the log has it
+    import_recording([capture, log], tmp_path / "out", answers)
+    found, asked = read_recording(tmp_path / "out"), read_gps(csv, segment="Spine2", offset=OFFSET, sigma=0.02)
+    assert found.gps is not None
+    np.testing.assert_allclose(found.gps.time, asked.time + 0.25, atol=6e-4)  # the capture's clock has milliseconds
+
+    capture.write_text(mvnx(world, began=START.timestamp() - 1e8), encoding="utf-8")
+    with pytest.raises(InputError, match=r"fixes begin 1157 days after the capture; give --gps-offset-s"):
+        import_recording([capture, log], tmp_path / "other", answers)
 
 
 def test_command_line_names_its_options(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

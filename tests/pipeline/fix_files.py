@@ -1,0 +1,75 @@
+"""One track in the formats of receivers, watches and telephones."""
+
+from __future__ import annotations
+
+import struct
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+from tiny import Columns
+
+START = datetime(2026, 2, 1, 23, 59, 57, tzinfo=UTC)
+"""Three seconds before midnight, which NMEA's clock does not see coming."""
+
+
+def nmea(columns: Columns, *, knots: float = 8.0, course: float = 160.0) -> str:
+    """GGA, RMC and GST for every fix, with checksums."""
+    lines = []
+    for time, lat, lon, alt in zip(*(columns[name] for name in columns), strict=True):
+        moment = START + timedelta(seconds=float(time))
+        clock = f"{moment:%H%M%S}.{moment.microsecond // 10000:02d}"
+        place = f"{_minutes(lat, 2)},N,{_minutes(lon, 3)},E"
+        lines += [
+            f"GPGGA,{clock},{place},4,12,0.8,{alt:.3f},M,48.0,M,,",
+            f"GPRMC,{clock},A,{place},{knots:.2f},{course:.1f},{moment:%d%m%y},,",
+            f"GPGST,{clock},0.02,,,,0.03,0.04,0.05",
+            f"GPGSA,A,3,,,,,,,,,,,,,1.5,0.8,{time:.1f}",
+        ]
+    return "".join(f"${line}*{_checksum(line):02X}\r\n" for line in lines)
+
+
+def _minutes(degrees: float, digits: int) -> str:
+    whole = int(degrees)
+    return f"{whole:0{digits}d}{(degrees - whole) * 60.0:010.7f}"
+
+
+def _checksum(line: str) -> int:
+    return int(np.bitwise_xor.reduce(np.frombuffer(line.encode(), np.uint8)))
+
+
+def fit(columns: Columns, *, speed: float = 8.1) -> bytes:
+    """Records with timestamp, place, enhanced altitude and speed, and one without a place before them."""
+    fields = ((253, 4, 0x86), (0, 4, 0x85), (1, 4, 0x85), (78, 4, 0x86), (73, 4, 0x86))
+    body = struct.pack("<BBBHB", 0x40, 0, 0, 20, len(fields)) + b"".join(struct.pack("BBB", *field) for field in fields)
+    first = int(START.timestamp()) - 631065600
+    body += struct.pack("<BIiiII", 0, first, 0x7FFFFFFF, 0x7FFFFFFF, 0xFFFFFFFF, 0xFFFFFFFF)
+    for time, lat, lon, alt in zip(*(columns[name] for name in columns), strict=True):
+        semicircles = (round(float(angle) * 2**31 / 180.0) for angle in (lat, lon))
+        high = round((alt + 500.0) * 5.0)
+        body += struct.pack("<BIiiII", 0, first + round(float(time)), *semicircles, high, round(1000.0 * speed))
+    head = struct.pack("<BBHI4s", 14, 0x20, 2132, len(body), b".FIT")
+    head += struct.pack("<H", _fit_crc(head))
+    return head + body + struct.pack("<H", _fit_crc(head + body))
+
+
+def _fit_crc(data: bytes) -> int:
+    """CRC-16/ARC, as the FIT protocol has it."""
+    crc = 0
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0xA001 if crc & 1 else 0)
+    return crc
+
+
+def phone(columns: Columns, *, radius: float = 4.5) -> str:
+    """Sensor Logger's Location.csv; the first fix is the telephone's guess before the satellites."""
+    rows = ["time,seconds_elapsed,bearingAccuracy,speedAccuracy,verticalAccuracy,horizontalAccuracy,"
+            "speed,bearing,altitude,longitude,latitude"]  # fmt: skip
+    start = int(START.timestamp()) * 10**9
+    lat, lon, alt = (columns[name][0] for name in ("latitude_deg", "longitude_deg", "altitude_m"))
+    rows.append(f"{start - 10**9},-1.0,0,0,0,1400.0,0,0,{alt:.1f},{lon:.7f},{lat + 0.01:.7f}")
+    for time, lat, lon, alt in zip(*(columns[name] for name in columns), strict=True):
+        when = start + round(float(time) * 1e9)
+        rows.append(f"{when},{time:.3f},5.0,0.3,3.0,{radius},8.1,160.5,{alt:.3f},{lon:.9f},{lat:.9f}")
+    return "\n".join(rows) + "\n"

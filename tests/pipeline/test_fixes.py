@@ -1,0 +1,122 @@
+"""Fixes of receivers, watches and telephones: the same track from each, and files that are broken."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fix_files import START, fit, nmea, phone
+from tiny import Columns, motion
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.gps import read_fixes
+
+
+def track(step: int = 1) -> Columns:
+    """Every ``step``-th of the tiny recording's fixes, ten a second."""
+    return {name: column[::step] for name, column in motion()[1].items()}
+
+
+def write(folder: Path, name: str, content: str | bytes) -> Path:
+    path = folder / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+# name, content, track, and what the format resolves: degrees and metres
+FORMATS: dict[str, tuple[str | bytes, Columns, float, float]] = {
+    "track.nmea": (nmea(track()), track(), 1e-9, 1e-3),  # seven digits of a minute; millimetres
+    "watch.fit": (fit(track(10)), track(10), 5e-8, 0.1),  # half a semicircle of 84 nano-degrees; 1/5 m
+    "Location.csv": (phone(track()), track(), 1e-9, 1e-3),
+}
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_every_format_gives_the_track(tmp_path: Path, name: str) -> None:
+    content, expected, degrees, metres = FORMATS[name]
+    found = read_fixes(write(tmp_path, name, content))
+    np.testing.assert_allclose(found.columns["time_s"], expected["time_s"] - expected["time_s"][0], atol=1e-6)
+    for angle in ("latitude_deg", "longitude_deg"):
+        np.testing.assert_allclose(found.columns[angle], expected[angle], atol=degrees)
+    np.testing.assert_allclose(found.columns["altitude_m"], expected["altitude_m"], atol=metres)
+    assert found.began == pytest.approx(START.timestamp(), abs=1e-6)
+    assert not found.common_clock
+    assert len(found.places) == len(expected["time_s"])
+
+
+def test_nmea_speed_course_and_spread(tmp_path: Path) -> None:
+    found = read_fixes(write(tmp_path, "track.nmea", nmea(track(), knots=8.0, course=160.0))).columns
+    assert found["speed_mps"] == pytest.approx(8.0 * 1852.0 / 3600.0)
+    assert found["course_deg"] == pytest.approx(160.0)
+    assert found["sigma_m"] == pytest.approx(np.hypot(0.03, 0.04) / np.sqrt(2.0))
+
+
+def test_nmea_torn_and_lost_sentences_are_left_out_and_said(tmp_path: Path) -> None:
+    lines = nmea(track()).split("\r\n")
+    lines[40] = lines[40][:30]
+    lines[80] = lines[80].replace("E,4,", "E,0,").rsplit("*", 1)[0]
+    lines[80] += f"*{int(np.bitwise_xor.reduce(np.frombuffer(lines[80][1:].encode(), np.uint8))):02X}"
+    found = read_fixes(write(tmp_path, "track.nmea", "\n".join(lines)))
+    assert len(found.places) == len(track()["time_s"]) - 2
+    assert any("1 torn" in note for note in found.notes)
+    assert any("1 sentence(s) without a fix" in note for note in found.notes)
+
+
+def test_fit_speed_and_records_without_a_place(tmp_path: Path) -> None:
+    found = read_fixes(write(tmp_path, "watch.fit", fit(track(10), speed=8.1)))
+    assert found.columns["speed_mps"] == pytest.approx(8.1)
+    assert found.places[0] == "record 2"
+    assert any("1 record(s) without a fix" in note for note in found.notes)
+
+
+def test_phone_accuracy_is_a_radius_and_poor_fixes_go(tmp_path: Path) -> None:
+    found = read_fixes(write(tmp_path, "Location.csv", phone(track(), radius=4.5)))
+    rng = np.random.default_rng(1)
+    scattered = np.linalg.norm(found.columns["sigma_m"][0] * rng.standard_normal((100_000, 2)), axis=1)
+    # of 100 000 the share within the radius is known to ± 0.0015 (one sigma)
+    assert np.mean(scattered < 4.5) == pytest.approx(0.68, abs=0.005)
+    assert found.places[0] == "line 3"
+    assert any("1 fix(es) of poor" in note for note in found.notes)
+
+
+def spoil_fit(change: Callable[[bytearray], None]) -> bytes:
+    data = bytearray(fit(track(10)))
+    change(data)
+    return bytes(data)
+
+
+def flip(data: bytearray) -> None:
+    data[100] ^= 0x55
+
+
+FAULTS: dict[str, tuple[str, str | bytes, str]] = {
+    "torn log": ("a.nmea", nmea(track()).replace("1", "2", 400), "sentences are torn"),
+    "no fixes": ("a.nmea", "\n".join(nmea(track()).split("\r\n")[3::4]), "0 GGA sentences"),
+    "other text": ("a.nmea", "time,x\n1,2\n", "0 GGA sentences"),
+    "flipped bit": ("a.fit", spoil_fit(flip), "damaged"),
+    "cut short": ("a.fit", fit(track(10))[:150], "damaged"),
+    "no FIT": ("a.fit", b"hello, this is no FIT file", "damaged"),
+    "no places": ("a.fit", fit({name: column[:0] for name, column in track().items()}), "0 records with a place"),
+    "no accuracy": ("a.csv", phone(track()).replace(",4.5,", ",-1,"), "no three fixes"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_broken_files_are_one_clear_line(tmp_path: Path, fault: str) -> None:
+    name, content, problem = FAULTS[fault]
+    path = write(tmp_path, name, content)
+    with pytest.raises(InputError) as info:
+        read_fixes(path)
+    assert info.value.file == str(path)
+    assert problem in info.value.problem
+    assert info.value.mend
+    assert "\n" not in str(info.value)
+
+
+def test_a_missing_library_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "fitdecode", None)
+    with pytest.raises(InputError, match=r"need the library fitdecode; pip install 'sssi-exudyn\[import\]'"):
+        read_fixes(write(tmp_path, "watch.fit", fit(track(10))))
