@@ -16,9 +16,9 @@ palms to the thighs), where all segments are parallel.  A segment's origin is it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -119,6 +119,36 @@ class Geometry:
     def length(self, segment: str) -> float:
         """Distance from the segment's joint to its far end (m)."""
         return float(np.linalg.norm(self.segment_end[SEGMENT[segment]]))
+
+
+def geometry_to_dict(geometry: Geometry) -> dict[str, Any]:
+    """The lengths as a table of plain lists, each with its unit in its name, for a file; segments in chain order."""
+    return {
+        "segments": list(SEGMENTS),
+        "joint_in_parent_m": geometry.joint_in_parent.tolist(),
+        "segment_end_m": geometry.segment_end.tolist(),
+        "attitude_in_parent": geometry.attitude_in_parent.tolist(),
+        "ankle_to_ski_base_m": geometry.ankle_to_ski_base,
+    }
+
+
+def geometry_from_dict(table: Mapping[str, Any]) -> Geometry:
+    """The inverse of ``geometry_to_dict``.  Raises ValueError for other segments, missing keys or wrong shapes."""
+    if table.get("segments") != list(SEGMENTS):
+        raise ValueError("not the segments of this skeleton")
+    n = len(SEGMENTS)
+    shapes = {"joint_in_parent_m": (n, 3), "segment_end_m": (n, 3), "attitude_in_parent": (n, 3, 3)}
+    shapes["ankle_to_ski_base_m"] = ()
+    values = {key: np.asarray(table.get(key), dtype=np.float64) for key in shapes}
+    for key, shape in shapes.items():
+        if values[key].shape != shape or not np.all(np.isfinite(values[key])):
+            raise ValueError(f"{key} is not {shape} numbers")
+    return Geometry(
+        joint_in_parent=values["joint_in_parent_m"],
+        segment_end=values["segment_end_m"],
+        ankle_to_ski_base=float(values["ankle_to_ski_base_m"]),
+        attitude_in_parent=values["attitude_in_parent"],
+    )
 
 
 @dataclass(frozen=True)

@@ -74,6 +74,9 @@ def parser() -> argparse.ArgumentParser:
         "recordings", parents=[common, recorded, written], help="the diagnosis, on recordings with a truth.json"
     )
     commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
+    report = commands.add_parser("report", parents=[common], help="one page of a result, or of several side by side")
+    report.add_argument("results", type=Path, nargs="+", metavar="DIR", help="a folder that run left")
+    report.add_argument("--out", type=Path, metavar="PAGE", required=True, help="the page to write (.html)")
     commands.add_parser("terms", parents=[common], help="every force term and its parameters")
     ski = commands.add_parser("ski", help="what concerns a ski alone")
     about = ski.add_subparsers(dest="about", metavar="COMMAND", required=True)
@@ -193,6 +196,9 @@ def _call(options: argparse.Namespace) -> str:
                 return to_json(commands.diagnose_day(options.folders, options.out, progress=progress))
             told = commands.diagnose(options.folders[0], options.out, progress=progress)
             return to_json(told) if options.json else f"{told['verdict']}: {told['sentence']}\n"
+        case "report":
+            written = commands.report(options.results, options.out)
+            return to_json({"report": str(written)}) if options.json else f"{written}\n"
         case "validate":
             summary = commands.validate(options.folder, options.result, options.out, progress=progress)
         case _:

@@ -32,24 +32,21 @@ from sssi_exudyn.fitting.observe import first_guess, mended
 from sssi_exudyn.frames import Array, slope_to_enu
 from sssi_exudyn.importing import Answers, import_recording
 from sssi_exudyn.inspection import Inspection, inspect_recording, plot_inspection
-from sssi_exudyn.model import Model, model_to_dict, read_model
+from sssi_exudyn.model import Model, read_model
 from sssi_exudyn.motion import Motion, motion_from_recording, round_trip_table
 from sssi_exudyn.opensim_files import opensim_texts
 from sssi_exudyn.progress import Progress
 from sssi_exudyn.provenance import provenance
 from sssi_exudyn.recording import Recording, read_recording
 from sssi_exudyn.reduced import prepare
+from sssi_exudyn.report import render, write_run
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.result_folder import (
     DIAGNOSIS,
-    MODEL,
     complete_summary,
     locked,
-    read_series,
-    read_summary,
     to_json,
     write_atomically,
-    write_result,
 )
 from sssi_exudyn.simulation import simulate as simulate_model
 from sssi_exudyn.validation.benchmark import run_benchmark
@@ -58,7 +55,9 @@ from sssi_exudyn.validation.diagnosis import Diagnosis, diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis import diagnose as find_missing
 from sssi_exudyn.validation.diagnosis_page import diagnosis_section
 from sssi_exudyn.validation.known import compared, read_truth
-from sssi_exudyn.validation.page import render_page
+from sssi_exudyn.validation.measured import measured_table
+from sssi_exudyn.validation.page import Section
+from sssi_exudyn.validation.run import Run, read_run
 from sssi_exudyn.validation.validate import judged
 
 _CACHE = "cache"
@@ -239,13 +238,17 @@ def validate(folder: Path, result: Path, out: Path, *, progress: Progress = _SIL
     """Judge the run in the folder ``result`` against the recording's GPS and insoles, into ``out``; the new summary."""
     with locked(out), progress.stage("validate"):
         recording = read_recording(folder)
-        summary, series = read_summary(result), read_series(result)
-        summary |= judged(series, recording.gps, recording.insoles)
-        summary = complete_summary(summary)
-        model = model_to_dict(read_model(result / MODEL))
-        page = render_page(summary, series, recording.gps, recording.insoles)
-        write_result(out, summary, series, model, report=page)
+        run = read_run(result)
+        summary = complete_summary({**run.summary, **judged(run.series, recording.gps, recording.insoles)})
+        measured = measured_table(recording.gps, recording.insoles)
+        write_run(out, replace(run, summary=summary, measured=measured))
         return summary
+
+
+def report(results: Sequence[Path], out: Path) -> Path:
+    """The report of one result folder, or of several side by side, in the file ``out``; that file's path."""
+    write_atomically(out, render([read_run(result) for result in results]))
+    return out
 
 
 def terms() -> list[dict[str, str | float]]:
@@ -320,7 +323,7 @@ def _left(
     settings: dict[str, Any],
     *,
     diagnosis: dict[str, Any] | None = None,
-    sections: Sequence[str] = (),
+    sections: Sequence[Section] = (),
 ) -> dict[str, Any]:
     """Write a result folder from a run; its summary."""
     result = result.moved(_height_of_track(recording, result))
@@ -347,17 +350,10 @@ def _left(
             "provenance": provenance(recording.hashes, settings, seed=0),
         }
     )
-    page = render_page(summary, series, gps, recording.insoles, sections)
-    write_result(
-        out,
-        summary,
-        series,
-        model_to_dict(model),
-        diagnosis=diagnosis,
-        report=page,
-        turns=found.table,
-        opensim=opensim_texts(result, motion.geometry, model.inclination),
-    )
+    measured = measured_table(gps, recording.insoles)
+    run = Run(summary, series, model, measured, motion.geometry, found.table)
+    texts = opensim_texts(result, motion.geometry, model.inclination)
+    write_run(out, run, diagnosis=diagnosis, opensim=texts, sections=sections)
     return summary
 
 

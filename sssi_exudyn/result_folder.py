@@ -34,6 +34,7 @@ SUMMARY, SERIES, MODEL, DIAGNOSIS, REPORT = (
 )
 TURNS: tuple[str, str] = ("turns.csv", "turns.parquet")
 OPENSIM = ("coordinates.mot", "snow_forces.mot", "joint_moments.sto", "markers.trc")
+MEASURED, SKELETON = "measured.parquet", "skeleton.json"
 _LOCK = ".lock"
 
 _FIGURES: Mapping[str, Any] = {
@@ -62,6 +63,8 @@ def write_result(
     series: pd.DataFrame,
     model: Mapping[str, Any],
     *,
+    measured: pd.DataFrame | None = None,
+    skeleton: Mapping[str, Any] | None = None,
     diagnosis: Mapping[str, Any] | None = None,
     report: str | None = None,
     turns: pd.DataFrame | None = None,
@@ -75,9 +78,11 @@ def write_result(
     summary : figures by group, completed by ``complete_summary``
     series : one row a sample (``SimulationResult.to_frame``)
     model : the complete model as a table (written as TOML)
+    measured : what the recording's instruments say, one row an instant (``validation.measured``)
+    skeleton : the skier's lengths (``chain.geometry_to_dict``)
     turns : one row a turn and phase (``biomechanics``)
     opensim : the texts of the files ``OPENSIM`` by name
-    diagnosis, report, turns, opensim : left out, older ones go away, since they would belong to another run
+    measured … opensim : left out, older ones go away, since they would belong to another run
 
     Raises InputError when the folder cannot be written or another process is writing it.
     """
@@ -86,6 +91,12 @@ def write_result(
         SERIES: lambda path: series.to_parquet(path, index=False),
         MODEL: lambda path: path.write_text(tomli_w.dumps(model), encoding="utf-8"),
     }
+    if measured is not None:
+        instruments = measured
+        writers[MEASURED] = lambda path: instruments.to_parquet(path, index=False)
+    if skeleton is not None:
+        lengths = to_json(skeleton)
+        writers[SKELETON] = lambda path: path.write_text(lengths, encoding="utf-8")
     if diagnosis is not None:
         made = to_json(diagnosis)
         writers[DIAGNOSIS] = lambda path: path.write_text(made, encoding="utf-8")
@@ -98,26 +109,52 @@ def write_result(
         writers[name] = partial(Path.write_text, data=content, encoding="utf-8")
     writers[SUMMARY] = lambda path: path.write_text(text, encoding="utf-8")
     with locked(folder), said_clearly(folder):
-        stale = {DIAGNOSIS, REPORT, *TURNS, *OPENSIM} - writers.keys()
+        stale = {MEASURED, SKELETON, DIAGNOSIS, REPORT, *TURNS, *OPENSIM} - writers.keys()
         _replace_together(folder, writers, stale)
 
 
 def read_summary(folder: Path) -> dict[str, Any]:
     """The summary of a result folder.  Raises InputError when there is none or it is of another format."""
     path = folder / SUMMARY
-    with said_clearly(path):
-        try:
-            summary = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError as error:
-            raise InputError(path, "", f"not a summary ({error})", "run again") from error
-    if not isinstance(summary, dict) or summary.get("format") != FORMAT:
+    summary = _read_json(path)
+    if summary.get("format") != FORMAT:
         raise InputError(path, "format", f"not a summary of format {FORMAT}", "run again with this version")
     return summary
 
 
+def _read_json(path: Path) -> dict[str, Any]:
+    with said_clearly(path):
+        try:
+            table = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise InputError(path, "", f"not JSON ({error})", "run again") from error
+    if not isinstance(table, dict):
+        raise InputError(path, "", "holds no table of figures", "run again with this version")
+    return table
+
+
 def read_series(folder: Path) -> pd.DataFrame:
     """The time series of a result folder.  Raises InputError when there is none or it cannot be read."""
-    path = folder / SERIES
+    return _read_parquet(folder / SERIES)
+
+
+def read_measured(folder: Path) -> pd.DataFrame | None:
+    """What the recording's instruments say; None where the result has none.  Raises InputError where unreadable."""
+    return _read_parquet(folder / MEASURED) if (folder / MEASURED).exists() else None
+
+
+def read_turns(folder: Path) -> pd.DataFrame | None:
+    """One row a turn and phase; None where the result has none.  Raises InputError where unreadable."""
+    return _read_parquet(folder / TURNS[1]) if (folder / TURNS[1]).exists() else None
+
+
+def read_skeleton(folder: Path) -> dict[str, Any] | None:
+    """The skier's lengths as a table; None where the result has none.  Raises InputError when it cannot be read."""
+    path = folder / SKELETON
+    return _read_json(path) if path.exists() else None
+
+
+def _read_parquet(path: Path) -> pd.DataFrame:
     with said_clearly(path):
         try:
             return pd.read_parquet(path)

@@ -10,16 +10,15 @@ from matplotlib.axes import Axes
 from sssi_exudyn.validation import plots
 from sssi_exudyn.validation.diagnosis import Diagnosis, Finding
 from sssi_exudyn.validation.locate import DIRECTIONS, MissingForce
-from sssi_exudyn.validation.page import figure, table
+from sssi_exudyn.validation.page import Section, figure, table
 from sssi_exudyn.validation.search import Round
 
 _COLOURS = (plots.SIMULATED, plots.MEASURED, plots.OTHER)
 
 
-def diagnosis_section(diagnosis: Diagnosis) -> str:
-    """HTML of the section."""
+def diagnosis_section(diagnosis: Diagnosis) -> Section:
+    """What was missing, as a section of the page."""
     parts = [
-        "<h2>What was left out</h2>\n",
         f"<p>{escape(diagnosis.sentence)}</p>\n",
         figure(
             _error_svg(diagnosis),
@@ -38,7 +37,7 @@ def diagnosis_section(diagnosis: Diagnosis) -> str:
     parts += [_finding(finding) for finding in diagnosis.findings]
     parts.append(_weighed(diagnosis.rounds[0]))
     parts.append(table("Noise as it is", _noise_rows(diagnosis)))
-    return "".join(parts)
+    return Section("What was left out", "".join(parts))
 
 
 def _finding(finding: Finding) -> str:

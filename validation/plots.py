@@ -1,7 +1,7 @@
 """Plots of a result as SVG text that a page can hold inline.
 
-Frames and words take the colour of the text around them, so that a plot reads on light and on dark; the data's colours
-have enough contrast on both and differ in lightness and in line style too, for whoever does not tell hues apart.
+Frames and words take the colour of the text around them and the data the page's own colours (``page.css``), so that a
+plot reads on light and on dark; what is told apart by colour differs in lightness or line style too.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from sssi_exudyn.frames import Array
 from sssi_exudyn.rotations import lowpass
 from sssi_exudyn.validation.metrics import at_times, pressure_ratio
 
-SIMULATED, MEASURED, OTHER = "#2f7fc1", "#d9772b", "#7a9a3a"
+COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00")
+"""Okabe and Ito's vermillion, blue, green, purple and orange; the page's ``--c1`` to ``--c5``."""
+MEASURED, SIMULATED, OTHER = COLOURS[:3]
 CUTOFF_HZ = 6.0
 """The paper's filter of insole data (2.4)."""
 INK = "#010203"
@@ -110,19 +112,22 @@ def filtered_ratio(time: Array, left: Array, right: Array) -> Array:
     return pressure_ratio(left, right)
 
 
-def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9) -> str:
-    """What ``draw`` puts on the axes, as SVG text; ``name`` is this plot's own on its page, ``height`` in inches."""
+def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: float = 7.2) -> str:
+    """What ``draw`` puts on the axes, as SVG text; ``name`` is this plot's own on its page, its size in inches."""
     with mpl.rc_context(_STYLE | {"svg.hashsalt": name}):  # a salt of its own: identical runs give identical bytes
-        figure = Figure(figsize=(7.2, height), layout="constrained")
+        figure = Figure(figsize=(width, height), layout="constrained")
         figure.patch.set_alpha(0.0)
         axes = figure.add_subplot()
         axes.patch.set_alpha(0.0)
         draw(axes)
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderpad=0.0)  # above, where no data are
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderpad=0.0)  # above, where no data are
         text = io.StringIO()
         figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
     drawn = text.getvalue()
     drawn = drawn[drawn.index("<svg") :].replace(INK, "currentColor")
+    for index, colour in enumerate(COLOURS, 1):
+        drawn = drawn.replace(colour, f"var(--c{index})")
     # Several plots share one page, and identifiers have to be one plot's own there.
     drawn = re.sub(r'\bid="', f'id="{name}-', drawn)
     drawn = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", drawn)

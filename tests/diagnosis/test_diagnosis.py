@@ -39,7 +39,7 @@ def said_of(name: str, kind: str, strength: int, base: Any, seed: int) -> tuple[
     made = make(0, (name, kind, strength), [base], seed)
     found = diagnose(made.recording, made.motion, made.model, full=False)
     section = diagnosis_section(found)
-    assert found.sentence.split(":")[0] in section
+    assert found.sentence.split(":")[0] in section.html
     return made.case, diagnosis_to_dict(found)
 
 

@@ -90,7 +90,7 @@ def test_wheel_holds_every_module_and_table_and_nothing_else(wheel: Path) -> Non
         inside = {name for name in archive.namelist() if ".dist-info/" not in name}
     expected = {
         f"sssi_exudyn/{path.relative_to(ROOT / 'sssi_exudyn')}"
-        for pattern in ("*.py", "*/*.py", "*.toml", "*/*.toml", "py.typed")
+        for pattern in ("*.py", "*/*.py", "*.toml", "*/*.toml", "*/*.css", "*/*.js", "py.typed")
         for path in (ROOT / "sssi_exudyn").glob(pattern)
     }
     assert inside == expected

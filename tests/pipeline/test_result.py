@@ -185,7 +185,7 @@ def test_one_process_may_hold_a_folder_and_write_into_it(tmp_path: Path) -> None
 
 @pytest.mark.parametrize(
     ("content", "problem"),
-    [(None, "no such file"), ("{", "not a summary"), ("[]", "format 1"), ('{"format": 2}', "format 1")],
+    [(None, "no such file"), ("{", "not JSON"), ("[]", "no table of figures"), ('{"format": 2}', "format 1")],
     ids=["missing", "torn", "a list", "another format"],
 )
 def test_a_summary_that_cannot_be_read_says_so(tmp_path: Path, content: str | None, problem: str) -> None:

@@ -1,0 +1,80 @@
+"""The replay's numbers: what is packed for the page is where the run was."""
+
+import base64
+
+import numpy as np
+import pytest
+from a_run import AZIMUTH, INCLINATION, MASS, SPEED, a_result, a_run
+
+from sssi_exudyn.chain import SEGMENT
+from sssi_exudyn.frames import GRAVITY, slope_to_level
+from sssi_exudyn.validation.replay import RATE, STATIONS, packed, scene_of
+from sssi_exudyn.validation.run import Run
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    return a_run()
+
+
+def test_frames_are_those_of_the_run_in_the_level_frame(run: Run) -> None:
+    assert run.geometry is not None
+    scene = scene_of(run.series, run.geometry, run.model)
+    assert len(scene.time) == round(10.0 * RATE) + 1
+    result = a_result()
+    path = (result.com - result.com[0]) @ slope_to_level(INCLINATION).T
+    expected = np.stack([np.interp(scene.time, result.time, axis) for axis in path.T], axis=1)
+    # samples 20 ms apart and frames 50 ms apart do not meet: half a sample at 8 m/s
+    assert np.max(np.abs(scene.com - expected)) <= 0.5 * 0.02 * SPEED * 1.1
+    # down the fall line is down
+    assert scene.com[-1, 2] == pytest.approx(-scene.com[-1, 0] * np.tan(INCLINATION), abs=1e-6)
+    assert AZIMUTH != 0.0  # so that the turn from east-north-up counts
+
+
+def test_snow_pushes_along_the_slopes_normal_and_against_the_way(run: Run) -> None:
+    assert run.geometry is not None
+    scene = scene_of(run.series, run.geometry, run.model)
+    slope = scene.snow.sum(axis=1) @ slope_to_level(INCLINATION)
+    np.testing.assert_allclose(slope[:, 2], MASS * GRAVITY, rtol=1e-9)  # a_run's loads add up to the weight
+    assert np.all(slope[:, 0] < 0.0)
+
+
+def test_skis_hang_on_the_feet_and_bend_by_what_was_computed(run: Run) -> None:
+    assert run.geometry is not None
+    flat = run.series.copy()
+    for side in ("left", "right"):
+        flat[[f"{side}_tip_deflection_m", f"{side}_tail_deflection_m"]] = 0.0
+    bent, straight = (scene_of(series, run.geometry, run.model).skis for series in (run.series, flat))
+    moved = np.linalg.norm(bent - straight, axis=-1)
+    np.testing.assert_allclose(moved[:, :, [0, -1]], 0.02, atol=1e-9)
+    middle = STATIONS.index(0.5)
+    np.testing.assert_allclose(moved[:, :, middle], 0.0, atol=1e-12)
+    assert np.all(np.diff(moved[:, :, middle:], axis=2) > 0.0)
+    length = np.linalg.norm(straight[:, :, -1].mean(axis=2) - straight[:, :, 0].mean(axis=2), axis=-1)
+    # the straight line from tail to tip: 1.65 m along and 38 mm up
+    np.testing.assert_allclose(length, np.hypot(1.65, 0.038), atol=1e-3)
+
+
+def test_packed_numbers_come_back_within_a_step(run: Run) -> None:
+    assert run.geometry is not None
+    scene = scene_of(run.series, run.geometry, run.model)
+    data = packed(scene, run.name, run.model)
+    path = np.frombuffer(base64.b64decode(data["path"]), "<f4").reshape(data["frames"], 3)
+    around = np.frombuffer(base64.b64decode(data["around"]), "<i2").reshape(data["frames"], data["points"], 3)
+    places = path[:, None] + data["step"] * around
+    knee = SEGMENT["tibia_l"]
+    # half a step of rounding, and float32's 7 digits of 80 m
+    assert data["step"] < 2e-4
+    np.testing.assert_allclose(places[:, knee], scene.joints[:, knee], atol=0.5 * data["step"] + 1e-5)
+    np.testing.assert_allclose(places[:, data["feet"] + 1], scene.feet[:, 1], atol=0.5 * data["step"] + 1e-5)
+    forces = np.frombuffer(base64.b64decode(data["forces"]), "<i2").reshape(data["frames"], 3, 3)
+    np.testing.assert_allclose(data["newton"] * forces[:, :2], scene.snow, atol=0.5 * data["newton"] + 1e-9)
+    assert data["points"] == data["skis"] + 4 * len(STATIONS)
+
+
+def test_every_segment_is_drawn(run: Run) -> None:
+    assert run.geometry is not None
+    data = packed(scene_of(run.series, run.geometry, run.model), run.name, run.model)
+    drawn = {int(point) for bone in data["bones"] for point in bone[:2]} | set(data["head"])
+    assert set(range(len(SEGMENT))) <= drawn
+    assert max(drawn) < data["feet"]

@@ -1,0 +1,174 @@
+"""The report: whole without a network, readable by machines that read it aloud, safe with any name, and true."""
+
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from a_run import GPS_BIAS, NAME, a_run
+
+from sssi_exudyn import commands
+from sssi_exudyn.report import render, write_run
+from sssi_exudyn.result_folder import read_measured, read_skeleton
+from sssi_exudyn.validation.page import Section
+from sssi_exudyn.validation.run import read_run
+
+
+class Outline(HTMLParser):
+    """Every opening tag with its attributes, and all text; raises on a closing tag that closes nothing."""
+
+    VOID = ("meta", "br", "input")
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.open: list[str] = []
+        self.text = ""
+        self.scripts: list[str] = []
+        self.feed(page)
+        assert self.open == []
+
+    def named(self, tag: str) -> list[dict[str, str | None]]:
+        return [attributes for name, attributes in self.tags if name == tag]
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open[-1:] == ["script"]:
+            self.scripts.append(data)
+        elif self.open[-1:] != ["style"]:
+            self.text += data
+
+
+@pytest.fixture(scope="module")
+def page() -> str:
+    return render([a_run()])
+
+
+@pytest.fixture(scope="module")
+def outline(page: str) -> Outline:
+    return Outline(page)
+
+
+def test_page_asks_nothing_of_a_network(page: str, outline: Outline) -> None:
+    for tag, attributes in outline.tags:
+        assert tag not in {"link", "iframe", "object", "embed"}
+        for name in ("src", "href", "xlink:href", "srcset", "action", "data"):
+            assert (attributes.get(name) or "#").startswith("#")
+    assert "@import" not in page
+    assert "url(http" not in page
+    for word in ("fetch(", "XMLHttpRequest", "WebSocket", "import("):
+        assert word not in page
+
+
+def test_every_picture_says_what_it_shows(outline: Outline) -> None:
+    pictures = [*outline.named("svg"), *outline.named("canvas")]
+    assert pictures
+    assert all(picture["role"] == "img" and picture["aria-label"] for picture in pictures)
+    for control in outline.named("input"):
+        assert control.get("aria-label") or control["type"] == "checkbox"
+
+
+def test_identifiers_are_unique_and_every_reference_has_its_target(page: str, outline: Outline) -> None:
+    identifiers = [attributes["id"] for _, attributes in outline.tags if "id" in attributes]
+    assert len(identifiers) == len(set(identifiers))
+    references = re.findall(r'(?:href="|url\()#([^")]+)', page)
+    assert references
+    assert set(references) <= set(identifiers)
+
+
+def test_names_from_a_recording_are_text_not_markup(page: str, outline: Outline) -> None:
+    assert "<b>hill" not in page
+    assert NAME in outline.text
+    assert json.loads(outline.scripts[0])["name"] == NAME
+
+
+def test_only_the_pages_own_script_may_run(outline: Outline) -> None:
+    (policy,) = [meta["content"] for meta in outline.named("meta") if "http-equiv" in meta]
+    assert policy is not None
+    assert policy.startswith("default-src 'none'")
+    assert "unsafe-inline'; script-src 'sha256-" in policy
+    kinds = [script.get("type") for script in outline.named("script")]
+    assert kinds == ["application/json", None]
+
+
+def test_figures_of_the_page_are_those_of_the_summary(outline: Outline) -> None:
+    run = a_run()
+    error = run.summary["trajectory"]["mean_error_m"]
+    # the GPS is that far north of the antenna all along
+    assert error == pytest.approx(GPS_BIAS, abs=1e-6)
+    assert f"by {error:.3f} m" in outline.text
+    assert f"{run.summary['trajectory']['percent_of_length']:.2g} %" in outline.text
+    assert "0.061 ± 0.001" in outline.text
+    assert "15.0" in outline.text
+    assert "compiled" in outline.text
+
+
+def test_several_runs_stand_side_by_side(page: str) -> None:
+    other = a_run(recording="big hill", friction={"mu_t": {"value": 0.19, "se": None}})
+    both = Outline(render([a_run(), other]))
+    assert len(both.named("canvas")) == 2
+    assert len(both.scripts) == 3
+    assert "0.190" in both.text
+    assert "0.061 ± 0.001" in both.text
+
+
+def test_same_result_same_bytes(page: str) -> None:
+    assert render([a_run()]) == page
+
+
+def test_sections_of_others_come_first(outline: Outline) -> None:
+    shown = Outline(render([a_run()], [Section("What was <left> out", "<p>snow</p>")]))
+    headlines = [attributes["id"] for attributes in shown.named("h2")]
+    assert len(headlines) == len(outline.named("h2")) + 1
+    assert shown.text.index("What was <left> out") < shown.text.index("Health of the solver")
+
+
+def test_what_is_not_known_is_a_dash() -> None:
+    bare = a_run(measured=False, friction=None, solver=None)
+    shown = Outline(render([bare])).text
+    assert "no GPS track" in shown
+    assert "None" not in shown
+    assert "nan" not in shown
+    assert shown.count("–") >= 8
+
+
+def test_a_result_folder_gives_the_page_again(tmp_path: Path, page: str) -> None:
+    write_run(tmp_path / "res", a_run())
+    assert (tmp_path / "res" / "report.html").read_text(encoding="utf-8") == page
+    made = commands.report([tmp_path / "res"], tmp_path / "again.html")
+    assert made.read_text(encoding="utf-8") == page
+
+
+def test_a_folder_without_skeleton_and_measurements_has_a_page_without_replay(tmp_path: Path) -> None:
+    write_run(tmp_path, a_run())
+    for name in ("skeleton.json", "measured.parquet"):
+        (tmp_path / name).unlink()
+    assert read_skeleton(tmp_path) is None
+    assert read_measured(tmp_path) is None
+    shown = Outline(render([read_run(tmp_path)]))
+    assert shown.named("canvas") == []
+    assert shown.named("script") == []
+
+
+def test_what_was_measured_comes_back_from_the_folder(tmp_path: Path) -> None:
+    run = a_run()
+    write_run(tmp_path, run)
+    again = read_run(tmp_path)
+    assert run.measured is not None
+    assert again.measured is not None
+    assert again.measured.equals(run.measured)
+    assert again.geometry is not None
+    assert run.geometry is not None
+    np.testing.assert_array_equal(again.geometry.joint_in_parent, run.geometry.joint_in_parent)

@@ -1,0 +1,28 @@
+"""What a recording's instruments say, as one table that goes with a result, so that it can be drawn without the
+recording.
+"""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from sssi_exudyn.gps import Gps
+from sssi_exudyn.insoles import Insoles
+
+
+def measured_table(gps: Gps | None, insoles: Insoles | None) -> pd.DataFrame | None:
+    """One row an instant at which an instrument said something, in the order of time; None where there is none.
+
+    Columns, NaN where that instrument is silent: ``time_s``, ``gps_east_m``, ``gps_north_m``, ``gps_up_m``,
+    ``gps_sigma_m``, ``left_insole_N``, ``right_insole_N``.
+    """
+    tables = []
+    if gps is not None:
+        columns = {f"gps_{axis}_m": gps.enu[:, k] for k, axis in enumerate(("east", "north", "up"))}
+        tables.append(pd.DataFrame({"time_s": gps.time, **columns, "gps_sigma_m": gps.sigma}))
+    if insoles is not None:
+        columns = {"left_insole_N": insoles.left, "right_insole_N": insoles.right}
+        tables.append(pd.DataFrame({"time_s": insoles.time, **columns}))
+    if not tables:
+        return None
+    return pd.concat(tables, ignore_index=True).sort_values("time_s", kind="stable", ignore_index=True)

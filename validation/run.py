@@ -1,0 +1,85 @@
+"""One result as pages and figures take it: its figures, its series, its model, and what was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from sssi_exudyn.chain import Geometry, geometry_from_dict
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import Array, slope_to_enu
+from sssi_exudyn.model import Model
+from sssi_exudyn.model import read_model as read_model_file
+from sssi_exudyn.result_folder import (
+    MODEL,
+    SKELETON,
+    complete_summary,
+    read_measured,
+    read_series,
+    read_skeleton,
+    read_summary,
+    read_turns,
+)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One result.
+
+    summary : figures by group, as in ``summary.json``
+    series : the time series, as in ``series.parquet``
+    model : what was simulated
+    measured : what the instruments say (``measured_table``); None where there was none
+    geometry : the skeleton's lengths; None for a result that did not keep them, which then has no replay
+    turn_table : one row a turn and phase (``biomechanics``); None for a result that did not keep it
+    """
+
+    summary: Mapping[str, Any]
+    series: pd.DataFrame
+    model: Model
+    measured: pd.DataFrame | None
+    geometry: Geometry | None
+    turn_table: pd.DataFrame | None
+
+    @property
+    def name(self) -> str:
+        """The recording's."""
+        return str(self.summary["recording"] or "a recording")
+
+    @cached_property
+    def time(self) -> Array:
+        """(n,) s"""
+        return self.series["time_s"].to_numpy(dtype=float)
+
+    @cached_property
+    def com(self) -> Array:
+        """(n, 3) m, centre of mass in the slope frame."""
+        return self.slope("com", "m")
+
+    def slope(self, name: str, unit: str) -> Array:
+        """(n, 3) the vector of that name in the slope frame, in the unit its columns have."""
+        columns = [f"{name}_{axis}_{unit}" for axis in ("east", "north", "up")]
+        turned = slope_to_enu(self.model.inclination, self.model.fall_line_azimuth)
+        return self.series[columns].to_numpy(dtype=float) @ turned
+
+
+def read_run(folder: Path) -> Run:
+    """The result in a folder.  Raises InputError where there is none or it cannot be read."""
+    skeleton = read_skeleton(folder)
+    try:
+        geometry = None if skeleton is None else geometry_from_dict(skeleton)
+    except ValueError as error:
+        raise InputError(folder / SKELETON, "", str(error), "run again") from error
+    return Run(
+        summary=complete_summary(read_summary(folder)),
+        series=read_series(folder),
+        model=read_model_file(folder / MODEL),
+        measured=read_measured(folder),
+        geometry=geometry,
+        turn_table=read_turns(folder),
+    )
