@@ -15,9 +15,11 @@ import numpy as np
 
 from sssi_exudyn.bodies.ski import Ski, read_ski
 from sssi_exudyn.contact.friction import AnisotropicFriction
+from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.registry import PAPER_TERMS, read_term
-from sssi_exudyn.contact.term import Term, parameters
+from sssi_exudyn.contact.term import Term, parameters, terrain_height
 from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import Array
 from sssi_exudyn.quantity import checked, quantities, quantity
 from sssi_exudyn.recording import Equipment, Skier
 from sssi_exudyn.sensors import Sensor, read_sensor, values_of
@@ -112,6 +114,13 @@ class Model:
         about = quantities(self._owner(owner))[key]
         return about.low, about.high
 
+    def snow(self, places: Array) -> tuple[Array, Array]:
+        """Heights (n,) m of the snow over the slope's plane at places (n, ≥ 2) m, and its slopes there (n, 2)."""
+        found = np.array(
+            [terrain_height(FloatMath(), self.terms, *place) for place in places[:, :2].tolist()], dtype=np.float64
+        )
+        return found[:, 0], found[:, 1:]
+
     def with_values(self, values: Mapping[str, float]) -> Model:
         """The same model with other values of declared numbers, by their names.  Raises KeyError for an unknown
         name.
@@ -139,6 +148,21 @@ class Model:
         if len(found) < int(count or 1):
             raise KeyError(f"the model has no term {name!r}; it has {', '.join(term.name for term in self.terms)}")
         return found[int(count or 1) - 1]
+
+
+def along_snow(model: Model, feet: Array, velocity: Array, foot_velocity: Array, share: Array) -> float:
+    """The pelvis' speed along the normal (m/s) with which its feet keep their depth.
+
+    Parameters
+    ----------
+    feet : (2, 3) m, where they are
+    velocity : (3,) m/s of the pelvis; only what is along the slope counts
+    foot_velocity : (2, 3) m/s, the feet's against the pelvis
+    share : (2,) what each foot counts, its share of the load
+    """
+    slopes = model.snow(feet)[1]
+    rising = np.sum(slopes * (velocity[:2] + foot_velocity[:, :2]), axis=1)
+    return float(share @ (rising - foot_velocity[:, 2]))
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:

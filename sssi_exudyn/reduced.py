@@ -22,7 +22,7 @@ from sssi_exudyn.contact.compiled import compile_kernel, parameter_values
 from sssi_exudyn.contact.registry import padded
 from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import Array, gravity_in_slope, slope_to_level
-from sssi_exudyn.model import Model
+from sssi_exudyn.model import Model, along_snow
 from sssi_exudyn.motion import Motion, antenna_carrier, antenna_offset
 from sssi_exudyn.parts import Parts
 from sssi_exudyn.sensors import antenna_shift, capture_yaw
@@ -223,7 +223,7 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     shapes = np.ascontiguousarray(np.moveaxis(at.ski.contact_shape, 0, 3))
     place, speed, loads, sole, edges = np.zeros((n, 3)), np.zeros((n, 3)), *np.zeros((3, n, 2))
     friction = np.zeros((n, 2, 3))
-    pelvis[2] = -float(np.mean(at.foot_place[0, :, 2]))
+    pelvis[2] = float(np.mean(model.snow(pelvis + at.foot_place[0])[0] - at.foot_place[0, :, 2]))
     for _ in range(2):
         lift = at.com_acceleration[0, 2] - share @ at.foot_acceleration[0, :, 2]
         load = at.mass * max(-gravity[2] + lift, _LEAST_LOAD * -gravity[2])
@@ -233,7 +233,7 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
         if not np.isfinite(pelvis[2]):
             raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
         share = _shares(kernel, parameters, pelvis, at, shapes, omega, eta)
-    velocity[2] = -float(share @ at.foot_velocity[0, :, 2])
+    velocity[2] = along_snow(model, pelvis + at.foot_place[0], velocity, at.foot_velocity[0], share)
     felt, turning = at.felt(gravity)
     done = kernel.run(
         parameters, at.step, at.time, pelvis, velocity, eta, at.mass, at.carried, gravity, at.area,

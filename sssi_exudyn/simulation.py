@@ -22,7 +22,7 @@ from sssi_exudyn.contact.backend import Backend, installed
 from sssi_exudyn.contact.kernel import LOAD
 from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import GRAVITY, Array, gravity_in_slope
-from sssi_exudyn.model import Model
+from sssi_exudyn.model import Model, along_snow
 from sssi_exudyn.motion import Motion, antenna_offset
 from sssi_exudyn.parts import Parts, as_worn
 from sssi_exudyn.posture import Posture
@@ -130,8 +130,7 @@ def _fastest(parts: Parts, time: float) -> tuple[str, float]:
 def _start_of_pelvis(parts: Parts, posture: Posture) -> tuple[Array, Array]:
     """Place and velocity of the pelvis (3,) that put the antenna, or itself without one, where the model's start says.
 
-    The height is a first guess (both feet's mean on the plane); the velocity along the normal lets the loaded foot
-    keep its height.
+    The height is a first guess (both feet's mean on the snow); the velocity along the normal is ``settle``'s.
     """
     start = parts.model.start
     place = speed = np.zeros((1, 3))
@@ -139,7 +138,7 @@ def _start_of_pelvis(parts: Parts, posture: Posture) -> tuple[Array, Array]:
         place, speed = antenna_offset(parts.motion, posture.time[:1])
     pelvis = np.array([start.f - place[0, 0], start.l - place[0, 1], -float(np.mean(posture.foot_place[0, :, 2]))])
     velocity = np.array([start.velocity_f - speed[0, 0], start.velocity_l - speed[0, 1], 0.0])
-    velocity[2] = -float(np.mean(posture.foot_velocity[0, :, 2]))
+    pelvis[2] += float(np.mean(parts.model.snow(pelvis + posture.foot_place[0])[0]))
     return pelvis, velocity
 
 
@@ -147,7 +146,7 @@ def settle(parts: Parts, posture: Posture, pelvis: Array, velocity: Array) -> Ar
     """Coordinates (total values) of pelvis and skis at rest on the snow, loaded as at the start of the run.
 
     The load along the normal is the weight's share plus what lifts the centre of mass as the posture does at the start.
-    ``velocity`` (3,) is corrected in place: along the normal the pelvis goes so that the feet, weighted by their loads,
+    ``velocity`` (3,) is completed in place: along the normal the pelvis goes so that the feet, weighted by their loads,
     keep their depth.
     """
     gravity = gravity_in_slope(parts.model.inclination)
@@ -166,7 +165,7 @@ def settle(parts: Parts, posture: Posture, pelvis: Array, velocity: Array) -> Ar
             share = loads / loads.sum()
     finally:
         system.release()
-    velocity[2] = -float(share @ posture.foot_velocity[0, :, 2])
+    velocity[2] = along_snow(parts.model, pelvis + posture.foot_place[0], velocity, posture.foot_velocity[0], share)
     return displaced + system.ref
 
 

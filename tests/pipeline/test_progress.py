@@ -2,12 +2,13 @@
 
 import io
 import itertools
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 
 from sssi_exudyn.progress import Progress
-from sssi_exudyn.provenance import provenance
+from sssi_exudyn.provenance import provenance, versions
 
 
 class Terminal(io.StringIO):
@@ -64,6 +65,20 @@ def test_provenance_names_versions_and_no_place() -> None:
     assert made["seed"] == 3
     assert str(Path.cwd()) not in str(made)
     assert str(Path.home()) not in str(made)
+
+
+def test_a_package_that_is_missing_is_said_to_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = metadata.version
+
+    def without_numba(package: str) -> str:
+        if package == "numba":
+            raise metadata.PackageNotFoundError(package)
+        return real(package)
+
+    monkeypatch.setattr(metadata, "version", without_numba)
+    found = versions()
+    assert found["numba"] == "not installed"
+    assert found["numpy"] == real("numpy")
 
 
 @pytest.mark.parametrize("value", [Path("model.toml"), "/somewhere/model.toml"])
