@@ -47,7 +47,7 @@ from sssi_exudyn.frames import Array
 _HELPERS: Final = """
 import math as _math
 
-from sssi_exudyn.contact.jit import njit as _njit
+from sssi_exudyn.jit import njit as _njit
 
 # a division by zero is infinite, as in NumPy, and raises nothing
 _compiled = _njit(cache=True, error_model="numpy")

@@ -24,7 +24,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sssi_exudyn.contact.jit import njit
 from sssi_exudyn.contact.vectors import (
     between,
     conjugate,
@@ -42,6 +41,7 @@ from sssi_exudyn.contact.vectors import (
     times,
     turned,
 )
+from sssi_exudyn.jit import njit
 
 point_force: Callable[..., float]
 point_derivatives: Callable[..., tuple[float, float, float]]

@@ -1,0 +1,155 @@
+"""Bones that hang on one another by joints whose movements are functions of coordinates.
+
+So musculoskeletal models are built: a joint has three rotations and three translations, each about or along an axis of
+its own and driven by one coordinate, possibly one that drives other joints too (the vertebrae share out the lumbar
+rotations, the patella glides with the knee).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sssi_exudyn.bodies.curves import Curve
+from sssi_exudyn.frames import Array
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A turn about (rad) or a slide along (m) ``axis`` (3,), by ``curve`` of the coordinate (None: a constant)."""
+
+    axis: Array
+    curve: Curve
+    coordinate: str | None = None
+
+
+@dataclass(frozen=True)
+class Bone:
+    """A bone, and the joint that carries it.
+
+    parent : its name, None for the ground
+    place, attitude : (3,) m and (3, 3) the joint's frame in the parent
+    end_place, end_attitude : the joint's frame in this bone
+    slides : along axes of the joint's frame in the parent
+    turns : intrinsic and in order; each axis is fixed in the frame that those before have reached
+    """
+
+    name: str
+    parent: str | None
+    place: Array = field(default_factory=lambda: np.zeros(3))
+    attitude: Array = field(default_factory=lambda: np.eye(3))
+    turns: tuple[Drive, ...] = ()
+    slides: tuple[Drive, ...] = ()
+    end_place: Array = field(default_factory=lambda: np.zeros(3))
+    end_attitude: Array = field(default_factory=lambda: np.eye(3))
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """A coordinate that follows another by a curve."""
+
+    dependent: str
+    independent: str
+    curve: Curve
+
+
+@dataclass(frozen=True)
+class Bones:
+    """All bones, parents before children, the coordinates that move them, and which of these follow others."""
+
+    bones: tuple[Bone, ...]
+    coordinates: tuple[str, ...]
+    couplings: tuple[Coupling, ...] = ()
+
+    def index(self, name: str) -> int:
+        """Index of a bone by name.  Raises KeyError when there is none."""
+        for i, bone in enumerate(self.bones):
+            if bone.name == name:
+                return i
+        raise KeyError(name)
+
+    def completed(self, q: Array) -> tuple[Array, Array]:
+        """Coordinates (n, c) with the dependent ones as the couplings have them, and how the whole follows the given
+        ones: (n, c, c), d completed_i / d given_j, zero for j that depends.
+        """
+        whole = q.copy()
+        follows = np.broadcast_to(np.eye(q.shape[1]), (len(q), q.shape[1], q.shape[1])).copy()
+        at = {name: i for i, name in enumerate(self.coordinates)}
+        for coupling in self.couplings:
+            i, j = at[coupling.dependent], at[coupling.independent]
+            whole[:, i], slope = coupling.curve(whole[:, j])
+            follows[:, i] = slope[:, None] * follows[:, j]
+        return whole, follows
+
+
+@dataclass(frozen=True)
+class Stance:
+    """Where the bones are, and how they move with the coordinates, in the ground's frame.
+
+    coordinates : (n, c), all of them, coupled ones too
+    rotation, origin : (n, b, 3, 3) bone → ground; (n, b, 3) m
+    turning : (n, b, c, 3) angular velocity a unit rate of each coordinate
+    moving : (n, b, c, 3) velocity, a unit rate, of the point of the bone that is at the ground's origin
+    """
+
+    coordinates: Array
+    rotation: Array
+    origin: Array
+    turning: Array
+    moving: Array
+
+    def points(self, bones: NDArray[np.int64], places: Array) -> Array:
+        """(n, k, 3) m in the ground's frame of points fixed at ``places`` (k, 3) or (n, k, 3) in ``bones`` (k,)."""
+        turned = self.rotation[:, bones] @ np.broadcast_to(places, (len(self.origin), *places.shape[-2:]))[..., None]
+        return np.asarray(self.origin[:, bones] + turned[..., 0])
+
+
+def stand(tree: Bones, q: Array) -> Stance:
+    """The stance at coordinates ``q`` (n, c), in the tree's order, coupled ones already completed."""
+    value = {name: q[:, i] for i, name in enumerate(tree.coordinates)}
+    column = {name: i for i, name in enumerate(tree.coordinates)}
+    n, count = len(q), len(tree.bones)
+    rotation, origin = np.empty((n, count, 3, 3)), np.empty((n, count, 3))
+    turning, moving = np.zeros((n, count, len(column), 3)), np.zeros((n, count, len(column), 3))
+    at: dict[str, int] = {}
+    for i, bone in enumerate(tree.bones):
+        at[bone.name] = i
+        frame = np.broadcast_to(bone.attitude, (n, 3, 3))
+        place = np.broadcast_to(bone.place, (n, 3))
+        if bone.parent is not None:
+            p = at[bone.parent]
+            place = origin[:, p] + rotation[:, p] @ bone.place
+            frame = rotation[:, p] @ bone.attitude
+            turning[:, i], moving[:, i] = turning[:, p], moving[:, p]
+        carried = frame
+        for drive in bone.slides:
+            amount, slope = _driven(drive, value, n)
+            along = carried @ drive.axis
+            place = place + amount[:, None] * along
+            if drive.coordinate in column:
+                moving[:, i, column[drive.coordinate]] += slope[:, None] * along
+        for drive in bone.turns:
+            amount, slope = _driven(drive, value, n)
+            if drive.coordinate in column:
+                spin = slope[:, None] * (frame @ drive.axis)
+                turning[:, i, column[drive.coordinate]] += spin
+                moving[:, i, column[drive.coordinate]] += np.cross(place, spin)
+            frame = frame @ _turn(drive.axis, amount)
+        rotation[:, i] = frame @ bone.end_attitude.T
+        origin[:, i] = place - rotation[:, i] @ bone.end_place
+    return Stance(q, rotation, origin, turning, moving)
+
+
+def _driven(drive: Drive, value: Mapping[str, Array], n: int) -> tuple[Array, Array]:
+    """What a drive does and its slope, each (n,)."""
+    return drive.curve(np.zeros(n) if drive.coordinate is None else value[drive.coordinate])
+
+
+def _turn(axis: Array, angle: Array) -> Array:
+    """(n, 3, 3) turn about ``axis`` (3,) of length 1, by ``angle`` (n,)."""
+    x, y, z = axis
+    k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + np.sin(angle)[:, None, None] * k + (1.0 - np.cos(angle))[:, None, None] * (k @ k))
