@@ -14,8 +14,8 @@ import numpy as np
 
 from sssi_exudyn.bodies.ski_mesh import mesh
 from sssi_exudyn.bodies.ski_modes import modal_ski
-from sssi_exudyn.commands import model_of
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.fitting.recorded import model_of
 from sssi_exudyn.frames import GRAVITY, Array
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion, motion_from_recording

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from sssi_exudyn.commands import model_of
+from sssi_exudyn.fitting.recorded import model_of
 from sssi_exudyn.motion import motion_from_recording
 from sssi_exudyn.recording import read_recording
 from sssi_exudyn.simulation import simulate

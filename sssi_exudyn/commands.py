@@ -11,7 +11,6 @@ import json
 import os
 import shutil
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,16 +18,17 @@ import numpy as np
 import tomli_w
 
 from sssi_exudyn.biomechanics import biomechanics, labelled, summary_of
-from sssi_exudyn.bodies.ski import read_ski, ski_to_table
+from sssi_exudyn.bodies.ski import ski_to_table
 from sssi_exudyn.bodies.ski_identify import identify_ski
 from sssi_exudyn.bodies.ski_measurements import read_measurements
 from sssi_exudyn.cache import Cache
 from sssi_exudyn.contact.backend import Backend
-from sssi_exudyn.contact.registry import PAPER_TERMS, terms_table
+from sssi_exudyn.contact.registry import terms_table
 from sssi_exudyn.errors import InputError, SimulationDiverged
 from sssi_exudyn.fitting.fit import Fitted, Method, fit_reduced, problem_of
 from sssi_exudyn.fitting.fit import fit as fit_problem
-from sssi_exudyn.fitting.observe import first_guess, mended
+from sssi_exudyn.fitting.observe import mended
+from sssi_exudyn.fitting.recorded import model_of
 from sssi_exudyn.frames import Array, slope_to_enu
 from sssi_exudyn.importing import Answers, import_recording
 from sssi_exudyn.inspection import Inspection, inspect_recording, plot_inspection
@@ -77,22 +77,6 @@ def inspect(folder: Path, picture: Path | None = None) -> Inspection:
 def import_files(files: Sequence[Path], out: Path, answers: Answers) -> Inspection:
     """Make a recording's folder ``out`` out of files of other formats; what is in it."""
     return inspect_recording(import_recording(files, out, answers))
-
-
-def model_of(recording: Recording, motion: Motion) -> Model:
-    """The paper's model of a recorded skier, with default friction, started as the GPS says."""
-    model = Model(
-        name=recording.name,
-        skier=recording.skier,
-        equipment=recording.equipment,
-        ski=read_ski(recording.equipment.skis, recording.folder),
-        inclination=recording.slope.inclination,
-        fall_line_azimuth=recording.slope.fall_line_azimuth,
-        terms=PAPER_TERMS,
-    )
-    if recording.gps is None:
-        return model
-    return replace(model, start=first_guess(recording.gps, motion, model.inclination, model.fall_line_azimuth))
 
 
 def simulate(
