@@ -48,7 +48,7 @@ class Fitted:
 
     model : the model with the fitted numbers
     names, values : (k,) the fitted parameters;  covariance : (k, k) from the residual as it is, correlated in time
-    residual : (n, 2) m measured minus simulated at ``time`` (n,) s, level frame, by the full model
+    residual : (n, 2) m measured minus simulated at ``time`` (n,) s, level frame, by the model that was fitted
     noise : of that residual
     optimum, reduced : how the searches on the full and on the reduced model ended
     """
@@ -114,11 +114,12 @@ def fit(
     motion: Motion,
     method: Method = "joint",
     *,
+    full: bool = True,
     cache: Cache | None = None,
     progress: Progress | None = None,
 ) -> Fitted:
-    """Solve the problem with the full model.  What was simulated is kept in ``cache``, so that the same call goes on
-    from there.
+    """Solve the problem with the full model, or without ``full`` with the reduced one alone.  What the full one
+    simulated is kept in ``cache``, so that the same call goes on from there.
 
     Raises SimulationDiverged when a simulation does.
     """
@@ -141,14 +142,13 @@ def fit(
         say(None, f"full model, evaluation {count}: {_described(problem, residual, values)}")
         return value, problem.gradient(residual, sensitivity, values)
 
-    optimum = minimise(
-        evaluate,
-        reduced.values,
-        problem.bounds,
-        problem.curvature(sensitivity),
-        objective_tolerance=_tolerance(problem),
-    )
-    residual = full_residual(problem, motion, optimum.values, cache)
+    optimum = reduced
+    if full:
+        curvature = problem.curvature(sensitivity)
+        optimum = minimise(evaluate, reduced.values, problem.bounds, curvature, objective_tolerance=_tolerance(problem))
+        residual = full_residual(problem, motion, optimum.values, cache)
+    else:
+        residual, _ = _reduced(problem, prepared, optimum.values)
     noise = fit_noise(problem.track.time, residual)
     return Fitted(
         method=method,

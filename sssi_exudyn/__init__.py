@@ -1,7 +1,7 @@
 """Skier, ski and snow: from a recorded run to forces, friction and joint moments.
 
 What the command line does stands here: ``inspect``, ``simulate``, ``fit``, ``diagnose``,
-``validate``, ``run`` and ``terms``.
+``validate``, ``run``, ``sweep`` and ``terms``.
 They are loaded when first used, so that importing the package is quick and starts no solver.
 """
 
@@ -12,11 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sssi_exudyn.commands import diagnose, fit, inspect, run, simulate, terms, validate
+    from sssi_exudyn.sweeps import sweep
 
-__all__ = ["diagnose", "fit", "inspect", "run", "simulate", "terms", "validate"]
+__all__ = ["diagnose", "fit", "inspect", "run", "simulate", "sweep", "terms", "validate"]
 
 
 def __getattr__(name: str) -> Any:
+    if name == "sweep":
+        return import_module("sssi_exudyn.sweeps").sweep
     if name in __all__:
         return getattr(import_module("sssi_exudyn.commands"), name)
     if name == "__version__":

@@ -17,18 +17,28 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from sssi_exudyn.errors import InputError, SssiError
-from sssi_exudyn.progress import on_stderr
+from sssi_exudyn.progress import Progress, on_stderr
 
 BACKENDS = ("fastest", "compiled", "numpy", "symbolic", "python")
 """Who evaluates the force terms: machine code, arrays, Exudyn's expressions, or the interpreter as the reference."""
 METHODS = ("joint", "paper")
 """How friction is fitted: with the recording's nuisances along, or the paper's two parameters alone."""
 
+SWEEP_VERBS = ("start", "resume", "retry", "status")
+
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Entry point of ``sssi``; ends the process with its exit status."""
-    options = parser().parse_args(arguments)
+    options = parser().parse_args(_with_verb(sys.argv[1:] if arguments is None else arguments))
     sys.exit(_status(options))
+
+
+def _with_verb(arguments: Sequence[str]) -> list[str]:
+    """``sssi sweep FILE`` is short for ``sssi sweep start FILE``."""
+    first, *rest = arguments or [""]
+    if first == "sweep" and rest and rest[0] not in (*SWEEP_VERBS, "-h", "--help"):
+        return [first, SWEEP_VERBS[0], *rest]
+    return list(arguments)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -77,6 +87,7 @@ def parser() -> argparse.ArgumentParser:
     report = commands.add_parser("report", parents=[common], help="one page of a result, or of several side by side")
     report.add_argument("results", type=Path, nargs="+", metavar="DIR", help="a folder that run left")
     report.add_argument("--out", type=Path, metavar="PAGE", required=True, help="the page to write (.html)")
+    _add_sweep(commands, common)
     commands.add_parser("terms", parents=[common], help="every force term and its parameters")
     ski = commands.add_parser("ski", help="what concerns a ski alone")
     about = ski.add_subparsers(dest="about", metavar="COMMAND", required=True)
@@ -112,6 +123,29 @@ def _add_import(command: argparse.ArgumentParser) -> None:
         ("--gps-offset-s", "from the capture's first frame to the first fix, where the files' clocks do not say"),
     ):
         command.add_argument(option, type=float, metavar=option.rsplit("-", 1)[1], help=meaning)
+
+
+def _add_sweep(commands: Any, common: argparse.ArgumentParser) -> None:
+    """The arguments of ``sssi sweep``."""
+    sweep = commands.add_parser(
+        "sweep",
+        help="many runs with other parameters: FILE --out DIR, or status, resume, retry of a DIR",
+        usage="sssi sweep FILE --out DIR | sssi sweep {status,resume,retry} DIR  [--help of each for more]",
+    )
+    about = sweep.add_subparsers(dest="about", metavar="COMMAND", required=True)
+    doing = argparse.ArgumentParser(add_help=False)
+    doing.add_argument("--workers", type=int, metavar="N", help="processes or cluster jobs (default: one a core)")
+    doing.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="run on the workers of this Dask scheduler")
+    doing.add_argument("--cluster", choices=("local", "slurm"), help="start a Dask cluster and run there")
+    held = argparse.ArgumentParser(add_help=False)
+    held.add_argument("folder", type=Path, metavar="DIR", help="the sweep's folder")
+    start = about.add_parser("start", parents=[common, doing], help="do a sweep, or go on with it")
+    start.add_argument("file", type=Path, metavar="FILE", help="what is swept, a TOML file")
+    start.add_argument("--out", type=Path, metavar="DIR", required=True, help="folder the result is left in")
+    about.add_parser("status", parents=[common, held], help="how far a sweep is")
+    about.add_parser("resume", parents=[common, doing, held], help="go on with a sweep")
+    retry = about.add_parser("retry", parents=[common, doing, held], help="go on, and do failed runs again")
+    retry.add_argument("--failed", action="store_true", required=True, help="the runs to do again")
 
 
 def _status(options: argparse.Namespace) -> int:
@@ -170,6 +204,9 @@ def _call(options: argparse.Namespace) -> str:
         case "ski":
             found = commands.identify(options.folder, options.out)
             return to_json(found) if options.json else format_table(found)
+        case "sweep":
+            counts = _swept(options, progress)
+            return to_json(counts) if options.json else format_table([counts])
         case "simulate":
             summary = commands.simulate(
                 options.folder, options.out, model=options.model, backend=options.backend, progress=progress
@@ -204,6 +241,23 @@ def _call(options: argparse.Namespace) -> str:
         case _:
             summary = commands.run(options.folder, options.out, progress=progress)
     return to_json(summary) if options.json else format_summary(summary)
+
+
+def _swept(options: argparse.Namespace, progress: Progress) -> dict[str, Any]:
+    from sssi_exudyn import sweeps
+
+    if options.about == "status":
+        return sweeps.status(options.folder)
+    if options.workers is not None and options.workers < 1:
+        raise InputError("--workers", "", f"{options.workers} is not at least 1", "give a number of processes")
+    where = {name: getattr(options, name) for name in ("workers", "scheduler", "cluster")}
+    match options.about:
+        case "start":
+            return sweeps.sweep(options.file, options.out, progress=progress, **where)
+        case "resume":
+            return sweeps.resume(options.folder, progress=progress, **where)
+        case _:
+            return sweeps.retry(options.folder, progress=progress, **where)
 
 
 def _failed(options: argparse.Namespace, status: int, line: str) -> int:

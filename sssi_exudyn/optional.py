@@ -1,4 +1,4 @@
-"""Libraries that only some formats need: asked for when such a file comes."""
+"""Libraries that only some formats or commands need: asked for when it comes to that."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import importlib
 from pathlib import Path
 from types import ModuleType
 
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.errors import InputError, SssiError
 
 
 def library(name: str, path: Path) -> ModuleType:
@@ -17,3 +17,12 @@ def library(name: str, path: Path) -> ModuleType:
         raise InputError(
             path, "", f"files {path.suffix} need the library {name}", "pip install 'sssi-exudyn[import]'"
         ) from None
+
+
+def needed_for(what: str, name: str, extra: str) -> ModuleType:
+    """The module ``name``, which ``what`` needs; raises SssiError where it is not installed."""
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        package = name.partition(".")[0]
+        raise SssiError(f"{what} needs the library {package}: pip install 'sssi-exudyn[{extra}]'") from None

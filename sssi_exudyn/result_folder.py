@@ -193,6 +193,19 @@ def locked(folder: Path) -> Iterator[None]:
         lock.release()
 
 
+def held(folder: Path) -> bool:
+    """True while a process has ``folder`` ``locked``."""
+    if not (folder / _LOCK).exists():
+        return False
+    lock = filelock.FileLock(folder / _LOCK, timeout=0)
+    try:
+        lock.acquire()
+    except filelock.Timeout:
+        return True
+    lock.release()
+    return False
+
+
 @contextmanager
 def said_clearly(path: Path) -> Iterator[None]:
     """Turn the operating system's refusals (read-only, full, missing, not a folder) into one clear InputError."""

@@ -1,0 +1,90 @@
+"""The points of a sweep: grid, list, Latin hypercube, Sobol, and the designs that sensitivity indices need."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+import numpy as np
+from scipy.stats import qmc
+
+from sssi_exudyn.frames import Array
+from sssi_exudyn.optional import needed_for
+from sssi_exudyn.sweep_parameters import Parameter
+
+Kind = Literal["grid", "list", "latin_hypercube", "sobol", "sobol_indices", "morris"]
+LISTED: Final[tuple[Kind, ...]] = ("grid", "list")
+"""Designs whose values are written out; the others draw theirs between two bounds."""
+INDEXED: Final[tuple[Kind, ...]] = ("sobol_indices", "morris")
+"""Designs that give sensitivity indices."""
+KINDS: Final[tuple[Kind, ...]] = (*LISTED, "latin_hypercube", "sobol", *INDEXED)
+MORRIS_LEVELS: Final = 4
+"""Levels of Morris's grid, the usual choice (Saltelli et al., Global Sensitivity Analysis, 2008, ch. 3)."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One parameter of a sweep: the values it takes, or for drawn designs its least and greatest."""
+
+    parameter: Parameter
+    values: tuple[float | str, ...]
+
+    @property
+    def name(self) -> str:
+        return self.parameter.name
+
+
+@dataclass(frozen=True)
+class Design:
+    """How the points are laid out.
+
+    size : points of a drawn design; for indices Saltelli's base sample N, or Morris's trajectories
+    """
+
+    kind: Kind
+    size: int
+    seed: int
+
+
+def points_of(design: Design, axes: Sequence[Axis]) -> list[tuple[float | str, ...]]:
+    """The points in order, each a value for every axis; one empty point where there is no axis.
+
+    Sobol's indices take N (2 d + 2) points, Morris's N (d + 1).  Raises SssiError where SALib is needed and missing.
+    """
+    if design.kind == "grid" or not axes:
+        return list(itertools.product(*(axis.values for axis in axes)))
+    if design.kind == "list":
+        return list(zip(*(axis.values for axis in axes), strict=True))
+    return [tuple(map(float, row)) for row in _drawn(design, axes)]
+
+
+def problem_of(axes: Sequence[Axis]) -> dict[str, Any]:
+    """The axes as SALib names them."""
+    bounds = [[float(axis.values[0]), float(axis.values[-1])] for axis in axes]
+    return {"num_vars": len(axes), "names": [axis.name for axis in axes], "bounds": bounds}
+
+
+def salib(what: str) -> Any:
+    """SALib's module of that name, such as ``analyze.morris``.  Raises SssiError where it is not installed."""
+    return needed_for("sensitivity analysis", f"SALib.{what}", "sweep")
+
+
+def block_of(design: Design, count: int) -> int:
+    """Points that belong together in an index's design of ``count`` axes: one lost, the others say nothing."""
+    return 2 * count + 2 if design.kind == "sobol_indices" else count + 1
+
+
+def _drawn(design: Design, axes: Sequence[Axis]) -> Array:
+    """(n, d)"""
+    problem = problem_of(axes)
+    if design.kind == "sobol_indices":
+        return np.asarray(salib("sample.sobol").sample(problem, design.size, seed=design.seed))
+    if design.kind == "morris":
+        sample = salib("sample.morris").sample
+        return np.asarray(sample(problem, design.size, num_levels=MORRIS_LEVELS, seed=design.seed))
+    drawn: Any = qmc.LatinHypercube if design.kind == "latin_hypercube" else qmc.Sobol
+    unit = drawn(len(axes), rng=np.random.default_rng(design.seed)).random(design.size)
+    low, high = np.array(problem["bounds"]).T
+    return np.asarray(low + (high - low) * unit)

@@ -1,0 +1,117 @@
+"""Hand the runs out and see each to its end, whatever becomes of the workers."""
+
+from __future__ import annotations
+
+import pickle
+import time as clock
+from collections import deque
+from collections.abc import Callable, Iterable
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from pathlib import Path
+from typing import Final
+
+from sssi_exudyn.errors import SssiError
+from sssi_exudyn.sweep_plan import Job, Run
+from sssi_exudyn.sweep_pools import Pool, local_pool
+from sssi_exudyn.sweep_records import gather, write_record
+from sssi_exudyn.sweep_run import BUSY, crashed
+from sssi_exudyn.sweep_worker import perform
+
+_AHEAD: Final = 4
+"""Runs handed out for each worker: enough that none waits, few enough that a sweep of any size fits in memory."""
+_GATHER_AT: Final = 1000
+"""Small files before they are put together."""
+_TRIES: Final = 2
+"""Deaths of a worker that had one run alone, until the run is blamed: one may be an accident."""
+_PAUSE: Final = 0.5
+"""s between looks at runs that another process is at."""
+
+Told = Callable[[Run, str], None]
+
+
+def do_all(folder: Path, job: Job, runs: Iterable[Run], pool: Pool, workers: int, told: Told) -> None:
+    """Do the runs; each ends with a record in ``folder``, and ``told`` hears its status.
+
+    Where a process pool breaks with the death of a worker, the runs that it had are done one by one in a process of
+    their own, so that the one to blame is found; a Dask cluster replaces its workers itself, and gives up on a run
+    that several have died with.
+
+    Raises SssiError when a scheduler goes away, InputError when the folder can no longer be written.
+    """
+    waiting = deque(runs)
+    while waiting:
+        with pool(workers) as executor:
+            suspects = _hand_out(folder, job, waiting, executor, _AHEAD * workers, told)
+        for run in suspects:
+            told(run, _alone(folder, job, run))
+
+
+def _hand_out(folder: Path, job: Job, waiting: deque[Run], executor: Executor, most: int, told: Told) -> list[Run]:
+    """Do what is waiting; the runs that a pool had when it broke."""
+    flying: dict[Future[str], Run] = {}
+    small: set[str] = set()
+    while waiting or flying:
+        broken: list[Run] = []
+        while waiting and len(flying) < most:
+            run = waiting.popleft()
+            try:
+                flying[_submitted(executor, folder, job, run)] = run
+            except BrokenExecutor:
+                waiting.appendleft(run)
+                if not flying:
+                    return []
+                break
+        ended, _ = wait(flying, timeout=1.0, return_when=FIRST_COMPLETED)
+        for future in ended:
+            run = flying.pop(future)
+            status = _status(folder, future, run)
+            if status is None:
+                broken.append(run)
+            elif status == BUSY:
+                clock.sleep(_PAUSE)
+                waiting.append(run)
+            else:
+                told(run, status)
+                small.add(run.key)
+        if broken:
+            return [*broken, *flying.values()]
+        if len(small) >= _GATHER_AT:
+            gather(folder, small)
+            small.clear()
+    return []
+
+
+def _status(folder: Path, future: Future[str], run: Run) -> str | None:
+    """How the run ended; None where its pool broke."""
+    try:
+        return future.result()
+    except BrokenExecutor:
+        return None
+    except CancelledError:
+        raise SssiError("the scheduler went away; what is done is kept, 'sssi sweep resume' goes on") from None
+    except Exception as error:
+        if type(error).__name__ != "KilledWorker":  # Dask's, which need not be installed
+            raise
+        return _blamed(folder, run)
+
+
+def _alone(folder: Path, job: Job, run: Run) -> str:
+    for _ in range(_TRIES):
+        with local_pool(1) as executor:
+            try:
+                while (status := _submitted(executor, folder, job, run).result()) == BUSY:
+                    clock.sleep(_PAUSE)
+            except BrokenExecutor:
+                continue
+            return status
+    return _blamed(folder, run)
+
+
+def _blamed(folder: Path, run: Run) -> str:
+    record = crashed(run)
+    write_record(folder, record)
+    return str(record["status"])
+
+
+def _submitted(executor: Executor, folder: Path, job: Job, run: Run) -> Future[str]:
+    return executor.submit(perform, folder, pickle.dumps((job, run)))

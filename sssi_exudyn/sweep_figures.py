@@ -1,0 +1,204 @@
+"""What a run of a sweep is summed up in: one number a figure, its unit in its name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from sssi_exudyn.chain import PRESCRIBED
+from sssi_exudyn.fitting.fit import FRICTION, NUISANCES, Fitted, Method
+from sssi_exudyn.fitting.observe import seen_by_gps, track_of
+from sssi_exudyn.frames import Array
+from sssi_exudyn.model import Model
+from sssi_exudyn.recording import Recording
+from sssi_exudyn.reduced import ReducedRun
+from sssi_exudyn.result import SimulationResult
+from sssi_exudyn.sweep_file import Task, Tier
+from sssi_exudyn.validation.metrics import LOAD_FLOOR, path_length, pressure_ratio, trajectory_error
+from sssi_exudyn.validation.validate import judge_loads
+
+AnyRun = ReducedRun | SimulationResult
+Figures = dict[str, float | None]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the table: its name, unit ("" for words) and meaning."""
+
+    name: str
+    unit: str
+    meaning: str
+
+
+_OF_A_RUN: Final = (
+    Column("simulated_s", "s", "length of the run"),
+    Column("distance_m", "m", "length of the centre of mass's path"),
+    Column("down_m", "m", "how far down the slope the centre of mass came"),
+    Column("left_m", "m", "how far to the left it came"),
+    Column("mean_speed_mps", "m/s", "of the centre of mass, over time"),
+    Column("max_speed_mps", "m/s", "of the centre of mass"),
+    Column("end_speed_mps", "m/s", "of the centre of mass at the end"),
+    Column("mean_load_N", "N", "normal force on both skis, over time"),
+    Column("max_load_N", "N", "largest normal force on both skis together"),
+    Column("max_ski_load_N", "N", "largest normal force on one ski"),
+    Column("left_share", "1", "left ski's share of the load, over time"),
+    Column("mean_edge_angle_deg", "deg", "size of the edge angle, over time, each ski weighted by its load"),
+    Column("max_edge_angle_deg", "deg", "largest edge angle of a loaded ski"),
+    Column("friction_work_J", "J", "work of the snow's friction on the feet"),
+    Column("gps_mean_error_m", "m", "mean horizontal distance of the antenna to the GPS fixes"),
+    Column("gps_rms_error_m", "m", "root mean square of it"),
+    Column("gps_end_error_m", "m", "at the last fix"),
+    Column("insoles_correlation", "1", "of the left foot's share of the load with the insoles'"),
+)
+_OF_A_FULL_RUN: Final = (
+    Column("max_penetration_m", "m", "deepest contact point"),
+    Column("energy_closure_percent", "%", "largest gap of the energy balance, of the energy turned over"),
+    *(Column(f"max_{name}_moment_Nm", "N m", f"largest size of the moment that drives {name}") for name in PRESCRIBED),
+)
+_FITTED_UNITS: Final = {
+    "friction.mu_t": ("mu_t", "1", 1.0),
+    "friction.mu_n": ("mu_n", "1", 1.0),
+    "start.velocity_f": ("start_velocity_f_mps", "m/s", 1.0),
+    "start.velocity_l": ("start_velocity_l_mps", "m/s", 1.0),
+    "start.f": ("start_f_m", "m", 1.0),
+    "start.l": ("start_l_m", "m", 1.0),
+    "start.heading_offset": ("heading_offset_deg", "deg", 180.0 / np.pi),
+}
+_USUAL: Final = ("mean_speed_mps", "max_load_N", "mean_edge_angle_deg", "gps_mean_error_m")
+_USUAL_FULL: Final = ("mean_speed_mps", "max_load_N", "max_knee_angle_r_moment_Nm", "gps_mean_error_m")
+_USUAL_FITTED: Final = ("fitted_mu_t", "fitted_mu_n", "gps_mean_error_m")
+
+
+def columns_of(task: Task, tier: Tier, method: Method) -> tuple[Column, ...]:
+    """The figures of every run of a sweep."""
+    if task == "simulate":
+        return _OF_A_RUN + (_OF_A_FULL_RUN if tier == "full" else ())
+    found = []
+    for name in FRICTION + (NUISANCES if method == "joint" else ()):
+        column, unit, _ = _FITTED_UNITS[name]
+        found.append(Column(f"fitted_{column}", unit, f"{name} as fitted"))
+        found.append(Column(f"fitted_{column}_se", unit, "its standard error"))
+    return (
+        *found,
+        Column("gps_mean_error_m", "m", "mean horizontal distance of the antenna to the GPS fixes"),
+        Column("gps_rms_error_m", "m", "root mean square of it"),
+        Column("evaluations", "1", "of the fit's objective"),
+        Column("converged", "1", "1 where the fit's search came to an end, 0 where it was given up"),
+    )
+
+
+def usual_outputs(task: Task, tier: Tier) -> tuple[str, ...]:
+    """The figures that plots and indices are about where the file names none."""
+    if task == "fit":
+        return _USUAL_FITTED
+    return _USUAL_FULL if tier == "full" else _USUAL
+
+
+def figures_of_run(run: AnyRun, model: Model, recording: Recording) -> Figures:
+    """The figures of a simulated run; None where the recording lacks the instrument."""
+    speed = np.linalg.norm(run.com_velocity, axis=1)
+    loads = np.maximum(run.foot_load, 0.0)
+    total = loads.sum(axis=1)
+    edge = np.degrees(np.abs(run.edge_angle))
+    loaded = loads > LOAD_FLOOR * max(float(np.mean(total)), 1e-9)
+    power = np.sum(run.foot_friction * run.foot_velocity, axis=(1, 2))
+    figures: dict[str, float] = {
+        "simulated_s": float(np.ptp(run.time)),
+        "distance_m": path_length(run.com),
+        "down_m": float(run.com[-1, 0] - run.com[0, 0]),
+        "left_m": float(run.com[-1, 1] - run.com[0, 1]),
+        "mean_speed_mps": _mean(speed, run.time),
+        "max_speed_mps": float(speed.max()),
+        "end_speed_mps": float(speed[-1]),
+        "mean_load_N": _mean(total, run.time),
+        "max_load_N": float(total.max()),
+        "max_ski_load_N": float(loads.max()),
+        "left_share": float(np.nanmean(pressure_ratio(loads[:, 0], loads[:, 1]))),
+        "mean_edge_angle_deg": float(np.sum(loads * edge) / max(float(np.sum(loads)), 1e-9)),
+        "max_edge_angle_deg": float(np.max(edge[loaded], initial=0.0)),
+        "friction_work_J": float(np.trapezoid(power, run.time)),
+    }
+    figures |= _against_gps(run, model, recording) | _against_insoles(run, recording)
+    if isinstance(run, SimulationResult):
+        figures["max_penetration_m"] = float(run.penetration.max())
+        figures["energy_closure_percent"] = run.closure_percent
+        largest = np.max(np.abs(run.joint_moments), axis=0)
+        figures |= {f"max_{name}_moment_Nm": float(m) for name, m in zip(run.moment_names, largest, strict=True)}
+    return _complete(
+        figures, columns_of("simulate", "full" if isinstance(run, SimulationResult) else "reduced", "joint")
+    )
+
+
+def figures_of_fit(fitted: Fitted) -> Figures:
+    """The figures of a fit."""
+    figures: dict[str, float] = {}
+    for name, value, se in zip(fitted.names, fitted.values, fitted.standard_errors, strict=True):
+        column, _, factor = _FITTED_UNITS[name]
+        figures[f"fitted_{column}"] = factor * float(value)
+        figures[f"fitted_{column}_se"] = factor * float(se)
+    distance = np.linalg.norm(fitted.residual, axis=1)
+    figures["gps_mean_error_m"] = float(np.mean(distance))
+    figures["gps_rms_error_m"] = float(np.sqrt(np.mean(distance**2)))
+    figures["evaluations"] = float(fitted.optimum.evaluations)
+    figures["converged"] = float(fitted.optimum.converged)
+    return _complete(figures, columns_of("fit", "full", fitted.method))
+
+
+def series_of_run(run: AnyRun) -> pd.DataFrame:
+    """The run's time series in the slope frame, units in the columns' names, in single precision (but for time)."""
+    columns: dict[str, Array] = {}
+    for name, vectors, unit in (
+        ("com", run.com, "m"),
+        ("com_velocity", run.com_velocity, "mps"),
+        ("antenna", run.antenna, "m"),
+        ("left_friction", run.foot_friction[:, 0], "N"),
+        ("right_friction", run.foot_friction[:, 1], "N"),
+    ):
+        if vectors is not None:
+            columns |= {f"{name}_{axis}_{unit}": vectors[:, i] for i, axis in enumerate("fln")}
+    for i, side in enumerate(("left", "right")):
+        columns[f"{side}_load_N"] = run.foot_load[:, i]
+        columns[f"{side}_sole_N"] = run.sole_force[:, i]
+        columns[f"{side}_edge_angle_deg"] = np.degrees(run.edge_angle[:, i])
+    if isinstance(run, SimulationResult):
+        columns |= {f"{name}_moment_Nm": run.joint_moments[:, i] for i, name in enumerate(run.moment_names)}
+    return pd.DataFrame({"time_s": run.time} | {name: c.astype(np.float32) for name, c in columns.items()})
+
+
+def _against_gps(run: AnyRun, model: Model, recording: Recording) -> dict[str, float]:
+    if recording.gps is None or run.antenna is None:
+        return {}
+    track = track_of(recording.gps, model.fall_line_azimuth, float(run.time[0]), float(run.time[-1]))
+    if len(track.time) < 2:
+        return {}
+    error = trajectory_error(seen_by_gps(model, run.time, run.antenna, track.time)[:, :2], track.place)
+    return {
+        "gps_mean_error_m": error.mean_error,
+        "gps_rms_error_m": error.rms_error,
+        "gps_end_error_m": error.end_error,
+    }
+
+
+def _against_insoles(run: AnyRun, recording: Recording) -> dict[str, float]:
+    felt = {"time_s": run.time}
+    for i, side in enumerate(("left", "right")):
+        felt |= {f"{side}_sole_N": run.sole_force[:, i], f"{side}_load_N": run.foot_load[:, i]}
+    judged = judge_loads(pd.DataFrame(felt), recording.insoles)
+    return {"insoles_correlation": judged["correlation"]} if judged else {}
+
+
+def _mean(values: Array, time: Array) -> float:
+    """Over time; steps may differ in length."""
+    return float(np.trapezoid(values, time) / (time[-1] - time[0]))
+
+
+def _complete(figures: dict[str, float], columns: tuple[Column, ...]) -> Figures:
+    """Every column, None where there is no figure or it is not finite."""
+    found: Figures = {}
+    for column in columns:
+        value = figures.get(column.name)
+        found[column.name] = value if value is not None and np.isfinite(value) else None
+    return found

@@ -1,0 +1,204 @@
+"""The file that says what is swept: read, and held against what the parts declare, before anything runs.
+
+::
+
+    format = 1
+    recordings = ["beginner", "season/*"]     # folders, relative to this file
+
+    [design]
+    kind = "grid"                             # list, latin_hypercube, sobol, sobol_indices, morris
+
+    [[parameter]]
+    name = "friction.mu_t"
+    values = [0.05, 0.1]                      # or low, high and, on a grid, count
+"""
+
+from __future__ import annotations
+
+import glob
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal, TypeVar
+
+from sssi_exudyn.contact.registry import read_term
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.fitting.fit import METHODS, Method
+from sssi_exudyn.settings import Settings, check_keys, read_toml, table_of, text_of
+from sssi_exudyn.sweep_design import INDEXED, KINDS, LISTED, Design
+
+Task = Literal["simulate", "fit"]
+Tier = Literal["reduced", "full"]
+TASKS: Final[tuple[Task, ...]] = ("simulate", "fit")
+TIERS: Final[tuple[Tier, ...]] = ("reduced", "full")
+_KEYS: Final = (
+    "format", "name", "recordings", "model", "task", "tier", "method", "duration_s", "series", "outputs",
+    "design", "parameter", "term",
+)  # fmt: skip
+LARGEST: Final = 10_000_000
+"""Points; beyond them the file is a mistake."""
+Word = TypeVar("Word", bound=str)
+
+
+@dataclass(frozen=True)
+class SweepFile:
+    """A file as read; parameters are not yet looked up, since it is the recordings' models that declare them.
+
+    path : the file;  folders : of the recordings, in order;  model : a ``model.toml`` or None
+    settings : the file's content with paths relative to the working directory resolved
+    duration : s of each run from its start, None for whole runs
+    series : whether each run's time series is kept
+    outputs : figures that indices and plots are about; empty for the usual ones
+    """
+
+    path: Path
+    name: str
+    folders: tuple[Path, ...]
+    model: Path | None
+    task: Task
+    tier: Tier
+    method: Method
+    duration: float | None
+    series: bool
+    outputs: tuple[str, ...]
+    terms: tuple[Term, ...]
+    design: Design
+    settings: Settings
+
+    def portable(self, folder: Path) -> dict[str, Any]:
+        """The file's content for a copy in ``folder``, from which its paths then count."""
+        copy = dict(self.settings)
+        copy["name"] = self.name
+        copy["recordings"] = [_relative(found, folder) for found in self.folders]
+        if self.model is not None:
+            copy["model"] = _relative(self.model, folder)
+        return copy
+
+
+def read_sweep(path: Path) -> SweepFile:
+    """The sweep in a TOML file.  Raises InputError, with file, place and mend, for whatever is wrong in it."""
+    return sweep_from(read_toml(path), path)
+
+
+def sweep_from(settings: Settings, path: Path) -> SweepFile:
+    """The sweep that ``settings`` describe, as if they stood in ``path``.  Raises InputError."""
+    check_keys(settings, _KEYS, path, "")
+    if settings.get("format") != 1 or isinstance(settings["format"], bool):
+        raise InputError(path, "format", f"{settings.get('format')!r} is not known", "write format = 1")
+    folders = _folders(settings.get("recordings"), path)
+    model = text_of(settings, "model", path, "") if "model" in settings else None
+    if model is not None and len(folders) > 1:
+        raise InputError(path, "model", "one model for several recordings", "sweep one recording, or leave it out")
+    task = _one_of(settings, "task", TASKS, path)
+    method = _one_of(settings, "method", METHODS, path)
+    if "method" in settings and task != "fit":
+        raise InputError(path, "method", "nothing is fitted", 'write task = "fit", or leave it out')
+    series = settings.get("series", True)
+    if not isinstance(series, bool):
+        raise InputError(path, "series", f"{series!r} is neither true nor false", "write true or false")
+    return SweepFile(
+        path=path,
+        name=text_of(settings, "name", path, "", default=path.stem),
+        folders=folders,
+        model=None if model is None else (path.parent / model).resolve(),
+        task=task,
+        tier=_one_of(settings, "tier", TIERS, path),
+        method=method,
+        duration=_duration(settings.get("duration_s"), path),
+        series=series,
+        outputs=words_of(settings.get("outputs", []), path, "outputs"),
+        terms=_terms(settings.get("term", []), path),
+        design=_design(settings, path),
+        settings=settings,
+    )
+
+
+def _design(settings: Settings, path: Path) -> Design:
+    if "design" not in settings:
+        return Design("grid", 0, 0)
+    table = table_of(settings, "design", path)
+    check_keys(table, ("kind", "size", "seed"), path, "[design]")
+    kind = _one_of(table, "kind", KINDS, path, "[design] ")
+    if kind in LISTED:
+        if len(table) > 1:
+            raise InputError(path, "[design]", f"a {kind} has neither size nor seed", "leave them out")
+        return Design(kind, 0, 0)
+    size = count_of(table.get("size"), path, "[design] size", least=2 if kind in INDEXED else 1)
+    if kind in ("sobol", "sobol_indices") and size & (size - 1):
+        better = 2 ** round(math.log2(size))
+        raise InputError(path, "[design] size", f"{size} is no power of two, which Sobol wants", f"write {better}")
+    return Design(kind, size, count_of(table.get("seed", 0), path, "[design] seed", least=0))
+
+
+def _terms(tables: object, path: Path) -> tuple[Term, ...]:
+    if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
+        raise InputError(path, "[[term]]", "these must be tables", "write [[term]] with name and parameters below")
+    return tuple(
+        read_term(str(table.get("name")), {k: v for k, v in table.items() if k != "name"}, path, f"[[term]] {count}")
+        for count, table in enumerate(tables, 1)
+    )
+
+
+def _folders(patterns: object, path: Path) -> tuple[Path, ...]:
+    found: list[Path] = []
+    for pattern in words_of(list_of(patterns, path, "recordings"), path, "recordings"):
+        plain = path.parent / pattern
+        if glob.has_magic(pattern) and not plain.is_dir():
+            root = Path(Path(pattern).anchor) if Path(pattern).is_absolute() else path.parent
+            candidates = root.glob(pattern.removeprefix(Path(pattern).anchor))
+            matches = sorted(each for each in candidates if (each / "recording.toml").is_file())
+            if not matches:
+                raise InputError(path, "recordings", f"no recording is called {pattern!r}", "correct the pattern")
+            found += matches
+        else:
+            found.append(plain)
+    resolved = tuple(folder.resolve() for folder in found)
+    if len({folder.name for folder in resolved}) < len(resolved):
+        raise InputError(path, "recordings", "two folders have one name", "give each recording its own, once")
+    return resolved
+
+
+def _duration(value: object, path: Path) -> float | None:
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.1 <= value <= 7200.0:
+        raise InputError(path, "duration_s", f"{value!r} is not a length from 0.1 to 7200 s", "give seconds")
+    return float(value)
+
+
+def _one_of(table: Settings, key: str, words: Sequence[Word], path: Path, place: str = "") -> Word:
+    """One of ``words``; the first where the key is missing."""
+    value = table.get(key, words[0])
+    for word in words:
+        if value == word:
+            return word
+    raise InputError(path, f"{place}{key}", f"{value!r} is not known", f"use one of: {', '.join(words)}")
+
+
+def count_of(value: object, path: Path, place: str, *, least: int) -> int:
+    """A whole number of at least ``least`` at ``place``.  Raises InputError for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= LARGEST:
+        what = "is missing" if value is None else f"{value!r} is no whole number from {least} to {LARGEST}"
+        raise InputError(path, place, what, "give a whole number")
+    return value
+
+
+def list_of(value: object, path: Path, place: str) -> list[Any]:
+    """A list with something in it.  Raises InputError for anything else."""
+    if not isinstance(value, list) or not value:
+        raise InputError(path, place, "is no list with something in it", "write [first, second]")
+    return value
+
+
+def words_of(value: object, path: Path, place: str) -> tuple[str, ...]:
+    """A list of words.  Raises InputError for anything else."""
+    if not isinstance(value, list) or not all(isinstance(word, str) and word for word in value):
+        raise InputError(path, place, f"{str(value)[:60]} is not a list of words", 'write ["first", "second"]')
+    return tuple(value)
+
+
+def _relative(path: Path, folder: Path) -> str:
+    return Path(os.path.relpath(path, folder.resolve())).as_posix()

@@ -1,0 +1,180 @@
+"""What a sweep may change: every number that is declared anywhere, by its name, and how a changed one is put in place.
+
+Names are ``part.number``: ``skier``, ``equipment`` and ``slope`` as in a ``recording.toml``, ``ski``, ``start``,
+``solver``, ``posture``, and the model's force terms and sensors by their own names.  Angles are in degrees and end in
+``_deg``; everything else is in SI.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from sssi_exudyn.bodies.ski import Profile, Ski, read_ski
+from sssi_exudyn.chain import PRESCRIBED
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.fitting.recorded import model_of
+from sssi_exudyn.model import Model, Solver, Start
+from sssi_exudyn.motion import Motion, motion_from_recording
+from sssi_exudyn.quantity import Quantity, quantities
+from sssi_exudyn.recording import Equipment, Recording, Skier, Slope
+from sssi_exudyn.sensors import Sensor
+
+SKIS: Final = "equipment.skis"
+"""The one parameter that is a word: the name of a ski in the catalogue."""
+_DEGREE: Final = float(np.pi / 180.0)
+_PROFILES: Final = {
+    "width_scale": "factor on the ski's width all along",
+    "thickness_scale": "factor on the ski's thickness all along",
+    "height_scale": "factor on the height of camber and rocker all along",
+}
+_AS_RECORDED: Final = ("skier", "equipment", "slope")
+"""Parts that a recording declares; what is derived from them, movement and start, follows."""
+_SHAPE: Final = (*_AS_RECORDED, "ski", "solver", "posture")
+_WHOLE: Final = [name for name, kind in Solver.__annotations__.items() if kind == "int"]
+
+Values = Mapping[str, float | str]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One declared number: its name in files, unit there, bounds there, and the factor from there to SI.
+
+    whole : True where it counts something
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    meaning: str
+    factor: float = 1.0
+    whole: bool = False
+
+
+def parameters_of(model: Model) -> dict[str, Parameter]:
+    """All that a sweep of ``model`` may change, by name; ``SKIS`` is not among them, since it is no number."""
+    parts: dict[str, Any] = {
+        "skier": Skier,
+        "equipment": Equipment,
+        "slope": Slope,
+        "ski": Ski,
+        "start": Start,
+        "solver": Solver,
+    }
+    found = [_declared(part, about, cls) for part, cls in parts.items() for about in quantities(cls).values()]
+    found += [Parameter(f"ski.{name}", "1", 0.5, 2.0, meaning) for name, meaning in _PROFILES.items()]
+    found += [
+        Parameter(f"posture.{name}_deg", "deg", -30.0, 30.0, f"added to the recorded {name} all along", _DEGREE)
+        for name in PRESCRIBED
+    ]
+    seen: dict[str, int] = {}
+    several: tuple[Term | Sensor, ...] = (*model.terms, *model.sensors)
+    for part_of in several:
+        seen[part_of.name] = seen.get(part_of.name, 0) + 1
+        label = part_of.name if seen[part_of.name] == 1 else f"{part_of.name}#{seen[part_of.name]}"
+        found += [_declared(label, about, type(part_of)) for about in quantities(part_of).values()]
+    return {parameter.name: parameter for parameter in found}
+
+
+def _declared(part: str, about: Quantity, cls: type) -> Parameter:
+    whole = cls.__annotations__[about.name] == "int"
+    if about.unit != "rad":
+        return Parameter(f"{part}.{about.name}", about.unit, about.low, about.high, about.meaning, whole=whole)
+    low, high = about.low / _DEGREE, about.high / _DEGREE
+    return Parameter(f"{part}.{about.name}_deg", "deg", low, high, about.meaning, _DEGREE)
+
+
+def numbers_of(values: Values) -> dict[str, float | str]:
+    """Values as files have them by the names that models know: angles in rad, without ``_deg``."""
+    return {
+        name.removesuffix("_deg"): value * _DEGREE if name.endswith("_deg") and not isinstance(value, str) else value
+        for name, value in values.items()
+    }
+
+
+def is_shape(name: str) -> bool:
+    """True for what changes the bodies or their movement, False for forces, start and instruments."""
+    return name.partition(".")[0] in _SHAPE
+
+
+def changed(
+    recording: Recording, motion: Motion, base: Model | None, terms: tuple[Term, ...], shape: Values
+) -> tuple[Recording, Motion, Model]:
+    """Recording, movement and model with other bodies.
+
+    Parameters
+    ----------
+    motion : of the recording as it is
+    base : the model to change; None for the recorded skier's own, whose start then follows a changed slope
+    terms : laws that act besides the model's
+    shape : numbers for which ``is_shape``, as ``numbers_of`` gives them
+
+    Raises InputError for a ski that there is not, ValueError for numbers that do not fit each other.
+    """
+    given: dict[str, dict[str, Any]] = {part: {} for part in _SHAPE}
+    for name, value in shape.items():
+        part, _, key = name.partition(".")
+        given[part][key] = value
+    if any(given[part] for part in _AS_RECORDED):
+        recording = replace(
+            recording,
+            skier=replace(recording.skier, **given["skier"]),
+            equipment=replace(recording.equipment, **given["equipment"]),
+            slope=replace(recording.slope, **given["slope"]),
+        )
+        motion = motion_from_recording(recording)
+    model = model_of(recording, motion) if base is None else _worn(base, recording, given)
+    solver = {key: int(value) if key in _WHOLE else value for key, value in given["solver"].items()}
+    model = replace(
+        model,
+        ski=_shaped(model.ski, given["ski"]),
+        terms=model.terms + terms,
+        solver=replace(model.solver, **solver),
+    )
+    return recording, offset(motion, given["posture"]), model
+
+
+def offset(motion: Motion, angles: Mapping[str, float]) -> Motion:
+    """The same movement with constants (rad) added to prescribed coordinates: splines of a B-spline basis add up to
+    one, so that a constant on all coefficients is one on the curve.
+    """
+    if not angles:
+        return motion
+    coefficients = motion.coefficients.copy()
+    for name, angle in angles.items():
+        coefficients[:, PRESCRIBED.index(name)] += angle
+    return replace(motion, coefficients=coefficients)
+
+
+def _worn(base: Model, recording: Recording, given: Mapping[str, Mapping[str, Any]]) -> Model:
+    """``base`` with what was changed of skier, equipment and slope."""
+    slope = given["slope"]
+    model = replace(
+        base,
+        skier=replace(base.skier, **given["skier"]),
+        equipment=replace(base.equipment, **given["equipment"]),
+        inclination=slope.get("inclination", base.inclination),
+        fall_line_azimuth=slope.get("fall_line_azimuth", base.fall_line_azimuth),
+    )
+    skis = given["equipment"].get("skis")
+    return model if skis is None else replace(model, ski=read_ski(skis, recording.folder))
+
+
+def _shaped(ski: Ski, numbers: Mapping[str, float]) -> Ski:
+    """The ski with other numbers and scaled profiles.  Raises ValueError when the boot no longer stands on it."""
+    shape: dict[str, Any] = {}
+    for name, value in numbers.items():
+        profile = name.removesuffix("_scale")
+        shape[profile] = _scaled(getattr(ski, profile), value) if name in _PROFILES else value
+    found = replace(ski, **shape)
+    if not 0.0 < found.boot_centre < found.length:
+        raise ValueError(f"the boot centre at {found.boot_centre:g} m lies off a ski of {found.length:g} m")
+    return found
+
+
+def _scaled(profile: Profile, factor: float) -> Profile:
+    return replace(profile, value=tuple(factor * value for value in profile.value))

@@ -1,0 +1,143 @@
+"""All runs of a sweep, each under the hash of what it is computed from, before the first of them begins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from sssi_exudyn.cache import fingerprint
+from sssi_exudyn.contact.term import Term, parameters
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.fitting.fit import Method
+from sssi_exudyn.fitting.recorded import model_of
+from sssi_exudyn.model import Model, read_model
+from sssi_exudyn.motion import motion_from_recording
+from sssi_exudyn.provenance import versions
+from sssi_exudyn.recording import Recording, read_recording
+from sssi_exudyn.sweep_axes import axes_of
+from sssi_exudyn.sweep_design import Axis, points_of
+from sssi_exudyn.sweep_figures import Column, columns_of, usual_outputs
+from sssi_exudyn.sweep_file import SweepFile, Task, Tier
+from sssi_exudyn.sweep_parameters import Parameter, changed, parameters_of
+
+
+@dataclass(frozen=True)
+class Job:
+    """What all runs of a sweep share; small and plain, so that it goes to a worker with every run.
+
+    identity : hash of the whole sweep;  versions : of the program and of what it stands on
+    hashes : of each recording's files
+    """
+
+    identity: str
+    versions: tuple[tuple[str, str], ...]
+    recordings: tuple[Path, ...]
+    hashes: tuple[str, ...]
+    model: Path | None
+    terms: tuple[Term, ...]
+    task: Task
+    tier: Tier
+    method: Method
+    duration: float | None
+    series: bool
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run: its row in the table, the hash of its inputs, its recording, and its parameters as the file has them."""
+
+    row: int
+    key: str
+    recording: int
+    values: tuple[tuple[str, float | str], ...]
+    attempt: int = 0
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A whole sweep: rows go through the recordings, and for each through the design's points.
+
+    keys : of all rows; those of equal points are equal
+    files : hash of every file read, by recording and name
+    """
+
+    file: SweepFile
+    job: Job
+    axes: tuple[Axis, ...]
+    points: list[tuple[float | str, ...]]
+    keys: list[str]
+    columns: tuple[Column, ...]
+    outputs: tuple[str, ...]
+    files: dict[str, str]
+
+    def runs(self) -> Iterator[Run]:
+        """The runs in order, of equal ones the first."""
+        seen = set()
+        for row, key in enumerate(self.keys):
+            if key not in seen:
+                seen.add(key)
+                yield self.run(row)
+
+    def run(self, row: int) -> Run:
+        """The run of a row."""
+        recording, point = divmod(row, len(self.points))
+        names = (axis.name for axis in self.axes)
+        return Run(row, self.keys[row], recording, tuple(zip(names, self.points[point], strict=True)))
+
+
+def planned(file: SweepFile) -> Plan:
+    """Read the recordings and lay out the runs.
+
+    Raises InputError for whatever is wrong with the file or a recording, SssiError where a package is missing.
+    """
+    model = None if file.model is None else read_model(file.model)
+    recordings = [read_recording(folder) for folder in file.folders]
+    for recording in recordings:
+        if file.task == "fit" and recording.gps is None:
+            raise InputError(recording.folder / "recording.toml", "[gps]", "there is no GPS to fit to", "leave it out")
+    axes = axes_of(file, _declared(file, recordings[0], model))
+    points = points_of(file.design, axes)
+    columns = columns_of(file.task, file.tier, file.method)
+    outputs = _outputs(file, columns)
+    shared = (
+        "sweep", file.task, file.tier, file.method if file.task == "fit" else "", file.duration, model,
+        [(term.name, parameters(term)) for term in file.terms], [axis.name for axis in axes],
+    )  # fmt: skip
+    hashes = tuple(fingerprint(recording.hashes) for recording in recordings)
+    bases = [fingerprint(*shared, files) for files in hashes]
+    keys = [fingerprint(base, point)[:32] for base in bases for point in points]
+    job = Job(
+        identity=fingerprint(keys, file.series, outputs, [folder.name for folder in file.folders]),
+        versions=tuple(versions().items()),
+        recordings=file.folders,
+        hashes=hashes,
+        model=file.model,
+        terms=file.terms,
+        task=file.task,
+        tier=file.tier,
+        method=file.method,
+        duration=file.duration,
+        series=file.series,
+    )
+    files = {
+        f"{recording.folder.name}/{name}": digest
+        for recording in recordings
+        for name, digest in recording.hashes.items()
+    }
+    return Plan(file, job, axes, points, keys, columns, outputs, files)
+
+
+def _declared(file: SweepFile, recording: Recording, model: Model | None) -> dict[str, Parameter]:
+    """What the swept model declares; any recording's has the same parts."""
+    motion = motion_from_recording(recording)
+    base = model_of(recording, motion) if model is None else model
+    return parameters_of(changed(recording, motion, base, file.terms, {})[2])
+
+
+def _outputs(file: SweepFile, columns: tuple[Column, ...]) -> tuple[str, ...]:
+    names = [column.name for column in columns]
+    for name in file.outputs:
+        if name not in names:
+            raise InputError(file.path, "outputs", f"no figure is called {name!r}", f"use of: {', '.join(names)}")
+    return file.outputs or usual_outputs(file.task, file.tier)

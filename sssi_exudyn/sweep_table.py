@@ -1,0 +1,150 @@
+"""The sweep's table: one row a run, as a Parquet file that pandas, polars and DuckDB read.
+
+The same file and seed give the same bytes, whoever did the runs in whatever order: what differs from time to time,
+when and how long and by whom, stands in a table of its own.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from sssi_exudyn.cache import fingerprint
+from sssi_exudyn.provenance import provenance
+from sssi_exudyn.result_folder import plain, said_clearly, write_atomically
+from sssi_exudyn.sweep_figures import Column
+from sssi_exudyn.sweep_parameters import SKIS
+from sssi_exudyn.sweep_plan import Plan
+from sssi_exudyn.sweep_records import Record, series_path
+
+TABLE: Final = "runs.parquet"
+TIMINGS: Final = "timings.parquet"
+COLUMNS: Final = "columns.csv"
+_FIRST: Final = (
+    Column("run", "1", "row of the design, through the recordings in order"),
+    Column("recording", "", "folder of the recording"),
+)
+_LAST: Final = (
+    Column("status", "", "done, diverged, failed or crashed"),
+    Column("error", "", "what happened where the run is not done"),
+    Column("series", "", "file of the run's time series, where one was kept"),
+    Column("key", "", "hash of all that the run is computed from"),
+    Column("recording_sha256", "", "hash of the recording's files"),
+    Column("sssi_exudyn", "", "version of this program"),
+    Column("exudyn", "", "version of the solver"),
+)
+_TIMINGS: Final = {
+    "begin": "s since 1970",
+    "end": "s since 1970",
+    "wall_s": "s of computing",
+    "worker": "process that did it",
+    "memory_MB": "that process's memory at the end of the run",
+    "attempt": "0 for the first",
+}
+
+
+def described(plan: Plan) -> tuple[Column, ...]:
+    """The table's columns in order, with units and meanings."""
+    inputs = tuple(Column(axis.name, axis.parameter.unit, axis.parameter.meaning) for axis in plan.axes)
+    return (*_FIRST, *inputs, *plan.columns, *_LAST)
+
+
+def write_tables(folder: Path, plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:
+    """Write table, timings and the list of columns; the table.  Raises InputError where they cannot be written.
+
+    Parameters
+    ----------
+    records : the last record of every run, by key
+    """
+    columns = described(plan)
+    table = table_of(plan, records)
+    schema = pa.schema(
+        [
+            pa.field(
+                column.name,
+                pa.from_numpy_dtype(table[column.name].dtype) if _is_number(column) else pa.string(),
+                metadata={"unit": column.unit, "meaning": column.meaning},
+            )
+            for column in columns
+        ],
+        metadata={"sssi_sweep": json.dumps(plain(origin_of(plan)), ensure_ascii=False)},
+    )
+    _write(
+        folder / TABLE,
+        pa.Table.from_pandas(table, schema, preserve_index=False).replace_schema_metadata(schema.metadata),
+    )
+    timings = pd.DataFrame([{"key": key} | {name: records[key][name] for name in _TIMINGS} for key in sorted(records)])
+    _write(folder / TIMINGS, pa.Table.from_pandas(timings, preserve_index=False))
+    listed = pd.DataFrame([(c.name, c.unit, c.meaning) for c in columns], columns=["name", "unit", "meaning"])
+    write_atomically(folder / COLUMNS, listed.to_csv(index=False, lineterminator="\n"))
+    return table
+
+
+def table_of(plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:
+    """One row a run; runs that have not ended are left out."""
+    rows: list[dict[str, Any]] = []
+    versions = dict(plan.job.versions)
+    for number, key in enumerate(plan.keys):
+        record = records.get(key)
+        if record is None:
+            continue
+        run = plan.run(number)
+        rows.append(
+            {
+                "run": number,
+                "recording": plan.job.recordings[run.recording].name,
+                **dict(run.values),
+                **{column.name: record["figures"].get(column.name) for column in plan.columns},
+                "status": record["status"],
+                "error": record["error"],
+                "series": _series(plan, record),
+                "key": key,
+                "recording_sha256": plan.job.hashes[run.recording],
+                "sssi_exudyn": versions["sssi_exudyn"],
+                "exudyn": versions["exudyn"],
+            }
+        )
+    columns = described(plan)
+    table = pd.DataFrame(rows, columns=[column.name for column in columns])
+    return table.astype({column.name: _dtype(column) for column in columns if _is_number(column)})
+
+
+def origin_of(plan: Plan) -> dict[str, Any]:
+    """Where the sweep came from, the same wherever its folder is: settings, hashes of what was read, versions, seed."""
+    file = plan.file
+    settings = {**file.settings, "name": file.name, "recordings": [folder.name for folder in file.folders]}
+    if file.model is not None:
+        settings["model"] = file.model.name
+    return {"identity": plan.job.identity, **provenance(plan.files, settings, plan.file.design.seed)}
+
+
+def same_versions(plan: Plan, origin: Mapping[str, Any]) -> bool:
+    """True when a sweep of that origin was begun with the versions that run now."""
+    return fingerprint(dict(plan.job.versions)) == fingerprint(origin["versions"])
+
+
+def _series(plan: Plan, record: Record) -> str | None:
+    if not plan.job.series or record["status"] != "done" or plan.job.task == "fit":
+        return None
+    return series_path(Path(), record["key"]).as_posix()
+
+
+def _is_number(column: Column) -> bool:
+    return column.unit != "" and column.name != SKIS
+
+
+def _dtype(column: Column) -> str:
+    return "int64" if column.name == "run" else "float64"
+
+
+def _write(path: Path, table: pa.Table) -> None:
+    made = path.with_name(f".{path.name}")
+    with said_clearly(path):
+        pq.write_table(table, made, compression="zstd")
+        made.replace(path)
