@@ -14,6 +14,7 @@ import pickle
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
+from itertools import pairwise
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Final
@@ -37,6 +38,9 @@ from sssi_exudyn.validation.search import Round
 ANSWERS, SEAL = "answers.json", "answers.sha256"
 STRONG: Final = 8.0
 """Standard errors from which an effect counts as clear."""
+SURE: Final = 0.8
+"""Probability from which a wrong name is worse than none."""
+_BINS: Final = (0.0, 0.5, 0.8, 0.95, 1.01)
 Bases = list[tuple[Recording, Motion, Model]]
 
 
@@ -64,6 +68,7 @@ def judged_case(made: Made, *, full: bool) -> dict[str, Any]:
         "full": full,
         "said": diagnosis_to_dict(found),
         "friction": {k: found.model.value(f"friction.{k}") for k in ("mu_t", "mu_n")},
+        "held_out_m": found.figures[-1].held_out_error,
         **_baselines(first),
         "oracle": _oracle(made.case, found, first),
     }
@@ -231,12 +236,13 @@ def scored(cases: Sequence[Case], done: Sequence[Mapping[str, Any]]) -> dict[str
     inside = [_inside(c, d) for c, d in found if d["said"]["findings"][0]["name"] == c.name]
     intervals = [hit for each in inside for hit in each]
     wrong_sure = [d for c, d in rows if _wrong_and_sure(c, d)]
-    gains = [
-        d["said"]["findings"][0]["evidence"]["held_out_error_m"]["after"]
-        / max(d["said"]["findings"][0]["evidence"]["held_out_error_m"]["before"], 1e-9)
+    evidence = [
+        [finding["evidence"]["held_out_error_m"] for finding in d["said"]["findings"]]
         for c, d in strong
         if d["said"]["findings"]
     ]
+    gains = [each[-1]["after"] / max(each[0]["before"], 1e-9) for each in evidence]
+    noise = float(np.median([d["held_out_m"] for _, d in nothing])) if nothing else float("nan")
     levels = range(4)
     return {
         "cases": len(cases),
@@ -294,6 +300,11 @@ def scored(cases: Sequence[Case], done: Sequence[Mapping[str, Any]]) -> dict[str
             "median": float(np.median(gains)) if gains else None,
             "cases": len(gains),
         },
+        "held_out_noise_m": noise,
+        "strong_back_within_1.5_noise": share(
+            sum(each[-1]["after"] <= 1.5 * noise for each in evidence), len(evidence)
+        ),
+        "calibration": _calibration(rows),
         "by_name": _by_name(single),
     }
 
@@ -321,10 +332,23 @@ def _inside(case: Case, each: Mapping[str, Any]) -> list[bool]:
     return [numbers[k]["low"] <= v <= numbers[k]["high"] for k, v in case.truth.items() if k in numbers]
 
 
+def _right(case: Case, finding: Mapping[str, Any]) -> bool:
+    """Whether a finding says what is concealed: its name, or that it is none of the list's."""
+    if case.kind == "unexplained":
+        return bool(finding["kind"] == "unexplained")
+    return finding["name"] in case.name.split("+")
+
+
 def _wrong_and_sure(case: Case, each: Mapping[str, Any]) -> bool:
-    names = set(case.name.split("+"))
-    for finding in each["said"]["findings"]:
-        explained = finding["kind"] == "unexplained" if case.kind == "unexplained" else finding["name"] in names
-        if finding["probability"] > 0.8 and not explained:
-            return True
-    return False
+    return any(f["probability"] > SURE and not _right(case, f) for f in each["said"]["findings"])
+
+
+def _calibration(rows: Sequence[tuple[Case, Mapping[str, Any]]]) -> list[dict[str, Any]]:
+    """How often findings of a probability are right, by bins of it."""
+    said = [(f["probability"], _right(case, f)) for case, each in rows for f in each["said"]["findings"]]
+    table = []
+    for low, high in pairwise(_BINS):
+        inside = [(p, right) for p, right in said if low <= p < high]
+        mean = float(np.mean([p for p, _ in inside])) if inside else None
+        table.append({"from": low, "said": mean, **share(sum(right for _, right in inside), len(inside))})
+    return table

@@ -18,6 +18,10 @@ _TARGETS = {
     "wrong_and_sure": ("wrong with more than 80 %", "at most 3 %"),
     "unexplained_called_so": ("effects outside the list, found, called unexplained", "at least 90 %"),
     "pairs_both_named": ("pairs: both named", ""),
+    "strong_back_within_1.5_noise": (
+        "clear effects, found: error on turns not fitted within 1.5 times that of runs with nothing hidden",
+        "",
+    ),
 }
 _BY_STRENGTH = {
     "found_by_strength": "something said",
@@ -47,6 +51,8 @@ def benchmark_page(scores: Mapping[str, Any]) -> str:
     lines.append(
         f"| overlap in time of effects with a place, rightly named (mean of {overlap['cases']}) | {mean} | | 0.6 |"
     )
+    held = overlap["at_least_0.6"]
+    lines.append(f"| the same, at least 0.6 | {_share(held)} | {_interval(held)} | |")
     gain = scores["held_out_after_over_before_strong"]
     median = "–" if gain["median"] is None else f"{gain['median']:.2f}"
     lines.append(
@@ -55,6 +61,10 @@ def benchmark_page(scores: Mapping[str, Any]) -> str:
     lines += ["", "| by strength | weakest | weak | strong | strongest |", "|---|---|---|---|---|"]
     for key, meaning in _BY_STRENGTH.items():
         lines.append(f"| {meaning} | " + " | ".join(_share(each) for each in scores[key]) + " |")
+    lines += ["", "| probability said, mean | right | 95 % interval |", "|---|---|---|"]
+    for row in scores["calibration"]:
+        if row["of"]:
+            lines.append(f"| {row['said']:.2f} | {_share(row)} | {_interval(row)} |")
     lines += ["", "| hidden | said first |", "|---|---|"]
     for name, row in sorted(scores["by_name"].items()):
         said = ", ".join(f"{other} {count}" for other, count in sorted(row.items(), key=lambda each: -each[1]))

@@ -97,6 +97,7 @@ class Diagnosis:
     first : the fit without anything added;  missing, left : the force that was missing before, and after
     noise : of the instruments, under the final model
     rounds : all that was weighed, round by round
+    figures : of the fit without anything added, and with each finding after the other
     residual_before, residual_after : (N,) of the witnesses
     """
 
@@ -111,6 +112,7 @@ class Diagnosis:
     missing: MissingForce
     left: MissingForce
     rounds: tuple[Round, ...]
+    figures: tuple[Figures, ...]
     witnesses: Witnesses
     residual_before: Array
     residual_after: Array
@@ -207,6 +209,7 @@ def _told(
         missing=missing,
         left=left,
         rounds=tuple(rounds),
+        figures=tuple(shown),
         witnesses=witnesses,
         residual_before=witnesses.measured - tracks[0][0].predicted,
         residual_after=witnesses.measured - tracks[-1][0].predicted,

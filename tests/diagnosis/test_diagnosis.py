@@ -17,7 +17,7 @@ from sssi_exudyn.recording import Recording, read_recording
 from sssi_exudyn.reduced import prepare, simulate_each, simulate_reduced
 from sssi_exudyn.validation.benchmark import scored, sealed, share
 from sssi_exudyn.validation.benchmark_page import benchmark_page
-from sssi_exudyn.validation.benchmark_world import make, plan
+from sssi_exudyn.validation.benchmark_world import Case, make, plan
 from sssi_exudyn.validation.diagnosis import diagnose, diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis_page import diagnosis_section
 from sssi_exudyn.validation.hypotheses import HYPOTHESES, Scene
@@ -114,3 +114,60 @@ def test_shares_have_exact_intervals() -> None:
     scores = scored([], [])
     assert scores["cases"] == 0
     assert "0 cases" in benchmark_page(scores)
+
+
+def answer(*findings: dict[str, object], oracle: float | None = None, held_out: float = 0.04) -> dict[str, object]:
+    """What is kept of one case."""
+    return {
+        "said": {"findings": list(findings)},
+        "oracle": oracle,
+        "held_out_m": held_out,
+        "bic": "gust",
+        "in_sample": "wind",
+        "full": True,
+    }
+
+
+def finding(name: str, probability: float, *others: tuple[str, float], after: float = 0.05) -> dict[str, object]:
+    return {
+        "name": name,
+        "kind": "unexplained" if name == "unexplained_force" else "physics",
+        "probability": probability,
+        "alternatives": [{"name": other, "probability": p} for other, p in others],
+        "where": {"t0_s": 2.0, "t1_s": 4.0},
+        "parameters": {"w_f": {"value": -5.0, "low": -6.0, "high": -4.0}},
+        "evidence": {"held_out_error_m": {"before": 0.3, "after": after}},
+    }
+
+
+def test_scores_count_what_was_said() -> None:
+    def case(name: str, kind: str, strength: int = 0) -> Case:
+        return Case(0, "beginner", name, kind, strength, (2.0, 4.5), {"w_f": -4.5} if name == "gust" else {})
+
+    rows = [
+        (case("none", "none"), answer()),
+        (case("none", "none"), answer(finding("wind", 0.9))),  # a false alarm, and a sure one
+        (case("gust", "physics", 3), answer(finding("gust", 0.97), oracle=20.0)),
+        (case("gust", "physics", 2), answer(finding("wind", 0.6, ("gust", 0.36)), oracle=9.0)),
+        (case("gust", "physics", 2), answer(finding("wind", 0.6, ("drag_area", 0.38)), oracle=9.0)),
+        (case("gust", "physics", 0), answer(oracle=1.0)),
+        (case("wind", "physics", 1), answer(finding("gust", 0.99, after=0.2), oracle=8.5)),  # wrong and sure
+        (case("push", "unexplained", 3), answer(finding("unexplained_force", 0.7))),
+        (case("gust+wind", "pair", 2), answer(finding("wind", 0.9), finding("gust", 0.9))),
+    ]
+    scores = scored([c for c, _ in rows], [d for _, d in rows])
+    assert (scores["false_alarms"]["hits"], scores["false_alarms"]["of"]) == (1, 2)
+    assert (scores["strong_right_or_small_set"]["hits"], scores["strong_right_or_small_set"]["of"]) == (2, 4)
+    assert scores["strong_right_name_first"]["hits"] == 1
+    assert scores["strong_right_bic"]["hits"] == 3
+    assert (scores["set_coverage_where_found"]["hits"], scores["set_coverage_where_found"]["of"]) == (2, 4)
+    assert (scores["interval_coverage_90"]["hits"], scores["interval_coverage_90"]["of"]) == (1, 1)
+    assert scores["wrong_and_sure"]["hits"] == 2
+    assert scores["unexplained_called_so"]["hits"] == 1
+    assert scores["pairs_both_named"]["hits"] == 1
+    assert scores["overlap_in_time"]["mean"] == pytest.approx(2.0 / 2.5)
+    back = scores["strong_back_within_1.5_noise"]
+    assert (back["hits"], back["of"]) == (3, 4)  # 0.05 m against 1.5 · 0.04, one of 0.2
+    assert [row["hits"] for row in scores["calibration"]] == [0, 1, 2, 1]
+    assert [row["of"] for row in scores["calibration"]] == [0, 3, 3, 2]
+    assert "| gust | wind 2, gust 1, nothing 1 |" in benchmark_page(scores)
