@@ -150,7 +150,7 @@ def estimate_heading(stance: Stance, gps: Gps) -> Estimate:
     """
     velocity, acceleration = _motion_of_antenna(stance, gps)
     skis = _unit(_level(stance.forward))
-    swing = _level(_local_fit(stance.time, stance.antenna, 0.6)[1])
+    swing = _level(local_fit(stance.time, stance.antenna, 0.6)[1])
     fast = np.abs(velocity) > _SLOW
     if np.count_nonzero(fast) < 5:
         raise SssiError(f"the skier hardly ever moves faster than {_SLOW:g} m/s")
@@ -212,14 +212,14 @@ def _motion_of_antenna(stance: Stance, gps: Gps) -> tuple[Complex, Array]:
     sigma = float(np.median(gps.sigma))
     # noise of a slope over a window T goes with sigma/T^1.5, its bias with T²: the best T goes with sigma^(2/7)
     window = max(0.8 * (sigma / 0.02) ** (2.0 / 7.0), 4.0 * float(np.median(np.diff(gps.time))))
-    fitted = _local_fit(stance.time, gps.enu[stance.fixes], window)
+    fitted = local_fit(stance.time, gps.enu[stance.fixes], window)
     velocity = fitted[1, :, 1] + 1j * fitted[1, :, 0]
     if sigma > 0.5 and gps.speed is not None and gps.course is not None:
         velocity = gps.speed[stance.fixes] * np.exp(1j * gps.course[stance.fixes])
     return velocity, fitted[2]
 
 
-def _local_fit(time: Array, values: Array, window: float) -> Array:
+def local_fit(time: Array, values: Array, window: float) -> Array:
     """(3, n, k): value, first and second derivative of ``values`` (n, k), by quadratics within about ±``window`` s."""
     found = np.empty((3, *values.shape))
     for sample, centre in enumerate(time):

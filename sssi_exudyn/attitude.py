@@ -1,0 +1,164 @@
+"""How a sensor is turned in space, from its rates and specific force; how it sits on what it is fixed to.
+
+The filter is VQF (Laidig and Seel, Information Fusion 91 (2023) 187), in its offline form, which also estimates the
+gyroscope's bias.  A skier's specific force is not gravity: in a turn it leans with the skier.  So the acceleration
+that the track shows is taken off first.  Heading comes from integrated rates and drifts; what is slow of it is put
+right by the course (``aligned``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.interpolate import BSpline
+from scipy.spatial.transform import Rotation
+from vqf import offlineVQF
+
+from sssi_exudyn.channels import Imu
+from sssi_exudyn.frames import Array
+from sssi_exudyn.rotations import nearest_rotation
+
+DRIFT_SPACING: Final = 15.0
+"""s between the knots of a heading's drift: several turns, so that what a turn does to it is kept."""
+_STIFFNESS: Final = 7.0
+"""Skis are 10° from the course for a second; a heading's drift changes by 1.5° more from knot to knot, 0.1 °/s."""
+_ROUNDS: Final = 50
+_ENOUGH: Final = 0.1
+"""s between samples from which mountings are found."""
+
+
+@dataclass(frozen=True)
+class Attitude:
+    """A sensor's rotation over time.
+
+    time : (n,) s;  rotation : (n, 3, 3) sensor → a world with z up whose heading drifts
+    yaw_rate : (n,) rad/s about up, left positive, without bias
+    bias : (3,) rad/s of the gyroscope, mean over the run;  bias_sigma : rad/s; both zero where the device gave its own
+        orientation
+    """
+
+    time: Array
+    rotation: Array
+    yaw_rate: Array
+    bias: Array
+    bias_sigma: float
+
+
+def attitude_of(imu: Imu, acceleration: Array | None = None) -> Attitude:
+    """Fuse a sensor's channels; the device's own orientation goes before the filter's.
+
+    Parameters
+    ----------
+    acceleration : (n, 3) m/s² of the sensor in its own axes, where something else knows it; it is taken off the
+        specific force, so that gravity is left
+    """
+    if imu.orientation is not None:
+        rotation = Rotation.from_quat(imu.orientation, scalar_first=True).as_matrix()
+        return Attitude(imu.time, rotation, _about_up(rotation, imu.rate), np.zeros(3), 0.0)
+    assert imu.force is not None  # its reader asks for one of both
+    force = imu.force if acceleration is None else imu.force - acceleration
+    found = offlineVQF(np.ascontiguousarray(imu.rate), np.ascontiguousarray(force), None, imu.step)
+    rotation = Rotation.from_quat(found["quat6D"], scalar_first=True).as_matrix()
+    return Attitude(
+        imu.time,
+        rotation,
+        _about_up(rotation, imu.rate - found["bias"]),
+        np.asarray(np.mean(found["bias"], axis=0)),
+        float(np.median(found["biasSigma"])),
+    )
+
+
+def _about_up(rotation: Array, rate: Array) -> Array:
+    return np.asarray(np.einsum("nj,nj->n", rotation[:, 2, :], rate))
+
+
+def slow_curve(time: Array, values: Array, weights: Array, spacing: float) -> BSpline:
+    """A cubic spline with knots about ``spacing`` s apart through ``values`` (n,) at ``time`` (n,), by weighted least
+    squares; outliers count less (Huber).
+    """
+    pieces = max(1, round(float(time[-1] - time[0]) / spacing))
+    inner = np.linspace(time[0], time[-1], pieces + 1)
+    knots = np.r_[[inner[0]] * 3, inner, [inner[-1]] * 3]
+    columns = BSpline.design_matrix(time, knots, 3).toarray()
+    stiff = _STIFFNESS * np.sqrt(len(time) / float(time[-1] - time[0]))  # a second of samples counts as one
+    bend = stiff * np.diff(np.eye(columns.shape[1]), 2, axis=0)
+    robust = np.ones(len(time))
+    for _ in range(10):
+        root = np.sqrt(weights * robust)
+        sides = np.r_[values * root, np.zeros(len(bend))]
+        found = np.linalg.lstsq(np.r_[columns * root[:, None], bend], sides, rcond=None)[0]
+        left = np.abs(values - columns @ found)
+        scale = 1.4826 * float(np.median(left)) + 1e-12  # a perfect fit must not divide by nothing
+        robust = np.minimum(1.0, 1.345 * scale / np.maximum(left, 1e-12))
+    return BSpline(knots, found, 3)
+
+
+@dataclass(frozen=True)
+class Aligned:
+    """A segment's rotation as a sensor on it shows it.
+
+    rotation : (n, 3, 3) segment → level frame
+    mounting : (3, 3) segment → sensor, constant over the run
+    drift : rad, the heading's change that was taken out, from least to greatest
+    misfit : rad, root mean square of the angle to what was expected of the segment
+    """
+
+    rotation: Array
+    mounting: Array
+    drift: float
+    misfit: float
+
+
+def aligned(time: Array, rotation: Array, expected: Array, weights: Array) -> Aligned:
+    """Find how a sensor sits on its segment, and its heading, from how the segment is expected to be on average.
+
+    In ``rotation(t) = turn(a(t)) · expected(t) · mountingᵀ`` the mounting is constant and a(t) slow; both are found in
+    turn by least squares.  What the sensor sees that is faster than a(t), and no constant, stays its own.
+
+    Parameters
+    ----------
+    time : (n,) s;  rotation : (n, 3, 3) sensor → a world with z up
+    expected : (n, 3, 3) segment → level frame;  weights : (n,) of the samples, zero where nothing is expected
+    """
+    every = slice(None, None, max(1, round(_ENOUGH / float(time[1] - time[0]))))
+    at, seen, wanted, weight = time[every], rotation[every], expected[every], weights[every]
+    # the first headings: the course's less the sensor's own, whatever its axes are, from where they agree best
+    swing = slow_curve(at, _headings(seen, wanted, weight), weight, DRIFT_SPACING)
+    firsts = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    first = max(firsts, key=lambda c: float(np.linalg.norm(_together(swing(at) + c, seen, wanted, weight), "nuc")))
+    turn = swing(at) + first
+    for _ in range(_ROUNDS):
+        mounting = nearest_rotation(_together(turn, seen, wanted, weight))
+        # the turn about up that brings what is seen nearest to what is expected, sample by sample
+        cross = wanted @ np.swapaxes(seen @ mounting, -1, -2)
+        best = np.unwrap(np.arctan2(cross[:, 1, 0] - cross[:, 0, 1], cross[:, 0, 0] + cross[:, 1, 1]))
+        slow = slow_curve(at, best, weight, DRIFT_SPACING)
+        turn = slow(at)
+    turn = slow(time)
+    found = _turns(turn) @ rotation @ mounting
+    apart = np.linalg.norm(found - expected, axis=(-2, -1)) / np.sqrt(2.0)
+    misfit = float(np.sqrt(np.average(apart**2, weights=weights)))
+    return Aligned(found, mounting, float(np.ptp(turn)), misfit)
+
+
+def _together(turn: Array, rotation: Array, expected: Array, weights: Array) -> Array:
+    """(3, 3) mean of (turn · rotation)ᵀ · expected: near the mounting, the nearer a rotation the better they agree."""
+    return np.asarray(np.einsum("n,nji,njk->ik", weights, _turns(turn) @ rotation, expected) / weights.sum())
+
+
+def _headings(rotation: Array, expected: Array, weights: Array) -> Array:
+    """(n,) rad: by how much expected heading and the sensor's have come apart since the first sample."""
+
+    def heading(matrices: Array) -> Array:
+        """Of the turn about up between neighbours, summed."""
+        step = matrices[1:] @ np.swapaxes(matrices[:-1], -1, -2)
+        turned = np.arctan2(step[:, 1, 0] - step[:, 0, 1], step[:, 0, 0] + step[:, 1, 1])
+        return np.concatenate([[0.0], np.cumsum(turned)])
+
+    return np.asarray(heading(expected) - heading(rotation))
+
+
+def _turns(angle: Array) -> Array:
+    return Rotation.from_euler("z", angle[:, None]).as_matrix()

@@ -1,0 +1,204 @@
+"""Single sensors on ski, boot or body: angular rate, specific force and, where the device fuses them, orientation.
+
+A file has one line a sample: ``time_s``; ``rate_x_radps``, ``rate_y_radps``, ``rate_z_radps``; and of
+``acceleration_x_mps2`` … (specific force, gravity's reaction included) and ``orientation_w`` … ``orientation_z``
+(quaternion, sensor to a world whose z is up) at least one.  Axes are the sensor's own, however it was mounted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import GRAVITY, Array
+from sssi_exudyn.table import Clock, Table, check_time, mend_clock, read_table
+
+PLACES: Final = ("left_ski", "right_ski", "left_boot", "right_boot", "chest", "pelvis", "pocket")
+"""Where a sensor may sit.  In a pocket it turns with the body, but nobody knows how it lies there."""
+FEET: Final = {"left": ("left_ski", "left_boot"), "right": ("right_ski", "right_boot")}
+"""The places that move rigidly with each foot."""
+_RATE: Final = tuple(f"rate_{axis}_radps" for axis in "xyz")
+_FORCE: Final = tuple(f"acceleration_{axis}_mps2" for axis in "xyz")
+_ORIENTATION: Final = tuple(f"orientation_{part}" for part in "wxyz")
+_SLOWEST: Final = 5.0
+"""Hz; below it turns of two seconds are hardly seen."""
+_FASTEST_RATE: Final = 70.0
+"""rad/s; beyond the widest range of gyroscopes in use, 4000 °/s.  Numbers in °/s usually pass it."""
+_FALL: Final = (0.5 * GRAVITY, 3.0 * GRAVITY)
+"""m/s² between which the median of the specific force of anything worn on a run lies."""
+_PRESSURE: Final = (3e4, 1.1e5)
+"""Pa: the top of the highest mountain, the lowest valley."""
+
+
+@dataclass(frozen=True)
+class Imu:
+    """One sensor's channels, evenly sampled; axes are the sensor's own.
+
+    name : the file's;  place : where it sits, one of ``PLACES``
+    time : (n,) s on the recording's clock
+    rate : (n, 3) rad/s
+    force : (n, 3) m/s² specific force, None where it was not recorded
+    orientation : (n, 4) unit quaternions (w, x, y, z), sensor → a world with z up, None where the device gives none
+    notes : what was done to the data, in words
+    """
+
+    name: str
+    place: str
+    time: Array
+    rate: Array
+    force: Array | None
+    orientation: Array | None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def step(self) -> float:
+        """s between samples."""
+        return float(self.time[1] - self.time[0])
+
+
+@dataclass(frozen=True)
+class Barometer:
+    """Air pressure: (n,) s on the recording's clock and (n,) Pa."""
+
+    time: Array
+    pressure: Array
+    notes: tuple[str, ...] = ()
+
+    @property
+    def altitude(self) -> Array:
+        """(n,) m above the first sample, by the international standard atmosphere (ISO 2533)."""
+        height = 44330.8 * (1.0 - (self.pressure / 101325.0) ** 0.190263)
+        return np.asarray(height - height[0])
+
+
+def read_imu(path: Path, place: str, time_offset: float = 0.0) -> Imu:
+    """Read a sensor's file; ``time_offset`` (s) is added to its times.
+
+    Raises InputError for missing columns, time that runs back, samples too far apart, rates in degrees, forces in g, a
+    channel that never changes, and what ``read_table`` finds.
+    """
+    path = Path(path)
+    table = read_table(path)
+    _require(path, table, ("time_s", *_RATE))
+    force, orientation = ([name for name in names if name in table.columns] for names in (_FORCE, _ORIENTATION))
+    if not orientation or force:
+        _require(path, table, _FORCE)
+    if orientation:
+        _require(path, table, _ORIENTATION)
+    time, clock = _clock(path, table)
+    if np.median(np.diff(time)) > 1.0 / _SLOWEST:
+        raise InputError(
+            path, "time_s", f"samples {np.median(np.diff(time)):.2g} s apart do not show turns", "record at 10 Hz or more"
+        )
+    _check_rates(path, table)
+    for name in (*_RATE, *force):
+        if np.ptp(table.columns[name]) == 0.0:
+            raise InputError(path, f"column {name}", "it never changes: a dead channel", "use another sensor")
+    if force:
+        _check_force(path, table)
+    even = np.linspace(clock.time[0], clock.time[-1], len(clock.time))
+    used = ("time_s", *_RATE, *force, *orientation)
+    unknown = [name for name in table.columns if name not in used]
+    notes = clock.notes + ((f"{path.name}: columns not used: {', '.join(unknown)}",) if unknown else ())
+    quaternion = None
+    if orientation:
+        quaternion = _at(even, time, clock, _continuous(path, table))
+        quaternion = quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)
+    return Imu(
+        name=path.name,
+        place=place,
+        time=even + time_offset,
+        rate=_at(even, time, clock, _columns(table, _RATE)),
+        force=_at(even, time, clock, _columns(table, _FORCE)) if force else None,
+        orientation=quaternion,
+        notes=notes,
+    )
+
+
+def read_barometer(path: Path, time_offset: float = 0.0) -> Barometer:
+    """Read ``time_s,pressure_Pa``; ``time_offset`` (s) is added to its times.
+
+    Raises InputError for missing columns, pressures that no mountain has, a constant pressure, and time that runs back.
+    """
+    path = Path(path)
+    table = read_table(path)
+    _require(path, table, ("time_s", "pressure_Pa"))
+    time, clock = _clock(path, table)
+    pressure = table.columns["pressure_Pa"]
+    bad = (pressure < _PRESSURE[0]) | (pressure > _PRESSURE[1])
+    if np.any(bad):
+        first = int(np.argmax(bad))
+        hint = "give pascals, not hectopascals" if pressure[first] < 1200.0 else "correct the value or its unit"
+        raise InputError(
+            path, f"line {table.lines[first]}, pressure_Pa", f"{pressure[first]:g} is no pressure outdoors", hint
+        )
+    if np.ptp(pressure) == 0.0:
+        raise InputError(path, "column pressure_Pa", "it never changes: a dead channel", "leave the barometer out")
+    return Barometer(clock.time + time_offset, _at(clock.time, time, clock, pressure[:, None])[:, 0], clock.notes)
+
+
+def _require(path: Path, table: Table, names: tuple[str, ...]) -> None:
+    missing = [name for name in names if name not in table.columns]
+    if missing:
+        raise InputError(
+            path,
+            "header",
+            f"missing columns {', '.join(missing)}; found {', '.join(table.columns)}",
+            f"name the columns {','.join(names)}",
+        )
+
+
+def _clock(path: Path, table: Table) -> tuple[Array, Clock]:
+    time = table.columns["time_s"]
+    check_time(path, time, tuple(f"line {line}" for line in table.lines))
+    return time, mend_clock(path, time)
+
+
+def _columns(table: Table, names: tuple[str, ...]) -> Array:
+    return np.column_stack([table.columns[name] for name in names])
+
+
+def _at(times: Array, time: Array, clock: Clock, values: Array) -> Array:
+    """Kept ``values`` (n, d) at ``times`` (m,), by straight lines."""
+    return np.column_stack([np.interp(times, time[clock.keep], column[clock.keep]) for column in values.T])
+
+
+def _continuous(path: Path, table: Table) -> Array:
+    """Quaternions (n, 4) without jumps of sign."""
+    found = _columns(table, _ORIENTATION)
+    size = np.linalg.norm(found, axis=1)
+    bad = np.abs(size - 1.0) > 0.05  # four decimals leave 1e-4; beyond some percent it is something else
+    if np.any(bad):
+        first = int(np.argmax(bad))
+        raise InputError(
+            path,
+            f"line {table.lines[first]}, {_ORIENTATION[0]} …",
+            f"a quaternion of length {size[first]:.3g}",
+            "give unit quaternions, w first",
+        )
+    flips = np.where(np.sum(found[1:] * found[:-1], axis=1) < 0.0, -1.0, 1.0)
+    return np.asarray(found * np.concatenate([[1.0], np.cumprod(flips)])[:, None])
+
+
+def _check_rates(path: Path, table: Table) -> None:
+    for name in _RATE:
+        fast = np.abs(table.columns[name]) > _FASTEST_RATE
+        if np.any(fast):
+            first = int(np.argmax(fast))
+            raise InputError(
+                path,
+                f"line {table.lines[first]}, {name}",
+                f"{table.columns[name][first]:g} rad/s is more than any gyroscope measures",
+                "give rad/s, not degrees a second",
+            )
+
+
+def _check_force(path: Path, table: Table) -> None:
+    middle = float(np.median(np.linalg.norm(_columns(table, _FORCE), axis=1)))
+    if not _FALL[0] <= middle <= _FALL[1]:
+        hint = "give m/s², not g" if 0.3 < middle < 3.0 else "give m/s², gravity included"
+        raise InputError(path, _FORCE[0] + " …", f"the specific force is {middle:.3g} m/s² in the middle", hint)

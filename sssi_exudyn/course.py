@@ -1,0 +1,180 @@
+"""Where a skier goes, from slow fixes and a fast yaw rate: lag of the receiver's clock, course, speed, acceleration.
+
+A receiver filters its course and gives it late (a telephone by more than a second); a gyroscope on the body is prompt
+but turns with the body, not with the course.  Both tell of the same turns: the lag is where they agree best, and
+
+    course(t) = gain · ∫ yaw rate dt + slow(t)
+
+has the fixes' course for what is slow and the gyroscope's for what lies between two fixes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.interpolate import BSpline
+
+from sssi_exudyn.errors import SssiError
+from sssi_exudyn.estimate import local_fit
+from sssi_exudyn.frames import Array
+from sssi_exudyn.gps import Gps
+from sssi_exudyn.rotations import lowpass
+
+SLOWEST: Final = 1.0
+"""m/s; below it a course is noise, and nobody skis."""
+_REST: Final = 5.0
+"""s for which a skier may be slower on a run."""
+_LAGS: Final = (-1.0, 4.0)
+"""s between which a receiver's lag is sought: filters of telephones take up to 2 s, clocks may be set a second apart."""
+_LAG_STEP: Final = 0.02
+_FEWEST: Final = 8
+"""Fixes from which a lag, a gain and an offset are worth finding."""
+_SLOW_KNOTS: Final = 3.0
+"""Intervals of fixes between the knots of the slow part."""
+_SWING_CUTOFF: Final = 1.0
+"""Hz; turns are slower, what a trunk does faster is not the skis'."""
+_LEAN_CUTOFF: Final = 0.8
+"""Hz; a body cannot balance faster than that: √(g/l)/2π = 0.5 Hz for a pendulum of a metre."""
+
+
+@dataclass(frozen=True)
+class Lag:
+    """By how much a receiver's stamps are late, s, its standard deviation, and the correlation of both turnings."""
+
+    value: float
+    sigma: float
+    correlation: float
+
+
+@dataclass(frozen=True)
+class Course:
+    """The way of the skis at n instants, level.
+
+    azimuth : (n,) rad clockwise from north, unwrapped;  speed : (n,) m/s over ground
+    acceleration : (n, 3) m/s² east-north-up, the height's left out
+    gain : course's turning over the body's, None without a yaw rate
+    sigma : rad, what the fixes' course and this one differ by
+    """
+
+    time: Array
+    azimuth: Array
+    speed: Array
+    acceleration: Array
+    gain: float | None
+    sigma: float
+
+
+def skiing_stretch(time: Array, speed: Array) -> tuple[float, float]:
+    """First and last time (s) of the longest stretch at more than ``SLOWEST``, short rests included.
+
+    Raises SssiError when nobody skis for five seconds.
+    """
+    moving = time[speed > SLOWEST]
+    if len(moving) > 1:
+        ends = np.flatnonzero(np.diff(moving) > _REST)
+        starts, stops = moving[np.r_[0, ends + 1]], moving[np.r_[ends, len(moving) - 1]]
+        best = int(np.argmax(stops - starts))
+        if stops[best] - starts[best] >= 5.0:
+            return float(starts[best]), float(stops[best])
+    raise SssiError(f"nobody moves faster than {SLOWEST:g} m/s for five seconds")
+
+
+def velocity_of(gps: Gps) -> Array:
+    """(n, 2) m/s, north and east: the receiver's own speed and course where it gives them, else the track's."""
+    if gps.speed is not None and gps.course is not None:
+        return gps.speed[:, None] * np.stack([np.cos(gps.course), np.sin(gps.course)], axis=1)
+    # as in the estimates of the heading: the window that noise of the fixes asks for, four fixes at least
+    window = max(0.8 * (float(np.median(gps.sigma)) / 0.02) ** (2.0 / 7.0), 4.0 * float(np.median(np.diff(gps.time))))
+    return np.asarray(local_fit(gps.time, gps.enu, window)[1][:, [1, 0]])
+
+
+def find_lag(time: Array, velocity: Array, gyro_time: Array, yaw_rate: Array) -> Lag:
+    """The lag of fixes (n,) s with ``velocity`` (n, 2) m/s behind a yaw rate (m,) rad/s, left positive.
+
+    From fix to fix the course turns by gain · (the body's turn a lag earlier); the lag is where that leaves least.  Its
+    standard deviation is that of least squares, the residual's variance being what it is.
+    """
+    course = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (yaw_rate[1:] + yaw_rate[:-1]) * np.diff(gyro_time))])
+    fast = np.minimum(*np.linalg.norm([velocity[1:], velocity[:-1]], axis=2)) > SLOWEST
+    lags = np.arange(*_LAGS, _LAG_STEP)
+    left = np.full(len(lags), np.inf)
+    for i, lag in enumerate(lags):
+        pairs = fast & (time[:-1] - lag >= gyro_time[0]) & (time[1:] - lag <= gyro_time[-1])
+        if np.count_nonzero(pairs) < _FEWEST:
+            continue
+        seen = -np.diff(course)[pairs]
+        body = np.diff(np.interp(time - lag, gyro_time, turned))[pairs]
+        seen, body = seen - seen.mean(), body - body.mean()
+        share = float(body @ seen) ** 2 / max(float(body @ body) * float(seen @ seen), 1e-12)
+        left[i] = 1.0 - share  # of the course's turning, what the body's does not explain
+        fixes = len(seen)
+    if not np.any(np.isfinite(left)):
+        raise SssiError(f"fewer than {_FEWEST} fixes of the skiing lie within the sensor's time")
+    left = np.where(np.isfinite(left), left, 1.0)
+    best = int(np.clip(np.argmin(left), 1, len(lags) - 2))
+    bend = (left[best + 1] - 2.0 * left[best] + left[best - 1]) / _LAG_STEP**2
+    shift = -0.5 * (left[best + 1] - left[best - 1]) / _LAG_STEP / bend if bend > 0.0 else 0.0
+    variance = left[best] / max(1, fixes - 3)
+    return Lag(
+        value=float(lags[best] + np.clip(shift, -_LAG_STEP, _LAG_STEP)),
+        sigma=float(np.sqrt(2.0 * variance / bend)) if bend > 0.0 else _LAGS[1] - _LAGS[0],
+        correlation=float(np.sqrt(max(0.0, 1.0 - left[best]))),
+    )
+
+
+def fused_course(gps: Gps, velocity: Array, time: Array, yaw_rate: Array | None, gain: float | None = None) -> Course:
+    """Course, speed and acceleration at ``time`` (m,), evenly spaced.
+
+    Parameters
+    ----------
+    gps : fixes with the lag already taken off;  velocity : (n, 2) m/s north and east at them, of the skis
+    yaw_rate : (m,) rad/s about up, left positive; None without a gyroscope
+    gain : of the yaw rate; None: what fits best
+    """
+    speed = np.linalg.norm(velocity, axis=1)
+    course = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
+    rate = 1.0 / float(time[1] - time[0])
+    columns = np.zeros((len(gps.time), 0))
+    body = np.zeros((len(time), 0))
+    if yaw_rate is not None:
+        smooth = lowpass(yaw_rate, rate, _SWING_CUTOFF)
+        turned = -np.concatenate([[0.0], np.cumsum(0.5 * (smooth[1:] + smooth[:-1])) / rate])
+        body = turned[:, None]
+        columns = np.interp(gps.time, time, turned)[:, None]
+    spacing = _SLOW_KNOTS * float(np.median(np.diff(gps.time)))
+    pieces = max(2, round(float(time[-1] - time[0]) / max(spacing, 1.0)))
+    inner = np.linspace(time[0], time[-1], pieces + 1)
+    knots = np.r_[[inner[0]] * 3, inner, [inner[-1]] * 3]
+    inside = (gps.time >= time[0]) & (gps.time <= time[-1])
+    at = gps.time[inside]
+    basis = BSpline.design_matrix(at, knots, 3).toarray()
+    weight = np.minimum(speed[inside] / 3.0, 1.0)  # a course is as sure as the speed is large
+    known = course[inside]
+    if gain is not None:
+        known = known - gain * columns[inside].sum(axis=1)
+    else:
+        basis = np.hstack([basis, columns[inside]])
+    count = len(knots) - 4
+    bend = np.zeros((count - 2, basis.shape[1]))
+    bend[:, :count] = 0.1 * np.diff(np.eye(count), 2, axis=0)  # holds the curve where fixes are slow or missing
+    sides = np.r_[known * weight, np.zeros(count - 2)]
+    found = np.linalg.lstsq(np.r_[basis * weight[:, None], bend], sides, rcond=None)[0]
+    slow = BSpline(knots, found[:count], 3)
+    used = gain if gain is not None else (float(found[count]) if yaw_rate is not None else 0.0)
+    azimuth = slow(time) + used * body.sum(axis=1)
+    apart = np.interp(at, time, azimuth) - course[inside]
+    # a spline through the fixes' speeds, as smooth as turns are
+    quick = lowpass(np.interp(time, gps.time, speed), rate, min(_LEAN_CUTOFF, 0.4 * rate))
+    flat = quick[:, None] * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
+    pull = lowpass(np.gradient(flat, time, axis=0), rate, _LEAN_CUTOFF)
+    return Course(
+        time=time,
+        azimuth=azimuth,
+        speed=quick,
+        acceleration=np.column_stack([pull, np.zeros(len(time))]),
+        gain=None if yaw_rate is None else used,
+        sigma=float(np.sqrt(np.average(apart**2, weights=weight**2))),
+    )

@@ -1,0 +1,295 @@
+"""A whole capture out of few sensors: what they measured, and a posture for the rest that a skier would have.
+
+Course and speed come from the fixes, sharpened by the best yaw rate; edge angles from sensors on skis or boots, else
+from the lean that the turn's radius and speed ask for; the trunk's lean from a sensor on the chest, else from balance.
+Everything else is the posture model's (`skiing_posture`).  `Completed` says which is which, and how unsure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation, Slerp
+
+from sssi_exudyn.attitude import Aligned, Attitude, aligned, attitude_of
+from sssi_exudyn.bvh import Bvh, joint_positions, world_rotations
+from sssi_exudyn.channels import FEET, Imu
+from sssi_exudyn.course import Course, Lag, find_lag, fused_course, skiing_stretch, velocity_of
+from sssi_exudyn.errors import SssiError
+from sssi_exudyn.frames import BODY_FROM_BVH, GRAVITY, Array, level_to_enu
+from sssi_exudyn.gps import Gps
+from sssi_exudyn.rotations import lowpass
+from sssi_exudyn.skiing_posture import FLEXION, Body, Coordinates, Posture, about_x, as_capture, solve_posture
+
+_RATE: Final = 50.0
+"""Hz of the made-up capture's frames, as inertial captures have at least."""
+_EDGE_CUTOFF: Final = 2.0
+"""Hz; edging takes a second, what is faster of a ski is chatter that does not change where it goes."""
+_SWING_CUTOFF: Final = 1.0
+"""Hz of the body's swing over the skis."""
+_ROUNDS: Final = 3
+"""The antenna swings over the skis, whose course decides how the body leans: three rounds change no angle by 0.1°."""
+_LARGEST_EDGE: Final = float(np.radians(70.0))
+"""Racers' edge angles; a sensor that shows more has slipped."""
+_LAG_CLEAR: Final = 0.3
+"""Correlation of both turnings below which a lag is not to be believed; it is then left at zero."""
+
+_ASSUMED_EDGE: Final = float(np.radians(8.0))
+_MEASURED_EDGE: Final = float(np.radians(4.0))
+_PITCH: Final = float(np.radians(2.0))
+_LEAST_YAW: Final = float(np.radians(2.0))
+_ASSUMED_STEERING: Final = float(np.radians(5.0))
+_HEIGHT: Final = 0.006
+"""Standard deviations, see docs/few-sensors.md: rad of a foot's edge, pitch and heading, m of its height."""
+
+
+@dataclass(frozen=True)
+class FootSigma:
+    """Standard deviations of each foot's turns about its axes (rad) and of its height against the other's (m)."""
+
+    roll: float
+    pitch: float
+    yaw: float
+    height: float
+
+
+@dataclass(frozen=True)
+class Completed:
+    """A capture made of few sensors.
+
+    bvh : as from a whole capture, its +z axis along the fall line's azimuth
+    gps : the fixes with the receiver's lag taken off
+    measured, assumed : coordinates of the posture, in words
+    sigma : of the feet
+    lag : of the receiver, None where no sensor tells
+    course, edge, lean, unbalanced : what the posture was solved from and how well it balances, at ``bvh.time``
+    start, stop : s, the skiing
+    notes : what was done, in words
+    """
+
+    bvh: Bvh
+    gps: Gps
+    measured: tuple[str, ...]
+    assumed: tuple[str, ...]
+    sigma: FootSigma
+    lag: Lag | None
+    course: Course
+    edge: Array
+    lean: Array
+    unbalanced: Array
+    start: float
+    stop: float
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Ground:
+    """The plane that was skied: inclination and fall line's azimuth, rad."""
+
+    inclination: float
+    azimuth: float
+
+
+def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Completed:
+    """Fill in what the sensors do not tell of a skier's posture.
+
+    Raises SssiError where sensors and fixes do not overlap, or nobody skis.
+    """
+    attitudes = [attitude_of(imu) for imu in imus]
+    best, lag = _best_lag(attitudes, gps)
+    notes = [note for imu in imus for note in imu.notes]
+    if lag is not None:
+        gps = replace(gps, time=gps.time - lag.value)
+    velocity = velocity_of(gps)
+    first, last = skiing_stretch(gps.time, np.linalg.norm(velocity, axis=1))
+    start = max(first, *(imu.time[0] for imu in imus))
+    stop = min(last, *(imu.time[-1] for imu in imus))
+    if stop - start < 5.0:
+        raise SssiError("sensors and fixes have less than five seconds of skiing in common")
+    time = start + np.arange(int((stop - start) * _RATE) + 1) / _RATE
+    yaw = np.interp(time, attitudes[best].time, attitudes[best].yaw_rate) if lag is not None else None
+    swing = np.zeros((len(time), 2))
+    for _ in range(_ROUNDS):
+        moved = np.column_stack([np.interp(gps.time, time, column) for column in swing.T])
+        course = fused_course(gps, velocity - moved, time, yaw)
+        pull = course.acceleration @ level_to_enu(ground.azimuth)
+        frames, lean = _on_the_snow(course.azimuth, pull, ground)
+        seen = {imu.place: _seen(imu, course, frames, lean, pull) for imu in imus if imu.place != "pocket"}
+        feet = [next((seen[place] for place in places if place in seen), None) for places in FEET.values()]
+        frames, lean = _on_the_snow(course.azimuth + _steering(feet, frames), pull, ground)
+        trunk = lowpass(_roll(seen["chest"], frames), _RATE, _EDGE_CUTOFF) if "chest" in seen else None
+        coordinates = Coordinates(frames, _edges(feet, frames, lean), lean, trunk)
+        posture = solve_posture(coordinates, body)
+        bvh = as_capture(posture, frames, time, body.height)
+        swing = _swing(bvh, gps, body, ground.azimuth)
+    measured, assumed, sigma = _told_apart(feet, trunk, course, lag)
+    notes += _said(imus, attitudes, seen, lag, course, posture)
+    return Completed(
+        bvh=bvh,
+        gps=gps,
+        measured=measured,
+        assumed=assumed,
+        sigma=sigma,
+        lag=lag,
+        course=course,
+        edge=coordinates.edge,
+        lean=lean,
+        unbalanced=posture.unbalanced,
+        start=start,
+        stop=float(time[-1]),
+        notes=tuple(notes),
+    )
+
+
+def _best_lag(attitudes: list[Attitude], gps: Gps) -> tuple[int, Lag | None]:
+    """The sensor whose turning agrees best with the course's, and the lag that it shows."""
+    velocity = velocity_of(gps)
+    lags = [find_lag(gps.time, velocity, each.time, each.yaw_rate) for each in attitudes]
+    best = max(range(len(lags)), key=lambda i: lags[i].correlation)
+    return best, lags[best] if lags[best].correlation > _LAG_CLEAR else None
+
+
+def _on_the_snow(azimuth: Array, pull: Array, ground: Ground) -> tuple[Array, Array]:
+    """(n, 3, 3) forward, left, normal → level frame for skis that point to ``azimuth`` (n,), and the lean (n,) of the
+    force that the snow has to give for the acceleration ``pull`` (n, 3), level frame; positive to the right.
+    """
+    to_left = ground.azimuth - azimuth
+    flat = np.stack([np.cos(to_left), np.sin(to_left)], axis=1)
+    forward = np.column_stack([flat, -np.tan(ground.inclination) * flat[:, 0]])
+    forward /= np.linalg.norm(forward, axis=1, keepdims=True)
+    normal = np.broadcast_to([np.sin(ground.inclination), 0.0, np.cos(ground.inclination)], forward.shape)
+    frames = np.stack([forward, np.cross(normal, forward), normal], axis=2)
+    force = np.einsum("nji,nj->ni", frames, pull + [0.0, 0.0, GRAVITY])
+    return frames, -np.arctan2(force[:, 1], force[:, 2])
+
+
+def _seen(imu: Imu, course: Course, frames: Array, lean: Array, pull: Array) -> Aligned:
+    """How the segment that a sensor sits on is turned, at the course's times.
+
+    The skier's acceleration ``pull`` (level frame) is taken off before the filter, once it is known how the sensor is
+    turned.
+    """
+    share = 0.5 if imu.place in ("chest", "pelvis") else 1.0  # trunks lean less than legs
+    expected = frames @ about_x(share * lean)
+    weights = np.minimum(course.speed / 3.0, 1.0) ** 2  # slow skis point anywhere
+    found = aligned(course.time, _at(course.time, attitude_of(imu)), expected, weights)
+    if imu.orientation is not None:
+        return found
+    sensor = np.einsum("nij,kj->nik", found.rotation, found.mounting)
+    of_sensor = np.einsum("nji,nj->ni", sensor, pull)
+    outside = (imu.time < course.time[0]) | (imu.time > course.time[-1])
+    known = np.column_stack([np.interp(imu.time, course.time, column) for column in of_sensor.T])
+    known[outside] = 0.0
+    return aligned(course.time, _at(course.time, attitude_of(imu, known)), expected, weights)
+
+
+def _at(time: Array, attitude: Attitude) -> Array:
+    """An attitude's rotations at other times."""
+    between = Slerp(attitude.time, Rotation.from_matrix(attitude.rotation))
+    return np.asarray(between(np.clip(time, attitude.time[0], attitude.time[-1])).as_matrix())
+
+
+def _steering(feet: list[Aligned | None], frames: Array) -> Array:
+    """(n,) rad clockwise: how much farther the skis point than the course, mean of those that were measured."""
+    seen = [np.swapaxes(frames, -1, -2) @ foot.rotation for foot in feet if foot is not None]
+    if not seen:
+        return np.zeros(len(frames))
+    turned = np.mean([np.arctan2(each[:, 1, 0], each[:, 0, 0]) for each in seen], axis=0)
+    return -lowpass(turned, _RATE, _EDGE_CUTOFF)
+
+
+def _edges(feet: list[Aligned | None], frames: Array, lean: Array) -> Array:
+    """(n, 2) rad of roll: measured, as the other foot's where one was, else square to the snow's force."""
+    seen = [None if foot is None else _roll(foot, frames) for foot in feet]
+    known = [each for each in seen if each is not None]
+    other = known[0] if known else lean
+    both = np.stack([other if each is None else each for each in seen], axis=1)
+    return np.clip(lowpass(both, _RATE, _EDGE_CUTOFF), -_LARGEST_EDGE, _LARGEST_EDGE)
+
+
+def _roll(segment: Aligned, frames: Array) -> Array:
+    """(n,) rad of turn about the way of travel, by how far the segment's left axis rises over the snow."""
+    rising = np.einsum("ni,ni->n", frames[:, :, 2], segment.rotation[:, :, 1])
+    return np.asarray(np.arcsin(np.clip(rising, -1.0, 1.0)))
+
+
+def _swing(bvh: Bvh, gps: Gps, body: Body, azimuth: float) -> Array:
+    """(n, 2) m/s, north and east: the antenna's velocity over the middle of the skis."""
+    world = world_rotations(bvh)
+    place = joint_positions(bvh, world)
+    down = np.array([0.0, -body.ankle_to_ski_base, 0.0])
+    feet = [bvh.index(side + "Foot") for side in ("Left", "Right")]
+    middle = np.mean([place[:, foot] + world[:, foot] @ down for foot in feet], axis=0)
+    carrier = bvh.index(gps.segment)
+    over = (place[:, carrier] + world[:, carrier] @ gps.offset - middle) @ BODY_FROM_BVH.T
+    moving = lowpass(np.gradient(over, bvh.time, axis=0), _RATE, _SWING_CUTOFF) @ level_to_enu(azimuth).T
+    return np.asarray(moving[:, [1, 0]])
+
+
+def _told_apart(
+    feet: list[Aligned | None], trunk: Array | None, course: Course, lag: Lag | None
+) -> tuple[tuple[str, ...], tuple[str, ...], FootSigma]:
+    """What of the posture was measured and what assumed, and how sure the feet are."""
+    edged = any(foot is not None for foot in feet)
+    measured = ["speed and course: fixes" + (", and a yaw rate between them" if lag is not None else "")]
+    assumed = []
+    if edged:
+        count = sum(foot is not None for foot in feet)
+        measured.append("edge angle and steering angle: " + ("both skis" if count == 2 else "one ski, the other like it"))
+    else:
+        assumed.append("edge angle: square to the force that the snow has to give")
+        assumed.append("steering angle: skis point along the course")
+    (assumed if trunk is None else measured).append(
+        "trunk's lean: " + ("what balances in roll" if trunk is None else "chest sensor")
+    )
+    assumed += [
+        f"knee flexion of the outside leg: {np.degrees(FLEXION):.0f}°",
+        "stance: skis parallel, hips' width apart across the shins, none ahead",
+        "pelvis: rolls by half of the edge angle",
+        "fore and aft: centre of mass over the middle of the skis",
+        "arms: held in front",
+        "lengths: an average skier's of that height",
+    ]
+    sigma = FootSigma(
+        roll=_MEASURED_EDGE if edged else _ASSUMED_EDGE,
+        pitch=_PITCH,
+        yaw=float(np.hypot(max(course.sigma, _LEAST_YAW), 0.0 if edged else _ASSUMED_STEERING)),
+        height=_HEIGHT,
+    )
+    return tuple(measured), tuple(assumed), sigma
+
+
+def _said(
+    imus: tuple[Imu, ...],
+    attitudes: list[Attitude],
+    seen: dict[str, Aligned],
+    lag: Lag | None,
+    course: Course,
+    posture: Posture,
+) -> list[str]:
+    notes = []
+    if lag is None:
+        notes.append("no sensor turns as the course does; the fixes' clock is taken to be right")
+    else:
+        notes.append(
+            f"the fixes lag the sensors by {lag.value:.2f} ± {lag.sigma:.2f} s (their turnings correlate"
+            f" {lag.correlation:.2f}); taken off"
+        )
+    for imu, attitude in zip(imus, attitudes, strict=True):
+        if imu.orientation is None:
+            bias = np.degrees(attitude.bias)
+            notes.append(
+                f"{imu.name}: gyroscope bias {bias[0]:.2f}, {bias[1]:.2f}, {bias[2]:.2f}"
+                f" ± {np.degrees(attitude.bias_sigma):.2f} °/s taken off"
+            )
+        if imu.place in seen:
+            found = seen[imu.place]
+            notes.append(
+                f"{imu.name}: mounting found from the run; what it shows is {np.degrees(found.misfit):.0f}° from what"
+                f" was expected, its heading drifted by {np.degrees(found.drift):.0f}°"
+            )
+    short = float(np.sqrt(np.mean(posture.unbalanced**2)))
+    notes.append(f"the posture balances in roll to {short:.3f} m (root mean square)")
+    return notes

@@ -1,0 +1,308 @@
+"""A skier's posture from few coordinates: where the skis point, how they are edged, how the body leans to balance.
+
+What few sensors tell of a skier is the heading, at best the edge angles and the trunk's lean.  The rest follows from
+how people ski: skis lie on the snow; the boots let a leg bend in the foot's own plane only; the hips stay a hip's width
+apart across the shins; the longer leg, the outside one, has an ordinary flexion; and the body balances in roll: the
+line to the centre of mass from where the load acts, between the skis but nearer to the outside one, points along the
+force that the snow has to give.  What is left is the
+trunk's lean, which is solved for that.
+
+Angles about the way of travel are positive to the right, in the frame of the snow: forward (in the snow's plane), left
+of it, normal.  Masses: Winter, Biomechanics and Motor Control of Human Movement (2009), table 4.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sssi_exudyn.bvh import Bvh
+from sssi_exudyn.chain import SEGMENT, average_geometry
+from sssi_exudyn.frames import BODY_FROM_BVH, Array
+
+_HAT, _THIGH, _SHANK, _FOOT = 0.678, 0.100, 0.0465, 0.0145
+"""Shares of the body's mass: head, arms and trunk; each thigh, shank and foot."""
+_HAT_PLACE: Final = 0.626
+"""Of the way from hips to shoulders: where head, arms and trunk have their centre of mass."""
+_THIGH_PLACE, _SHANK_PLACE = 0.433, 0.433
+"""Of the way from the upper to the lower joint."""
+
+FLEXION: Final = float(np.radians(45.0))
+"""rad of knee flexion in the outside leg; recreational skiers show 30 to 60°."""
+_OUTSIDE_SHARE: Final = 0.8
+"""Of the load that the outside ski carries in a turn: 0.80 to 0.99 in the published runs."""
+_OUTSIDE_LOWER: Final = 0.012
+"""m by which the outside ski is lower for it: on snow of 5·10³ N/m^1.5 at each of 50 points of an edge, four fifths and
+one fifth of 900 N press 20 and 8 mm deep."""
+_CLEAR_LEAN: Final = float(np.radians(10.0))
+"""rad of lean at which a skier stands on the outside ski, not on both."""
+_HIPS_BEHIND: Final = 0.05
+"""Hips behind the ankles, over body height: an upright stance in boots whose cuffs lean 15 to 20° forward."""
+_PELVIS_SHARE: Final = 0.5
+"""Of the edge angle that the pelvis rolls along with the legs."""
+_BEND: Final = float(np.radians(35.0))
+"""rad; how far the trunk can bend sideways against the pelvis (range of motion of thoracic and lumbar spine)."""
+_LARGEST_TRUNK_LEAN: Final = float(np.radians(70.0))
+_ARM_FLEXION, _ARM_ABDUCTION, _ELBOW = np.radians([40.0, 25.0, 60.0])
+"""rad: poles held in front."""
+
+_TREE: Final = (
+    ("Hips", ""),
+    ("RightUpLeg", "Hips"),
+    ("RightLeg", "RightUpLeg"),
+    ("RightFoot", "RightLeg"),
+    ("LeftUpLeg", "Hips"),
+    ("LeftLeg", "LeftUpLeg"),
+    ("LeftFoot", "LeftLeg"),
+    ("Spine", "Hips"),
+    ("Spine1", "Spine"),
+    ("Spine2", "Spine1"),
+    ("Neck", "Spine2"),
+    ("Head", "Neck"),
+    ("RightShoulder", "Spine2"),
+    ("RightArm", "RightShoulder"),
+    ("RightForeArm", "RightArm"),
+    ("RightHand", "RightForeArm"),
+    ("LeftShoulder", "Spine2"),
+    ("LeftArm", "LeftShoulder"),
+    ("LeftForeArm", "LeftArm"),
+    ("LeftHand", "LeftForeArm"),
+)
+"""Joints of a capture and their parents."""
+JOINTS: Final = tuple(name for name, _ in _TREE)
+_CHAIN: Final = {"UpLeg": "femur", "Leg": "tibia", "Foot": "talus", "Arm": "humerus", "ForeArm": "ulna", "Hand": "hand"}
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """What determines a posture at n instants.
+
+    snow : (n, 3, 3) forward, left and normal of the skis' way on the snow → level frame
+    edge : (n, 2) rad, left and right ski's turn about the way of travel
+    lean : (n,) rad of the force that the snow has to give, against its normal
+    trunk : (n,) rad of the trunk's turn about the way of travel where it was measured; None: solved for balance
+    """
+
+    snow: Array
+    edge: Array
+    lean: Array
+    trunk: Array | None = None
+
+
+@dataclass(frozen=True)
+class Body:
+    """A skier's lengths (m) and masses (kg) as the posture needs them."""
+
+    height: float
+    mass: float
+    gear: float
+    """kg of one boot with its ski"""
+    ankle_to_ski_base: float
+
+
+@dataclass(frozen=True)
+class Posture:
+    """The solved posture: rotations (n, 3, 3) of the segments to the snow's frame, feet and legs (left, right).
+
+    trunk_lean : (n,) rad, its roll
+    unbalanced : (n,) m by which the force's line through the centre of mass misses where the load acts, to the left
+    """
+
+    pelvis: Array
+    torso: Array
+    thigh: Array
+    shank: Array
+    foot: Array
+    trunk_lean: Array
+    unbalanced: Array
+
+
+def solve_posture(at: Coordinates, body: Body) -> Posture:
+    """The posture that has these coordinates and balances as well as its joints allow."""
+    lengths = _lengths(body.height)
+    mean = at.edge.mean(axis=1)
+    roll = _PELVIS_SHARE * mean
+    behind = -_HIPS_BEHIND * body.height
+    # from ankle to hip along the foot's own up axis: the longer leg is as bent as the outside leg is
+    straight = np.sqrt(
+        lengths.thigh**2 + lengths.shank**2 + 2.0 * lengths.thigh * lengths.shank * np.cos(FLEXION) - behind**2
+    )
+    above = np.array([1.0, -1.0]) * 0.5 * lengths.hips * np.sin(roll)[:, None]
+    turning = np.tanh(at.lean / _CLEAR_LEAN)
+    sole = np.outer(turning, 0.5 * _OUTSIDE_LOWER * np.array([-1.0, 1.0]))
+    # hips stand middle ± half a hip's width over the snow, ankles on the foot's own axis over the sole
+    middle = np.min((straight + body.ankle_to_ski_base) * np.cos(at.edge) + sole - above, axis=1)
+    along = (middle[:, None] + above - sole) / np.cos(at.edge) - body.ankle_to_ski_base
+    thigh_pitch, shank_pitch = _bent(along, behind, lengths)
+    foot = _about("x", at.edge)
+    shank, thigh = foot @ _about("y", shank_pitch), foot @ _about("y", thigh_pitch)
+    forward = _trunk_pitch(body, lengths, straight, behind)
+    pelvis = _about("x", roll) @ _about("y", np.full(len(roll), 0.5 * forward))
+    legs = _Legs(pelvis, thigh, shank, foot)
+    left_share = 0.5 + (_OUTSIDE_SHARE - 0.5) * turning
+    share = np.stack([left_share, 1.0 - left_share], axis=1)
+
+    def miss(trunk: Array) -> Array:
+        com = _centre(legs, _torso(trunk, forward), share, lengths, body)
+        return np.asarray(com[:, 1] + com[:, 2] * np.tan(at.lean))
+
+    if at.trunk is not None:
+        lean = np.clip(at.trunk, roll - _BEND, roll + _BEND)
+    else:
+        low, high = (np.clip(roll + side * _BEND, -_LARGEST_TRUNK_LEAN, _LARGEST_TRUNK_LEAN) for side in (-1.0, 1.0))
+        for _ in range(40):  # bisection to 1e-10 rad: leaning right moves the centre of mass right
+            lean = 0.5 * (low + high)
+            left = miss(lean) > 0.0
+            low, high = np.where(left, lean, low), np.where(left, high, lean)
+    return Posture(pelvis, _torso(lean, forward), thigh, shank, foot, lean, miss(lean))
+
+
+def centre_over_skis(posture: Posture, body: Body) -> Array:
+    """(n, 3) m, the centre of mass from the middle between both soles, in the snow's frame."""
+    legs = _Legs(posture.pelvis, posture.thigh, posture.shank, posture.foot)
+    return _centre(legs, posture.torso, np.full((len(legs.pelvis), 2), 0.5), _lengths(body.height), body)
+
+
+def as_capture(posture: Posture, snow: Array, time: Array, height: float) -> Bvh:
+    """The posture as a motion capture of an average skier of ``height`` (m) would show it; the capture's +z axis is
+    the level frame's forward one.
+
+    snow : (n, 3, 3) snow's frame → level frame;  time : (n,) s
+    """
+    world: dict[str, Array] = {"Hips": snow @ posture.pelvis}
+    torso = snow @ posture.torso
+    world |= {name: torso for name in ("Spine", "Spine1", "Spine2", "Neck", "Head")}
+    for side, (word, left) in enumerate((("Left", 1.0), ("Right", -1.0))):
+        world[word + "UpLeg"] = snow @ posture.thigh[:, side]
+        world[word + "Leg"] = snow @ posture.shank[:, side]
+        world[word + "Foot"] = snow @ posture.foot[:, side]
+        world[word + "Shoulder"] = torso
+        hanging = Rotation.from_euler("x", left * np.pi / 2).as_matrix().T  # a capture counts from the T-pose
+        upper = Rotation.from_euler("xy", [left * _ARM_ABDUCTION, -_ARM_FLEXION]).as_matrix()
+        fore = upper @ Rotation.from_euler("y", -_ELBOW).as_matrix()
+        world[word + "Arm"] = torso @ upper @ hanging
+        world[word + "ForeArm"] = world[word + "Hand"] = torso @ fore @ hanging
+    local = [world[name] if not parent else np.swapaxes(world[parent], -1, -2) @ world[name] for name, parent in _TREE]
+    rotations = BODY_FROM_BVH.T @ np.stack(local, axis=1) @ BODY_FROM_BVH
+    parents = tuple(JOINTS.index(parent) if parent else -1 for _, parent in _TREE)
+    offsets, ends = _offsets(height)
+    return Bvh(JOINTS, parents, offsets, ends, time, rotations, np.zeros((len(time), 3)))
+
+
+@dataclass(frozen=True)
+class _Lengths:
+    thigh: float
+    shank: float
+    hips: float
+    lumbar: float
+    shoulder: float
+
+
+@dataclass(frozen=True)
+class _Legs:
+    pelvis: Array
+    thigh: Array
+    shank: Array
+    foot: Array
+
+
+def _lengths(height: float) -> _Lengths:
+    chain = average_geometry(height)
+    lumbar = float(chain.joint_in_parent[SEGMENT["torso"], 2])
+    return _Lengths(
+        thigh=chain.length("femur_l"),
+        shank=chain.length("tibia_l"),
+        hips=2.0 * float(chain.joint_in_parent[SEGMENT["femur_l"], 1]),
+        lumbar=lumbar,
+        shoulder=lumbar + float(chain.joint_in_parent[SEGMENT["humerus_l"], 2]),
+    )
+
+
+def _bent(along: Array, behind: float, lengths: _Lengths) -> tuple[Array, Array]:
+    """Pitch (n, 2) of thigh and shank in the foot's plane, forward positive, that bring the hip ``along`` m up and
+    ``behind`` m forward of the ankle; a leg that does not reach is straight.
+    """
+    thigh, shank = lengths.thigh, lengths.shank
+    reach = np.hypot(along, behind)
+    flexion = np.arccos(np.clip((reach**2 - thigh**2 - shank**2) / (2.0 * thigh * shank), -1.0, 1.0))
+    shank_pitch = np.arctan2(behind, along) + np.arctan2(thigh * np.sin(flexion), shank + thigh * np.cos(flexion))
+    return shank_pitch - flexion, shank_pitch
+
+
+def _torso(roll: Array, forward: float) -> Array:
+    return _about("x", roll) @ _about("y", np.full(len(roll), forward))
+
+
+def _trunk_pitch(body: Body, lengths: _Lengths, straight: float, behind: float) -> float:
+    """rad by which the trunk leans forward, so that the centre of mass of a skier who stands straight is over the
+    ankles, which is over the middle of the skis.
+    """
+    thigh, shank = _bent(np.full((1, 2), straight), behind, lengths)
+    foot = np.tile(np.eye(3), (1, 2, 1, 1))
+    low, high = 0.0, float(np.radians(80.0))
+    for _ in range(40):
+        pitch = 0.5 * (low + high)
+        legs = _Legs(_about("y", np.array([0.5 * pitch])), foot @ _about("y", thigh), foot @ _about("y", shank), foot)
+        back = _centre(legs, _torso(np.zeros(1), pitch), np.full((1, 2), 0.5), lengths, body)[0, 0] < 0.0
+        low, high = (pitch, high) if back else (low, pitch)
+    return 0.5 * (low + high)
+
+
+def _centre(legs: _Legs, torso: Array, share: Array, lengths: _Lengths, body: Body) -> Array:
+    """(n, 3) m, the centre of mass of skier, boots and skis from the point between both soles that a load of ``share``
+    (n, 2) on each acts at.
+    """
+    up = np.array([0.0, 0.0, 1.0])
+    side = legs.pelvis @ np.array([0.0, 0.5 * lengths.hips, 0.0])
+    hip = np.stack([side, -side], axis=1)
+    knee = hip - lengths.thigh * (legs.thigh @ up)
+    ankle = knee - lengths.shank * (legs.shank @ up)
+    sole = ankle - body.ankle_to_ski_base * (legs.foot @ up)
+    lumbar = lengths.lumbar * (legs.pelvis @ up)
+    hat = lumbar + (_HAT_PLACE * lengths.shoulder - lengths.lumbar) * (torso @ up)
+    of_legs = (
+        _THIGH * (hip + _THIGH_PLACE * (knee - hip)) + _SHANK * (knee + _SHANK_PLACE * (ankle - knee)) + _FOOT * ankle
+    )
+    moment = body.mass * (_HAT * hat + of_legs.sum(axis=1)) + body.gear * sole.sum(axis=1)
+    return np.asarray(moment / (body.mass + 2.0 * body.gear) - np.einsum("ns,nsi->ni", share, sole))
+
+
+def _about(axis: str, angles: Array) -> Array:
+    """Rotations (…, 3, 3) about an axis by angles (…)."""
+    flat = Rotation.from_euler(axis, np.ravel(angles)[:, None]).as_matrix()
+    return np.asarray(flat.reshape(*np.shape(angles), 3, 3))
+
+
+def about_x(angles: Array) -> Array:
+    """Rotations (n, 3, 3) about the forward axis by ``angles`` (n,), to the right when positive."""
+    return _about("x", angles)
+
+
+def _offsets(height: float) -> tuple[Array, dict[str, Array]]:
+    """OFFSETs (J, 3) m and End Sites of the average skeleton, in BVH axes, arms sideways."""
+    chain = average_geometry(height)
+    to_bvh = BODY_FROM_BVH.T
+    offsets = np.zeros((len(JOINTS), 3))
+    ends: dict[str, Array] = {}
+    torso, head = SEGMENT["torso"], SEGMENT["head"]
+    third = chain.joint_in_parent[head] / 3.0
+    offsets[JOINTS.index("Spine")] = to_bvh @ chain.joint_in_parent[torso]
+    for name in ("Spine1", "Spine2", "Neck"):
+        offsets[JOINTS.index(name)] = to_bvh @ third
+    ends["Head"] = to_bvh @ chain.segment_end[head]
+    for word, side, left in (("Left", "l", 1.0), ("Right", "r", -1.0)):
+        for joint, segment in _CHAIN.items():
+            place = chain.joint_in_parent[SEGMENT[f"{segment}_{side}"]]
+            if joint in ("ForeArm", "Hand"):  # hanging in the chain, sideways in the T-pose
+                place = np.array([0.0, -left * place[2], 0.0])
+            offsets[JOINTS.index(word + joint)] = to_bvh @ place
+        shoulder = chain.joint_in_parent[SEGMENT[f"humerus_{side}"]] - 2.0 * third
+        collar = shoulder * np.array([1.0, 0.2, 1.0])
+        offsets[JOINTS.index(word + "Shoulder")] = to_bvh @ collar
+        offsets[JOINTS.index(word + "Arm")] = to_bvh @ (shoulder - collar)
+        ends[word + "Foot"] = to_bvh @ chain.joint_in_parent[SEGMENT[f"toes_{side}"]]
+        ends[word + "Hand"] = to_bvh @ np.array([0.0, -left * chain.segment_end[SEGMENT[f"hand_{side}"]][2], 0.0])
+    return offsets, ends
