@@ -92,7 +92,10 @@ def read_imu(path: Path, place: str, time_offset: float = 0.0) -> Imu:
     time, clock = _clock(path, table)
     if np.median(np.diff(time)) > 1.0 / _SLOWEST:
         raise InputError(
-            path, "time_s", f"samples {np.median(np.diff(time)):.2g} s apart do not show turns", "record at 10 Hz or more"
+            path,
+            "time_s",
+            f"samples {np.median(np.diff(time)):.2g} s apart do not show turns",
+            "record at 10 Hz or more",
         )
     _check_rates(path, table)
     for name in (*_RATE, *force):

@@ -15,9 +15,10 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from sssi_exudyn.attitude import Aligned, Attitude, aligned, attitude_of
 from sssi_exudyn.bvh import Bvh, joint_positions, world_rotations
-from sssi_exudyn.channels import FEET, Imu
+from sssi_exudyn.channels import FEET, Barometer, Imu
 from sssi_exudyn.course import Course, Lag, find_lag, fused_course, skiing_stretch, velocity_of
 from sssi_exudyn.errors import SssiError
+from sssi_exudyn.estimate import SlopeEstimate, estimate_slope
 from sssi_exudyn.frames import BODY_FROM_BVH, GRAVITY, Array, level_to_enu
 from sssi_exudyn.gps import Gps
 from sssi_exudyn.rotations import lowpass
@@ -33,14 +34,16 @@ _ROUNDS: Final = 3
 """The antenna swings over the skis, whose course decides how the body leans: three rounds change no angle by 0.1°."""
 _LARGEST_EDGE: Final = float(np.radians(70.0))
 """Racers' edge angles; a sensor that shows more has slipped."""
+_RECEIVER_WANDER, _BAROMETER_WANDER = 2.0, 0.5
+"""m, as `estimate_slope` counts a height's wandering: 5.7 and 1.4 m from start to end of a run."""
 _LAG_CLEAR: Final = 0.3
 """Correlation of both turnings below which a lag is not to be believed; it is then left at zero."""
 
-_ASSUMED_EDGE: Final = float(np.radians(8.0))
+_ASSUMED_EDGE: Final = float(np.radians(13.0))
 _MEASURED_EDGE: Final = float(np.radians(4.0))
 _PITCH: Final = float(np.radians(2.0))
 _LEAST_YAW: Final = float(np.radians(2.0))
-_ASSUMED_STEERING: Final = float(np.radians(5.0))
+_ASSUMED_STEERING: Final = float(np.radians(12.0))
 _HEIGHT: Final = 0.006
 """Standard deviations, see docs/few-sensors.md: rad of a foot's edge, pitch and heading, m of its height."""
 
@@ -143,6 +146,30 @@ def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Com
     )
 
 
+def with_barometer(gps: Gps, barometer: Barometer) -> tuple[Gps, tuple[str, ...]]:
+    """The fixes with the barometer's heights, which wander less, and what was done in words."""
+    inside = (gps.time >= barometer.time[0]) & (gps.time <= barometer.time[-1])
+    if not np.all(inside):
+        return gps, ("the barometer does not cover the fixes; their own heights are used",)
+    height = np.interp(gps.time, barometer.time, barometer.altitude)
+    apart = gps.enu[:, 2] - height
+    scatter = float(np.std(apart))
+    enu = np.column_stack([gps.enu[:, :2], height - height[0]])
+    return replace(gps, enu=enu), (
+        f"heights are the barometer's; the receiver's scatter about them by {scatter:.1f} m",
+    )
+
+
+def ground_of(gps: Gps, barometric: bool) -> SlopeEstimate:
+    """The plane through the track where it is skied.  Raises SssiError where that leads nowhere or uphill.
+
+    How far heights wander from start to end is the instrument's, not that of a single fix.
+    """
+    first, last = skiing_stretch(gps.time, np.linalg.norm(velocity_of(gps), axis=1))
+    inside = (gps.time >= first) & (gps.time <= last)
+    return estimate_slope(gps.enu[inside], _BAROMETER_WANDER if barometric else _RECEIVER_WANDER)
+
+
 def _best_lag(attitudes: list[Attitude], gps: Gps) -> tuple[int, Lag | None]:
     """The sensor whose turning agrees best with the course's, and the lag that it shows."""
     velocity = velocity_of(gps)
@@ -237,7 +264,9 @@ def _told_apart(
     assumed = []
     if edged:
         count = sum(foot is not None for foot in feet)
-        measured.append("edge angle and steering angle: " + ("both skis" if count == 2 else "one ski, the other like it"))
+        measured.append(
+            "edge angle and steering angle: " + ("both skis" if count == 2 else "one ski, the other like it")
+        )
     else:
         assumed.append("edge angle: square to the force that the snow has to give")
         assumed.append("steering angle: skis point along the course")

@@ -22,13 +22,16 @@ from sssi_exudyn.crosscheck import (
     check_slope,
     estimate_setting,
 )
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.errors import InputError, SssiError
 from sssi_exudyn.estimate import CAPTURE_HEADING_SIGMA
+from sssi_exudyn.few_sensors import Completed, Ground, complete, ground_of, with_barometer
 from sssi_exudyn.files import inside, sha256
 from sssi_exudyn.gps import Gps, read_gps
 from sssi_exudyn.insoles import Insoles, read_insoles
 from sssi_exudyn.quantity import quantities, quantity
+from sssi_exudyn.sensor_tables import read_sensors
 from sssi_exudyn.settings import Settings, check_keys, key_of, numbers_of, read_toml, table_of, text_of, vector_of
+from sssi_exudyn.skiing_posture import JOINTS, Body
 
 FILE: Final = "recording.toml"
 _SHORTEST: Final = 1.0
@@ -100,6 +103,7 @@ class Recording:
     Attributes
     ----------
     start, stop : s, the stretch that all instruments cover
+    completed : how ``bvh`` was made of few sensors; None where it was captured
     hashes : ``"sha256:…"`` of every file read, by its name in the folder
     notices : what was done to the data or is odd in it, in words
     """
@@ -118,6 +122,7 @@ class Recording:
     stop: float
     hashes: dict[str, str]
     notices: tuple[str, ...]
+    completed: Completed | None = None
 
 
 @dataclass(frozen=True)
@@ -160,7 +165,10 @@ def read_recording(folder: str | Path) -> Recording:
     inside(folder, FILE, toml, "")
     settings = read_toml(toml)
     check_keys(
-        settings, ("format", "name", "note", "skier", "equipment", "slope", "motion", "gps", "insoles"), toml, ""
+        settings,
+        ("format", "name", "note", "skier", "equipment", "slope", "motion", "sensors", "barometer", "gps", "insoles"),
+        toml,
+        "",
     )
     if settings.get("format") != 1 or isinstance(settings["format"], bool):
         raise InputError(toml, "format", f"{settings.get('format')!r} is not known", "write format = 1")
@@ -169,9 +177,11 @@ def read_recording(folder: str | Path) -> Recording:
     skier, notices = _read_skier(settings, toml)
     equipment = _read_equipment(folder, settings, toml, hashes)
     given_slope = _read_slope(settings, toml)
+    if "sensors" in settings:
+        return _of_few_sensors(folder, settings, toml, hashes, skier, equipment, given_slope, notices)
     bvh, given_heading = _read_motion(folder, settings, toml, hashes)
     check_size(bvh, skier.height, folder / text_of(settings["motion"], "file", toml, "[motion]"))
-    gps = _read_gps(folder, settings, toml, hashes, bvh)
+    gps = _read_gps(folder, settings, toml, hashes, bvh.names)
     insoles = _read_insoles(folder, settings, toml, hashes)
     start, stop, cut = _overlap(toml, bvh, gps, insoles)
     notices += bvh.notes + cut
@@ -204,6 +214,62 @@ def read_recording(folder: str | Path) -> Recording:
         stop=stop,
         hashes=hashes,
         notices=notices + said_slope + said_heading,
+    )
+
+
+def _of_few_sensors(
+    folder: Path,
+    settings: Settings,
+    toml: Path,
+    hashes: dict[str, str],
+    skier: Skier,
+    equipment: Equipment,
+    given: Slope | None,
+    notices: tuple[str, ...],
+) -> Recording:
+    """A recording without a capture: its posture is made of what its sensors tell."""
+    if "motion" in settings:
+        raise InputError(toml, "[[sensors]]", "there is a [motion] as well", "leave one of them")
+    imus, barometer = read_sensors(folder, settings, toml, hashes)
+    gps = _read_gps(folder, settings, toml, hashes, JOINTS)
+    if gps is None:
+        raise InputError(toml, "[gps]", "the table is missing", "few sensors need fixes beside them: add [gps]")
+    notices += gps.notes
+    if barometer is not None:
+        gps, said = with_barometer(gps, barometer)
+        notices += said
+    try:
+        setting = Setting(None, None if given else ground_of(gps, barometer is not None))
+    except SssiError as error:
+        setting = Setting(None, None, (str(error),))
+    slope, said_slope = _choose_slope(given, setting, toml)
+    body = Body(skier.height, skier.mass, equipment.boot_mass + equipment.ski_mass, equipment.ankle_to_ski_base)
+    try:
+        made = complete(imus, gps, Ground(slope.inclination, slope.fall_line_azimuth), body)
+    except SssiError as error:
+        raise InputError(
+            toml, "[[sensors]]", str(error), "give the run itself, with sensors and fixes on one clock"
+        ) from None
+    insoles = _read_insoles(folder, settings, toml, hashes)
+    start, stop, cut = _overlap(toml, made.bvh, made.gps, insoles)
+    if insoles is not None:
+        notices += insoles.notes + check_load(insoles, skier.mass, folder / settings["insoles"]["file"])
+    return Recording(
+        name=text_of(settings, "name", toml, ""),
+        note=text_of(settings, "note", toml, "", default=""),
+        folder=folder,
+        skier=skier,
+        equipment=equipment,
+        slope=slope,
+        bvh=made.bvh,
+        heading=Heading(slope.fall_line_azimuth, True, max(CAPTURE_HEADING_SIGMA, made.course.sigma)),
+        gps=made.gps,
+        insoles=insoles,
+        start=start,
+        stop=stop,
+        hashes=hashes,
+        notices=notices + said_slope + made.notes + cut,
+        completed=made,
     )
 
 
@@ -249,16 +315,18 @@ def _read_motion(folder: Path, settings: Settings, toml: Path, hashes: dict[str,
     return read_bvh(path, numbers.get("time_offset", 0.0)), numbers.get("heading")
 
 
-def _read_gps(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str], bvh: Bvh) -> Gps | None:
+def _read_gps(
+    folder: Path, settings: Settings, toml: Path, hashes: dict[str, str], joints: tuple[str, ...]
+) -> Gps | None:
     if "gps" not in settings:
         return None
     table = table_of(settings, "gps", toml)
     check_keys(table, _keys(_GpsTable, "file", "segment", "offset_m"), toml, "[gps]")
     numbers = numbers_of(_GpsTable, table, toml, "[gps]", optional=("sigma", "time_offset"))
     segment = text_of(table, "segment", toml, "[gps]")
-    if segment not in bvh.names:
+    if segment not in joints:
         raise InputError(
-            toml, "[gps] segment", f"the motion has no joint {segment!r}", f"use one of: {', '.join(bvh.names[:24])}"
+            toml, "[gps] segment", f"the motion has no joint {segment!r}", f"use one of: {', '.join(joints[:24])}"
         )
     return read_gps(
         _instrument(folder, table, toml, "[gps]", hashes),

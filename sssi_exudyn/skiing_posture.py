@@ -174,7 +174,7 @@ def as_capture(posture: Posture, snow: Array, time: Array, height: float) -> Bvh
     """
     world: dict[str, Array] = {"Hips": snow @ posture.pelvis}
     torso = snow @ posture.torso
-    world |= {name: torso for name in ("Spine", "Spine1", "Spine2", "Neck", "Head")}
+    world |= dict.fromkeys(("Spine", "Spine1", "Spine2", "Neck", "Head"), torso)
     for side, (word, left) in enumerate((("Left", 1.0), ("Right", -1.0))):
         world[word + "UpLeg"] = snow @ posture.thigh[:, side]
         world[word + "Leg"] = snow @ posture.shank[:, side]
