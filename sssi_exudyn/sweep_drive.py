@@ -22,7 +22,7 @@ _AHEAD: Final = 4
 _GATHER_AT: Final = 1000
 """Small files before they are put together."""
 _TRIES: Final = 2
-"""Deaths of a worker that had one run alone, until the run is blamed: one may be an accident."""
+"""Deaths of a process that had one run alone, until the run is blamed: one may be an accident."""
 _PAUSE: Final = 0.5
 """s between looks at runs that another process is at."""
 
@@ -42,8 +42,7 @@ def do_all(folder: Path, job: Job, runs: Iterable[Run], pool: Pool, workers: int
     while waiting:
         with pool(workers) as executor:
             suspects = _hand_out(folder, job, waiting, executor, _AHEAD * workers, told)
-        for run in suspects:
-            told(run, _alone(folder, job, run))
+        _one_by_one(folder, job, suspects, told)
 
 
 def _hand_out(folder: Path, job: Job, waiting: deque[Run], executor: Executor, most: int, told: Told) -> list[Run]:
@@ -95,16 +94,27 @@ def _status(folder: Path, future: Future[str], run: Run) -> str | None:
         return _blamed(folder, run)
 
 
-def _alone(folder: Path, job: Job, run: Run) -> str:
-    for _ in range(_TRIES):
+def _one_by_one(folder: Path, job: Job, runs: Iterable[Run], told: Told) -> None:
+    """Do runs in a process that has one at a time, and blame one with which it dies more than once."""
+    waiting = deque(runs)
+    deaths = 0
+    while waiting:
         with local_pool(1) as executor:
             try:
-                while (status := _submitted(executor, folder, job, run).result()) == BUSY:
-                    clock.sleep(_PAUSE)
-            except BrokenExecutor:
+                while waiting:
+                    run = waiting[0]
+                    while (status := _submitted(executor, folder, job, run).result()) == BUSY:
+                        clock.sleep(_PAUSE)
+                    told(run, status)
+                    waiting.popleft()
+                    deaths = 0
                 continue
-            return status
-    return _blamed(folder, run)
+            except BrokenExecutor:
+                deaths += 1
+        if deaths == _TRIES:
+            told(run, _blamed(folder, run))
+            waiting.popleft()
+            deaths = 0
 
 
 def _blamed(folder: Path, run: Run) -> str:

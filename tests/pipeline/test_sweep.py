@@ -1,0 +1,250 @@
+"""Sweeps as they run: the same bytes whoever does the runs, and nothing lost or done twice whoever is killed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import psutil
+import pyarrow.parquet as pq
+import pytest
+
+from sssi_exudyn import sweep_drive, sweeps
+from sssi_exudyn.errors import InputError, SssiError
+from sssi_exudyn.sweep_plan import planned
+from sssi_exudyn.sweep_pools import local_pool
+from sssi_exudyn.sweep_records import claimed, gather, last_records, read_records, write_record
+from sssi_exudyn.sweep_run import crashed
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+ROOT = EXAMPLES.parent
+PATIENCE = 60.0
+"""s that a subprocess may take for what takes it about one; no test measures time."""
+
+
+def settings(**others: Any) -> dict[str, Any]:
+    """A sweep of a second's run, which takes 50 ms."""
+    parameter = {"name": "friction.mu_t", "low": 0.04, "high": 0.12, "count": 5}
+    common = {"format": 1, "recordings": [str(EXAMPLES / "beginner")], "duration_s": 1.0, "parameter": [parameter]}
+    return {**common, **others}
+
+
+def written(folder: Path, **others: Any) -> Path:
+    import tomli_w
+
+    path = folder / "swept.toml"
+    path.write_text(tomli_w.dumps(settings(**others)), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("sweep") / "out"
+    counts = sweeps.sweep(settings(), out, workers=2)
+    assert (counts["done"], counts["left"], counts["repeated"]) == (5, 0, 0)
+    return out
+
+
+def test_table_has_a_row_a_run_with_inputs_units_and_figures(swept: Path) -> None:
+    table = pd.read_parquet(swept / "runs.parquet")
+    assert table["friction.mu_t"].tolist() == pytest.approx([0.04, 0.06, 0.08, 0.1, 0.12])
+    assert set(table["status"]) == {"done"}
+    assert table["end_speed_mps"].is_monotonic_decreasing  # more friction, less speed
+    assert table["mean_load_N"].between(300.0, 1500.0).all()  # half to twice the weight of 70 kg and gear
+    schema = pq.read_schema(swept / "runs.parquet")
+    assert schema.field("skier.mass" if "skier.mass" in schema.names else "friction.mu_t").metadata[b"unit"] == b"1"
+    assert schema.field("end_speed_mps").metadata[b"unit"] == b"m/s"
+    origin = json.loads(schema.metadata[b"sssi_sweep"])
+    assert "beginner/motion.bvh" in origin["inputs"]
+    assert str(EXAMPLES) not in json.dumps(origin)
+    units = pd.read_csv(swept / "columns.csv")
+    assert units["name"].tolist() == table.columns.tolist()
+    for row in table.itertuples():
+        series = pd.read_parquet(swept / str(row.series))
+        # the series is kept in single precision
+        assert series["com_f_m"].iloc[-1] - series["com_f_m"].iloc[0] == pytest.approx(row.down_m, rel=1e-5)
+    timings = pd.read_parquet(swept / "timings.parquet")
+    assert sorted(timings["key"]) == sorted(table["key"])
+    assert (timings["wall_s"] > 0).all()
+
+
+def test_same_file_gives_the_same_bytes_on_another_number_of_workers(swept: Path, tmp_path: Path) -> None:
+    sweeps.sweep(settings(), tmp_path / "deeper" / "one", workers=1)
+    for name in ("runs.parquet", "columns.csv"):
+        assert (tmp_path / "deeper" / "one" / name).read_bytes() == (swept / name).read_bytes()
+
+
+def test_finished_sweep_is_not_run_again(swept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = (swept / "runs.parquet").read_bytes()
+    ends = pd.read_parquet(swept / "timings.parquet")["end"].tolist()
+    counts = sweeps.resume(swept)
+    assert counts["done"] == 5
+    assert pd.read_parquet(swept / "timings.parquet")["end"].tolist() == ends
+    assert (swept / "runs.parquet").read_bytes() == before
+    with pytest.raises(InputError, match="another sweep"):
+        sweeps.sweep(settings(duration_s=1.5), swept)
+    monkeypatch.setattr("sssi_exudyn.sweep_plan.versions", lambda: {"sssi_exudyn": "0"})
+    with pytest.raises(InputError, match="other versions"):
+        sweeps.resume(swept)
+
+
+def test_failed_runs_leave_their_error_and_may_be_retried(tmp_path: Path) -> None:
+    # a boot centre 1.9 m from the tail of a ski of 1.65 m is within its own bounds, but off the ski
+    boots = {"name": "ski.boot_centre", "values": [0.7, 1.9]}
+    counts = sweeps.sweep(settings(parameter=[boots]), tmp_path, workers=1)
+    assert (counts["done"], counts["failed"]) == (1, 1)
+    table = pd.read_parquet(tmp_path / "runs.parquet")
+    assert "boot centre" in table["error"][1]
+    assert pd.isna(table["end_speed_mps"][1])
+    assert table["series"].notna().tolist() == [True, False]
+    assert sweeps.resume(tmp_path, workers=1)["failed"] == 1
+    assert pd.read_parquet(tmp_path / "timings.parquet")["attempt"].max() == 0
+    counts = sweeps.retry(tmp_path, workers=1)
+    assert (counts["done"], counts["failed"], counts["repeated"]) == (1, 1, 0)
+    assert sorted(pd.read_parquet(tmp_path / "timings.parquet")["attempt"]) == [0, 1]
+
+
+def test_recording_that_has_changed_stops_the_sweep(tmp_path: Path) -> None:
+    import shutil
+
+    shutil.copytree(EXAMPLES / "beginner", tmp_path / "beginner")
+    plan = planned(sweeps.read_sweep(written(tmp_path, recordings=["beginner"])))
+    toml = tmp_path / "beginner" / "recording.toml"
+    toml.write_text(toml.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    with pytest.raises(InputError, match="has changed"):
+        sweep_drive.do_all(tmp_path, plan.job, plan.runs(), local_pool, 1, lambda _run, _status: None)
+
+
+def _deadly(folder: Path, packed: bytes) -> str:
+    """Stands for ``perform``: the third run kills its process, as a fault in native code does."""
+    import pickle
+
+    from sssi_exudyn.sweep_worker import perform
+
+    if pickle.loads(packed)[1].row == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return perform(folder, packed)
+
+
+def test_run_that_kills_its_worker_is_found_and_the_others_go_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sweep_drive, "perform", _deadly)
+    counts = sweeps.sweep(settings(), tmp_path, workers=2)
+    assert (counts["done"], counts["crashed"], counts["left"], counts["repeated"]) == (4, 1, 0, 0)
+    monkeypatch.undo()
+    counts = sweeps.retry(tmp_path, workers=1)
+    assert (counts["done"], counts["crashed"], counts["repeated"]) == (5, 0, 0)
+
+
+def test_claim_holds_against_another_process_and_ends_with_it(tmp_path: Path) -> None:
+    code = (
+        "import sys, time, pathlib; from sssi_exudyn.sweep_records import claimed\n"
+        "with claimed(pathlib.Path(sys.argv[1]), 7) as mine: print(mine, flush=True); time.sleep(600)"
+    )
+    other = subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, text=True)
+    try:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "True\n"
+        with claimed(tmp_path, 7) as mine, claimed(tmp_path, 8) as next_one:
+            assert (mine, next_one) == (False, True)
+    finally:
+        other.kill()
+        other.wait()
+    with claimed(tmp_path, 7) as mine:
+        assert mine
+
+
+def test_records_survive_gathering_and_its_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = planned(sweeps.sweep_from(settings(), EXAMPLES / "swept.toml"))
+    runs = list(plan.runs())
+    for run in runs:
+        write_record(tmp_path, crashed(run))
+    gather(tmp_path, {runs[0].key})
+    assert len(list((tmp_path / "records").glob("*.json"))) == 4
+    monkeypatch.setattr(Path, "unlink", lambda _path, missing_ok: None)  # as if killed before it takes them away
+    gather(tmp_path)
+    assert len(list(read_records(tmp_path))) == 5 + 4
+    found, repeated = last_records(tmp_path)
+    assert (len(found), repeated) == (5, 0)
+    write_record(tmp_path, crashed(runs[0]))
+    assert last_records(tmp_path)[1] == 1  # a run that ended twice is seen
+
+
+@pytest.fixture
+def started(tmp_path: Path) -> Callable[..., tuple[subprocess.Popen[str], Path]]:
+    """Start a sweep of 60 runs in a process of its own."""
+
+    def start(*options: str) -> tuple[subprocess.Popen[str], Path]:
+        many = [{"name": "friction.mu_t", "low": 0.04, "high": 0.12, "count": 60}]
+        file, out = written(tmp_path, parameter=many, duration_s=2.0), tmp_path / "out"
+        command = [sys.executable, "-m", "sssi_exudyn", "sweep", str(file), "--out", str(out), "--workers", "2"]
+        return subprocess.Popen([*command, *options], cwd=ROOT, stderr=subprocess.PIPE, text=True), out
+
+    return start
+
+
+def until(true: Callable[[], bool]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not true():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def ended(out: Path) -> int:
+    return len(list((out / "records").glob("*.json")))
+
+
+def workers_of(pid: int) -> list[psutil.Process]:
+    return [
+        child for child in psutil.Process(pid).children(recursive=True) if "spawn_main" in " ".join(child.cmdline())
+    ]
+
+
+def test_killed_worker_then_killed_sweep_lose_nothing_and_repeat_nothing(
+    started: Callable[..., tuple[subprocess.Popen[str], Path]],
+) -> None:
+    process, out = started()
+    until(lambda: ended(out) >= 5)
+    workers_of(process.pid)[0].kill()
+    until(lambda: ended(out) >= 15)
+    orphans = workers_of(process.pid)
+    process.kill()
+    process.wait()
+    until(lambda: not any(orphan.is_running() and orphan.status() != psutil.STATUS_ZOMBIE for orphan in orphans))
+    kept = {record["key"]: record for _, record in read_records(out)}
+    assert 15 <= len(kept) < 60
+    told = sweeps.status(out)
+    assert (told["done"], told["left"], told["running"]) == (len(kept), 60 - len(kept), False)
+    counts = sweeps.resume(out, workers=2)
+    assert (counts["done"], counts["left"], counts["repeated"]) == (60, 0, 0)
+    records = [record for _, record in read_records(out)]
+    assert len(records) == 60
+    assert {record["key"]: record for record in records if record["key"] in kept} == kept
+    assert len(pd.read_parquet(out / "runs.parquet")) == 60
+
+
+def test_interrupt_stops_workers_at_once_and_says_how_to_go_on(
+    started: Callable[..., tuple[subprocess.Popen[str], Path]],
+) -> None:
+    process, out = started()
+    until(lambda: ended(out) >= 2)
+    workers = workers_of(process.pid)
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130
+    assert told.splitlines()[-1] == "sssi: interrupted; resume with the same command"
+    assert "Traceback" not in told
+    assert not any(worker.is_running() and worker.status() != psutil.STATUS_ZOMBIE for worker in workers)
+    assert sweeps.status(out)["done"] < 60
+
+
+def test_two_ways_to_a_cluster_exclude_each_other(tmp_path: Path) -> None:
+    with pytest.raises(SssiError, match="exclude"):
+        sweeps.sweep(settings(), tmp_path, scheduler="tcp://127.0.0.1:1", cluster="local")
