@@ -77,7 +77,7 @@ class Capture:
     def point(self, joint: str, offset: Array) -> Array:
         """(n, 3) m in the pelvis' frame: the point ``offset`` (3,) m from a captured joint, in its BVH axes."""
         at = self.bvh.index(joint)
-        arm = _hanging_from_t_pose(joint).T @ BODY_FROM_BVH @ offset
+        arm = hanging_from_t_pose(joint).T @ BODY_FROM_BVH @ offset
         return np.asarray(self.place[:, at] + self.rotation[:, at] @ arm)
 
 
@@ -99,7 +99,7 @@ def segment_of_joint(bvh: Bvh, joint: str) -> str:
     return segments[bvh.names[at]]
 
 
-def _hanging_from_t_pose(name: str) -> Array:
+def hanging_from_t_pose(name: str) -> Array:
     """T-pose axes ← anatomical axes: an arm hangs a right angle below the T-pose; other joints: identity."""
     for _, word, left in _SIDES:
         if name.startswith(word) and any(part in name for part in ("Arm", "ForeArm", "Hand")):
@@ -114,7 +114,7 @@ def capture_in_body_axes(bvh: Bvh) -> Capture:
     place = joint_positions(bvh, world_bvh) @ BODY_FROM_BVH.T
     pelvis = world[:, 0]
     to_pelvis = np.swapaxes(pelvis, -1, -2)[:, None]
-    zero = np.stack([_hanging_from_t_pose(name) for name in bvh.names])
+    zero = np.stack([hanging_from_t_pose(name) for name in bvh.names])
     return Capture(bvh, pelvis, to_pelvis @ world @ zero, (to_pelvis @ place[..., None])[..., 0])
 
 
@@ -191,7 +191,7 @@ def skier_geometry(capture: Capture, height: float, ankle_to_ski_base: float) ->
         end[SEGMENT[f"toes_{side}"]] = (_TOE_LENGTH * height, 0.0, 0.0)
         shoulder = capture.place[:, bvh.index(word + "Arm")]
         joint[SEGMENT[f"humerus_{side}"]] = mean_in(torso, lumbar, shoulder)
-        hanging = _hanging_from_t_pose(word + "Arm").T @ BODY_FROM_BVH
+        hanging = hanging_from_t_pose(word + "Arm").T @ BODY_FROM_BVH
         joint[SEGMENT[f"ulna_{side}"]] = hanging @ bvh.offsets[bvh.index(word + "ForeArm")]
         joint[SEGMENT[f"hand_{side}"]] = hanging @ bvh.offsets[bvh.index(word + "Hand")]
         tip = _far_end(bvh, bvh.index(word + "Hand"))

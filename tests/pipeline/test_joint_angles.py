@@ -1,0 +1,102 @@
+"""Joint angles of an OpenSim model: the chain's own angles come back, with either sign of the knee."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from sssi_exudyn.anatomy import capture_in_body_axes
+from sssi_exudyn.bvh import read_bvh
+from sssi_exudyn.bvh_text import bvh_text
+from sssi_exudyn.chain import COORDINATES, PRESCRIBED, SEGMENT, average_geometry, forward_kinematics
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import Array
+from sssi_exudyn.import_motion import read_motion
+from sssi_exudyn.opensim_files import GROUND_FROM_LEVEL, Storage, storage_text
+
+RATE, COUNT, HEIGHT = 60.0, 120, 1.75
+KNEES = ("knee_angle_r", "knee_angle_l")
+
+
+def chain_coordinates(seed: int = 5) -> Array:
+    """(COUNT, 31) rad: every angle swings by 0.3 about a bent stance."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(COUNT)[:, None] / RATE
+    q = 0.3 * np.sin(rng.uniform(2.0, 4.0, len(COORDINATES)) * time + rng.uniform(0.0, 6.0, len(COORDINATES)))
+    q[:, [COORDINATES.index(name) for name in KNEES]] += 0.9
+    return q
+
+
+def mot(q: Array, *, degrees: bool = True, extends: bool = False, without: tuple[str, ...] = ()) -> str:
+    """The text of the coordinates, the pelvis about z, x, y of OpenSim's ground."""
+    columns = {name: q[:, COORDINATES.index(name)] for name in PRESCRIBED}
+    turned = Rotation.from_euler(
+        "ZXY", np.column_stack([columns["pelvis_rotation"], columns["pelvis_list"], -columns["pelvis_tilt"]])
+    ).as_matrix()
+    ground = Rotation.from_matrix(GROUND_FROM_LEVEL @ turned @ GROUND_FROM_LEVEL.T).as_euler("ZXY").T
+    columns |= dict(zip(("pelvis_tilt", "pelvis_list", "pelvis_rotation"), ground, strict=True))
+    if extends:
+        columns |= {name: -columns[name] for name in KNEES}
+    kept = {name: np.rad2deg(column) if degrees else column for name, column in columns.items() if name not in without}
+    table = np.column_stack([np.arange(COUNT) / RATE, *kept.values()])
+    return storage_text(Storage("run", ("time", *kept), table, degrees))
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "run.mot"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(("degrees", "extends"), [(True, False), (False, True)])
+def test_segments_stand_as_the_chain_has_them(tmp_path: Path, degrees: bool, extends: bool) -> None:
+    q = chain_coordinates()
+    found, _ = read_motion(write(tmp_path, mot(q, degrees=degrees, extends=extends)), HEIGHT)
+    (tmp_path / "again.bvh").write_text(bvh_text(found), encoding="utf-8")
+    capture = capture_in_body_axes(read_bvh(tmp_path / "again.bvh"))
+    poses = forward_kinematics(average_geometry(HEIGHT), q, 0.0)
+    pelvis, origin = poses.rotation[:, 0], poses.origin[:, 0]
+    for name, segment in (("LeftFoot", "calcn_l"), ("RightLeg", "tibia_r"), ("Head", "head"), ("LeftHand", "hand_l")):
+        at, of = capture.bvh.index(name), SEGMENT[segment]
+        relative = np.swapaxes(pelvis, -1, -2) @ poses.rotation[:, of]
+        # ten digits of the table, six digits of a degree in each of at most six joints
+        np.testing.assert_allclose(capture.rotation[:, at], relative, atol=2e-7)
+        place = np.einsum("nji,nj->ni", pelvis, poses.origin[:, of] - origin)
+        np.testing.assert_allclose(capture.place[:, at], place, atol=1e-6)
+    np.testing.assert_allclose(capture.pelvis, pelvis, atol=2e-7)
+
+
+def test_arms_may_be_missing_and_it_is_said(tmp_path: Path) -> None:
+    arms = tuple(name for name in PRESCRIBED if name.startswith(("arm", "elbow", "pro_sup", "wrist")))
+    found, _ = read_motion(write(tmp_path, mot(chain_coordinates(), without=arms)), HEIGHT)
+    assert any("arm_flex_r" in note and "taken as zero" in note for note in found.notes)
+
+
+FAULTS: dict[str, tuple[Callable[[str], str], str]] = {
+    "no header": (lambda t: t.replace("endheader", ""), "endheader"),
+    "other names": (lambda t: t.replace("hip_flexion_r", "RHipFlex"), "missing coordinates: hip_flexion_r"),
+    "text": (lambda t: t[:-5] + "x\n", "not a number"),
+    "nan": (lambda t: t.replace("\t" + t.split("\t")[-1], "\tnan\n"), "not all numbers"),
+    "radians called degrees": (lambda t: t.replace("inDegrees=yes", "inDegrees=no"), "angles beyond three turns"),
+    "time stands still": (lambda t: t.replace("\n0.05\t", "\n0.03333333333\t"), "time stands still"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_broken_tables_are_one_clear_line(tmp_path: Path, fault: str) -> None:
+    spoil, problem = FAULTS[fault]
+    path = write(tmp_path, spoil(mot(chain_coordinates())))
+    with pytest.raises(InputError) as info:
+        read_motion(path, HEIGHT)
+    assert info.value.file == str(path)
+    assert problem in info.value.problem
+    assert info.value.mend
+
+
+def test_lengths_are_asked_for(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="--height-m"):
+        read_motion(write(tmp_path, mot(chain_coordinates())), None)
