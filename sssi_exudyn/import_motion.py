@@ -10,6 +10,7 @@ from typing import Final
 from sssi_exudyn.bvh import Bvh, joint_names, read_bvh, recording_names
 from sssi_exudyn.errors import InputError
 from sssi_exudyn.joint_angles import read_joint_angles
+from sssi_exudyn.markers import read_markers
 from sssi_exudyn.mvnx import read_mvnx
 
 Read = tuple[Bvh, float | None]
@@ -61,8 +62,13 @@ def _joint_angles(path: Path, height: float | None) -> Read:
     return read_joint_angles(path, height), None
 
 
+def _markers(path: Path, height: float | None) -> Read:
+    return read_markers(path, height), None
+
+
 MOTION_READERS: Final[dict[str, Callable[[Path, float | None], Read]]] = {
     ".bvh": _bvh,
     ".mvnx": _mvnx,
     ".mot": _joint_angles,
+    ".c3d": _markers,
 }

@@ -12,57 +12,41 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.anatomy import hanging_from_t_pose
 from sssi_exudyn.bvh import Bvh
+from sssi_exudyn.capture_tree import SIDES, capture_of, trunk_places
 from sssi_exudyn.chain import COORDINATE, COORDINATES, SEGMENT, Geometry, average_geometry, forward_kinematics
 from sssi_exudyn.errors import InputError
 from sssi_exudyn.files import read_text
-from sssi_exudyn.frames import BODY_FROM_BVH, Array
+from sssi_exudyn.frames import Array
 from sssi_exudyn.opensim_files import GROUND_FROM_LEVEL, read_storage
-from sssi_exudyn.resample import even_frames
 from sssi_exudyn.table import check_time
 
-_SIDES: Final = (("r", "Right"), ("l", "Left"))
 _PELVIS: Final = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
 _KNEES: Final = ("knee_angle_r", "knee_angle_l")
 _NEEDED: Final = (
     *_PELVIS,
-    *(f"hip_{way}_{side}" for side, _ in _SIDES for way in ("flexion", "adduction", "rotation")),
+    *(f"hip_{way}_{side}" for side, _ in SIDES for way in ("flexion", "adduction", "rotation")),
     *_KNEES,
-    *(f"ankle_angle_{side}" for side, _ in _SIDES),
+    *(f"ankle_angle_{side}" for side, _ in SIDES),
     *(f"lumbar_{way}" for way in ("extension", "bending", "rotation")),
 )
 _LARGEST: Final = 20.0
 """rad; angles beyond three turns are no angles of a skier."""
 
-_TREE: Final[tuple[tuple[str, str, str], ...]] = (
-    ("Hips", "", "pelvis"),
-    *(
-        row
-        for side, word in _SIDES
-        for row in (
-            (f"{word}UpLeg", "Hips", f"femur_{side}"),
-            (f"{word}Leg", f"{word}UpLeg", f"tibia_{side}"),
-            (f"{word}Foot", f"{word}Leg", f"calcn_{side}"),
+_SEGMENT: Final = {
+    "Hips": "pelvis",
+    "Spine": "torso",
+    "Head": "head",
+    **{
+        f"{word}{joint}": f"{segment}_{side}"
+        for side, word in SIDES
+        for joint, segment in (
+            ("UpLeg", "femur"), ("Leg", "tibia"), ("Foot", "calcn"),
+            ("Arm", "humerus"), ("ForeArm", "radius"), ("Hand", "hand"),
         )
-    ),
-    ("Spine", "Hips", "torso"),
-    ("Spine1", "Spine", "torso"),
-    ("Spine2", "Spine1", "torso"),
-    ("Neck", "Spine2", "torso"),
-    ("Head", "Neck", "head"),
-    *(
-        row
-        for side, word in _SIDES
-        for row in (
-            (f"{word}Shoulder", "Spine2", "torso"),
-            (f"{word}Arm", f"{word}Shoulder", f"humerus_{side}"),
-            (f"{word}ForeArm", f"{word}Arm", f"radius_{side}"),
-            (f"{word}Hand", f"{word}ForeArm", f"hand_{side}"),
-        )
-    ),
-)
-"""Joint, the joint that carries it, and the chain's segment that moves with it."""
+    },
+}  # fmt: skip
+"""The chain's segment that moves with each joint."""
 
 
 def read_joint_angles(path: Path, height: float | None) -> Bvh:
@@ -97,13 +81,9 @@ def read_joint_angles(path: Path, height: float | None) -> Bvh:
     check_time(path, time, tuple(f"row {row}" for row in range(1, len(time) + 1)))
     q, notes = _chain_coordinates(path, angles, len(time))
     geometry = average_geometry(height)
-    rotation = forward_kinematics(geometry, q, 0.0).rotation
-    root = np.zeros((len(time), 3))
-    time, local, root, said = even_frames(path, time - time[0], _local(rotation), root)
-    names = tuple(name for name, _, _ in _TREE)
-    parents = tuple(names.index(parent) if parent else -1 for _, parent, _ in _TREE)
-    offsets, ends = _lengths(geometry)
-    return Bvh(names, parents, offsets, ends, time, local, root, (*notes, *said))
+    poses = forward_kinematics(geometry, q, 0.0)
+    rotation = {name: poses.rotation[:, SEGMENT[segment]] for name, segment in _SEGMENT.items()}
+    return capture_of(path, time - time[0], rotation, *_lengths(geometry), notes)
 
 
 def _chain_coordinates(path: Path, angles: dict[str, Array], count: int) -> tuple[Array, tuple[str, ...]]:
@@ -126,46 +106,19 @@ def _chain_coordinates(path: Path, angles: dict[str, Array], count: int) -> tupl
     return q, tuple(notes)
 
 
-def _local(rotation: Array) -> Array:
-    """(n, J, 3, 3) local rotations of the tree's joints in BVH axes, from the segments' (n, 21, 3, 3)."""
-    world = {
-        name: BODY_FROM_BVH.T @ rotation[:, SEGMENT[segment]] @ hanging_from_t_pose(name).T @ BODY_FROM_BVH
-        for name, _, segment in _TREE
-    }
-    return np.stack(
-        [np.swapaxes(world[parent], -1, -2) @ world[name] if parent else world[name] for name, parent, _ in _TREE],
-        axis=1,
-    )
-
-
-def _lengths(geometry: Geometry) -> tuple[Array, dict[str, Array]]:
-    """(J, 3) m offsets of the tree's joints and the end sites, in BVH axes, arms spread."""
-
-    def of(segment: str) -> Array:
-        return np.asarray(geometry.joint_in_parent[SEGMENT[segment]])
-
-    neck = of("head")
-    place = {"Spine": of("torso"), "Spine1": neck / 3.0, "Spine2": neck / 3.0, "Neck": neck / 3.0}
-    ends = {"Head": geometry.segment_end[SEGMENT["head"]]}
-    for side, word in _SIDES:
-        collar = np.array([0.0, 0.0, neck[2] / 3.0])
+def _lengths(geometry: Geometry) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Places of the joints in the segments that carry them, and far ends of the segments (m)."""
+    of = {name: np.asarray(geometry.joint_in_parent[i]) for name, i in SEGMENT.items()}
+    end = {name: np.asarray(geometry.segment_end[i]) for name, i in SEGMENT.items()}
+    place, ends = {"Spine": of["torso"], **trunk_places(of["head"])}, {"Head": end["head"]}
+    for side, word in SIDES:
         place |= {
-            f"{word}UpLeg": of(f"femur_{side}"),
-            f"{word}Leg": of(f"tibia_{side}"),
-            f"{word}Foot": of(f"talus_{side}"),
-            f"{word}Shoulder": collar,
-            f"{word}Arm": of(f"humerus_{side}") - 2.0 * neck / 3.0 - collar,
-            f"{word}ForeArm": of(f"ulna_{side}"),
-            f"{word}Hand": of(f"hand_{side}"),
+            f"{word}UpLeg": of[f"femur_{side}"],
+            f"{word}Leg": of[f"tibia_{side}"],
+            f"{word}Foot": of[f"talus_{side}"],
+            f"{word}Arm": of[f"humerus_{side}"] - of["head"],
+            f"{word}ForeArm": of[f"ulna_{side}"],
+            f"{word}Hand": of[f"hand_{side}"],
         }
-        ends |= {
-            f"{word}Foot": of(f"toes_{side}"),
-            f"{word}Hand": geometry.segment_end[SEGMENT[f"hand_{side}"]],
-        }
-    spread = {f"{word}{part}": f"{word}Arm" for _, word in _SIDES for part in ("ForeArm", "Hand")}
-    offsets = [
-        BODY_FROM_BVH.T @ hanging_from_t_pose(spread.get(name, "Hips")) @ place.get(name, np.zeros(3))
-        for name, _, _ in _TREE
-    ]
-    turned = {name: BODY_FROM_BVH.T @ hanging_from_t_pose(name) @ end for name, end in ends.items()}
-    return np.array(offsets), turned
+        ends |= {f"{word}Foot": of[f"toes_{side}"], f"{word}Hand": end[f"hand_{side}"]}
+    return place, ends

@@ -28,6 +28,7 @@ def chain_coordinates(seed: int = 5) -> Array:
     time = np.arange(COUNT)[:, None] / RATE
     q = 0.3 * np.sin(rng.uniform(2.0, 4.0, len(COORDINATES)) * time + rng.uniform(0.0, 6.0, len(COORDINATES)))
     q[:, [COORDINATES.index(name) for name in KNEES]] += 0.9
+    q[:, [COORDINATES.index(f"elbow_flex_{side}") for side in "rl"]] += 1.2
     return q
 
 

@@ -1,0 +1,105 @@
+"""Points of C3D files, read in a process of its own: the library is native code, and files come from strangers.
+
+Run as a module it reads the file it is given and writes an ``.npz`` to stdout.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import resource
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.files import read_bytes
+from sssi_exudyn.frames import Array
+from sssi_exudyn.optional import library
+
+_MEMORY: Final = 600_000_000
+"""bytes of address space beyond what the process has at its start"""
+_SECONDS: Final = 8
+_UNITS: Final = {"mm": 0.001, "cm": 0.01, "m": 1.0}
+
+
+@dataclass(frozen=True)
+class Points:
+    """Labelled points.
+
+    rate : Hz; names : labels as in the file, subject's prefix cut; places : (n, p, 3) m, NaN where a point is lost
+    sizes : the subject's measures that were kept with it (group PROCESSING), in the unit of the places: m
+    """
+
+    rate: float
+    names: tuple[str, ...]
+    places: Array
+    sizes: dict[str, float]
+
+
+def read_points(path: Path) -> Points:
+    """Read a C3D file.  Raises InputError where the library is missing, or the file is damaged or without points."""
+    library("ezc3d", path)
+    read_bytes(path)  # missing, empty or too large: said as of any file
+    paths = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "sssi_exudyn.c3d_points", str(path.resolve())],
+            capture_output=True,
+            timeout=_SECONDS + 1,
+            check=False,
+            env=os.environ | {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"},
+        )
+        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as found:
+            rate, unit = float(found["rate"]), str(found["unit"])
+            names = tuple(str(name) for name in found["names"])
+            places = np.asarray(found["places"], dtype=np.float64)
+            sizes = dict(zip(found["size_names"].tolist(), found["sizes"].tolist(), strict=True))
+    except (subprocess.TimeoutExpired, ValueError, OSError, EOFError, KeyError):
+        raise InputError(path, "", "damaged, or no C3D file", "export the capture again") from None
+    if unit not in _UNITS:
+        raise InputError(path, "POINT:UNITS", f"{unit[:20]!r} is no unit of length", "export in mm or m")
+    if not 20.0 <= rate <= 2000.0 or len(places) < 3:
+        raise InputError(path, "POINT", f"{len(places)} frames at {rate:g} Hz are no capture", "export the whole run")
+    bare = tuple(name.rsplit(":", 1)[-1].strip() for name in names)
+    return Points(rate, bare, _UNITS[unit] * places, {name: _UNITS[unit] * size for name, size in sizes.items()})
+
+
+def _child(path: str) -> None:
+    """Read ``path`` within bounds of time and memory; what is in it to stdout."""
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + _MEMORY, hard))
+    resource.setrlimit(resource.RLIMIT_CPU, (_SECONDS, _SECONDS))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    file = library("ezc3d", Path(path)).c3d(path)
+    point = file["parameters"]["POINT"]
+    labels = [*point["LABELS"]["value"], *point.get("LABELS2", {"value": []})["value"]]
+    places = np.moveaxis(file["data"]["points"][:3], 0, -1).swapaxes(0, 1)  # frames, points, x y z
+    lost = file["data"]["meta_points"]["residuals"][0].T < 0.0
+    places[lost] = np.nan
+    unit = "".join(point["UNITS"]["value"][:1]).strip().lower()
+    kept = {
+        name: float(about["value"][0])
+        for name, about in file["parameters"].get("PROCESSING", {}).items()
+        if name != "__METADATA__" and len(about["value"]) == 1 and not isinstance(about["value"][0], str)
+    }
+    made = io.BytesIO()
+    np.savez(
+        made,
+        rate=float(point["RATE"]["value"][0]),
+        unit=unit,
+        names=np.array(labels[: places.shape[1]], dtype=str),
+        places=places,
+        size_names=np.array(list(kept), dtype=str),
+        sizes=np.array(list(kept.values()), dtype=float),
+    )
+    sys.stdout.buffer.write(made.getvalue())
+
+
+if __name__ == "__main__":
+    _child(sys.argv[1])

@@ -1,0 +1,97 @@
+"""Segments that stand somehow in space, made into a capture: one tree of joints for every source of segments."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.anatomy import hanging_from_t_pose
+from sssi_exudyn.bvh import Bvh
+from sssi_exudyn.frames import BODY_FROM_BVH, Array
+from sssi_exudyn.resample import even_frames
+
+SIDES: Final = (("r", "Right"), ("l", "Left"))
+TREE: Final[tuple[tuple[str, str], ...]] = (
+    ("Hips", ""),
+    *(
+        row
+        for _, word in SIDES
+        for row in ((f"{word}UpLeg", "Hips"), (f"{word}Leg", f"{word}UpLeg"), (f"{word}Foot", f"{word}Leg"))
+    ),
+    ("Spine", "Hips"),
+    ("Spine1", "Spine"),
+    ("Spine2", "Spine1"),
+    ("Neck", "Spine2"),
+    ("Head", "Neck"),
+    *(
+        row
+        for _, word in SIDES
+        for row in (
+            (f"{word}Shoulder", "Spine2"),
+            (f"{word}Arm", f"{word}Shoulder"),
+            (f"{word}ForeArm", f"{word}Arm"),
+            (f"{word}Hand", f"{word}ForeArm"),
+        )
+    ),
+)
+"""Joint, and the joint that carries it; parents before children."""
+_TRUNK: Final = ("Spine", "Spine1", "Spine2", "Neck", "LeftShoulder", "RightShoulder")
+"""Joints that move with the trunk, of which these sources know no parts."""
+
+
+def capture_of(
+    path: Path,
+    time: Array,
+    rotation: Mapping[str, Array],
+    place: Mapping[str, Array],
+    ends: Mapping[str, Array],
+    notes: tuple[str, ...],
+) -> Bvh:
+    """The capture of segments, at even steps.
+
+    Parameters
+    ----------
+    path : for messages
+    time : (n,) s, rising
+    rotation : joint → (n, 3, 3) of the segment it moves, in a level world: body axes, zero when standing with the arms
+        hanging; "Spine" stands for the whole trunk
+    place : joint → (3,) m in the segment that carries it; zero where there is none
+    ends : joint → (3,) m, the far end of its segment in that segment
+
+    Raises InputError where no stretch without a long gap is there.
+    """
+    world = {
+        name: BODY_FROM_BVH.T
+        @ rotation["Spine" if name in _TRUNK else name]
+        @ hanging_from_t_pose(name).T
+        @ BODY_FROM_BVH
+        for name, _ in TREE
+    }
+    local = np.stack(
+        [np.swapaxes(world[parent], -1, -2) @ world[name] if parent else world[name] for name, parent in TREE], axis=1
+    )
+    even, turned, root, said = even_frames(path, time, local, np.zeros((len(time), 3)))
+    names = tuple(name for name, _ in TREE)
+    zero = np.zeros(3)
+    offsets = [BODY_FROM_BVH.T @ hanging_from_t_pose(parent) @ place.get(name, zero) for name, parent in TREE]
+    return Bvh(
+        names=names,
+        parents=tuple(names.index(parent) if parent else -1 for _, parent in TREE),
+        offsets=np.array(offsets),
+        end_offsets={name: BODY_FROM_BVH.T @ hanging_from_t_pose(name) @ end for name, end in ends.items()},
+        time=even,
+        rotations=turned,
+        root_position=root,
+        notes=(*notes, *said),
+    )
+
+
+def trunk_places(neck: Array) -> dict[str, Array]:
+    """Places of the trunk's joints above the lumbar one for a base of the neck at ``neck`` (3,) m from it: the parts
+    are equal, and the collar bones begin at the neck.
+    """
+    third = neck / 3.0
+    return {name: third for name in _TRUNK if name != "Spine"}

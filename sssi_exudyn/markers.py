@@ -1,0 +1,220 @@
+"""Optical capture: the markers of the conventional gait model (Plug-in Gait's full body) in a C3D file.
+
+Pelvis, hips, knees, ankles and trunk as the model has them (Davis et al. 1991; Vicon, Plug-in Gait model details), the
+hips' centres after Harrington et al. (2007), doi:10.1016/j.jbiomech.2006.02.003.  Feet point from heel to toe marker
+and turn about the ankle's axis; upper arms turn about the axis their bent elbow shows.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.anatomy import mean_in
+from sssi_exudyn.bvh import Bvh
+from sssi_exudyn.c3d_points import Points, read_points
+from sssi_exudyn.capture_tree import SIDES, capture_of, trunk_places
+from sssi_exudyn.chain import SEGMENT, average_geometry
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import Array
+
+_TRUNK: Final = ("CLAV", "STRN", "C7", "T10", "LASI", "RASI", "LFHD", "RFHD", "LBHD", "RBHD")
+_SIDED: Final = ("THI", "KNE", "TIB", "ANK", "HEE", "TOE", "SHO", "ELB", "WRA", "WRB", "FIN")
+_MARKER: Final = 0.014
+"""m; the usual diameter, where the file does not say it."""
+_SHOULDER: Final = 0.05
+"""m from the acromion's marker down to the shoulder's centre: a usual "shoulder offset" of Plug-in Gait."""
+_STRAIGHT: Final = 0.1
+"""Sine of the elbow's flexion from which on its axis is taken from both bones rather than from the wrist."""
+_WIDTHS: Final = (0.02, 0.2)
+
+Places = dict[str, Array]
+
+
+def read_markers(path: Path, height: float | None) -> Bvh:
+    """Read a C3D file; ``height`` (m) is the skier's, for the top of the head and the hands.
+
+    Frames in which a marker is lost are gaps.  Raises InputError for a missing height, whatever ``read_points``
+    refuses, missing markers, missing widths of knees and ankles, and a skier who does not stand up.
+    """
+    if height is None:
+        raise InputError(path, "", "no file says --height-m", "give this option")
+    points = read_points(path)
+    at, time, notes = _markers(path, points)
+    at = _upright(path, at)
+    reach = {part: _reach(path, points, part) for part in ("Knee", "Ankle")}
+    rotation, joint = _trunk(at)
+    tips: Places = {}
+    for side, word in SIDES:
+        _leg(at, side.upper(), word, reach, rotation, joint, tips)
+        _arm(at, side.upper(), word, rotation, joint, tips)
+    for name, axes in rotation.items():
+        if np.min(np.linalg.det(axes)) < 0.5:  # 1, or 0 where markers coincide or lie on a line
+            frame = int(np.argmin(np.linalg.det(axes)))
+            raise InputError(
+                path, f"{time[frame]:.2f} s, {name}", "markers coincide or lie on a line", "correct their labels"
+            )
+    place, ends = _lengths(rotation, joint, tips, height)
+    return capture_of(path, time, rotation, place, ends, notes)
+
+
+def _markers(path: Path, points: Points) -> tuple[Places, Array, tuple[str, ...]]:
+    """Places (n, 3) m of the markers that are needed, in the frames that have all of them, and those frames' times."""
+    back = ("SACR",) if "SACR" in points.names else ("LPSI", "RPSI")
+    needed = [*_TRUNK, *back, *(side + name for side in "LR" for name in _SIDED)]
+    missing = [name for name in needed if name not in points.names]
+    if missing:
+        raise InputError(
+            path,
+            "POINT:LABELS",
+            f"missing markers: {', '.join(missing)}",
+            "label them as Plug-in Gait does for the full body",
+        )
+    at = {name: points.places[:, points.names.index(name)] for name in needed}
+    at["back"] = np.mean([at.pop(name) for name in back], axis=0)
+    whole = np.all([np.all(np.isfinite(place), axis=1) for place in at.values()], axis=0)
+    if np.count_nonzero(whole) < 3:
+        raise InputError(path, "POINT", "no three frames have all markers", "fill the gaps and export again")
+    time = np.flatnonzero(whole) / points.rate
+    lost = len(whole) - int(np.count_nonzero(whole))
+    notes = (f"{path.name}: {lost} frame(s) in which a marker is lost are gaps",) if lost else ()
+    return {name: place[whole] for name, place in at.items()}, time - time[0], notes
+
+
+def _upright(path: Path, at: Places) -> Places:
+    """The places with z up: laboratories have y or z up."""
+    rise = np.mean(at["C7"] - 0.5 * (at["LANK"] + at["RANK"]), axis=0)
+    axis = int(np.argmax(np.abs(rise)))
+    if axis == 0 or rise[axis] < 0.7 * np.linalg.norm(rise):
+        raise InputError(path, "POINT", "the skier stands along neither y nor z", "export with y or z up")
+    if axis == 2:
+        return at
+    return {name: place[:, [2, 0, 1]] for name, place in at.items()}
+
+
+def _reach(path: Path, points: Points, part: str) -> dict[str, float]:
+    """From the marker's centre to the joint's: half the joint's width and the marker's radius (m), by side."""
+    found = {}
+    for letter in "LR":
+        name = f"{letter}{part}Width"
+        width = points.sizes.get(name)
+        if width is None or not _WIDTHS[0] < width < _WIDTHS[1]:
+            told = "is missing" if width is None else f"{width:.3g} m is no width of a joint"
+            raise InputError(path, f"PROCESSING:{name}", told, "measure it, and export it with the subject")
+        found[letter] = 0.5 * (width + points.sizes.get("MarkerDiameter", _MARKER))
+    return found
+
+
+def _trunk(at: Places) -> tuple[Places, Places]:
+    """Rotations of pelvis, trunk and head, and the places of hips, lumbar joint and base of the neck."""
+    front = 0.5 * (at["LASI"] + at["RASI"])
+    pelvis = _axes_y_x(at["LASI"] - at["RASI"], front - at["back"])
+    width = float(np.median(np.linalg.norm(at["LASI"] - at["RASI"], axis=1)))
+    depth = float(np.median(np.linalg.norm(front - at["back"], axis=1)))
+    joint: Places = {}
+    for left, word in ((1.0, "Left"), (-1.0, "Right")):
+        hip = np.array([-0.24 * depth - 0.0099, left * (0.33 * width + 0.0073), -0.30 * width - 0.0109])
+        joint[f"{word}UpLeg"] = front + pelvis @ hip
+    middle = 0.5 * (joint["LeftUpLeg"] + joint["RightUpLeg"])
+    apart = float(np.median(np.linalg.norm(joint["LeftUpLeg"] - joint["RightUpLeg"], axis=1)))
+    joint["Hips"], joint["Spine"] = middle, middle + pelvis @ np.array([0.0, 0.0, 0.828 * apart])  # the model's L5
+    upper, lower = 0.5 * (at["CLAV"] + at["C7"]), 0.5 * (at["STRN"] + at["T10"])
+    forward = 0.5 * (at["CLAV"] + at["STRN"] - at["C7"] - at["T10"])
+    joint["Neck"] = upper
+    across = at["LFHD"] + at["LBHD"] - at["RFHD"] - at["RBHD"]
+    ahead = at["LFHD"] + at["RFHD"] - at["LBHD"] - at["RBHD"]
+    return {"Hips": pelvis, "Spine": _axes_z_x(upper - lower, forward), "Head": _axes_y_x(across, ahead)}, joint
+
+
+def _leg(
+    at: Places,
+    letter: str,
+    word: str,
+    reach: dict[str, dict[str, float]],
+    rotation: Places,
+    joint: Places,
+    tips: Places,
+) -> None:
+    hip, left = joint[f"{word}UpLeg"], 1.0 if letter == "L" else -1.0
+    knee = _chord(hip, at[f"{letter}KNE"], at[f"{letter}THI"], reach["Knee"][letter])
+    ankle = _chord(knee, at[f"{letter}ANK"], at[f"{letter}TIB"], reach["Ankle"][letter])
+    shank = _axes_z_y(knee - ankle, left * (at[f"{letter}ANK"] - ankle))
+    rotation[f"{word}UpLeg"] = _axes_z_y(hip - knee, left * (at[f"{letter}KNE"] - knee))
+    rotation[f"{word}Leg"] = shank
+    rotation[f"{word}Foot"] = _axes_x_y(at[f"{letter}TOE"] - at[f"{letter}HEE"], shank[..., 1])
+    joint[f"{word}Leg"], joint[f"{word}Foot"], tips[f"{word}Foot"] = knee, ankle, at[f"{letter}TOE"]
+
+
+def _arm(at: Places, letter: str, word: str, rotation: Places, joint: Places, tips: Places) -> None:
+    shoulder = at[f"{letter}SHO"] - _SHOULDER * rotation["Spine"][..., 2]
+    elbow, wrist = at[f"{letter}ELB"], 0.5 * (at[f"{letter}WRA"] + at[f"{letter}WRB"])
+    thumb = at[f"{letter}WRA"] - at[f"{letter}WRB"]  # forward when the arm hangs with the palm to the thigh
+    forearm = _axes_z_x(elbow - wrist, thumb)
+    bent = np.cross(_unit(wrist - elbow), _unit(elbow - shoulder))  # to the left, on both sides
+    rotation[f"{word}Arm"] = _axes_z_y(shoulder - elbow, bent + _STRAIGHT * forearm[..., 1])
+    rotation[f"{word}ForeArm"] = forearm
+    rotation[f"{word}Hand"] = _axes_z_x(wrist - at[f"{letter}FIN"], thumb)
+    joint[f"{word}Arm"], joint[f"{word}ForeArm"], joint[f"{word}Hand"] = shoulder, elbow, wrist
+    tips[f"{word}Hand"] = at[f"{letter}FIN"]
+
+
+def _lengths(rotation: Places, joint: Places, tips: Places, height: float) -> tuple[Places, Places]:
+    """Mean places of the joints in the segments that carry them, and far ends of the segments (m)."""
+
+    def seen(carrier: str, name: str, places: Places) -> Array:
+        return mean_in(rotation[carrier], joint[carrier], places[name])
+
+    neck = seen("Spine", "Neck", joint)
+    place = {"Spine": seen("Hips", "Spine", joint), **trunk_places(neck)}
+    ends = {"Head": np.asarray(average_geometry(height).segment_end[SEGMENT["head"]])}
+    for _, word in SIDES:
+        for carrier, name in (("UpLeg", "Leg"), ("Leg", "Foot"), ("Arm", "ForeArm"), ("ForeArm", "Hand")):
+            place[word + name] = seen(word + carrier, word + name, joint)
+        place[f"{word}UpLeg"] = seen("Hips", f"{word}UpLeg", joint)
+        place[f"{word}Arm"] = seen("Spine", f"{word}Arm", joint) - neck
+        ends |= {f"{word}{part}": seen(f"{word}{part}", f"{word}{part}", tips) for part in ("Foot", "Hand")}
+    return place, ends
+
+
+def _chord(inner: Array, marker: Array, wand: Array, reach: float) -> Array:
+    """The joint's centre: ``reach`` from its marker, at a right angle to the bone from ``inner``, in the plane of inner
+    centre, marker and wand, away from the wand; all (n, 3) m.
+    """
+    bone = marker - inner
+    length = np.linalg.norm(bone, axis=1, keepdims=True)
+    along = bone / length
+    arm = wand - inner
+    outwards = _unit(arm - np.sum(arm * along, axis=1, keepdims=True) * along)
+    share = np.minimum(reach / length, 0.9)
+    return np.asarray(marker - reach * (share * along + np.sqrt(1.0 - share**2) * outwards))
+
+
+def _unit(vectors: Array) -> Array:
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9))
+
+
+def _axes_y_x(y: Array, x: Array) -> Array:
+    """(n, 3, 3) with y along the first, x towards the second."""
+    y = _unit(y)
+    z = _unit(np.cross(x, y))
+    return np.stack([np.cross(y, z), y, z], axis=-1)
+
+
+def _axes_z_x(z: Array, x: Array) -> Array:
+    z = _unit(z)
+    y = _unit(np.cross(z, x))
+    return np.stack([np.cross(y, z), y, z], axis=-1)
+
+
+def _axes_z_y(z: Array, y: Array) -> Array:
+    z = _unit(z)
+    x = _unit(np.cross(y, z))
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def _axes_x_y(x: Array, y: Array) -> Array:
+    x = _unit(x)
+    z = _unit(np.cross(x, y))
+    return np.stack([x, np.cross(z, x), z], axis=-1)
