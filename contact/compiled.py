@@ -262,6 +262,17 @@ def compile_kernel(terms: Sequence[Term], template: ModuleType) -> ModuleType:
 
     Raises ValueError for a template without a source file.
     """
+    kinds = (template, *(type(term) for term in terms))  # the text holds the terms' laws, not their numbers
+    if kinds not in _kernels:
+        _kernels[kinds] = _kernel_module(terms, template)
+    return _kernels[kinds]
+
+
+_kernels: dict[tuple[ModuleType | type[Term], ...], ModuleType] = {}
+"""What was asked for in this process; to write the laws down takes 10 ms."""
+
+
+def _kernel_module(terms: Sequence[Term], template: ModuleType) -> ModuleType:
     if template.__file__ is None or vectors.__file__ is None:
         raise ValueError(f"the template {template.__name__} has no source file")
     shared = hashlib.sha256(Path(vectors.__file__).read_bytes()).hexdigest()

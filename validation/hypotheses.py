@@ -110,10 +110,14 @@ class Candidate:
 
 
 class Hypothesis(ABC):
-    """One name in ``diagnosis.json``."""
+    """One name in ``diagnosis.json``.
+
+    weight : how probable it is beforehand, against others
+    """
 
     name: ClassVar[str]
     kind: ClassVar[str]
+    weight: ClassVar[float] = 1.0
 
     @abstractmethod
     def probes(self, scene: Scene) -> list[Probe]:
@@ -296,12 +300,15 @@ class InTime(Hypothesis):
 
 
 class Gusts(InTime):
-    """A wind that comes and goes."""
+    """A wind that comes and goes.
+
+    Meteorologists count means over 3 s as gusts; what comes and goes within a second is none.
+    """
 
     name = "gust"
     kind = "physics"
     keys = ("w_f", "w_l")
-    scale, trial, longest, least = 8.0, 1.5, 0.5, 3
+    scale, trial, longest, least = 5.0, 1.5, 0.5, 4
 
     def part(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
         return Gust(t0=t0, t1=t1, **amplitudes)
@@ -315,10 +322,11 @@ class Gusts(InTime):
 
 
 class Unexplained(InTime):
-    """A force of which nothing is known, in any direction."""
+    """A force of which nothing is known, in any direction: it stands for all that the list does not know."""
 
     name = "unexplained_force"
     kind = "unexplained"
+    weight = 2.0
     keys = ("force_f", "force_l", "force_n")
     scale, trial, longest, least = 80.0, 20.0, 0.4, 1
 

@@ -369,8 +369,10 @@ def extended(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], 
 
 
 def _ranked(verdicts: list[Verdict]) -> tuple[Verdict, ...]:
-    share = (1.0 - NOTHING) / max(1, len(verdicts) - 1)
-    logs = np.array([TEMPER * v.log_evidence + np.log(share if v.name else NOTHING) for v in verdicts])
+    weights = {hypothesis.name: hypothesis.weight for hypothesis in HYPOTHESES}
+    whole = sum(weights[v.name] for v in verdicts if v.name)
+    share = {name: (1.0 - NOTHING) * weight / whole for name, weight in weights.items()} | {"": NOTHING}
+    logs = np.array([TEMPER * v.log_evidence + np.log(share[v.name]) for v in verdicts])
     odds = np.exp(logs - logs.max())
     odds /= odds.sum()
     found = [replace(v, probability=float(p)) for v, p in zip(verdicts, odds, strict=True)]
