@@ -262,13 +262,13 @@ def compile_kernel(terms: Sequence[Term], template: ModuleType) -> ModuleType:
 
     Raises ValueError for a template without a source file.
     """
-    kinds = (template, *(type(term) for term in terms))  # the text holds the terms' laws, not their numbers
+    kinds = (template, tuple(type(term) for term in terms))  # the text holds the terms' laws, not their numbers
     if kinds not in _kernels:
         _kernels[kinds] = _kernel_module(terms, template)
     return _kernels[kinds]
 
 
-_kernels: dict[tuple[ModuleType | type[Term], ...], ModuleType] = {}
+_kernels: dict[tuple[ModuleType, tuple[type[Term], ...]], ModuleType] = {}
 """What was asked for in this process; to write the laws down takes 10 ms."""
 
 
