@@ -6,12 +6,19 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 
+_LEFT_TO_FILES = ("provenance", "each", "control", "peak_moments")
+"""Groups of a summary too long for a terminal."""
+
+
 def format_summary(summary: Mapping[str, Any]) -> str:
-    """The figures of a summary, one a line; null ones, lists and origins are left to the files."""
+    """The figures of a summary, one a line; null ones, lists, origins and what is of each turn are left to the
+    files.
+    """
     lines = [str(summary["recording"])]
     for group, figures in summary.items():
-        if group != "provenance" and isinstance(figures, Mapping):
-            lines += [f"  {name:<36} {value}" for name, value in _figures(group, figures)]
+        if group not in _LEFT_TO_FILES and isinstance(figures, Mapping):
+            shown = {name: figure for name, figure in figures.items() if name not in _LEFT_TO_FILES}
+            lines += [f"  {name:<36} {value}" for name, value in _figures(group, shown)]
     return "\n".join(lines) + "\n"
 
 
