@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-
 _LEFT_TO_FILES = ("provenance", "each", "control", "peak_moments")
 """Groups of a summary too long for a terminal."""
 
