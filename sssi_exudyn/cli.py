@@ -89,6 +89,8 @@ def parser() -> argparse.ArgumentParser:
     report.add_argument("--out", type=Path, metavar="PAGE", required=True, help="the page to write (.html)")
     _add_sweep(commands, common)
     commands.add_parser("terms", parents=[common], help="every force term and its parameters")
+    muscles = commands.add_parser("muscles", parents=[common], help="the muscles that made a run's joint moments")
+    muscles.add_argument("--list", action="store_true", required=True, help="every muscle with its figures, as CSV")
     ski = commands.add_parser("ski", help="what concerns a ski alone")
     about = ski.add_subparsers(dest="about", metavar="COMMAND", required=True)
     identify = about.add_parser("identify", parents=[common], help="stiffness, density and damping from bench tests")
@@ -181,7 +183,7 @@ def _call(options: argparse.Namespace) -> str:
     take_fast_build()
     from sssi_exudyn import commands
     from sssi_exudyn.result_folder import to_json
-    from sssi_exudyn.text import format_summary, format_table
+    from sssi_exudyn.text import format_csv, format_summary, format_table
 
     progress = on_stderr()
     summary: Mapping[str, Any]
@@ -201,6 +203,9 @@ def _call(options: argparse.Namespace) -> str:
         case "terms":
             rows = commands.terms()
             return to_json(rows) if options.json else format_table(rows)
+        case "muscles":
+            muscles = commands.muscles_list()
+            return to_json(muscles) if options.json else format_csv(muscles)
         case "ski":
             found = commands.identify(options.folder, options.out)
             return to_json(found) if options.json else format_table(found)

@@ -19,6 +19,7 @@ import numpy as np
 import tomli_w
 
 from sssi_exudyn.biomechanics import biomechanics, labelled, summary_of
+from sssi_exudyn.bodies.muscles import muscles_table
 from sssi_exudyn.bodies.ski import ski_to_table
 from sssi_exudyn.bodies.ski_identify import identify_ski
 from sssi_exudyn.bodies.ski_measurements import read_measurements
@@ -239,6 +240,11 @@ def report(results: Sequence[Path], out: Path) -> Path:
 def terms() -> list[dict[str, str | float]]:
     """Every force term and its parameters."""
     return terms_table()
+
+
+def muscles_list() -> list[dict[str, str | float]]:
+    """Every muscle of the skier with its figures, not scaled to anyone."""
+    return muscles_table()
 
 
 def identify(folder: Path, out: Path | None = None) -> list[dict[str, str | float]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -29,6 +31,17 @@ def format_table(rows: Sequence[Mapping[str, object]]) -> str:
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
     return "\n".join(lines) + "\n"
+
+
+def format_csv(rows: Sequence[Mapping[str, object]]) -> str:
+    """Rows of one set of names as comma-separated values under a headline; empty where there is no row."""
+    if not rows:
+        return ""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
 
 
 def _figures(name: str, figure: object) -> list[tuple[str, str]]:

@@ -1,0 +1,363 @@
+"""The 284 muscles of the paper's skier, on his own skeleton.
+
+The table ``muscles.toml`` gives them on the full-body lumbar spine model, the right side alone.  Here they are brought
+to a chain of given lengths: points of limbs are scaled along with their segment and turned by the small angle that
+brings the model's far joint to the chain's; the trunk, from the hips to the shoulders, is scaled as one; the pelvis has
+the skier's width between the hips.  Optimal fibre and tendon slack lengths are scaled by the muscle's whole length in
+anatomical zero, as OpenSim does it.
+
+The chain has one lumbar joint, the model five vertebrae that share its rotations.  They stand in a row between pelvis
+and torso, turn by their shares, and where the row would not end at the torso, they are moved by what they have of the
+rotation: so pelvis and torso move exactly as the chain's do, and a moment arm belongs to the chain's moment.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from sssi_exudyn.bodies.bones import Bone, Bones, Closing, Drive
+from sssi_exudyn.bodies.curves import line, spline
+from sssi_exudyn.bodies.muscle_paths import Muscle, MuscleModel, PathPoint, Surface, Wrap, muscle_paths
+from sssi_exudyn.chain import JOINTS, PRESCRIBED, SEGMENT, Geometry, average_geometry
+from sssi_exudyn.frames import Array
+
+TABLE: Final = Path(__file__).with_name("muscles.toml")
+SIDES: Final = ("right", "left")
+LEG_GROUPS: Final = (
+    "gluteus_maximus",
+    "psoas_major",
+    "gluteus_medius",
+    "hip_abductors",
+    "quadriceps_femoris",
+    "hamstrings",
+    "triceps_surae",
+    "tibialis_anterior",
+)
+LUMBAR_GROUPS: Final = (
+    "erector_spinae",
+    "rectus_abdominis",
+    "external_obliques",
+    "internal_obliques",
+    "multifidus",
+    "quadratus_lumborum",
+    "psoas_major",
+    "latissimus_dorsi",
+)
+"""The paper's major groups (2.2.1).  The iliacus is counted to the leg's psoas major, with which it moves the leg."""
+_MIDDLE: Final = ("pelvis", "torso", "abdomen", "back", "L5", "L4", "L3", "L2", "L1")
+_VERTEBRAE: Final = ("L5", "L4", "L3", "L2", "L1")
+_LUMBAR: Final = ("lumbar_extension", "lumbar_bending", "lumbar_rotation")
+
+
+@dataclass(frozen=True)
+class NamedMuscle:
+    """Whose muscle it is: side (``SIDES``), region ("leg", "lumbar"), group; and the muscle."""
+
+    side: str
+    region: str
+    group: str
+    muscle: Muscle
+
+
+@dataclass(frozen=True)
+class SkierMuscles:
+    """The skier's muscles: the model (coordinates: ``chain.PRESCRIBED``), and side, region and group of each."""
+
+    model: MuscleModel
+    named: tuple[NamedMuscle, ...]
+
+
+def skier_muscles(geometry: Geometry) -> SkierMuscles:
+    """The 284 muscles on a chain of these lengths."""
+    table = _read_table()
+    ours = _Scales(table, geometry)
+    # the reference: a chain that has the model's own lengths
+    theirs = _Scales(table, _own_geometry(table))
+    built, own = (
+        MuscleModel("skier", _bones(table, scales), _muscles(table, scales), _surfaces(table, scales), _upright())
+        for scales in (ours, theirs)
+    )
+    longer = (muscle_paths(built, _upright()[None]).length / muscle_paths(own, _upright()[None]).length)[0]
+    muscles = tuple(
+        replace(muscle, optimal_fibre=muscle.optimal_fibre * ratio, tendon_slack=muscle.tendon_slack * ratio)
+        for muscle, ratio in zip(built.muscles, map(float, longer), strict=True)
+    )
+    named = []
+    for muscle, (row, side) in zip(muscles, _rows(table), strict=True):
+        named.append(NamedMuscle(side, row["region"], row["group"], muscle))
+    return SkierMuscles(replace(built, muscles=muscles), tuple(named))
+
+
+def muscles_table() -> list[dict[str, str | float]]:
+    """Every muscle, a row each: right side, then left; figures of the model, not scaled."""
+    return [
+        {
+            "name": f"{row['name']}_{side[0]}",
+            "side": side,
+            "region": row["region"],
+            "group": row["group"],
+            "max_isometric_force_N": row["max_isometric_force_N"],
+            "optimal_fibre_m": row["optimal_fibre_m"],
+            "tendon_slack_m": row["tendon_slack_m"],
+            "pennation_deg": float(np.degrees(row["pennation_rad"])),
+            "path_points": len(row["path"]),
+        }
+        for row, side in _rows(_read_table())
+    ]
+
+
+def own_geometry() -> Geometry:
+    """A chain with the lengths of the model that the table's figures belong to."""
+    return _own_geometry(_read_table())
+
+
+def _read_table() -> dict[str, Any]:
+    return tomllib.loads(TABLE.read_text(encoding="utf-8"))
+
+
+def _own_geometry(table: dict[str, Any]) -> Geometry:
+    average = average_geometry(1.80)  # what no muscle of the table reaches stays as it is there
+    joint = average.joint_in_parent.copy()
+    length = {name: np.array(value) for name, value in table["reference"].items()}
+    lumbar = _lumbar_centre(table)
+    joint[SEGMENT["torso"]] = lumbar
+    for side, left in (("r", -1.0), ("l", 1.0)):
+        mirror = np.array([1.0, -left, 1.0])
+        joint[SEGMENT[f"femur_{side}"]] = (0.0, left * table["reference"]["hip_from_middle"], 0.0)
+        for segment, name in (("tibia", "knee_from_hip"), ("talus", "ankle_from_knee"), ("toes", "toes_from_ankle")):
+            joint[SEGMENT[f"{segment}_{side}"]] = mirror * length[name]
+        shoulder = length["shoulders_from_hips"] + [0.0, left * 0.17, 0.0]
+        joint[SEGMENT[f"humerus_{side}"]] = shoulder - lumbar
+        joint[SEGMENT[f"ulna_{side}"]] = mirror * length["elbow_from_shoulder"]
+    return replace(average, joint_in_parent=joint)
+
+
+def _lumbar_centre(table: dict[str, Any]) -> Array:
+    """(3,) m from the middle of the hips: the vertebrae's joints, weighted by their shares of extension.
+
+    About this point a small extension that is shared out turns the torso.
+    """
+    rows = [table["lumbar"][name] for name in _VERTEBRAE]
+    at, centre, total = np.zeros(3), np.zeros(3), 0.0
+    for row in rows:
+        at = at + row["joint"]
+        centre, total = centre + row["shares"][0] * at, total + row["shares"][0]
+        at = at + row["origin_from_joint"]
+    return centre / total
+
+
+def _upright() -> Array:
+    return np.zeros(len(PRESCRIBED))
+
+
+class _Scales:
+    """How points of the table's bones come to those of a chain: scale and small turn (3, 3), and shift (3,) m."""
+
+    def __init__(self, table: dict[str, Any], geometry: Geometry) -> None:
+        joint, reference = geometry.joint_in_parent, table["reference"]
+        hips = [joint[SEGMENT[f"femur_{side}"]] for side in "lr"]
+        shoulders = [joint[SEGMENT["torso"]] + joint[SEGMENT[f"humerus_{side}"]] for side in "lr"]
+        self.geometry = geometry
+        self.hips = 0.5 * (hips[0] + hips[1])
+        height = float(np.linalg.norm(0.5 * (shoulders[0] + shoulders[1]) - self.hips))
+        self.trunk = height / float(np.linalg.norm(reference["shoulders_from_hips"]))
+        width = 0.5 * float(np.linalg.norm(hips[0] - hips[1])) / reference["hip_from_middle"]
+        self.matrix = {name: self.trunk * np.eye(3) for name in _MIDDLE}
+        self.matrix["pelvis"] = np.diag([self.trunk, width, self.trunk])
+        for side, left in (("r", -1.0), ("l", 1.0)):
+            mirror = np.array([1.0, -left, 1.0])
+            for bone, beyond, name in (
+                ("femur", "tibia", "knee_from_hip"),
+                ("tibia", "talus", "ankle_from_knee"),
+                ("humerus", "ulna", "elbow_from_shoulder"),
+            ):
+                self.matrix[f"{bone}_{side}"] = _onto(mirror * reference[name], joint[SEGMENT[f"{beyond}_{side}"]])
+            toes = joint[SEGMENT[f"calcn_{side}"]] + joint[SEGMENT[f"toes_{side}"]]
+            self.matrix[f"calcn_{side}"] = toes[0] / reference["toes_from_ankle"][0] * np.eye(3)
+            self.matrix[f"patella_{side}"] = self.matrix[f"femur_{side}"]
+
+    def point(self, bone: str, place: Array) -> Array:
+        """A point of the table on the chain's bone."""
+        moved = self.matrix[bone] @ place
+        if bone == "pelvis":
+            return np.asarray(moved + self.hips)
+        if bone.startswith("calcn"):
+            return np.asarray(moved - self.geometry.joint_in_parent[SEGMENT[bone]])
+        return np.asarray(moved)
+
+
+def _onto(theirs: Array, ours: Array) -> Array:
+    """Scale and smallest turn (3, 3) that bring ``theirs`` (3,) to ``ours`` (3,)."""
+    size = float(np.linalg.norm(ours) / np.linalg.norm(theirs))
+    axis = np.cross(theirs, ours)
+    sine = float(np.linalg.norm(axis))
+    turn = axis / sine * np.arctan2(sine, theirs @ ours) if sine > 0.0 else axis
+    return np.asarray(size * Rotation.from_rotvec(turn).as_matrix())
+
+
+def _joint(segment: str, geometry: Geometry, slides: tuple[Drive, ...] = ()) -> Bone:
+    """A bone that hangs on its parent as the chain has it."""
+    i = SEGMENT[segment]
+    joint = JOINTS[i]
+    turns = tuple(Drive(np.array(axis), line(1.0), name) for name, axis in joint.rotations)
+    return Bone(
+        segment, joint.parent, geometry.joint_in_parent[i], geometry.attitude_in_parent[i], turns, slides=slides
+    )
+
+
+def _bones(table: dict[str, Any], scales: _Scales) -> Bones:
+    bones = [Bone("pelvis", None), *_spine(table, scales), _joint("torso", scales.geometry)]
+    for side in "rl":
+        bones += _leg(table, scales, side)
+        bones.append(_joint(f"humerus_{side}", scales.geometry))
+    return Bones(tuple(bones), PRESCRIBED, closings=(_closing(table, scales),))
+
+
+def _leg(table: dict[str, Any], scales: _Scales, side: str) -> list[Bone]:
+    """Femur to calcaneus, and the patella; tibia and patella glide on the femur, by the femur's scale."""
+    matrix = scales.matrix[f"femur_{side}"]
+    size = float(np.linalg.norm(matrix[:, 0]))
+    turned = matrix / size
+    knee = f"knee_angle_{side}"
+    curves = {name: spline(entry["x"], entry["y"]) for name, entry in table["knee"].items()}
+
+    def slide(name: str, axis: int, extended: float) -> Drive:
+        curve = curves[name].raised(-extended).scaled(y=size)
+        return Drive(turned[:, axis], curve, knee)
+
+    straight = {axis: float(curves[f"tibia_{axis}"](np.zeros(1))[0][0]) for axis in "xz"}
+    glides = tuple(slide(f"tibia_{axis}", "xyz".index(axis), straight[axis]) for axis in "xz")
+    patella = Bone(
+        f"patella_{side}",
+        f"femur_{side}",
+        scales.geometry.joint_in_parent[SEGMENT[f"tibia_{side}"]],
+        np.eye(3),
+        (Drive(np.array([0.0, 1.0, 0.0]), curves["patella_turn"], knee),),
+        tuple(slide(f"patella_{axis}", "xyz".index(axis), straight[axis]) for axis in "xz"),
+    )
+    femur, tibia, talus, calcn = (f"{name}_{side}" for name in ("femur", "tibia", "talus", "calcn"))
+    on = scales.geometry
+    return [_joint(femur, on), patella, _joint(tibia, on, glides), _joint(talus, on), _joint(calcn, on)]
+
+
+def _spine(table: dict[str, Any], scales: _Scales) -> Iterator[Bone]:
+    """Vertebrae one on the other, turning by their shares, and the two frames that turn with extension alone."""
+    rows = table["lumbar"]
+    total = np.sum([rows[name]["shares"] for name in (*_VERTEBRAE, "torso")], axis=0)
+    parent, place = "pelvis", scales.hips + scales.trunk * np.array(rows["L5"]["joint"])
+    axes = [axis for _, axis in JOINTS[SEGMENT["torso"]].rotations]
+    for name in _VERTEBRAE:
+        shares = np.array(rows[name]["shares"]) / total
+        turns = tuple(
+            Drive(np.array(axis), line(float(share)), coordinate)
+            for axis, share, coordinate in zip(axes, shares, _LUMBAR, strict=True)
+        )
+        if name != "L5":
+            place = scales.trunk * np.array(rows[name]["joint"])
+        end = -scales.trunk * np.array(rows[name]["origin_from_joint"])
+        yield Bone(name, parent, place, turns=turns, end_place=end)
+        parent = name
+    for name in ("abdomen", "back"):
+        row = rows[name]
+        turn = Drive(np.array(axes[0]), line(row["turn"] / float(total[0])), _LUMBAR[0])
+        slides = tuple(
+            Drive(np.eye(3)[k], line(scales.trunk * row["slide"][k] / float(total[0])), _LUMBAR[0])
+            for k in range(3)
+            if row["slide"][k] != 0.0
+        )
+        place = scales.hips + scales.trunk * np.array(row["joint"])
+        end = -scales.trunk * np.array(row["origin_from_joint"])
+        yield Bone(name, "pelvis", place, turns=(turn,), slides=slides, end_place=end)
+
+
+def _torso_from_hips(table: dict[str, Any]) -> Array:
+    """(3,) m of the model: the torso's own frame, upright, from the middle of the hips."""
+    rows = [table["lumbar"][name] for name in (*_VERTEBRAE, "torso")]
+    return np.asarray(np.sum([np.array(row["joint"]) + row["origin_from_joint"] for row in rows], axis=0))
+
+
+def _closing(table: dict[str, Any], scales: _Scales) -> Closing:
+    """The torso's frame, as the last vertebra carries it and as the chain has it; each vertebra is moved by the part of
+    extension that has come about below it.
+    """
+    rows = table["lumbar"]
+    shares = np.cumsum([rows[name]["shares"][0] for name in _VERTEBRAE])
+    return Closing(
+        loose="L1",
+        place=scales.trunk * np.array(rows["torso"]["joint"]),
+        firm="torso",
+        target=_torso_origin(table, scales),
+        shares=dict(zip(_VERTEBRAE, map(float, shares / shares[-1]), strict=True)),
+    )
+
+
+def _torso_origin(table: dict[str, Any], scales: _Scales) -> Array:
+    """(3,) m: the table's torso frame in the chain's, which begins at the lumbar joint."""
+    lumbar = scales.geometry.joint_in_parent[SEGMENT["torso"]]
+    return np.asarray(scales.hips + scales.trunk * _torso_from_hips(table) - lumbar)
+
+
+def _rows(table: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
+    """Every muscle of the table on the right, then on the left."""
+    for side in SIDES:
+        for row in table["muscle"]:
+            yield row, side
+
+
+def _muscles(table: dict[str, Any], scales: _Scales) -> tuple[Muscle, ...]:
+    origin = _torso_origin(table, scales)
+    return tuple(_muscle(row, side, scales, origin) for row, side in _rows(table))
+
+
+def _muscle(row: dict[str, Any], side: str, scales: _Scales, torso: Array) -> Muscle:
+    letter, mirror = side[0], np.array([1.0, 1.0 if side == "right" else -1.0, 1.0])
+    points = []
+    for bone, x, y, z, *condition in row["path"]:
+        name = bone if bone in _MIDDLE else f"{bone}_{letter}"
+        place = scales.point(name, mirror * np.array([x, y, z])) + (torso if bone == "torso" else 0.0)
+        when = (f"{condition[0]}_{letter}", condition[1], condition[2]) if condition else None
+        points.append(PathPoint(name, place, condition=when))
+    wraps = (Wrap(f"{row['surface']}_{letter}", 0, len(points) - 1),) if "surface" in row else ()
+    return Muscle(
+        name=f"{row['name']}_{letter}",
+        points=tuple(points),
+        max_isometric_force=row["max_isometric_force_N"],
+        optimal_fibre=row["optimal_fibre_m"],
+        tendon_slack=row["tendon_slack_m"],
+        pennation=row["pennation_rad"],
+        wraps=wraps,
+    )
+
+
+def _surfaces(table: dict[str, Any], scales: _Scales) -> tuple[Surface, ...]:
+    """Every surface on both sides; the left one's own frame is mirrored along its z, so that it stays right-handed."""
+    found = []
+    origin = _torso_origin(table, scales)
+    for side in SIDES:
+        left = side == "left"
+        bone_mirror, own_mirror = np.diag([1.0, -1.0 if left else 1.0, 1.0]), np.diag([1.0, 1.0, -1.0 if left else 1.0])
+        for row in table["surface"]:
+            place = scales.trunk * bone_mirror @ row["place"] + (origin if row["bone"] == "torso" else 0.0)
+            attitude = bone_mirror @ Rotation.from_rotvec(row["attitude"]).as_matrix() @ own_mirror
+            way, axis = (0.0, "x") if row["side"] == "all" else (1.0 if row["side"][0] == "+" else -1.0, row["side"][1])
+            sign = -way if left and axis == "z" else way
+            found.append(
+                Surface(
+                    f"{row['name']}_{side[0]}",
+                    row["bone"],
+                    row["kind"],
+                    place,
+                    attitude,
+                    scales.trunk * np.array(row["size"]),
+                    "xyz".index(axis),
+                    sign,
+                )
+            )
+    return tuple(found)
