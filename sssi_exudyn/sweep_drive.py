@@ -12,7 +12,7 @@ from typing import Final
 
 from sssi_exudyn.errors import SssiError
 from sssi_exudyn.sweep_plan import Job, Run
-from sssi_exudyn.sweep_pools import Pool, local_pool
+from sssi_exudyn.sweep_pools import Crew, Pool, local_pool
 from sssi_exudyn.sweep_records import gather, write_record
 from sssi_exudyn.sweep_run import BUSY, crashed
 from sssi_exudyn.sweep_worker import perform
@@ -40,21 +40,21 @@ def do_all(folder: Path, job: Job, runs: Iterable[Run], pool: Pool, workers: int
     """
     waiting = deque(runs)
     while waiting:
-        with pool(workers) as executor:
-            suspects = _hand_out(folder, job, waiting, executor, _AHEAD * workers, told)
+        with pool(workers) as crew:
+            suspects = _hand_out(folder, job, waiting, crew, told)
         _one_by_one(folder, job, suspects, told)
 
 
-def _hand_out(folder: Path, job: Job, waiting: deque[Run], executor: Executor, most: int, told: Told) -> list[Run]:
+def _hand_out(folder: Path, job: Job, waiting: deque[Run], crew: Crew, told: Told) -> list[Run]:
     """Do what is waiting; the runs that a pool had when it broke."""
     flying: dict[Future[str], Run] = {}
     small: set[str] = set()
     while waiting or flying:
         broken: list[Run] = []
-        while waiting and len(flying) < most:
+        while waiting and len(flying) < _AHEAD * crew.size():
             run = waiting.popleft()
             try:
-                flying[_submitted(executor, folder, job, run)] = run
+                flying[_submitted(crew.executor, folder, job, run)] = run
             except BrokenExecutor:
                 waiting.appendleft(run)
                 if not flying:
@@ -99,11 +99,11 @@ def _one_by_one(folder: Path, job: Job, runs: Iterable[Run], told: Told) -> None
     waiting = deque(runs)
     deaths = 0
     while waiting:
-        with local_pool(1) as executor:
+        with local_pool(1) as crew:
             try:
                 while waiting:
                     run = waiting[0]
-                    while (status := _submitted(executor, folder, job, run).result()) == BUSY:
+                    while (status := _submitted(crew.executor, folder, job, run).result()) == BUSY:
                         clock.sleep(_PAUSE)
                     told(run, status)
                     waiting.popleft()

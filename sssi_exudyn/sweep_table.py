@@ -73,7 +73,7 @@ def write_tables(folder: Path, plan: Plan, records: Mapping[str, Record]) -> pd.
             )
             for column in columns
         ],
-        metadata={"sssi_sweep": json.dumps(plain(origin_of(plan)), ensure_ascii=False)},
+        metadata={"sssi_sweep": json.dumps(plain(origin_of(plan)), ensure_ascii=False, sort_keys=True)},
     )
     _write(
         folder / TABLE,

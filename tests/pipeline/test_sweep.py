@@ -2,6 +2,8 @@
 
 import json
 import os
+import pickle
+import shutil
 import signal
 import subprocess
 import sys
@@ -14,6 +16,7 @@ import pandas as pd
 import psutil
 import pyarrow.parquet as pq
 import pytest
+import tomli_w
 
 from sssi_exudyn import sweep_drive, sweeps
 from sssi_exudyn.errors import InputError, SssiError
@@ -21,6 +24,7 @@ from sssi_exudyn.sweep_plan import planned
 from sssi_exudyn.sweep_pools import local_pool
 from sssi_exudyn.sweep_records import claimed, gather, last_records, read_records, write_record
 from sssi_exudyn.sweep_run import crashed
+from sssi_exudyn.sweep_worker import perform
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROOT = EXAMPLES.parent
@@ -36,8 +40,6 @@ def settings(**others: Any) -> dict[str, Any]:
 
 
 def written(folder: Path, **others: Any) -> Path:
-    import tomli_w
-
     path = folder / "swept.toml"
     path.write_text(tomli_w.dumps(settings(**others)), encoding="utf-8")
     return path
@@ -111,8 +113,6 @@ def test_failed_runs_leave_their_error_and_may_be_retried(tmp_path: Path) -> Non
 
 
 def test_recording_that_has_changed_stops_the_sweep(tmp_path: Path) -> None:
-    import shutil
-
     shutil.copytree(EXAMPLES / "beginner", tmp_path / "beginner")
     plan = planned(sweeps.read_sweep(written(tmp_path, recordings=["beginner"])))
     toml = tmp_path / "beginner" / "recording.toml"
@@ -123,10 +123,6 @@ def test_recording_that_has_changed_stops_the_sweep(tmp_path: Path) -> None:
 
 def _deadly(folder: Path, packed: bytes) -> str:
     """Stands for ``perform``: the third run kills its process, as a fault in native code does."""
-    import pickle
-
-    from sssi_exudyn.sweep_worker import perform
-
     if pickle.loads(packed)[1].row == 2:
         os.kill(os.getpid(), signal.SIGKILL)
     return perform(folder, packed)
