@@ -86,7 +86,7 @@ def parser() -> argparse.ArgumentParser:
     commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
     report = commands.add_parser("report", parents=[common], help="one page of a result, or of several side by side")
     report.add_argument("results", type=Path, nargs="+", metavar="DIR", help="a folder that run left")
-    report.add_argument("--out", type=Path, metavar="PAGE", required=True, help="the page to write (.html)")
+    report.add_argument("--out", type=Path, metavar="FILE", required=True, help="what to write (.html or .pdf)")
     _add_sweep(commands, common)
     commands.add_parser("terms", parents=[common], help="every force term and its parameters")
     muscles = commands.add_parser("muscles", parents=[common], help="the muscles that made a run's joint moments")

@@ -41,7 +41,7 @@ from sssi_exudyn.progress import Progress
 from sssi_exudyn.provenance import provenance
 from sssi_exudyn.recording import Recording, read_recording
 from sssi_exudyn.reduced import prepare
-from sssi_exudyn.report import render, write_run
+from sssi_exudyn.report import render, render_pdf, write_run
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.result_folder import (
     DIAGNOSIS,
@@ -232,8 +232,13 @@ def validate(folder: Path, result: Path, out: Path, *, progress: Progress = _SIL
 
 
 def report(results: Sequence[Path], out: Path) -> Path:
-    """The report of one result folder, or of several side by side, in the file ``out``; that file's path."""
-    write_atomically(out, render([read_run(result) for result in results]))
+    """The report of one result folder, or of several side by side, in the file ``out``, a page (.html) or a document to
+    print (.pdf); that file's path.  Raises InputError for another ending.
+    """
+    if out.suffix not in (".html", ".pdf"):
+        raise InputError(out, "", "neither a page nor a document", "end its name in .html or .pdf")
+    runs = [read_run(result) for result in results]
+    write_atomically(out, render(runs) if out.suffix == ".html" else render_pdf(runs))
     return out
 
 

@@ -15,31 +15,37 @@ from sssi_exudyn.chain import geometry_to_dict
 from sssi_exudyn.model import model_to_dict
 from sssi_exudyn.result_folder import write_result
 from sssi_exudyn.validation import tables
+from sssi_exudyn.validation.curve_figures import figure_5, figure_7, figure_8
+from sssi_exudyn.validation.cycle import cycle_of
 from sssi_exudyn.validation.page import Section, document, grid
+from sssi_exudyn.validation.panels import Plot, panels_html
+from sssi_exudyn.validation.printed import pdf_bytes
 from sssi_exudyn.validation.replay import packed, player, scene_of
 from sssi_exudyn.validation.run import Run
 from sssi_exudyn.validation.sentences import in_words
+from sssi_exudyn.validation.track_figures import figure_4, figure_6
 
 
 def render(runs: Sequence[Run], sections: Sequence[Section] = ()) -> str:
     """The page as HTML text; ``sections`` stand before all others."""
-    names = " and ".join(run.name for run in runs) if len(runs) < 3 else ", ".join(run.name for run in runs)
     lead = "".join(f'<p class="result">{escape(sentence)}</p>\n' for sentence in in_words(runs))
-    first, *rows = tables.table_1(runs)
+    first, *others = _sheets(runs)
     return document(
-        f"{names}: skier, ski and snow",
+        _title(runs),
         lead,
         [
             *sections,
             Section("The run", _replays(runs)),
-            Section("Friction and agreement", grid(first, rows)),
-            Section("Simulation against instruments", tables.agreement(runs)),
-            Section("Energy", tables.energy(runs)),
-            Section("Skeleton against capture", tables.capture(runs)),
-            Section("Health of the solver", tables.health(runs)),
-            Section("Where this comes from", tables.provenance(runs)),
+            Section(first[0], grid(first[1])),
+            *(Section(plot.title, panels_html(plot, f"figure-{index}")) for index, plot in enumerate(_plots(runs))),
+            *(Section(title, grid(rows)) for title, rows in others if len(rows) > 1),
         ],
     )
+
+
+def render_pdf(runs: Sequence[Run]) -> bytes:
+    """The same as a document to print, without what moves."""
+    return pdf_bytes(_title(runs), in_words(runs), _sheets(runs), _plots(runs))
 
 
 def write_run(
@@ -66,6 +72,31 @@ def write_run(
         turns=run.turn_table,
         opensim=opensim,
     )
+
+
+def _title(runs: Sequence[Run]) -> str:
+    *names, last = [run.name for run in runs]
+    return f"{', '.join(names)} and {last}: skier, ski and snow" if names else f"{last}: skier, ski and snow"
+
+
+def _sheets(runs: Sequence[Run]) -> list[tuple[str, tables.Table]]:
+    """Every table with its title, the paper's first."""
+    return [
+        ("Table 1: friction and error of the track", tables.table_1(runs)),
+        ("The turns in figures", tables.turns(runs)),
+        ("Simulation against instruments", tables.agreement(runs)),
+        ("Energy from start to end", tables.energy(runs)),
+        ("Skeleton against capture: orientation, rms (largest), and place of the joint", tables.capture(runs)),
+        ("Health of the solver", tables.health(runs)),
+        ("Where this comes from", tables.provenance(runs)),
+    ]
+
+
+def _plots(runs: Sequence[Run]) -> list[Plot]:
+    """Figures 4 to 8, without those that nothing is known for."""
+    cycles = [cycle_of(run.time, run.com) for run in runs]
+    drawn = [figure_4(runs), *(figure(runs, cycles) for figure in (figure_5, figure_6, figure_7, figure_8))]
+    return [plot for plot in drawn if plot.panels]
 
 
 def _replays(runs: Sequence[Run]) -> str:

@@ -217,10 +217,11 @@ def said_clearly(path: Path) -> Iterator[None]:
         ) from error
 
 
-def write_atomically(path: Path, text: str) -> None:
-    """Write one text file whole or not at all.  Raises InputError where it cannot be written."""
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write one file whole or not at all, text as UTF-8.  Raises InputError where it cannot be written."""
+    written = content.encode() if isinstance(content, str) else content
     with said_clearly(path):
-        _replace_together(path.parent, {path.name: lambda made: made.write_text(text, encoding="utf-8")}, set())
+        _replace_together(path.parent, {path.name: lambda made: made.write_bytes(written)}, set())
 
 
 def to_json(value: Any) -> str:

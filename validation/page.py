@@ -11,6 +11,8 @@ from importlib import resources
 
 Row = tuple[str, str, str]
 """What it is, its value, what it means."""
+_LONG = 24
+"""Characters from which a cell of a table is no figure."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,10 @@ def document(title: str, lead: str, sections: Sequence[Section]) -> str:
         f'<section>\n<h2 id="part-{index}">{escape(section.title)}</h2>\n{section.html}</section>\n'
         for index, section in enumerate(shown)
     )
-    links = "".join(f'<a href="#part-{index}">{escape(section.title)}</a>\n' for index, section in enumerate(shown))
+    links = "".join(
+        f'<a href="#part-{index}">{escape(section.title.partition(":")[0])}</a>\n'
+        for index, section in enumerate(shown)
+    )
     script = _packaged("replay.js") if 'class="replay"' in body else ""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     allowed = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'"
@@ -62,20 +67,18 @@ def table(title: str, rows: Sequence[Row]) -> str:
     return f'<h3>{escape(title)}</h3>\n<div class="scroll"><table>\n<tbody>\n{body}</tbody>\n</table></div>\n'
 
 
-def grid(head: Sequence[str], rows: Sequence[Sequence[str]], *, wrap: bool = False) -> str:
-    """A table of figures: the first cell of each row says what it is, the others are values; nothing without rows.
-
-    ``wrap`` lets long values, such as hashes, run over several lines.
+def grid(rows: Sequence[Sequence[str]]) -> str:
+    """A table of figures, the headline first: each row's first cell says what it is, the others are values; nothing
+    without rows.  What is longer than a figure, such as a hash, may run over several lines.
     """
-    if not rows:
+    if len(rows) < 2:
         return ""
-    kind = "soft" if wrap else "number"
-    top = "".join(f'<th scope="col" class="{kind}">{escape(cell)}</th>' if cell else "<td></td>" for cell in head)
+    top = "".join(f'<th scope="col" class="number">{escape(cell)}</th>' if cell else "<td></td>" for cell in rows[0])
     body = "".join(
         f'<tr><th scope="row">{escape(row[0])}</th>'
-        + "".join(f'<td class="{kind}">{escape(cell)}</td>' for cell in row[1:])
+        + "".join(f'<td class="{"number" if len(cell) < _LONG else "long"}">{escape(cell)}</td>' for cell in row[1:])
         + "</tr>\n"
-        for row in rows
+        for row in rows[1:]
     )
     return f'<div class="scroll"><table>\n<thead><tr>{top}</tr></thead>\n<tbody>\n{body}</tbody>\n</table></div>\n'
 

@@ -93,7 +93,7 @@ def poses_of(series: pd.DataFrame, geometry: Geometry, inclination: float) -> Po
 def scene_of(series: pd.DataFrame, geometry: Geometry, model: Model, rate: float = RATE) -> Scene:
     """The run of ``series`` at ``rate`` frames a second: the rows nearest to evenly spaced times."""
     clock = series["time_s"].to_numpy(dtype=float)
-    frames = np.arange(clock[0], clock[-1] + 1e-9, 1.0 / rate)
+    frames = np.append(np.arange(clock[0], clock[-1] - 0.5 / rate, 1.0 / rate), clock[-1])
     middles = 0.5 * (clock[1:] + clock[:-1])
     rows = series.iloc[np.unique(np.searchsorted(middles, frames))]
     poses = poses_of(rows, geometry, model.inclination)

@@ -29,7 +29,7 @@ GPS_BIAS = 0.5
 """m by which the GPS is north of where the antenna was."""
 
 
-def a_result(duration: float = 10.0, rate: float = 50.0) -> SimulationResult:
+def a_result(duration: float = 14.0, rate: float = 50.0) -> SimulationResult:
     """The run as a simulation would give it, ``rate`` samples a second."""
     time = np.arange(0.0, duration + 1e-9, 1.0 / rate)
     n, omega = len(time), 2.0 * np.pi / PERIOD
@@ -98,7 +98,7 @@ def some_insoles(result: SimulationResult) -> Insoles:
     return Insoles(result.time, left, right, cells(left), cells(right), ())
 
 
-def a_run(duration: float = 10.0, rate: float = 50.0, *, measured: bool = True, **figures: Any) -> Run:
+def a_run(duration: float = 14.0, rate: float = 50.0, *, measured: bool = True, **figures: Any) -> Run:
     """The run with all that a result folder keeps of it; ``figures`` go into its summary."""
     result = a_result(duration, rate)
     model = Model(

@@ -20,7 +20,7 @@ def run() -> Run:
 def test_frames_are_those_of_the_run_in_the_level_frame(run: Run) -> None:
     assert run.geometry is not None
     scene = scene_of(run.series, run.geometry, run.model)
-    assert len(scene.time) == round(10.0 * RATE) + 1
+    assert len(scene.time) == round(14.0 * RATE) + 1
     result = a_result()
     path = (result.com - result.com[0]) @ slope_to_level(INCLINATION).T
     expected = np.stack([np.interp(scene.time, result.time, axis) for axis in path.T], axis=1)

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 from a_run import GPS_BIAS, NAME, a_run
 
 from sssi_exudyn import commands
+from sssi_exudyn.errors import InputError
 from sssi_exudyn.report import render, write_run
 from sssi_exudyn.result_folder import read_measured, read_skeleton
 from sssi_exudyn.validation.page import Section
@@ -59,6 +61,14 @@ def page() -> str:
 @pytest.fixture(scope="module")
 def outline(page: str) -> Outline:
     return Outline(page)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A result folder as a run leaves it."""
+    made = tmp_path_factory.mktemp("result") / "made"
+    write_run(made, a_run())
+    return made
 
 
 def test_page_asks_nothing_of_a_network(page: str, outline: Outline) -> None:
@@ -115,6 +125,46 @@ def test_figures_of_the_page_are_those_of_the_summary(outline: Outline) -> None:
     assert "compiled" in outline.text
 
 
+def test_every_figure_of_the_paper_is_there(outline: Outline) -> None:
+    labels = [str(picture["aria-label"]) for picture in outline.named("svg")]
+    for words, count in (
+        ("trajectory: 141 GPS fixes", 1),
+        ("foot pressure ratio: simulated against insoles, correlation 1.000", 1),
+        ("(°): ", 11),
+        ("path of the centre of mass seen from above", 1),
+        ("(BW): right", 1),
+        ("(N m/kg): ", 5),
+    ):
+        assert sum(words in label for label in labels) == count, words
+    assert "mean and standard deviation over 2 pairs, right turn first" in outline.text
+
+
+def test_turns_in_words_and_in_the_table_are_those_of_the_summary(outline: Outline) -> None:
+    turns = a_run().summary["turns"]
+    assert f"{turns['count']} turns in 14 s, at {turns['each']['mean_speed_mps']['mean']:.1f} m/s" in outline.text
+    assert f"{turns['count']} ({turns['complete']})" in outline.text
+    # skis that point where they go
+    assert "Skis parallel to 0°, turns almost carved" in outline.text
+
+
+def test_a_minute_stays_within_the_budget() -> None:
+    # 3 MB open on a phone in well under 2 s; 150 samples a second are the full model's
+    page = render([a_run(60.0, 150.0)])
+    assert len(page.encode()) < 3e6
+
+
+def test_a_run_without_linked_turns_is_shown_whole(outline: Outline) -> None:
+    shown = Outline(render([a_run(3.0)]))
+    assert "the whole run, for want of two linked turns" in shown.text
+    assert len(shown.named("svg")) == len(outline.named("svg"))
+
+
+def test_a_run_that_stopped_at_once_still_has_a_page() -> None:
+    shown = Outline(render([a_run(0.04, measured=False)]))
+    assert "nan" not in shown.text
+    assert "the whole run" in shown.text
+
+
 def test_several_runs_stand_side_by_side(page: str) -> None:
     other = a_run(recording="big hill", friction={"mu_t": {"value": 0.19, "se": None}})
     both = Outline(render([a_run(), other]))
@@ -144,28 +194,45 @@ def test_what_is_not_known_is_a_dash() -> None:
     assert shown.count("–") >= 8
 
 
-def test_a_result_folder_gives_the_page_again(tmp_path: Path, page: str) -> None:
-    write_run(tmp_path / "res", a_run())
-    assert (tmp_path / "res" / "report.html").read_text(encoding="utf-8") == page
-    made = commands.report([tmp_path / "res"], tmp_path / "again.html")
+def test_a_result_folder_gives_the_page_again(folder: Path, tmp_path: Path, page: str) -> None:
+    assert (folder / "report.html").read_text(encoding="utf-8") == page
+    made = commands.report([folder], tmp_path / "again.html")
     assert made.read_text(encoding="utf-8") == page
 
 
-def test_a_folder_without_skeleton_and_measurements_has_a_page_without_replay(tmp_path: Path) -> None:
-    write_run(tmp_path, a_run())
+def test_the_document_to_print_is_whole_and_the_same_each_time(folder: Path, tmp_path: Path) -> None:
+    made = [commands.report([folder], tmp_path / name).read_bytes() for name in ("one.pdf", "two.pdf")]
+    assert made[0].startswith(b"%PDF")
+    assert made[0].rstrip().endswith(b"%%EOF")
+    # the sentence with Table 1, five figures, and tables
+    assert made[0].count(b"/Type /Page ") >= 7
+    assert made[0] == made[1]
+
+
+def test_a_report_is_html_or_pdf(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"end its name in \.html or \.pdf"):
+        commands.report([tmp_path], tmp_path / "report.docx")
+
+
+def test_a_report_of_no_result_says_so(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"summary\.json: no such file"):
+        commands.report([tmp_path], tmp_path / "report.html")
+
+
+def test_a_folder_without_skeleton_and_measurements_has_a_page_without_replay(folder: Path, tmp_path: Path) -> None:
+    bare = tmp_path / "bare"
+    shutil.copytree(folder, bare)
     for name in ("skeleton.json", "measured.parquet"):
-        (tmp_path / name).unlink()
-    assert read_skeleton(tmp_path) is None
-    assert read_measured(tmp_path) is None
-    shown = Outline(render([read_run(tmp_path)]))
+        (bare / name).unlink()
+    assert read_skeleton(bare) is None
+    assert read_measured(bare) is None
+    shown = Outline(render([read_run(bare)]))
     assert shown.named("canvas") == []
     assert shown.named("script") == []
 
 
-def test_what_was_measured_comes_back_from_the_folder(tmp_path: Path) -> None:
-    run = a_run()
-    write_run(tmp_path, run)
-    again = read_run(tmp_path)
+def test_what_was_measured_comes_back_from_the_folder(folder: Path) -> None:
+    run, again = a_run(), read_run(folder)
     assert run.measured is not None
     assert again.measured is not None
     assert again.measured.equals(run.measured)

@@ -1,0 +1,187 @@
+"""The paper's Figures 5, 7 and 8: angles, contact forces and moments over two linked turns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from scipy.signal import find_peaks
+
+from sssi_exudyn.frames import GRAVITY, Array
+from sssi_exudyn.validation import plots
+from sssi_exudyn.validation.cycle import Cycle
+from sssi_exudyn.validation.panels import Key, Panel, Plot
+from sssi_exudyn.validation.run import Run
+
+RIGHT: Final = "-"
+LEFT: Final = "--"
+"""Line styles of the sides, as the paper has them."""
+_TRUNK: Final = ("pelvis", "lumbar")
+ANGLES: Final = (
+    ("hip_flexion", 1.0, "hip flexion"),
+    ("hip_adduction", 1.0, "hip adduction"),
+    ("hip_rotation", 1.0, "hip internal rotation"),
+    ("knee_angle", -1.0, "knee extension"),
+    ("ankle_angle", 1.0, "ankle dorsiflexion"),
+    ("pelvis_tilt", 1.0, "pelvis backward tilt"),
+    ("pelvis_list", 1.0, "pelvis right list"),
+    ("pelvis_rotation", 1.0, "pelvis left rotation"),
+    ("lumbar_extension", 1.0, "lumbar extension"),
+    ("lumbar_bending", 1.0, "lumbar right bending"),
+    ("lumbar_rotation", 1.0, "lumbar left rotation"),
+)
+"""Figure 5: coordinate, sign that makes positive what the name says, name.  Knees are kept flexion positive."""
+MOMENTS: Final = (
+    ("hip_flexion", "hip flexion"),
+    ("hip_adduction", "hip adduction"),
+    ("hip_rotation", "hip internal rotation"),
+    ("knee_angle", "knee flexion"),
+    ("ankle_angle", "ankle dorsiflexion"),
+)
+"""Figure 8."""
+_AROUND: Final = 0.2
+"""Share of a turn before and after the transition in which a spike counts as the transition's."""
+_SPIKE: Final = 0.3
+"""Share of a curve's range by which a spike stands out."""
+
+
+def figure_5(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
+    panels = []
+    for name, sign, words in ANGLES:
+        series = [
+            (index, style, f"{run.name}{side}", _degrees(run, coordinate, sign))
+            for index, run in enumerate(runs)
+            for coordinate, style, side in _sides(name)
+        ]
+        panels.append(_curves(f"{words} (°)", series, cycles))
+    return Plot(
+        "Figure 5: joint angles over two linked turns",
+        f"Positive is what each panel is called. {_what_is_shown(runs, cycles)}",
+        tuple(panels),
+        (*_of_runs(runs), *_of_sides()),
+        3.3,
+        2.0,
+    )
+
+
+def _degrees(run: Run, coordinate: str, sign: float) -> Array:
+    values = run.series[f"{coordinate}_deg"].to_numpy(dtype=float)
+    return sign * np.unwrap(values, period=360.0)
+
+
+def figure_7(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
+    panels = []
+    for index, (run, cycle) in enumerate(zip(runs, cycles, strict=True)):
+        weight = GRAVITY * run.model.skier.mass
+        series = [
+            (index, style, side, run.series[f"{side}_load_N"].to_numpy(dtype=float) / weight)
+            for style, side in ((RIGHT, "right"), (LEFT, "left"))
+        ]
+        panels.append(_curves(f"{run.name} (BW)", series, {index: cycle}, phases=True))
+    return Plot(
+        "Figure 7: ski-snow contact forces over two linked turns",
+        "The snow's normal force on each ski over the skier's body weight; vertical lines are transitions, dashed "
+        f"ones the bounds of the phases. {_what_is_shown(runs, cycles)}",
+        tuple(panels),
+        (*_of_runs(runs), *_of_sides()),
+        4.6,
+        2.4,
+    )
+
+
+def figure_8(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
+    panels = []
+    for name, words in MOMENTS:
+        series = [
+            (index, style, f"{run.name}{side}", run.series[f"{joint}_moment_Nm"].to_numpy() / run.model.skier.mass)
+            for index, run in enumerate(runs)
+            for joint, style, side in _sides(name)
+        ]
+        panels.append(_curves(f"{words} (N m/kg)", series, cycles, mark_spikes=True))
+    return Plot(
+        "Figure 8: joint moments over two linked turns",
+        "Positive is what each panel is called, a kilogram of the skier; diamonds are spikes at the transition between "
+        f"the turns. {_what_is_shown(runs, cycles)}",
+        tuple(panels),
+        (*_of_runs(runs), *_of_sides()),
+        3.3,
+        2.0,
+    )
+
+
+Series = tuple[int, str, str, Array]
+"""Index of the run, line style, name, values (n,)."""
+
+
+def _curves(
+    title: str,
+    series: Sequence[Series],
+    cycles: Sequence[Cycle] | Mapping[int, Cycle],
+    *,
+    phases: bool = False,
+    mark_spikes: bool = False,
+) -> Panel:
+    curves = [(index, style, name, cycles[index].curve(values)) for index, style, name, values in series]
+    shown = {index: cycles[index] for index, *_ in series}
+
+    def draw(axes: Axes) -> None:
+        for index, cycle in shown.items():
+            for mark in cycle.transitions:
+                axes.axvline(mark, color=_colour(index), linewidth=0.8, alpha=0.6)
+            for mark in cycle.phases if phases else ():
+                axes.axvline(mark, color=_colour(index), linewidth=0.8, alpha=0.6, linestyle=LEFT)
+        for index, style, _, curve in curves:
+            low, high = curve.mean - curve.spread, curve.mean + curve.spread
+            axes.fill_between(curve.time, low, high, color=_colour(index), alpha=0.18, linewidth=0)
+            axes.plot(curve.time, curve.mean, color=_colour(index), linestyle=style)
+            if mark_spikes and shown[index].pairs:
+                at = spikes(curve.time, curve.mean, shown[index])
+                axes.plot(curve.time[at], curve.mean[at], "D", color=_colour(index), markersize=4.5)
+        axes.margins(x=0.01)
+        axes.set(xlabel="time (s)")
+
+    said = "; ".join(f"{name} {np.min(c.mean):.2g} to {np.max(c.mean):.2g}" for _, _, name, c in curves)
+    return Panel(title, said, draw)
+
+
+def spikes(time: Array, values: Array, cycle: Cycle) -> list[int]:
+    """Indices where the curve has a spike, up or down, at the transition between the two turns."""
+    middle = cycle.transitions[1]
+    window = _AROUND * float(np.mean(cycle.durations))
+    least = _SPIKE * float(np.ptp(values))
+    found = [i for sign in (1.0, -1.0) for i in find_peaks(sign * values, prominence=least)[0]]
+    return [int(i) for i in found if abs(time[i] - middle) <= window]
+
+
+def _sides(name: str) -> tuple[tuple[str, str, str], ...]:
+    """Coordinate, line style and name of each side; the trunk has none."""
+    if name.startswith(_TRUNK):
+        return ((name, RIGHT, ""),)
+    return ((f"{name}_r", RIGHT, ", right"), (f"{name}_l", LEFT, ", left"))
+
+
+def _colour(index: int) -> str:
+    return plots.COLOURS[index % len(plots.COLOURS)]
+
+
+def _of_runs(runs: Sequence[Run]) -> tuple[Key, ...]:
+    return tuple(Key(index % len(plots.COLOURS), "-", run.name) for index, run in enumerate(runs))
+
+
+def _of_sides() -> tuple[Key, ...]:
+    return Key(None, RIGHT, "right"), Key(None, LEFT, "left")
+
+
+def _what_is_shown(runs: Sequence[Run], cycles: Sequence[Cycle]) -> str:
+    """How many pairs of turns a mean is over."""
+    told = [
+        f"{run.name}: mean and standard deviation over {len(cycle.pairs)} pairs, {cycle.pairs[0][0].side} turn first"
+        if len(cycle.pairs) > 1
+        else f"{run.name}: one pair of turns, {cycle.pairs[0][0].side} turn first"
+        if cycle.pairs
+        else f"{run.name}: the whole run, for want of two linked turns"
+        for run, cycle in zip(runs, cycles, strict=True)
+    ]
+    return "; ".join(told)

@@ -1,0 +1,102 @@
+"""Two linked turns, a right one and a left one, as the paper shows its runs: the mean over all such pairs of a run,
+with their spread.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.frames import Array
+from sssi_exudyn.turns import LEAST_SAMPLES, Turn, Turns, find_turns
+
+SAMPLES: Final = 100
+"""Points a turn: 20 ms apart in a turn of 2 s, half a period of what a filter of 6 Hz leaves in eight."""
+
+Pair = tuple[Turn, Turn]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A quantity over two linked turns.
+
+    time : (m,) s from the first transition
+    mean, spread : (m,) over the pairs; the standard deviation is NaN where there is one pair only
+    """
+
+    time: Array
+    mean: Array
+    spread: Array
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """Which turns are shown together, and on which time axis: each turn stretched to the mean duration of its kind.
+
+    A run without two linked turns is shown whole, as it was: ``pairs`` is empty.
+
+    samples : (n,) s, when the run was sampled
+    """
+
+    samples: Array
+    turns: Turns
+    pairs: tuple[Pair, ...]
+
+    @property
+    def durations(self) -> Array:
+        """(2,) s, mean duration of first and second turn."""
+        return np.asarray(np.mean([[turn.duration for turn in pair] for pair in self.pairs], axis=0))
+
+    @property
+    def transitions(self) -> Array:
+        """(k,) s from the start of the axis."""
+        if self.pairs:
+            return np.concatenate([[0.0], np.cumsum(self.durations)])
+        bounds = {bound for turn in self.turns.turns for bound in (turn.start, turn.end)}
+        return np.asarray(np.array(sorted(bounds)) - self.samples[0])
+
+    @property
+    def phases(self) -> Array:
+        """(k,) s from the start of the axis: where control and completion begin."""
+        if self.pairs:
+            marks = self.transitions
+            return np.array([a + (b - a) * third / 3.0 for a, b in pairwise(marks) for third in (1, 2)])
+        bounds = [turn.phases[name][0] for turn in self.turns.turns for name in ("control", "completion")]
+        return np.asarray(np.array(bounds) - self.samples[0])
+
+    @property
+    def shown(self) -> tuple[float, float]:
+        """Begin and end (s, the recording's clock) of one pair, the one in the middle of the run; else of the run."""
+        if not self.pairs:
+            return float(self.samples[0]), float(self.samples[-1])
+        first, second = self.pairs[len(self.pairs) // 2]
+        return first.start, second.end
+
+    def curve(self, values: Array) -> Curve:
+        """The mean of ``values`` (n,), known at ``samples``, over the pairs."""
+        if not self.pairs:
+            return Curve(self.samples - self.samples[0], values, np.full(len(values), np.nan))
+        share = np.linspace(0.0, 1.0, SAMPLES)
+        rows = [
+            np.concatenate([np.interp(turn.start + share * turn.duration, self.samples, values) for turn in pair])
+            for pair in self.pairs
+        ]
+        first, second = self.durations
+        time = np.concatenate([first * share, first + second * share])
+        spread = np.std(rows, axis=0, ddof=1) if len(rows) > 1 else np.full(len(time), np.nan)
+        return Curve(time, np.mean(rows, axis=0), spread)
+
+
+def cycle_of(time: Array, path: Array) -> Cycle:
+    """The linked turns of a path (n, ≥ 2) m known at ``time`` (n,) s, the right one first; where no pair begins with a
+    right turn, the left one first.
+    """
+    if len(time) < LEAST_SAMPLES:
+        return Cycle(time, Turns((), ()), ())
+    turns = find_turns(time, path)
+    linked = turns.linked()
+    from_right = tuple(pair for pair in linked if pair[0].side == "right")
+    return Cycle(time, turns, from_right or linked)

@@ -1,0 +1,149 @@
+"""The paper's Figures 4 and 6: where the run went, against what was measured, and how the skier stood on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from sssi_exudyn.chain import SEGMENT
+from sssi_exudyn.frames import Array, slope_to_enu
+from sssi_exudyn.validation import plots
+from sssi_exudyn.validation.cycle import Cycle
+from sssi_exudyn.validation.metrics import at_times, pressure_ratio
+from sssi_exudyn.validation.panels import Key, Panel, Plot
+from sssi_exudyn.validation.replay import poses_of
+from sssi_exudyn.validation.run import Run
+
+_KINDS: Final = ("trajectory", "distance to the GPS", "foot pressure ratio")
+_TRACK, _DISTANCE, _RATIO = _KINDS
+_INSTANTS: Final = 12
+"""How often skis, hips and shoulders are drawn along a turn."""
+
+
+def figure_4(runs: Sequence[Run]) -> Plot:
+    by_run = [_against_measured(run) for run in runs]
+    panels = [each[kind] for kind in _KINDS for each in by_run if kind in each]
+    return Plot(
+        "Figure 4: simulated and measured",
+        "Trajectory of the antenna in the slope's plane, its distance to the GPS fixes with the fixes' standard "
+        "deviation as a band, and the left foot's share of the load",
+        tuple(panels),
+        (Key(1, "-", "simulated"), Key(0, ".", "GPS"), Key(0, "--", "insoles")),
+        4.6,
+        2.3,
+    )
+
+
+def _against_measured(run: Run) -> dict[str, Panel]:
+    """A panel for each of ``_KINDS`` that something was measured for."""
+    if run.measured is None:
+        return {}
+    panels: dict[str, Panel] = {}
+    within = run.measured[run.measured["time_s"].between(run.time[0], run.time[-1])]
+    antenna = run.slope("antenna", "m")
+    if "gps_east_m" in within and np.all(np.isfinite(antenna)):
+        seen = within.dropna(subset=["gps_east_m"])
+        when, sigma = seen["time_s"].to_numpy(), seen["gps_sigma_m"].to_numpy()
+        enu = seen[["gps_east_m", "gps_north_m", "gps_up_m"]].to_numpy()
+        fixes = enu @ slope_to_enu(run.model.inclination, run.model.fall_line_azimuth)
+        simulated = plots.antenna_of(run.series)
+        error = np.linalg.norm((at_times(run.time, simulated, when) - enu)[:, :2], axis=1)
+
+        def track(axes: Axes) -> None:
+            axes.plot(fixes[:, 0], fixes[:, 1], ".", color=plots.COLOURS[0], markersize=3.0)
+            axes.plot(antenna[:, 0], antenna[:, 1], color=plots.COLOURS[1], linewidth=1.2)
+            axes.set_aspect("equal", adjustable="datalim")
+            axes.set(xlabel="down the fall line (m)", ylabel="to the left (m)")
+
+        def distance(axes: Axes) -> None:
+            axes.fill_between(when, sigma, color=plots.COLOURS[0], alpha=0.25, linewidth=0)
+            axes.plot(when, error, color=plots.COLOURS[1])
+            axes.set_ylim(bottom=0.0)
+            axes.set(xlabel="time (s)", ylabel="distance (m)")
+
+        if len(seen) > 1:
+            mean = f"{np.mean(error):.3f} m on average, {np.max(error):.3f} m at most"
+            panels[_TRACK] = Panel(f"{run.name}: {_TRACK}", f"{len(seen)} GPS fixes and the simulated track", track)
+            panels[_DISTANCE] = Panel(f"{run.name}: {_DISTANCE}", mean, distance)
+    if "left_insole_N" in within:
+        seen = within.dropna(subset=["left_insole_N"])
+        felt = seen["time_s"].to_numpy()
+        measured = plots.filtered_ratio(felt, seen["left_insole_N"].to_numpy(), seen["right_insole_N"].to_numpy())
+        ratio = pressure_ratio(*(run.series[f"{side}_sole_N"].to_numpy(dtype=float) for side in ("left", "right")))
+
+        def share(axes: Axes) -> None:
+            axes.plot(felt, measured, color=plots.COLOURS[0], linestyle="--")
+            axes.plot(run.time, ratio, color=plots.COLOURS[1])
+            axes.set_ylim(-0.02, 1.02)
+            axes.set(xlabel="time (s)", ylabel="left over both (1)")
+
+        correlation = run.summary["pressure_ratio"]["correlation"]
+        agreement = "" if correlation is None else f", correlation {correlation:.3f}"
+        panels[_RATIO] = Panel(f"{run.name}: {_RATIO}", f"simulated against insoles{agreement}", share)
+    return panels
+
+
+def figure_6(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
+    panels = [
+        Panel(
+            run.name,
+            "path of the centre of mass seen from above, with skis, hips and shoulders at even times, "
+            f"from {cycle.shown[0]:.1f} s to {cycle.shown[1]:.1f} s",
+            _seen_from_above(run, cycle),
+        )
+        for run, cycle in zip(runs, cycles, strict=True)
+        if run.geometry is not None
+    ]
+    return Plot(
+        "Figure 6: trajectories in the slope's plane",
+        "Seen from above, the fall line downwards: two linked turns from the middle of the run",
+        tuple(panels),
+        (
+            Key(3, ":", "centre of mass"),
+            Key(0, "-", "right ski"),
+            Key(1, "-", "left ski"),
+            Key(4, "-", "shoulders"),
+            Key(2, "-", "hips"),
+        ),
+        4.6,
+        6.4,
+    )
+
+
+def _seen_from_above(run: Run, cycle: Cycle) -> Callable[[Axes], None]:
+    begin, end = cycle.shown
+    turns = max(1, sum(begin <= turn.start and turn.end <= end for turn in cycle.turns.turns))
+    times = np.linspace(begin, end, _INSTANTS * turns + 1)
+    rows = np.searchsorted(run.time, times).clip(0, len(run.time) - 1)
+    path = run.com[(run.time >= begin) & (run.time <= end)]
+    com, down = run.com[rows], path[0, 0]
+    assert run.geometry is not None
+    origin = poses_of(run.series.iloc[rows], run.geometry, run.model.inclination).origin
+    ski = run.model.ski
+    reach = np.array([-ski.boot_centre, ski.length - ski.boot_centre])
+
+    def of_ski(side: str) -> Array:
+        """(k, 2, 3) m, its tail and tip."""
+        foot, forward = run.slope(f"{side}_foot", "m")[rows], run.slope(f"{side}_foot_forward", "1")[rows]
+        return np.asarray(foot[:, None] + reach[:, None] * forward[:, None])
+
+    def through(joint: str, longer: float) -> Array:
+        """(k, 2, 3) m: a line through both joints, longer at each end by that share of their distance."""
+        left, right = origin[:, SEGMENT[f"{joint}_l"]], origin[:, SEGMENT[f"{joint}_r"]]
+        return np.stack([left + longer * (left - right), right + longer * (right - left)], axis=1)
+
+    lines = ((of_ski("left"), 1), (of_ski("right"), 0), (through("humerus", 0.4), 4), (through("femur", 0.8), 2))
+
+    def draw(axes: Axes) -> None:
+        axes.plot(path[:, 1], path[:, 0] - down, ":", color=plots.COLOURS[3])
+        axes.plot(com[:, 1], com[:, 0] - down, "o", color=plots.COLOURS[3], markersize=3.0)
+        for ends, colour in lines:
+            axes.plot(ends[..., 1].T, ends[..., 0].T - down, color=plots.COLOURS[colour], linewidth=1.4)
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.invert_yaxis()
+        axes.set(xlabel="to the left (m)", ylabel="down the fall line (m)")
+
+    return draw
