@@ -53,8 +53,8 @@ def _against_measured(run: Run) -> dict[str, Panel]:
         error = np.linalg.norm((at_times(run.time, simulated, when) - enu)[:, :2], axis=1)
 
         def track(axes: Axes) -> None:
-            axes.plot(fixes[:, 0], fixes[:, 1], ".", color=plots.COLOURS[0], markersize=3.0)
-            axes.plot(antenna[:, 0], antenna[:, 1], color=plots.COLOURS[1], linewidth=1.2)
+            axes.plot(fixes[:, 0], fixes[:, 1], ".", color=plots.COLOURS[0], markersize=6.0)
+            axes.plot(antenna[:, 0], antenna[:, 1], color=plots.COLOURS[1], linewidth=1.0)
             axes.set_aspect("equal", adjustable="datalim")
             axes.set(xlabel="down the fall line (m)", ylabel="to the left (m)")
 

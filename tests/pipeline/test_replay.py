@@ -1,6 +1,8 @@
 """The replay's numbers: what is packed for the page is where the run was."""
 
 import base64
+import re
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -8,7 +10,8 @@ from a_run import AZIMUTH, INCLINATION, MASS, SPEED, a_result, a_run
 
 from sssi_exudyn.chain import SEGMENT
 from sssi_exudyn.frames import GRAVITY, slope_to_level
-from sssi_exudyn.validation.replay import RATE, STATIONS, packed, scene_of
+from sssi_exudyn.validation.plots import COLOURS
+from sssi_exudyn.validation.replay import RATE, STATIONS, packed, player, scene_of
 from sssi_exudyn.validation.run import Run
 
 
@@ -78,3 +81,33 @@ def test_every_segment_is_drawn(run: Run) -> None:
     drawn = {int(point) for bone in data["bones"] for point in bone[:2]} | set(data["head"])
     assert set(range(len(SEGMENT))) <= drawn
     assert max(drawn) < data["feet"]
+
+
+def script(name: str) -> str:
+    return (resources.files("sssi_exudyn.validation") / name).read_text(encoding="utf-8")
+
+
+def test_script_and_page_speak_of_the_same_things(run: Run) -> None:
+    # Without a browser: all that the script takes from its data, its controls and the theme has to be there.
+    assert run.geometry is not None
+    data = packed(scene_of(run.series, run.geometry, run.model), run.name, run.model)
+    code, html, theme = script("replay.js"), player(data), script("page.css")
+    taken = set(re.findall(r"this\.data\.(\w+)", code))
+    for names in re.findall(r"\{([\w, ]+)\} = this\.data", code):
+        taken |= {name.strip() for name in names.split(",")}
+    assert taken <= data.keys()
+    assert data.keys() - taken <= {"name"}
+    assert {"path", "around", "forces", "bones", "skis"} <= taken
+    controls = set(re.findall(r'control\("(\w+)"\)|\[name=(\w+)\]', code))
+    wanted = {first or second for first, second in controls}
+    assert wanted == set(re.findall(r' name="(\w+)"', html))
+    colours = set(re.findall(r'colour\("([\w-]+)"\)', code)) | set(re.findall(r'"(c\d)"', code))
+    assert {"paper", "grid", "head", "trunk", "path", "c1", "c2"} <= colours
+    assert colours <= set(re.findall(r"--([\w-]+):", theme))
+    views = set(re.findall(r"(\w+): \[", code[code.index("VIEWS") : code.index("};", code.index("VIEWS"))]))
+    assert views == set(re.findall(r"<option>(\w+)</option>", html))
+
+
+def test_colours_of_plots_are_those_of_the_theme() -> None:
+    light = script("page.css").partition("@media")[0]
+    assert re.findall(r"--c\d: (#\w+);", light) == list(COLOURS)
