@@ -87,6 +87,7 @@ def _sheets(runs: Sequence[Run]) -> list[tuple[str, tables.Table]]:
         ("Simulation against instruments", tables.agreement(runs)),
         ("Energy from start to end", tables.energy(runs)),
         ("Skeleton against capture: orientation, rms (largest), and place of the joint", tables.capture(runs)),
+        ("What to know of the recording", tables.notices(runs)),
         ("Health of the solver", tables.health(runs)),
         ("Where this comes from", tables.provenance(runs)),
     ]
@@ -94,7 +95,7 @@ def _sheets(runs: Sequence[Run]) -> list[tuple[str, tables.Table]]:
 
 def _plots(runs: Sequence[Run]) -> list[Plot]:
     """Figures 4 to 8, without those that nothing is known for."""
-    cycles = [cycle_of(run.time, run.com) for run in runs]
+    cycles = [cycle_of(run.time, run.turns) for run in runs]
     drawn = [figure_4(runs), *(figure(runs, cycles) for figure in (figure_5, figure_6, figure_7, figure_8))]
     return [plot for plot in drawn if plot.panels]
 

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.frames import Array
-from sssi_exudyn.turns import LEAST_SAMPLES, Turn, Turns, find_turns
+from sssi_exudyn.turns import Turn, Turns
 
 SAMPLES: Final = 100
 """Points a turn: 20 ms apart in a turn of 2 s, half a period of what a filter of 6 Hz leaves in eight."""
@@ -90,13 +90,10 @@ class Cycle:
         return Curve(time, np.mean(rows, axis=0), spread)
 
 
-def cycle_of(time: Array, path: Array) -> Cycle:
-    """The linked turns of a path (n, ≥ 2) m known at ``time`` (n,) s, the right one first; where no pair begins with a
-    right turn, the left one first.
+def cycle_of(time: Array, turns: Turns) -> Cycle:
+    """The linked ones of the ``turns`` of a run sampled at ``time`` (n,) s, the right one first; where no pair begins
+    with a right turn, the left one first.
     """
-    if len(time) < LEAST_SAMPLES:
-        return Cycle(time, Turns((), ()), ())
-    turns = find_turns(time, path)
     linked = turns.linked()
     from_right = tuple(pair for pair in linked if pair[0].side == "right")
     return Cycle(time, turns, from_right or linked)

@@ -25,6 +25,7 @@ from sssi_exudyn.result_folder import (
     read_summary,
     read_turns,
 )
+from sssi_exudyn.turns import LEAST_SAMPLES, Turns, find_turns
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,11 @@ class Run:
     def com(self) -> Array:
         """(n, 3) m, centre of mass in the slope frame."""
         return self.slope("com", "m")
+
+    @cached_property
+    def turns(self) -> Turns:
+        """The turns of the centre of mass; none where the run stopped at once."""
+        return find_turns(self.time, self.com) if len(self.time) >= LEAST_SAMPLES else Turns((), ())
 
     def slope(self, name: str, unit: str) -> Array:
         """(n, 3) the vector of that name in the slope frame, in the unit its columns have."""

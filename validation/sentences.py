@@ -14,8 +14,11 @@ SKIDDED_DEG: Final = 12.0
 
 
 def in_words(runs: Sequence[Run]) -> list[str]:
-    """What came out: the skiing and the agreement of each recording, and for two how they differ."""
-    said = [f"{run.name}: {_skiing(run.summary)}{_agreement(run.summary)}" for run in runs]
+    """What came out: the skiing and the agreement of each recording, what was found missing, and how two differ."""
+    said = [
+        f"{run.name}: {_stopped(run.summary)}{_skiing(run.summary)}{_agreement(run.summary)}{_missing(run.summary)}"
+        for run in runs
+    ]
     if len(runs) == 2:
         said += _difference(*runs)
     return said
@@ -46,6 +49,16 @@ def _skiing(summary: Mapping[str, Any]) -> str:
         words += f" Skis {skis}, turns {edge}: the skis point {steering:.0f}° off the way they go"
         words += "." if share is None else f", and the outside one bears {100.0 * share:.0f} % of the load in mid-turn."
     return words + " "
+
+
+def _stopped(summary: Mapping[str, Any]) -> str:
+    reason = summary.get("diverged")
+    return f"The simulation gave up before the end ({reason}); this is the part until then. " if reason else ""
+
+
+def _missing(summary: Mapping[str, Any]) -> str:
+    sentence = (summary.get("diagnosis") or {}).get("sentence")
+    return f" {sentence}" if sentence else ""
 
 
 def _agreement(summary: Mapping[str, Any]) -> str:

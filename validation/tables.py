@@ -175,6 +175,11 @@ def capture(runs: Sequence[Run]) -> Table:
     return _sheet(runs, [], rows)
 
 
+def notices(runs: Sequence[Run]) -> Table:
+    """What the reader should know of a recording, such as what had to be estimated: a row a notice."""
+    return [["", "notice"], *([run.name, str(notice)] for run in runs for notice in run.summary.get("notices") or ())]
+
+
 def health(runs: Sequence[Run]) -> Table:
     """What solver and fit say of themselves."""
     units = {"simulated_s": "simulated time (s)", "wall_s": "computing time (s)"}

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sssi_exudyn.frames import Array
+from sssi_exudyn.turns import find_turns
 from sssi_exudyn.validation.curve_figures import spikes
 from sssi_exudyn.validation.cycle import SAMPLES, Cycle, cycle_of
 
@@ -19,7 +20,7 @@ def swinging(side: float = 1.0) -> Array:
 
 @pytest.fixture
 def cycle() -> Cycle:
-    return cycle_of(TIME, swinging())
+    return cycle_of(TIME, find_turns(TIME, swinging()))
 
 
 def test_pairs_begin_with_a_right_turn_and_are_as_long_as_the_turns(cycle: Cycle) -> None:
@@ -31,7 +32,7 @@ def test_pairs_begin_with_a_right_turn_and_are_as_long_as_the_turns(cycle: Cycle
 
 
 def test_mirrored_the_same_run_still_begins_with_a_right_turn() -> None:
-    assert cycle_of(TIME, swinging(-1.0)).pairs[0][0].side == "right"
+    assert cycle_of(TIME, find_turns(TIME, swinging(-1.0))).pairs[0][0].side == "right"
 
 
 def test_the_mean_of_what_repeats_is_itself_and_does_not_spread(cycle: Cycle) -> None:
@@ -54,7 +55,7 @@ def test_the_spread_is_that_between_the_pairs(cycle: Cycle) -> None:
 
 
 def test_straight_down_there_is_the_whole_run() -> None:
-    straight = cycle_of(TIME, np.column_stack([8.0 * TIME, np.zeros(len(TIME))]))
+    straight = cycle_of(TIME, find_turns(TIME, np.column_stack([8.0 * TIME, np.zeros(len(TIME))])))
     assert straight.pairs == ()
     assert straight.shown == (TIME[0], TIME[-1])
     np.testing.assert_array_equal(straight.curve(PHASE).mean, PHASE)

@@ -153,6 +153,15 @@ def test_a_minute_stays_within_the_budget() -> None:
     assert len(page.encode()) < 3e6
 
 
+def test_what_went_wrong_and_what_was_missing_is_said_first() -> None:
+    told = {"diverged": "no step at 3.2 s", "diagnosis": {"sentence": "A gust blows."}, "notices": ["Slope estimated."]}
+    shown = Outline(render([a_run(3.0, **told)])).text
+    lead = shown[: shown.index("The run")]
+    assert "gave up before the end (no step at 3.2 s)" in lead
+    assert "A gust blows." in lead
+    assert shown.index("Slope estimated.") > shown.index("What to know of the recording")
+
+
 def test_a_run_without_linked_turns_is_shown_whole(outline: Outline) -> None:
     shown = Outline(render([a_run(3.0)]))
     assert "the whole run, for want of two linked turns" in shown.text
