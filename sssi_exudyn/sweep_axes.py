@@ -46,14 +46,14 @@ def axes_of(file: SweepFile, declared: Mapping[str, Parameter]) -> tuple[Axis, .
             raise InputError(file.path, f"{place} name", f"nothing declares {name!r}", _mend(name, near, declared))
         _check_effect(file, name, place)
         axes.append(_axis(declared[name], table, file, place))
-    if file.design.kind == "list" and len({len(axis.values) for axis in axes}) > 1:
-        lengths = ", ".join(f"{axis.name} {len(axis.values)}" for axis in axes)
+    if file.design.kind == "list" and len({len(axis.levels) for axis in axes}) > 1:
+        lengths = ", ".join(f"{axis.name} {len(axis.levels)}" for axis in axes)
         raise InputError(file.path, "[[parameter]] values", f"lists of several lengths: {lengths}", "make them one")
     if file.design.kind not in LISTED and not axes:
         raise InputError(
             file.path, "[[parameter]]", "there is nothing to draw", "add a parameter, or leave out [design]"
         )
-    if file.design.kind == "grid" and math.prod(len(axis.values) for axis in axes) > LARGEST:
+    if file.design.kind == "grid" and math.prod(len(axis.levels) for axis in axes) > LARGEST:
         raise InputError(file.path, "[[parameter]]", f"more than {LARGEST} points", "give fewer values")
     return tuple(axes)
 

@@ -29,7 +29,7 @@ class Axis:
     """One parameter of a sweep: the values it takes, or for drawn designs its least and greatest."""
 
     parameter: Parameter
-    values: tuple[float | str, ...]
+    levels: tuple[float | str, ...]
 
     @property
     def name(self) -> str:
@@ -54,15 +54,15 @@ def points_of(design: Design, axes: Sequence[Axis]) -> list[tuple[float | str, .
     Sobol's indices take N (2 d + 2) points, Morris's N (d + 1).  Raises SssiError where SALib is needed and missing.
     """
     if design.kind == "grid" or not axes:
-        return list(itertools.product(*(axis.values for axis in axes)))
+        return list(itertools.product(*(axis.levels for axis in axes)))
     if design.kind == "list":
-        return list(zip(*(axis.values for axis in axes), strict=True))
+        return list(zip(*(axis.levels for axis in axes), strict=True))
     return [tuple(map(float, row)) for row in _drawn(design, axes)]
 
 
 def problem_of(axes: Sequence[Axis]) -> dict[str, Any]:
     """The axes as SALib names them."""
-    bounds = [[float(axis.values[0]), float(axis.values[-1])] for axis in axes]
+    bounds = [[float(axis.levels[0]), float(axis.levels[-1])] for axis in axes]
     return {"num_vars": len(axes), "names": [axis.name for axis in axes], "bounds": bounds}
 
 

@@ -53,7 +53,7 @@ def performed(folder: Path, job: Job, run: Run) -> str:
 
 def outcome_of(job: Job, run: Run, folder: Path) -> Record:
     """Do the run; its record, whatever happens in it.  A series is kept in ``folder`` first."""
-    begin = clock.perf_counter()
+    begin, busy = clock.perf_counter(), clock.process_time()
     status, told = DONE, ""
     figures: Figures = {}
     try:
@@ -78,6 +78,7 @@ def outcome_of(job: Job, run: Run, folder: Path) -> Record:
         "error": told,
         "figures": figures,
         "wall_s": clock.perf_counter() - begin,
+        "cpu_s": clock.process_time() - busy,
         "worker": os.getpid(),
         "memory_MB": _resident() / 1e6,
     }
@@ -93,6 +94,7 @@ def crashed(run: Run) -> Record:
         "error": "the process that ran it died, alone and more than once",
         "figures": {},
         "wall_s": None,
+        "cpu_s": None,
         "worker": None,
         "memory_MB": None,
         "begin": now,

@@ -43,6 +43,7 @@ _TIMINGS: Final = {
     "begin": "s since 1970",
     "end": "s since 1970",
     "wall_s": "s of computing",
+    "cpu_s": "s of a core's time",
     "worker": "process that did it",
     "memory_MB": "that process's memory at the end of the run",
     "attempt": "0 for the first",

@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
+import pandas as pd
 import tomli_w
 
 from sssi_exudyn.errors import InputError
@@ -21,6 +22,8 @@ from sssi_exudyn.progress import Progress, Stage
 from sssi_exudyn.result_folder import held, locked, to_json, write_atomically
 from sssi_exudyn.sweep_drive import do_all
 from sssi_exudyn.sweep_file import SweepFile, read_sweep, sweep_from
+from sssi_exudyn.sweep_indices import indices_of
+from sssi_exudyn.sweep_page import PAGE, render_sweep
 from sssi_exudyn.sweep_plan import Plan, Run, planned
 from sssi_exudyn.sweep_pools import Cluster, pool_of
 from sssi_exudyn.sweep_records import DONE, STATUSES, Record, gather, last_records, tidy
@@ -29,6 +32,7 @@ from sssi_exudyn.sweep_table import origin_of, same_versions, write_tables
 FILE: Final = "sweep.toml"
 """The copy of a sweep's file in its folder, a whole sweep file itself."""
 ORIGIN: Final = "sweep.json"
+INDICES: Final = "indices.csv"
 _SILENT: Final = Progress()
 
 
@@ -122,8 +126,15 @@ def _go_on(
             gather(out)
             tidy(out)
             records, repeated = last_records(out)
-            write_tables(out, plan, records)
+            _told(out, plan, write_tables(out, plan, records))
     return _counts(origin, records, repeated)
+
+
+def _told(out: Path, plan: Plan, table: pd.DataFrame) -> None:
+    """Leave the indices and the page of the sweep's table."""
+    indices = indices_of(plan, table)
+    write_atomically(out / INDICES, indices.to_csv(index=False, lineterminator="\n"))
+    write_atomically(out / PAGE, render_sweep(plan, table, indices))
 
 
 def _begun(plan: Plan, out: Path) -> dict[str, Any]:

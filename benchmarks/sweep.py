@@ -1,0 +1,103 @@
+"""How well sweeps use their workers: 500 runs of the reduced model on the example recordings, by pool and workers.
+
+    python benchmarks/sweep.py --json FILE [--blocks 5]
+
+Pools take turns block by block, so that whatever else the machine does meets all of them.  For each pool
+
+- span: s from the first run's beginning to the last one's end, summed over the blocks;  start: s before that
+- speed-up and efficiency: of spans, against one process
+- busy: share of workers' spans that they spent in runs, which other work on the machine does not change much
+- cpu: s of a core's time a run;  memory: MB of a worker's at its tenth, middle and last run
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from sssi_exudyn import sweeps
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+RUNS = 500
+POOLS: tuple[tuple[str, int, dict[str, Any]], ...] = (
+    ("processes", 1, {}),
+    ("processes", 2, {}),
+    ("processes", 4, {}),
+    ("dask", 2, {"cluster": "local"}),
+    ("dask", 4, {"cluster": "local"}),
+)
+
+
+def block(folder: Path, number: int, blocks: int, workers: int, options: dict[str, Any]) -> pd.DataFrame:
+    """One block's timings, with the s that passed before its first run began."""
+    count = RUNS // blocks // 2
+    low, high = 0.04 + 0.001 * number, 0.12 + 0.001 * number
+    settings = {
+        "format": 1,
+        "recordings": [str(EXAMPLES / name) for name in ("beginner", "intermediate")],
+        "parameter": [{"name": "friction.mu_t", "low": low, "high": high, "count": count}],
+    }
+    begin = time.time()
+    counts = sweeps.sweep(settings, folder, workers=workers, **options)
+    assert counts["done"] == 2 * count
+    assert counts["repeated"] == 0
+    timings = pd.read_parquet(folder / "timings.parquet")
+    timings["start"] = timings["begin"].min() - begin
+    return timings.sort_values("end")
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser()
+    arguments.add_argument("--json", type=Path, required=True)
+    arguments.add_argument("--blocks", type=int, default=5)
+    options = arguments.parse_args()
+    found: dict[tuple[str, int], list[pd.DataFrame]] = {}
+    loads = []
+    for number in range(options.blocks):
+        for name, workers, given in POOLS:
+            with tempfile.TemporaryDirectory() as folder:
+                loads.append(os.getloadavg()[0])
+                timings = block(Path(folder) / "out", number, options.blocks, workers, given)
+                found.setdefault((name, workers), []).append(timings)
+    rows = []
+    one = None
+    for (name, workers), blocks in found.items():
+        spans = [float(timings["end"].max() - timings["begin"].min()) for timings in blocks]
+        span = sum(spans)
+        one = one or span
+        memory = [of.to_numpy() for timings in blocks for _, of in timings.groupby("worker")["memory_MB"]]
+        runs = pd.concat(blocks)
+        rows.append(
+            {
+                "pool": name,
+                "workers": workers,
+                "runs": len(runs),
+                "span_s": span,
+                "start_s": [float(timings["start"].iloc[0]) for timings in blocks],
+                "speed_up": one / span,
+                "efficiency": one / span / workers,
+                "busy": float(runs["wall_s"].sum()) / (workers * span),
+                "cpu_s": float(runs["cpu_s"].mean()),
+                "memory_MB": [
+                    float(each)
+                    for each in (
+                        max(m[min(9, len(m) - 1)] for m in memory),
+                        max(m[len(m) // 2] for m in memory),
+                        max(m[-1] for m in memory),
+                    )
+                ],
+            }
+        )
+        print(json.dumps(rows[-1]))
+    options.json.write_text(json.dumps({"load": loads, "pools": rows}, indent=1), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,120 @@
+"""Which parameter matters for which figure: Sobol's and Morris's indices with SALib, a share of variance without.
+
+Sobol's indices (Saltelli et al., Comput. Phys. Commun. 181, 2010) and Morris's (Technometrics 33, 1991) need a design
+of their own; from any other comes the share of a figure's variance that lies between groups of equal or near values of
+one parameter, corrected for the groups' number (Kelley's ε², PNAS 21, 1935): an estimate of Sobol's first order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from sssi_exudyn.frames import Array
+from sssi_exudyn.sweep_design import INDEXED, MORRIS_LEVELS, Axis, block_of, problem_of, salib
+from sssi_exudyn.sweep_plan import Plan
+from sssi_exudyn.sweep_records import DONE
+
+COLUMNS: Final = ["recording", "output", "index", "parameter", "other", "value", "confidence_95", "runs"]
+MEANINGS: Final = {
+    "S1": "share of the variance due to the parameter alone",
+    "ST": "share of the variance due to the parameter, alone and with others",
+    "S2": "share of the variance due to two parameters together, beyond each alone",
+    "mu_star": "mean size of the figure's change over the parameter's range",
+    "sigma": "standard deviation of that change: how much it hangs on the other parameters, or bends",
+    "share": "share of the variance between groups of equal or near values of the parameter",
+}
+TOTAL: Final = ("ST", "mu_star", "share")
+"""Of each kind of design the index that ranks parameters."""
+_MOST_GROUPS: Final = 10
+_LEAST_IN_GROUP: Final = 5
+"""Runs from which a group's mean is worth something."""
+
+
+def indices_of(plan: Plan, table: pd.DataFrame) -> pd.DataFrame:
+    """The indices of every output by every parameter, one row each; columns as ``COLUMNS``.
+
+    A design's blocks with a run that is not done are left out whole; where nothing is left, or a figure never varies,
+    there is no row.  Raises SssiError where SALib is needed and missing.
+    """
+    rows: list[tuple[object, ...]] = []
+    for folder in plan.job.recordings:
+        of_recording = table[table["recording"] == folder.name]
+        for output in plan.outputs:
+            found = (
+                _indexed(plan, of_recording, output)
+                if plan.file.design.kind in INDEXED
+                else _shares(plan.axes, of_recording, output)
+            )
+            rows += [(folder.name, output, *row) for row in found]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def ranked(indices: pd.DataFrame, recording: str, output: str, axes: Sequence[Axis]) -> list[Axis]:
+    """The parameters, those that matter most for the output first."""
+    about = indices[(indices["recording"] == recording) & (indices["output"] == output)]
+    strength = about[about["index"].isin(TOTAL)].set_index("parameter")["value"].to_dict()
+    return sorted(axes, key=lambda axis: -strength.get(axis.name, 0.0))
+
+
+def groups_of(values: pd.Series[Any]) -> pd.Series[Any]:
+    """A group's number for each of the values: the same for equal ones where those are few, else for near ones."""
+    distinct = values.nunique()
+    count = min(_MOST_GROUPS, len(values) // _LEAST_IN_GROUP)
+    if distinct <= max(_MOST_GROUPS, count) or not pd.api.types.is_numeric_dtype(values):
+        return values.rank(method="dense").astype(int)
+    return (values.rank(method="first") * max(count, 2) / (len(values) + 1)).astype(int)
+
+
+def _shares(axes: Sequence[Axis], table: pd.DataFrame, output: str) -> list[tuple[object, ...]]:
+    known = table[(table["status"] == DONE) & table[output].notna()]
+    y = known[output].to_numpy(dtype=float)
+    rows: list[tuple[object, ...]] = []
+    for axis in axes:
+        groups = groups_of(known[axis.name]) if len(known) else pd.Series(dtype=int)
+        count = groups.nunique()
+        if count < 2 or len(y) <= count or not np.ptp(y) > 0.0:
+            continue
+        within = float(np.sum((y - known.groupby(groups)[output].transform("mean").to_numpy()) ** 2))
+        left = within / (len(y) - count) / float(np.var(y, ddof=1))
+        rows.append(("share", axis.name, None, max(0.0, 1.0 - left), None, len(y)))
+    return rows
+
+
+def _indexed(plan: Plan, table: pd.DataFrame, output: str) -> list[tuple[object, ...]]:
+    size = block_of(plan.file.design, len(plan.axes))
+    names = [axis.name for axis in plan.axes]
+    good = ((table["status"] == DONE) & table[output].notna()).to_numpy()
+    whole = np.repeat(good.reshape(-1, size).all(axis=1), size) if len(good) == len(plan.points) else good & False
+    y, x = table[output].to_numpy(dtype=float)[whole], table[names].to_numpy(dtype=float)[whole]
+    if len(y) < 2 * size or not np.ptp(y) > 0.0:
+        return []
+    problem = problem_of(plan.axes)
+    if plan.file.design.kind == "morris":
+        return _morris(problem, x, y)
+    return _sobol(problem, y)
+
+
+def _morris(problem: dict[str, Any], x: Array, y: Array) -> list[tuple[object, ...]]:
+    found = salib("analyze.morris").analyze(problem, x, y, num_levels=MORRIS_LEVELS, seed=0)
+    rows: list[tuple[object, ...]] = []
+    for i, name in enumerate(problem["names"]):
+        rows.append(("mu_star", name, None, float(found["mu_star"][i]), float(found["mu_star_conf"][i]), len(y)))
+        rows.append(("sigma", name, None, float(found["sigma"][i]), None, len(y)))
+    return rows
+
+
+def _sobol(problem: dict[str, Any], y: Array) -> list[tuple[object, ...]]:
+    found = salib("analyze.sobol").analyze(problem, y, seed=0)
+    names = problem["names"]
+    rows: list[tuple[object, ...]] = []
+    for kind in ("S1", "ST"):
+        for i, name in enumerate(names):
+            rows.append((kind, name, None, float(found[kind][i]), float(found[f"{kind}_conf"][i]), len(y)))
+    for i, first in enumerate(names):
+        for j, second in enumerate(names[i + 1 :], i + 1):
+            rows.append(("S2", first, second, float(found["S2"][i, j]), float(found["S2_conf"][i, j]), len(y)))
+    return rows

@@ -1,0 +1,118 @@
+"""A sweep on one page: how it went, which parameter matters, and how the figures answer to the parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+from typing import Any, Final
+
+import pandas as pd
+
+from sssi_exudyn.sweep_design import Axis
+from sssi_exudyn.sweep_indices import MEANINGS, TOTAL, ranked
+from sssi_exudyn.sweep_plan import Plan
+from sssi_exudyn.sweep_plots import bars_svg, heat_svg, response_svg
+from sssi_exudyn.sweep_records import DONE, STATUSES
+from sssi_exudyn.sweep_table import origin_of
+from sssi_exudyn.validation.page import Section, document, figure, grid, table
+
+PAGE: Final = "summary.html"
+_MOST_PARAMETERS: Final = 4
+"""Parameters with a curve for each output; those that matter less are in the bars and in the table."""
+_MOST_ERRORS: Final = 10
+_BARS: Final = {"ST": ("ST", "S1"), "mu_star": ("mu_star", "sigma"), "share": ("share",)}
+_WORDS: Final = {
+    "ST": "alone and with others (ST)",
+    "S1": "alone (S1)",
+    "mu_star": "mean size of the effect (μ*)",
+    "sigma": "its spread (σ)",
+    "share": "share of the variance",
+}
+
+
+def render_sweep(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame) -> str:
+    """The page as text.
+
+    Parameters
+    ----------
+    runs : the sweep's table;  indices : as ``indices_of`` gives them
+    """
+    done = runs[runs["status"] == DONE]
+    varied = [axis for axis in plan.axes if len(set(done[axis.name])) > 1]
+    sections = [Section("How it went", _how_it_went(plan, runs))]
+    for number, output in enumerate(plan.outputs):
+        known = done[done[output].notna()]
+        if len(known):
+            sections.append(Section(_title(plan, output), _about(plan, known, indices, varied, output, number)))
+    sections.append(Section("Where this sweep comes from", _origin(plan)))
+    return document(plan.file.name, _lead(plan, runs), sections)
+
+
+def _lead(plan: Plan, runs: pd.DataFrame) -> str:
+    names = ", ".join(f"<code>{escape(axis.name)}</code>" for axis in plan.axes) or "nothing but the recording"
+    what = "fits" if plan.job.task == "fit" else "simulations"
+    done = int((runs["status"] == DONE).sum())
+    return (
+        f"<p>{len(runs)} {what} with the {plan.job.tier} model, {done} of them whole; "
+        f"changed from run to run: {names}.</p>\n"
+    )
+
+
+def _how_it_went(plan: Plan, runs: pd.DataFrame) -> str:
+    counts = runs.groupby(["recording", "status"]).size()
+    rows = [
+        [folder.name, *(str(counts.get((folder.name, status), 0)) for status in STATUSES)]
+        for folder in plan.job.recordings
+    ]
+    errors = runs.loc[runs["status"] != DONE, "error"].value_counts().head(_MOST_ERRORS)
+    told = [(str(error)[:200], str(count), "") for error, count in errors.items()]
+    return grid(["", *STATUSES], rows) + table("What stopped runs", told)
+
+
+def _about(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame, varied: list[Axis], output: str, number: int) -> str:
+    """One output: bars for each recording, curves of the parameters that matter most, the two strongest together."""
+    unit = next(column.unit for column in plan.columns if column.name == output)
+    shown = []
+    for place, recording in enumerate(runs["recording"].unique()):
+        about = indices[(indices["recording"] == recording) & (indices["output"] == output)]
+        kind = next((kind for kind in TOTAL if kind in set(about["index"])), None)
+        if kind is not None:
+            bars = bars_svg(f"bars-{number}-{place}", about, _BARS[kind], tuple(_WORDS[each] for each in _BARS[kind]))
+            shown.append(figure(bars, f"What {output} hangs on, {recording}: {MEANINGS[kind]}"))
+    first = str(runs["recording"].iloc[0])
+    strongest = ranked(indices, first, output, varied)[:_MOST_PARAMETERS]
+    for place, axis in enumerate(strongest):
+        curve = response_svg(f"response-{number}-{place}", runs, axis, output, unit)
+        shown.append(figure(curve, f"{output} against {axis.name}: runs, and means over all other parameters"))
+    if len(strongest) > 1:
+        across, up = strongest[:2]
+        heat = heat_svg(f"heat-{number}", runs[runs["recording"] == first], across, up, output, unit)
+        shown.append(figure(heat, f"{output} by {across.name} and {up.name}, {first}: means of runs"))
+    return "".join(shown)
+
+
+def _title(plan: Plan, output: str) -> str:
+    meaning = next(column.meaning for column in plan.columns if column.name == output)
+    return f"{output}: {meaning}"
+
+
+def _origin(plan: Plan) -> str:
+    origin: Mapping[str, Any] = origin_of(plan)
+    rows = [[axis.name, axis.parameter.unit, _range(axis), axis.parameter.meaning] for axis in plan.axes]
+    design = plan.file.design
+    settings = [("design", design.kind.replace("_", " "), f"{len(plan.points)} points for each recording")]
+    if design.size:
+        settings += [("size", str(design.size), ""), ("seed", str(design.seed), "")]
+    versions = [(name, version, "") for name, version in origin["versions"].items()]
+    files = [[name, digest] for name, digest in origin["inputs"].items()]
+    return (
+        table("Design", settings)
+        + grid(["parameter", "unit", "values", "meaning"], rows, wrap=True)
+        + table("Versions", versions)
+        + grid(["file", "hash"], files, wrap=True)
+    )
+
+
+def _range(axis: Axis) -> str:
+    words = [f"{value:.4g}" if isinstance(value, float) else value for value in axis.levels]
+    return ", ".join(words) if len(words) <= 5 else f"{words[0]}, {words[1]} … {words[-1]}"
