@@ -43,7 +43,7 @@ def render_sweep(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame) -> str:
     for number, output in enumerate(plan.outputs):
         known = done[done[output].notna()]
         if len(known):
-            sections.append(Section(_title(plan, output), _about(plan, known, indices, varied, output, number)))
+            sections.append(Section(output, _about(plan, known, indices, varied, output, number)))
     sections.append(Section("Where this sweep comes from", _origin(plan)))
     return document(plan.file.name, _lead(plan, runs), sections)
 
@@ -71,8 +71,8 @@ def _how_it_went(plan: Plan, runs: pd.DataFrame) -> str:
 
 def _about(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame, varied: list[Axis], output: str, number: int) -> str:
     """One output: bars for each recording, curves of the parameters that matter most, the two strongest together."""
-    unit = next(column.unit for column in plan.columns if column.name == output)
-    shown = []
+    unit, meaning = next((column.unit, column.meaning) for column in plan.columns if column.name == output)
+    shown = [f'<p class="soft">{escape(meaning[:1].upper() + meaning[1:])}.</p>\n']
     for place, recording in enumerate(runs["recording"].unique()):
         about = indices[(indices["recording"] == recording) & (indices["output"] == output)]
         kind = next((kind for kind in TOTAL if kind in set(about["index"])), None)
@@ -89,11 +89,6 @@ def _about(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame, varied: list[A
         heat = heat_svg(f"heat-{number}", runs[runs["recording"] == first], across, up, output, unit)
         shown.append(figure(heat, f"{output} by {across.name} and {up.name}, {first}: means of runs"))
     return "".join(shown)
-
-
-def _title(plan: Plan, output: str) -> str:
-    meaning = next(column.meaning for column in plan.columns if column.name == output)
-    return f"{output}: {meaning}"
 
 
 def _origin(plan: Plan) -> str:

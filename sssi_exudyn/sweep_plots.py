@@ -53,7 +53,7 @@ def heat_svg(name: str, table: pd.DataFrame, across: Axis, up: Axis, output: str
     means = means.reindex(index=range(len(row_words)), columns=range(len(column_words)))
 
     def draw(axes: Axes) -> None:
-        drawn = axes.pcolormesh(np.ma.masked_invalid(means.to_numpy(dtype=float)), cmap=_HEAT, edgecolors="none")
+        drawn = axes.pcolormesh(np.ma.masked_invalid(means.to_numpy(dtype=float)), cmap=_HEAT, edgecolors="face")
         axes.set_xticks(np.arange(len(column_words)) + 0.5, column_words)
         axes.set_yticks(np.arange(len(row_words)) + 0.5, row_words)
         axes.grid(visible=False)
@@ -63,6 +63,8 @@ def heat_svg(name: str, table: pd.DataFrame, across: Axis, up: Axis, output: str
         bar = figure.colorbar(drawn, ax=axes)
         bar.set_label(_label(output, unit), color=INK)
         bar.outline.set_visible(False)
+        assert bar.solids is not None
+        bar.solids.set(rasterized=False, edgecolor="face")  # a page shows no pictures, only lines and areas
 
     return svg(name, draw, height=3.6)
 

@@ -1,0 +1,114 @@
+"""What is made of a sweep's table: indices of functions whose indices are known, and a page that holds them."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sssi_exudyn.sweep_file import sweep_from
+from sssi_exudyn.sweep_indices import groups_of, indices_of, ranked
+from sssi_exudyn.sweep_page import render_sweep
+from sssi_exudyn.sweep_plan import Plan, planned
+from sssi_exudyn.sweep_table import table_of
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+FIRST, SECOND, THIRD = "friction.mu_t", "friction.mu_n", "skier.mass"
+RANGES = {FIRST: (0.05, 0.15), SECOND: (0.2, 0.8), THIRD: (60.0, 80.0)}
+
+
+def made(
+    kind: str, size: int, function: Callable[[float, float, float], float], lost: tuple[int, ...] = ()
+) -> tuple[Plan, pd.DataFrame]:
+    """A sweep whose mean speed is a function of the three parameters, each brought to 0 … 1; some rows diverged."""
+    bounds = [{"name": name, "low": low, "high": high} for name, (low, high) in RANGES.items()]
+    settings: dict[str, Any] = {"format": 1, "recordings": ["beginner"], "outputs": ["mean_speed_mps"]}
+    settings |= {"design": {"kind": kind, "size": size, "seed": 1}, "parameter": bounds}
+    plan = planned(sweep_from(settings, EXAMPLES / "swept.toml"))
+    records = {}
+    for run in plan.runs():
+        unit = [(value - RANGES[name][0]) / np.ptp(RANGES[name]) for name, value in dict(run.values).items()]
+        figures = {"mean_speed_mps": float(function(*unit))}
+        done = {"status": "done", "error": "", "figures": figures}
+        records[run.key] = {"key": run.key, **done}
+        if run.row in lost:
+            records[run.key] |= {"status": "diverged", "error": "the simulation diverged", "figures": {}}
+    return plan, table_of(plan, records)
+
+
+def values(indices: pd.DataFrame, kind: str) -> dict[str, float]:
+    return indices[indices["index"] == kind].set_index("parameter")["value"].to_dict()
+
+
+def test_sobol_indices_of_a_sum_and_a_product() -> None:
+    # y = 2 a + b: variances 4/12 and 1/12, shares 0.8 and 0.2, nothing shared, nothing from c
+    plan, table = made("sobol_indices", 256, lambda a, b, _c: 2.0 * a + b)
+    indices = indices_of(plan, table)
+    # Sobol's sequence of 256 base points integrates so smooth a function to about a percent
+    assert values(indices, "S1") == pytest.approx({FIRST: 0.8, SECOND: 0.2, THIRD: 0.0}, abs=0.02)
+    assert values(indices, "ST") == pytest.approx({FIRST: 0.8, SECOND: 0.2, THIRD: 0.0}, abs=0.02)
+    assert np.allclose(indices.loc[indices["index"] == "S2", "value"], 0.0, atol=0.03)
+    assert [axis.name for axis in ranked(indices, "beginner", "mean_speed_mps", plan.axes)][:2] == [FIRST, SECOND]
+    # y = (a − ½)(b − ½): all of it is shared
+    indices = indices_of(*made("sobol_indices", 256, lambda a, b, _c: (a - 0.5) * (b - 0.5)))
+    assert values(indices, "S1") == pytest.approx(dict.fromkeys(RANGES, 0.0), abs=0.05)
+    shared = indices[indices["index"] == "S2"].set_index(["parameter", "other"])["value"]
+    assert shared[FIRST, SECOND] == pytest.approx(1.0, abs=0.1)
+
+
+def test_morris_effects_of_a_line_are_its_slopes() -> None:
+    plan, table = made("morris", 10, lambda a, b, _c: 3.0 * a - b)
+    indices = indices_of(plan, table)
+    # SALib gives effects over the unit range; of a line all are equal to rounding
+    assert values(indices, "mu_star") == pytest.approx({FIRST: 3.0, SECOND: 1.0, THIRD: 0.0}, abs=1e-9)
+    assert values(indices, "sigma") == pytest.approx(dict.fromkeys(RANGES, 0.0), abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["morris", "sobol_indices"])
+def test_lost_runs_take_their_blocks_along(kind: str) -> None:
+    whole = made(kind, 16, lambda a, b, c: a + b * c)
+    size = len(whole[0].points) // 16
+    indices = indices_of(*made(kind, 16, lambda a, b, c: a + b * c, lost=(size + 1,)))
+    assert len(indices)
+    assert set(indices["runs"]) == {15 * size}
+    everything = tuple(range(16 * size))
+    assert indices_of(*made(kind, 16, lambda a, b, c: a + b * c, lost=everything)).empty
+
+
+def test_share_of_variance_in_any_design() -> None:
+    plan, table = made("latin_hypercube", 200, lambda a, b, _c: 2.0 * a + b)
+    found = values(indices_of(plan, table), "share")
+    # ten groups leave a hundredth of each variance within them; 200 points spread by less than a tenth
+    assert found[FIRST] == pytest.approx(0.8, abs=0.08)
+    assert found[SECOND] == pytest.approx(0.2, abs=0.1)
+    assert found[THIRD] < 0.1
+    constant = indices_of(*made("latin_hypercube", 20, lambda _a, _b, _c: 1.0))
+    assert constant.empty
+
+
+def test_groups_are_equal_values_where_few_and_near_ones_where_many() -> None:
+    assert groups_of(pd.Series(["b", "a", "b"])).tolist() == [2, 1, 2]
+    assert groups_of(pd.Series([0.1, 0.3, 0.1])).tolist() == [1, 2, 1]
+    many = groups_of(pd.Series(np.linspace(0.0, 1.0, 100)))
+    assert many.is_monotonic_increasing
+    assert set(many.value_counts()) <= {9, 10, 11}
+
+
+def test_page_shows_every_output_and_asks_nothing_of_a_network() -> None:
+    plan, table = made("sobol_indices", 8, lambda a, b, c: a + b * c, lost=(3,))
+    page = render_sweep(plan, table, indices_of(plan, table))
+    assert page.count("<svg") == 1 + 3 + 1  # bars, a curve for each parameter, a heat map
+    assert "the simulation diverged" in page
+    assert "<image" not in page  # the page's own rules would not show it
+    assert not re.findall(r'(?:src|href)="(?!#)', page.replace('xlink:href="#', ""))
+    assert page == render_sweep(plan, table, indices_of(plan, table))
+
+
+def test_page_of_a_sweep_of_which_nothing_is_done() -> None:
+    plan, table = made("latin_hypercube", 4, lambda a, _b, _c: a, lost=(0, 1, 2, 3))
+    page = render_sweep(plan, table, indices_of(plan, table))
+    assert "0 of them whole" in page
+    assert "<svg" not in page
