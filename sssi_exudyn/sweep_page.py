@@ -66,7 +66,7 @@ def _how_it_went(plan: Plan, runs: pd.DataFrame) -> str:
     ]
     errors = runs.loc[runs["status"] != DONE, "error"].value_counts().head(_MOST_ERRORS)
     told = [(str(error)[:200], str(count), "") for error, count in errors.items()]
-    return grid(["", *STATUSES], rows) + table("What stopped runs", told)
+    return grid([["", *STATUSES], *rows]) + table("What stopped runs", told)
 
 
 def _about(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame, varied: list[Axis], output: str, number: int) -> str:
@@ -102,9 +102,9 @@ def _origin(plan: Plan) -> str:
     files = [[name, digest] for name, digest in origin["inputs"].items()]
     return (
         table("Design", settings)
-        + grid(["parameter", "unit", "values", "meaning"], rows, wrap=True)
+        + grid([["parameter", "unit", "values", "meaning"], *rows])
         + table("Versions", versions)
-        + grid(["file", "hash"], files, wrap=True)
+        + grid([["file", "hash"], *files])
     )
 
 

@@ -24,6 +24,7 @@ _THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS",
 _MEMORY: Final = 2
 """GB a core of a Slurm job: a worker takes half a gigabyte, and runs of minutes some more."""
 _LOUD: Final = ("asyncio", "distributed", "tornado")
+_SILENT: Final = logging.CRITICAL + 1
 _PATIENCE: Final = "30s"
 """For a scheduler to answer."""
 
@@ -109,7 +110,7 @@ def _quiet() -> Iterator[None]:
     loud = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in _LOUD]
     levels = {name: logging.getLogger(name).level for name in (*_LOUD, *loud)}
     for name in levels:
-        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+        logging.getLogger(name).setLevel(_SILENT)
     try:
         yield
     finally:
@@ -137,7 +138,13 @@ def _dask_local(workers: int) -> Iterator[Crew]:
     with (
         _quiet(),
         _one_thread_each(),
-        dask.LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
+        dask.LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            silence_logs=_SILENT,
+        ) as cluster,
         _dask(cluster, workers) as crew,
     ):
         yield crew
