@@ -35,6 +35,7 @@ _XSENS: Final = {
     **{f"{side}{theirs}": f"{side}{ours}" for side in _SIDES for theirs, ours in _XSENS_SIDED.items()},
 }  # fmt: skip
 """Names that Xsens MVN writes, and what a recording calls the same joints."""
+_MOST_JOINTS: Final = 500
 _PREFIX: Final = re.compile(r"[^:_]*[:_]")
 
 _FRAME_TIME: Final = (0.0005, 0.05)
@@ -174,6 +175,8 @@ def _read_hierarchy(path: Path, lines: list[str], renamed: Mapping[str, str]) ->
             if (key == "ROOT") == bool(tree.names) or (key == "JOINT" and not stack):
                 raise InputError(path, f"line {number}", "a second root", "export one skier alone")
             pending = renamed.get(" ".join(words[1:]), " ".join(words[1:]))
+            if len(tree.names) >= _MOST_JOINTS:
+                raise InputError(path, f"line {number}", "more joints than any skier has", "export one skier alone")
             if pending in tree.names:
                 raise InputError(path, f"line {number}", f"joint {pending!r} appears twice", "export one skier alone")
             tree.parents.append(stack[-1] if stack else -1)

@@ -12,8 +12,10 @@ from typing import Final
 
 from sssi_exudyn.errors import InputError
 
-MAX_BYTES: Final = 200_000_000
-"""The largest file that is read, bytes: an hour of motion capture with fingers is below it."""
+MAX_BYTES: Final = 100_000_000
+"""The largest file that is read, bytes: five minutes of motion capture at 100 Hz, fingers and all."""
+MAX_LINES: Final = 2_000_000
+"""The most lines a text may have: five hours at 100 Hz."""
 
 
 def inside(folder: Path, name: str, file: Path, place: str) -> Path:
@@ -60,30 +62,38 @@ def inside(folder: Path, name: str, file: Path, place: str) -> Path:
     return path
 
 
-def read_bytes(path: Path) -> bytes:
-    """The bytes of a file; raises InputError where it cannot be read, is empty or is too large."""
+def read_bytes(path: Path, limit: int = MAX_BYTES) -> bytes:
+    """The bytes of a file; raises InputError where it cannot be read, is empty or has more than ``limit`` bytes."""
     try:
         with path.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)  # bounded even if the file grows meanwhile
+            data = stream.read(limit + 1)  # bounded even if the file grows meanwhile
     except OSError as error:
         reason = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read ({error.strerror})"
         raise InputError(path, "", f"the file {reason}", "put it there or correct its path") from None
     if not data.strip():
         raise InputError(path, "", "the file is empty", "export it again")
-    if len(data) > MAX_BYTES:
-        raise InputError(path, "", f"the file has more than {MAX_BYTES / 1e6:.0f} MB", "cut it to the run")
+    if len(data) > limit:
+        raise InputError(path, "", f"the file has more than {limit / 1e6:.0f} MB", "cut it to the run")
     return data
 
 
-def read_text(path: Path) -> str:
-    """The text of a UTF-8 file, with or without byte order mark, every line ending as a line feed."""
+def read_text(path: Path, limit: int = MAX_BYTES) -> str:
+    """The text of a UTF-8 file, with or without byte order mark, every line ending as a line feed.
+
+    Raises InputError for what ``read_bytes`` refuses, other encodings and more than ``MAX_LINES`` lines.
+    """
     try:
-        text = read_bytes(path).decode("utf-8-sig")
+        text = read_bytes(path, limit).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(
             path, f"byte {error.start + 1}", "this is not UTF-8 text", "save the file as UTF-8 (plain text)"
         ) from None
-    return text.replace("\r\n", "\n").replace("\r", "\n")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if not text.strip():
+        raise InputError(path, "", "the file is empty", "export it again")
+    if text.count("\n") > MAX_LINES:
+        raise InputError(path, f"line {MAX_LINES + 1}", "more lines than any run has", "cut the file to the run")
+    return text
 
 
 def sha256(path: Path) -> str:

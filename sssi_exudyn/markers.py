@@ -183,7 +183,7 @@ def _chord(inner: Array, marker: Array, wand: Array, reach: float) -> Array:
     centre, marker and wand, away from the wand; all (n, 3) m.
     """
     bone = marker - inner
-    length = np.linalg.norm(bone, axis=1, keepdims=True)
+    length = np.maximum(np.linalg.norm(bone, axis=1, keepdims=True), 1e-9)
     along = bone / length
     arm = wand - inner
     outwards = _unit(arm - np.sum(arm * along, axis=1, keepdims=True) * along)

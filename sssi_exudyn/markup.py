@@ -6,6 +6,7 @@ A file is never held as one tree: what was not asked for is dropped as soon as i
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Final
@@ -17,6 +18,9 @@ from defusedxml.ElementTree import iterparse
 from sssi_exudyn.errors import InputError
 from sssi_exudyn.files import read_bytes
 
+MAX_XML: Final = 250_000_000
+"""bytes; Xsens writes 7 kB a frame, and a run at 240 Hz has thirty thousand."""
+_LONG_TAG: Final = re.compile(rb"<[^<>]{100000}")
 _DEEPEST: Final = 64
 """Elements within each other; formats of tracks and captures nest less than ten."""
 _MOST: Final = 2_000_000
@@ -30,10 +34,13 @@ def elements(path: Path, names: Collection[str], heads: Collection[str] = ()) ->
     An element is good until the next one is asked for.  Raises InputError for broken XML, a DTD, entities, unknown
     encodings, and nesting or numbers beyond any capture's.
     """
+    data = read_bytes(path, MAX_XML)
+    if _LONG_TAG.search(data):
+        raise InputError(path, "", "a tag longer than any recording has", "export the run alone")
     depth, count, within = 0, 0, 0
     ancestors: list[Element] = []
     try:
-        for event, element in iterparse(io.BytesIO(read_bytes(path)), events=("start", "end"), forbid_dtd=True):
+        for event, element in iterparse(io.BytesIO(data), events=("start", "end"), forbid_dtd=True):
             wanted = local_name(element) in names
             if event == "start":
                 depth, count, within = depth + 1, count + 1, within + wanted

@@ -16,6 +16,8 @@ from sssi_exudyn.errors import InputError
 from sssi_exudyn.files import read_text
 from sssi_exudyn.quantity import Quantity, quantities
 
+MAX_TOML: Final = 1_000_000
+"""bytes; a recording's notes have a thousand."""
 _IN_FILE: Final = {"kg": ("kg", 1.0), "m": ("m", 1.0), "s": ("s", 1.0), "rad": ("deg", math.pi / 180.0)}
 """SI unit → the unit in the key, and the factor from it to SI."""
 _MISTAKEN: Final = {
@@ -30,7 +32,7 @@ Settings = Mapping[str, Any]  # Any: what TOML holds is checked value by value b
 def read_toml(path: Path) -> Settings:
     """Read a TOML file; raises InputError with the line where it cannot be understood."""
     try:
-        return tomllib.loads(read_text(path))
+        return tomllib.loads(read_text(path, MAX_TOML))
     except tomllib.TOMLDecodeError as error:
         raise InputError(path, "", f"not valid TOML: {error}", "correct that line") from None
     except (RecursionError, ValueError):  # nested or figured beyond what any recording needs

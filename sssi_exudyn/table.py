@@ -14,6 +14,7 @@ from sssi_exudyn.frames import Array
 
 SHORT_GAP: Final = 1.0
 """s; gaps up to this are interpolated, longer ones split the run.  A skier moves by less than a turn in it."""
+_MOST_COLUMNS: Final = 2000
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,8 @@ def read_table(path: Path) -> Table:
     """
     rows = [(number, line) for number, line in enumerate(read_text(path).split("\n"), 1) if line.strip()]
     line, header = rows[0]
+    if header.count(",") >= _MOST_COLUMNS:
+        raise InputError(path, f"line {line}", "more columns than any instrument has", "export the file again")
     names = [name.strip().strip('"') for name in header.split(",")]
     if ";" in header or "\t" in header:
         raise InputError(

@@ -62,7 +62,7 @@ def _fit_crc(data: bytes) -> int:
     return crc
 
 
-def phone(columns: Columns, *, radius: float = 4.5) -> str:
+def phone(columns: Columns, *, radius: float = 4.5, bearing: float = 160.5) -> str:
     """Sensor Logger's Location.csv; the first fix is the telephone's guess before the satellites."""
     rows = ["time,seconds_elapsed,bearingAccuracy,speedAccuracy,verticalAccuracy,horizontalAccuracy,"
             "speed,bearing,altitude,longitude,latitude"]  # fmt: skip
@@ -71,5 +71,5 @@ def phone(columns: Columns, *, radius: float = 4.5) -> str:
     rows.append(f"{start - 10**9},-1.0,0,0,0,1400.0,0,0,{alt:.1f},{lon:.7f},{lat + 0.01:.7f}")
     for time, lat, lon, alt in zip(*(columns[name] for name in columns), strict=True):
         when = start + round(float(time) * 1e9)
-        rows.append(f"{when},{time:.3f},5.0,0.3,3.0,{radius},8.1,160.5,{alt:.3f},{lon:.9f},{lat:.9f}")
+        rows.append(f"{when},{time:.3f},5.0,0.3,3.0,{radius},8.1,{bearing},{alt:.3f},{lon:.9f},{lat:.9f}")
     return "\n".join(rows) + "\n"

@@ -1,0 +1,103 @@
+"""What the fuzzer spoils: recordings' folders, and files of every format that is imported."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from c3d_file import marker_places, write_c3d
+from fix_files import START, fit, nmea, phone
+from mvnx_file import mvnx, orientations
+from strapped import write_few
+from test_joint_angles import HEIGHT, chain_coordinates, mot
+from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, Tiny
+
+from sssi_exudyn.chain import average_geometry, forward_kinematics
+from sssi_exudyn.importing import Answers
+from sssi_exudyn.recording import read_recording
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+ANSWERS = Answers(
+    mass_kg=70.0,
+    height_m=1.65,
+    sex="male",
+    skis="slalom_165",
+    ski_mass_kg=2.4,
+    boot_mass_kg=1.9,
+    ankle_to_ski_base_m=0.13,
+    slope_deg=INCLINATION_DEG,
+    fall_line_deg=AZIMUTH_DEG,
+    heading_deg=HEADING_DEG,
+    antenna_joint="Spine2",
+    antenna_offset_m=(0.0, 0.1, -0.16),
+    gps_sigma_m=0.02,
+    gps_offset_s=0.0,
+)
+_STEP = 10
+"""Real tables are long; every so many lines are enough to spoil."""
+
+
+@dataclass(frozen=True)
+class Seed:
+    """Whole files, and what is done with them: a recording is read, others are imported first."""
+
+    name: str
+    files: dict[str, bytes]
+    imported: bool
+    made: bool = True
+    """Made here, so that it is whole; files from elsewhere may be refused as they are."""
+
+
+def bundled(folder: Path) -> list[Seed]:
+    """Seeds from the examples and from made files of every format; ``folder`` is for files that have to be written."""
+    seeds = [_cut(EXAMPLES / name) for name in ("beginner", "intermediate")]
+    tiny = Tiny()
+    seeds.append(Seed("tiny", _folder(tiny.write(folder / "tiny")), imported=False))
+    few = write_few(read_recording(EXAMPLES / "intermediate"), ("left_ski", "right_ski", "chest"), folder / "few")
+    seeds.append(Seed("few", _folder(few), imported=False))
+    motion = {"motion.bvh": tiny.bvh().encode()}
+    poses = forward_kinematics(average_geometry(HEIGHT), chain_coordinates(), 0.0)
+    write_c3d(folder / "run.c3d", marker_places(poses, HEIGHT), 60.0)
+    for name, content in (
+        ("run.mvnx", mvnx(orientations(90), began=START.timestamp()).encode()),
+        ("run.mot", mot(chain_coordinates()).encode()),
+        ("run.c3d", (folder / "run.c3d").read_bytes()),
+    ):
+        seeds.append(Seed(name, {name: content}, imported=True))
+    for name, content in (
+        ("track.nmea", nmea(tiny.gps).encode()),
+        ("watch.fit", fit({name: column[::10] for name, column in tiny.gps.items()})),
+        ("Location.csv", phone(tiny.gps, bearing=-1.0).encode()),
+    ):
+        seeds.append(Seed(name, motion | {name: content}, imported=True))
+    return seeds
+
+
+def real(folder: Path) -> Iterator[Seed]:
+    """Seeds from every file below ``folder`` that is no note: captures alone, others beside a capture."""
+    motion = Tiny().bvh().encode()
+    for path in sorted(folder.rglob("*.*")):
+        if path.suffix in (".bvh", ".mvnx"):
+            yield Seed(path.name, {path.name: path.read_bytes()}, imported=True, made=False)
+        elif path.suffix == ".csv":
+            lines = path.read_bytes().split(b"\n")
+            content = b"\n".join([lines[0], *lines[1 :: _STEP if len(lines) > 1000 else 1]])
+            yield Seed(path.name, {"motion.bvh": motion, path.name: content}, imported=True, made=False)
+
+
+def _folder(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def _cut(folder: Path) -> Seed:
+    """A recording's first four seconds: enough to be read, short enough to be read ten thousand times."""
+    files = _folder(folder)
+    rows = {"gps.csv": 41, "insoles.csv": 401}
+    for name, count in rows.items():
+        files[name] = b"\n".join(files[name].split(b"\n")[:count]) + b"\n"
+    head, _, frames = files["motion.bvh"].partition(b"Frame Time:")
+    lines = frames.split(b"\n")
+    announced = head[: head.rindex(b"Frames:")] + b"Frames: 240\n"
+    files["motion.bvh"] = announced + b"Frame Time:" + b"\n".join(lines[:241]) + b"\n"
+    return Seed(folder.name, files, imported=False)
