@@ -24,6 +24,9 @@ from sssi_exudyn.optional import library
 _MEMORY: Final = 600_000_000
 """bytes of address space beyond what the process has at its start"""
 _SECONDS: Final = 8
+"""of computing"""
+_PATIENCE: Final = 60
+"""s, on a machine that has other work too"""
 _UNITS: Final = {"mm": 0.001, "cm": 0.01, "m": 1.0}
 
 
@@ -50,7 +53,7 @@ def read_points(path: Path) -> Points:
         done = subprocess.run(
             [sys.executable, "-m", "sssi_exudyn.c3d_points", str(path.resolve())],
             capture_output=True,
-            timeout=_SECONDS + 1,
+            timeout=_PATIENCE,
             check=False,
             env=os.environ | {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"},
         )
