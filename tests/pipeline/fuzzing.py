@@ -3,8 +3,9 @@
     python tests/pipeline/fuzzing.py --count 10000 --seed 1 [--real FOLDER]
 
 Allowed is to take the recording, or one InputError with file, problem and mend on one line.  Everything else is a
-finding: another error, more than ten seconds of computing, more than a gigabyte, a file written or opened that is none of the
-recording's, a process or a connection.  The work is done in a process of its own, so that a crash is a finding too.
+finding: another error, more than ten seconds of computing, more than a gigabyte, a file written or opened that is none
+of the recording's, a process or a connection.  The work is done in a process of its own, so that a crash is a finding
+too.
 """
 
 from __future__ import annotations
