@@ -40,7 +40,7 @@ def friction(summary: Summary, name: str) -> str:
     value, se = figure.get("value"), figure.get("se")
     if value is None:
         return "–"
-    return f"{value:.3f}" if se is None else _with_spread(value, se)
+    return f"{value:.3f}" if se is None else with_spread(value, se)
 
 
 def agreement(runs: Sequence[Run]) -> Table:
@@ -122,7 +122,7 @@ def _of_turns(group: str, name: str, factor: float) -> Callable[[Summary], str]:
         mean, spread = figure.get("mean"), figure.get("sd")
         if mean is None:
             return "–"
-        return number(factor * mean) if spread is None else _with_spread(factor * mean, factor * spread)
+        return number(factor * mean) if spread is None else with_spread(factor * mean, factor * spread)
 
     return shown
 
@@ -135,7 +135,7 @@ def _residual(name: str) -> Callable[[Summary], str]:
     return lambda summary: number((summary.get("residual_moment") or {}).get(name))
 
 
-def _with_spread(value: float, spread: float) -> str:
+def with_spread(value: float, spread: float) -> str:
     """``value ± spread``, both to the spread's first digit that counts."""
     if not spread > 0.0:
         return number(value)
