@@ -24,7 +24,7 @@ from sssi_exudyn.model import Model, model_to_dict
 from sssi_exudyn.motion import Motion
 from sssi_exudyn.noise import ExponentialNoise, fit_noise
 from sssi_exudyn.recording import Recording
-from sssi_exudyn.reduced import Prepared, prepare, sensitivities
+from sssi_exudyn.reduced import STEP, Prepared, prepare, sensitivities
 from sssi_exudyn.simulation import antenna_path
 
 Method = Literal["joint", "paper"]
@@ -38,6 +38,14 @@ _VELOCITY_SIGMA = 0.5
 """m/s; a smoothed track's derivative is about 0.3 m/s off in a turn."""
 _FIRST_NOISE = ExponentialNoise(0.05, 2.0)
 """Of the residual, before there is one: what posture errors of 0.3° and a receiver of 2 cm leave."""
+_COARSE_NOISE = 1.0
+"""m; what fixes of any receiver are wrong by against their neighbours, before the residual tells."""
+_COARSE_STEP = 0.01
+"""s; steps of the reduced model where most of the posture is assumed: a centimetre of path is nothing there."""
+_COARSE_TOLERANCE = 0.1
+"""Of the objective, there."""
+_UNSTEERED = Prior(0.7, 0.15)
+"""Friction across skis whose heading nobody measured, so that no slip tells it: between the published 0.55 and 0.9."""
 
 Progress = Callable[[float | None, str], None]
 
@@ -106,7 +114,10 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
         "start.l": Prior(start.l, 3.0 * sigma),
         "start.heading_offset": Prior(known.heading_offset, recording.heading.sigma),
     }
-    return Problem(model, track, FRICTION + NUISANCES, priors, weight_of(_FIRST_NOISE, track))
+    if recording.completed is not None and not recording.completed.steered:
+        priors["friction.mu_n"] = _UNSTEERED
+    noise = replace(_FIRST_NOISE, sigma=float(np.clip(sigma, _FIRST_NOISE.sigma, _COARSE_NOISE)))
+    return Problem(model, track, FRICTION + NUISANCES, priors, weight_of(noise, track))
 
 
 def fit(
@@ -125,12 +136,15 @@ def fit(
     """
     begin = clock.perf_counter()
     say = progress or (lambda _fraction, _detail: None)
-    prepared = prepare(problem.model, motion)
-    reduced = fit_reduced(problem, prepared, say, tolerance=10.0 * _tolerance(problem))
+    coarse = motion.foot_sigma is not None
+    prepared = prepare(problem.model, motion, step=_COARSE_STEP if coarse else STEP)
+    enough = _COARSE_TOLERANCE if coarse else _tolerance(problem)
+    reduced = fit_reduced(problem, prepared, say, tolerance=enough if coarse else 10.0 * enough)
     if method == "joint":  # the residual now tells what the noise is
         residual, _ = _reduced(problem, prepared, reduced.values)
         problem = problem.with_noise(fit_noise(problem.track.time, residual))
-        reduced = fit_reduced(replace(problem, model=problem.model_at(reduced.values)), prepared, say)
+        again = replace(problem, model=problem.model_at(reduced.values))
+        reduced = fit_reduced(again, prepared, say, tolerance=enough)
     _, sensitivity = _reduced(problem, prepared, reduced.values)
     count = 0
 

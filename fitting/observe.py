@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from sssi_exudyn.estimate import COARSE
 from sssi_exudyn.frames import Array, level_to_enu, slope_to_enu, slope_to_level
 from sssi_exudyn.gps import Gps
 from sssi_exudyn.model import Model, Start
@@ -71,9 +72,17 @@ def mended(gps: Gps, model: Model) -> Gps:
 
 def first_guess(gps: Gps, motion: Motion, inclination: float, azimuth: float) -> Start:
     """Place and velocity of the antenna at the motion's start, from a cubic through the first fixes (about 0.3 m/s in
-    a turn).
+    a turn); a receiver's own speed and course are taken where its fixes are too coarse to be differentiated.
     """
     slope = gps.enu @ slope_to_enu(inclination, azimuth)
+    if float(np.median(gps.sigma)) > COARSE and gps.speed is not None and gps.course is not None:
+        f, l, speed, course = (  # noqa: E741
+            float(np.interp(motion.start, gps.time, values))
+            for values in (slope[:, 0], slope[:, 1], gps.speed, gps.course)
+        )
+        # over ground; down the slope the way is longer
+        along = speed * np.cos(course - azimuth) / np.cos(inclination)
+        return Start(f=f, l=l, velocity_f=float(along), velocity_l=float(-speed * np.sin(course - azimuth)))
     apart = np.abs(gps.time - motion.start)
     near = np.argsort(apart)[: max(6, int(np.count_nonzero(apart <= _FIRST)))]
     since = gps.time[near] - motion.start

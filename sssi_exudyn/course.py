@@ -24,6 +24,8 @@ from sssi_exudyn.rotations import lowpass
 
 SLOWEST: Final = 1.0
 """m/s; below it a course is noise, and nobody skis."""
+_SLOW_SHARE: Final = 0.25
+"""Of the run's high speed (its 95th percentile) below which somebody who skis as fast as that stands or walks."""
 _REST: Final = 5.0
 """s for which a skier may be slower on a run."""
 _LAGS: Final = (-1.0, 4.0)
@@ -69,11 +71,11 @@ class Course:
 
 
 def skiing_stretch(time: Array, speed: Array) -> tuple[float, float]:
-    """First and last time (s) of the longest stretch at more than ``SLOWEST``, short rests included.
+    """First and last time (s) of the longest stretch at a skier's speed, short rests included.
 
     Raises SssiError when nobody skis for five seconds.
     """
-    moving = time[speed > SLOWEST]
+    moving = time[speed > max(SLOWEST, _SLOW_SHARE * float(np.percentile(speed, 95.0)))]
     if len(moving) > 1:
         ends = np.flatnonzero(np.diff(moving) > _REST)
         starts, stops = moving[np.r_[0, ends + 1]], moving[np.r_[ends, len(moving) - 1]]

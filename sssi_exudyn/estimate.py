@@ -22,6 +22,8 @@ CAPTURE_HEADING_SIGMA: Final = float(np.deg2rad(1.0))
 """rad; how far an inertial capture's own heading strays, however well its mean is known."""
 _TRAVERSE_SIGMA: Final = float(np.tan(np.deg2rad(20.0)))
 """Tangent of the angle by which the way from start to end of a run usually departs from the fall line."""
+COARSE: Final = 0.5
+"""m; fixes that are less exact give a worse velocity than the receiver's own, by its Doppler shifts."""
 _SLOW: Final = 1.5
 """m/s; below it skis point anywhere and the course is noise."""
 
@@ -214,7 +216,7 @@ def _motion_of_antenna(stance: Stance, gps: Gps) -> tuple[Complex, Array]:
     window = max(0.8 * (sigma / 0.02) ** (2.0 / 7.0), 4.0 * float(np.median(np.diff(gps.time))))
     fitted = local_fit(stance.time, gps.enu[stance.fixes], window)
     velocity = fitted[1, :, 1] + 1j * fitted[1, :, 0]
-    if sigma > 0.5 and gps.speed is not None and gps.course is not None:
+    if sigma > COARSE and gps.speed is not None and gps.course is not None:
         velocity = gps.speed[stance.fixes] * np.exp(1j * gps.course[stance.fixes])
     return velocity, fitted[2]
 

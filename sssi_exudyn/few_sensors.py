@@ -44,6 +44,7 @@ _MEASURED_EDGE: Final = float(np.radians(4.0))
 _PITCH: Final = float(np.radians(2.0))
 _LEAST_YAW: Final = float(np.radians(2.0))
 _ASSUMED_STEERING: Final = float(np.radians(12.0))
+_MEAN_STEERING: Final = float(np.radians(3.0))
 _HEIGHT: Final = 0.006
 """Standard deviations, see docs/few-sensors.md: rad of a foot's edge, pitch and heading, m of its height."""
 
@@ -66,6 +67,7 @@ class Completed:
     gps : the fixes with the receiver's lag taken off
     measured, assumed : coordinates of the posture, in words
     sigma : of the feet
+    steered : whether the skis' own heading was measured, not only where they went
     lag : of the receiver, None where no sensor tells
     course, edge, lean, unbalanced : what the posture was solved from and how well it balances, at ``bvh.time``
     start, stop : s, the skiing
@@ -77,6 +79,7 @@ class Completed:
     measured: tuple[str, ...]
     assumed: tuple[str, ...]
     sigma: FootSigma
+    steered: bool
     lag: Lag | None
     course: Course
     edge: Array
@@ -85,6 +88,11 @@ class Completed:
     start: float
     stop: float
     notes: tuple[str, ...]
+
+    @property
+    def heading_sigma(self) -> float:
+        """rad by which the skis' mean heading may be off the course's: neither skids alike to both sides."""
+        return float(np.hypot(_MEAN_STEERING, self.course.sigma))
 
 
 @dataclass(frozen=True)
@@ -135,6 +143,7 @@ def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Com
         measured=measured,
         assumed=assumed,
         sigma=sigma,
+        steered=any(foot is not None for foot in feet),
         lag=lag,
         course=course,
         edge=coordinates.edge,

@@ -19,6 +19,7 @@ from sssi_exudyn.anatomy import (
     skier_geometry,
 )
 from sssi_exudyn.chain import PRESCRIBED, SEGMENT, Geometry, Poses, Rates, forward_kinematics, rates
+from sssi_exudyn.few_sensors import FootSigma
 from sssi_exudyn.frames import Array, level_to_enu, slope_to_level
 from sssi_exudyn.gps import Gps
 from sssi_exudyn.recording import Recording
@@ -67,6 +68,7 @@ class Motion:
     antenna : where the GPS antenna sits; None without a GPS
     round_trip : agreement with the capture, one row a captured segment
     start, stop : the part of the clock that all instruments cover, s
+    foot_sigma : how unsure the feet are where most of the posture was assumed; None for a whole capture
     """
 
     geometry: Geometry
@@ -77,6 +79,7 @@ class Motion:
     round_trip: tuple[RoundTrip, ...]
     start: float
     stop: float
+    foot_sigma: FootSigma | None = None
 
     def evaluate(self, time: Array) -> tuple[Array, Array, Array]:
         """Angles, rates and accelerations, each (…, 28) rad, rad/s, rad/s², at ``time`` (…) s."""
@@ -121,6 +124,7 @@ def motion_from_recording(recording: Recording, cutoff_hz: float = 6.0) -> Motio
         round_trip=_round_trip(raw, capture, geometry, poses, slope_from_capture),
         start=max(recording.start, motion.start),
         stop=min(recording.stop, motion.stop),
+        foot_sigma=None if recording.completed is None else recording.completed.sigma,
     )
 
 

@@ -262,7 +262,7 @@ def _of_few_sensors(
         equipment=equipment,
         slope=slope,
         bvh=made.bvh,
-        heading=Heading(slope.fall_line_azimuth, True, max(CAPTURE_HEADING_SIGMA, made.course.sigma)),
+        heading=Heading(slope.fall_line_azimuth, True, made.heading_sigma),
         gps=made.gps,
         insoles=insoles,
         start=start,
