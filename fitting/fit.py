@@ -40,7 +40,7 @@ _FIRST_NOISE = ExponentialNoise(0.05, 2.0)
 """Of the residual, before there is one: what posture errors of 0.3° and a receiver of 2 cm leave."""
 _COARSE_NOISE = 1.0
 """m; what fixes of any receiver are wrong by against their neighbours, before the residual tells."""
-_COARSE_STEP = 0.01
+COARSE_STEP = 0.01
 """s; steps of the reduced model where most of the posture is assumed: a centimetre of path is nothing there."""
 _COARSE_TOLERANCE = 0.1
 """Of the objective, there."""
@@ -137,7 +137,7 @@ def fit(
     begin = clock.perf_counter()
     say = progress or (lambda _fraction, _detail: None)
     coarse = motion.foot_sigma is not None
-    prepared = prepare(problem.model, motion, step=_COARSE_STEP if coarse else STEP)
+    prepared = prepare(problem.model, motion, step=COARSE_STEP if coarse else STEP)
     enough = _COARSE_TOLERANCE if coarse else _tolerance(problem)
     reduced = fit_reduced(problem, prepared, say, tolerance=enough if coarse else 10.0 * enough)
     if method == "joint":  # the residual now tells what the noise is

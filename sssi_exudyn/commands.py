@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -56,6 +56,7 @@ from sssi_exudyn.validation.day import day_to_dict, weigh_day
 from sssi_exudyn.validation.diagnosis import Diagnosis, diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis import diagnose as find_missing
 from sssi_exudyn.validation.diagnosis_page import diagnosis_section
+from sssi_exudyn.validation.few_sensors_page import counted
 from sssi_exudyn.validation.known import compared, read_truth
 from sssi_exudyn.validation.measured import measured_table
 from sssi_exudyn.validation.page import Section
@@ -118,8 +119,16 @@ def fit(
         problem = problem_of(recording, motion, chosen, method)
         with progress.stage("fit") as stage:
             fitted = fit_problem(problem, motion, method, cache=Cache(out / _CACHE), progress=stage.advance)
+        sections: list[Section] = []
+        figures: dict[str, Any] = {}
+        if recording.completed is not None:
+            with progress.stage("posture"):
+                fitted, figures, section = counted(recording, motion, problem, fitted)
+            sections.append(section)
         settings = {"command": "fit", "method": method}
-        summary = _simulated(recording, motion, fitted.model, out, fitted, settings, progress)
+        summary = _simulated(
+            recording, motion, fitted.model, out, fitted, settings, progress, sections=sections, more=figures
+        )
         shutil.rmtree(out / _CACHE, ignore_errors=True)
         return summary
 
@@ -288,6 +297,9 @@ def _simulated(
     settings: dict[str, Any],
     progress: Progress,
     backend: Backend = "fastest",
+    *,
+    sections: Sequence[Section] = (),
+    more: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Run the model and write all that a result folder holds; a run that diverges leaves what it has, and raises."""
     failure = None
@@ -302,8 +314,9 @@ def _simulated(
         "friction": _friction(model, fitted),
         "fit": _fit_figures(fitted),
         "diverged": None if failure is None else str(failure),
+        **(more or {}),
     }
-    summary = _left(recording, motion, model, result, figures, out, settings)
+    summary = _left(recording, motion, model, result, figures, out, settings, sections=sections)
     if failure is not None:
         raise failure
     return summary

@@ -26,6 +26,8 @@ SPACING: Final = 1.5
 """s between the supports of an error that wanders; its correlation time is twice that."""
 _MOST: Final = 24
 """Supports at most, however long the run."""
+USUAL: Final = float(np.radians(0.4))
+"""rad by which a whole capture's segments are usually wrong, before the data speak."""
 _PROBE: Final = 0.002
 """rad or m by which an error is tried; responses are linear to well beyond."""
 _SIDES: Final = ("l", "r")
@@ -61,8 +63,16 @@ def capture_errors(motion: Motion, prepared: Prepared) -> list[CaptureError]:
     width = centres[1] - centres[0]
     supports = [None, *((float(centre), float(width)) for centre in centres)]
     lift = _height_scales(motion, prepared.time[:: max(1, len(prepared.time) // 50)])
+    sigma = motion.foot_sigma
+
+    def scale(kind: str, side: int) -> float:
+        """A posture that was assumed is wrong by what its makers say, where a captured one would be by the usual."""
+        if sigma is not None:
+            return float(getattr(sigma, kind)) / USUAL
+        return lift[side] if kind == "height" else 1.0
+
     return [
-        CaptureError(kind, side, support, 1.0 if kind != "height" else lift[side])
+        CaptureError(kind, side, support, scale(kind, side))
         for kind in ("roll", "pitch", "yaw", "height")
         for side in range(2)
         for support in supports
@@ -101,6 +111,7 @@ def antenna_responses(motion: Motion, model: Model, witnesses: Witnesses) -> Arr
     poses, _ = relative_poses(motion, time)
     torso = motion.antenna.segment
     arm = poses.rotation[:, torso] @ motion.antenna.offset
+    scale = 1.0 if motion.foot_sigma is None else motion.foot_sigma.roll / USUAL
     count = min(_MOST, max(2, round((time[-1] - time[0]) / SPACING) + 1))
     centres = np.linspace(time[0], time[-1], count)
     columns = []
@@ -109,7 +120,7 @@ def antenna_responses(motion: Motion, model: Model, witnesses: Witnesses) -> Arr
         for centre in centres:
             hat = np.maximum(0.0, 1.0 - np.abs(time - centre) / (centres[1] - centres[0]))
             column = np.zeros(len(witnesses.measured))
-            column[: 3 * len(time)] = (moved * hat[:, None]).T.ravel()
+            column[: 3 * len(time)] = scale * (moved * hat[:, None]).T.ravel()
             columns.append(column)
     return np.stack(columns, axis=1)
 

@@ -20,6 +20,7 @@ from scipy.optimize import Bounds, minimize
 
 from sssi_exudyn.frames import Array
 from sssi_exudyn.noise import ExponentialNoise, whiten
+from sssi_exudyn.validation.capture_error import USUAL
 from sssi_exudyn.validation.witness import Witnesses
 
 _LOAD_SHARE: Final = 0.03
@@ -73,7 +74,7 @@ def usual_levels(witnesses: Witnesses) -> NoiseLevels:
         height=ExponentialNoise(1.4 * sigma, 1.5),
         load=ExponentialNoise(_LOAD_SHARE * load, 0.05),
         difference=ExponentialNoise(_DIFFERENCE_SHARE * load, 0.3),
-        capture=np.radians(0.4).item(),
+        capture=USUAL,
     )
 
 

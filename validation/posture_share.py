@@ -1,0 +1,150 @@
+"""What a posture that is mostly assumed, and a slope that is estimated, add to the uncertainty of a fit; and how a run
+goes on that was fitted over its first half alone.
+
+Every way in which the feet may be wrong shifts the fitted numbers: where it moves the simulated track by r, by
+−H⁻¹ w ∫ (∂x/∂θ)ᵀ r dt, H the objective's curvature.  The shifts, each times its standard deviation, add up in squares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.few_sensors import FootSigma
+from sssi_exudyn.fitting.fit import COARSE_STEP, Fitted, fit_reduced
+from sssi_exudyn.fitting.objective import Problem
+from sssi_exudyn.fitting.observe import Track
+from sssi_exudyn.frames import Array
+from sssi_exudyn.gps import Gps
+from sssi_exudyn.model import Model
+from sssi_exudyn.motion import Motion
+from sssi_exudyn.reduced import Prepared, prepare, sensitivities, simulate_reduced
+from sssi_exudyn.validation.capture_error import CaptureError, with_error
+
+_SPANS: Final = 6
+"""Stretches of a run over which an assumption is wrong alike; wrong for longer it moves a track more."""
+_PROBE: Final = 0.1
+"""Of the standard deviation by which an error is tried."""
+_SIGNS: Final = {"roll": (1.0, 1.0), "pitch": (1.0, 1.0), "yaw": (1.0, 1.0), "height": (0.5, -0.5)}
+"""Of the left and the right foot: skis are assumed alike, heights against each other."""
+
+
+@dataclass(frozen=True)
+class Shares:
+    """Standard deviations (k,) of the fitted numbers by where they come from, and all of it as a covariance (k, k)."""
+
+    track: Array
+    posture: Array
+    slope: Array
+    covariance: Array
+
+
+@dataclass(frozen=True)
+class SecondHalf:
+    """A run fitted up to its middle, and predicted from there.
+
+    mu_t : as the first half has it
+    speed_rms, usual_rms : m/s, of predicted less measured speed over ground in the second half, and of the first half's
+        mean speed less the measured one
+    time, predicted, measured : (n,) s and m/s over the whole run
+    split : s
+    """
+
+    mu_t: float
+    speed_rms: float
+    usual_rms: float
+    time: Array
+    predicted: Array
+    measured: Array
+    split: float
+
+
+def shares_of(fitted: Fitted, problem: Problem, motion: Motion, sigma: FootSigma, sigma_inclination: float) -> Shares:
+    """What track, posture and slope (``sigma_inclination``, rad) each add to what a fit does not know."""
+    problem = replace(problem, model=fitted.model)
+    prepared = prepare(problem.model, motion, step=COARSE_STEP)
+
+    def residual_of(model: Model, tables: Prepared) -> Array:
+        run = simulate_reduced(model, tables)
+        return problem.residual(model, run.time, run.antenna)
+
+    base, slopes = sensitivities(
+        problem.model, prepared, problem.names, lambda model, run: problem.residual(model, run.time, run.antenna)
+    )
+    problem = problem.with_noise(fitted.noise)
+    inverse = np.linalg.pinv(problem.curvature(slopes), hermitian=True)
+
+    def shift(moved: Array) -> Array:
+        """(k,) of the fitted numbers where the residual changes by ``moved`` (n, 2)."""
+        return np.asarray(-inverse @ (problem.weight * np.einsum("n,nc,nck->k", problem.seconds, moved, slopes)))
+
+    def of_posture(case: tuple[str, tuple[float, float] | None, float]) -> Array:
+        kind, support, size = case
+        tables = prepared
+        for side, sign in enumerate(_SIGNS[kind]):
+            tables = with_error(tables, CaptureError(kind, side, support, 1.0), sign * _PROBE * size)
+        return shift((residual_of(problem.model, tables) - base) / _PROBE)
+
+    edges = np.linspace(prepared.time[0], prepared.time[-1], _SPANS)
+    spans = [(float(centre), float(edges[1] - edges[0])) for centre in edges]
+    cases = [(kind, support, getattr(sigma, kind)) for kind in _SIGNS for support in spans]
+    with ThreadPoolExecutor() as pool:
+        posture = np.stack(list(pool.map(of_posture, cases)))
+    steeper = problem.model.inclination + _PROBE * sigma_inclination
+    slope = np.zeros(len(problem.names))
+    if sigma_inclination > 0.0:
+        tilted = replace(prepared, inclination=steeper)
+        slope = shift((residual_of(replace(problem.model, inclination=steeper), tilted) - base) / _PROBE)
+    return Shares(
+        track=fitted.standard_errors,
+        posture=np.asarray(np.sqrt(np.sum(posture**2, axis=0))),
+        slope=np.abs(slope),
+        covariance=np.asarray(fitted.covariance + posture.T @ posture + np.outer(slope, slope)),
+    )
+
+
+def second_half(fitted: Fitted, problem: Problem, motion: Motion, gps: Gps) -> SecondHalf:
+    """Fit the reduced model to the first half's fixes and hold the second half's speed against the receiver's."""
+    track = problem.track
+    split = 0.5 * float(track.time[0] + track.time[-1])
+    early = track.time <= split
+    first = replace(problem, track=Track(track.time[early], track.place[early], track.sigma[early]), model=fitted.model)
+    first = first.with_noise(fitted.noise)
+    part = prepare(first.model, motion, stop=split, step=COARSE_STEP)
+    found = fit_reduced(first, part, tolerance=0.1)
+    model = first.model_at(found.values)
+    run = simulate_reduced(model, prepare(model, motion, step=COARSE_STEP))
+    predicted = over_ground(run.time, run.antenna, model.inclination)
+    inside = (gps.time >= run.time[0]) & (gps.time <= run.time[-1])
+    time = gps.time[inside]
+    measured = gps.speed[inside] if gps.speed is not None else over_ground(gps.time, gps.enu, 0.0)(time)
+    late = time > split
+    told = predicted(time)
+    usual = float(np.mean(measured[~late]))
+    return SecondHalf(
+        mu_t=model.friction.mu_t,
+        speed_rms=float(np.sqrt(np.mean((told - measured)[late] ** 2))),
+        usual_rms=float(np.sqrt(np.mean((usual - measured)[late] ** 2))),
+        time=time,
+        predicted=told,
+        measured=measured,
+        split=split,
+    )
+
+
+def over_ground(time: Array, path: Array, inclination: float) -> Callable[[Array], Array]:
+    """Horizontal speed (m/s) as a function of time, averaged over a second, from a path (n, 3) m in a frame inclined by
+    ``inclination`` (rad) about its second axis.
+    """
+    flat = np.stack([path[:, 0] * np.cos(inclination) + path[:, 2] * np.sin(inclination), path[:, 1]])
+
+    def speed(at: Array) -> Array:
+        ends = [np.stack([np.interp(at + half, time, axis) for axis in flat]) for half in (-0.5, 0.5)]
+        spans = np.clip(at + 0.5, None, time[-1]) - np.clip(at - 0.5, time[0], None)
+        return np.asarray(np.linalg.norm(ends[1] - ends[0], axis=0) / spans)
+
+    return speed
