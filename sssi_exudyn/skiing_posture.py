@@ -37,7 +37,7 @@ _OUTSIDE_SHARE: Final = 0.8
 _OUTSIDE_LOWER: Final = 0.012
 """m by which the outside ski is lower for it: on snow of 5·10³ N/m^1.5 at each of 50 points of an edge, four fifths and
 one fifth of 900 N press 20 and 8 mm deep."""
-_CLEAR_LEAN: Final = float(np.radians(10.0))
+CLEAR_LEAN: Final = float(np.radians(10.0))
 """rad of lean at which a skier stands on the outside ski, not on both."""
 _HIPS_BEHIND: Final = 0.05
 """Hips behind the ankles, over body height: an upright stance in boots whose cuffs lean 15 to 20° forward."""
@@ -131,7 +131,7 @@ def solve_posture(at: Coordinates, body: Body) -> Posture:
         lengths.thigh**2 + lengths.shank**2 + 2.0 * lengths.thigh * lengths.shank * np.cos(FLEXION) - behind**2
     )
     above = np.array([1.0, -1.0]) * 0.5 * lengths.hips * np.sin(roll)[:, None]
-    turning = np.tanh(at.lean / _CLEAR_LEAN)
+    turning = np.tanh(at.lean / CLEAR_LEAN)
     sole = np.outer(turning, 0.5 * _OUTSIDE_LOWER * np.array([-1.0, 1.0]))
     # hips stand middle ± half a hip's width over the snow, ankles on the foot's own axis over the sole
     middle = np.min((straight + body.ankle_to_ski_base) * np.cos(at.edge) + sole - above, axis=1)

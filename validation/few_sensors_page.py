@@ -28,7 +28,7 @@ def counted(
     completed, gps = recording.completed, recording.gps
     assert completed is not None
     assert gps is not None
-    shares = shares_of(fitted, problem, motion, completed.sigma, recording.slope.sigma_inclination)
+    shares = shares_of(fitted, problem, motion, completed, recording.slope.sigma_inclination)
     half = second_half(fitted, problem, motion, gps)
     figures = posture_figures(completed, fitted.names, shares, half)
     return (
@@ -57,7 +57,9 @@ def posture_figures(completed: Completed, names: tuple[str, ...], shares: Shares
         "unbalanced_rms_m": float(np.sqrt(np.mean(completed.unbalanced**2))),
     }
     at = names.index("friction.mu_t")
-    figures["mu_t_se"] = {name: float(getattr(shares, name)[at]) for name in ("track", "posture", "slope")}
+    figures["mu_t_se"] = {name: float(getattr(shares, name)[at]) for name in ("track", "posture", "slope", "steering")}
+    without = [figures["mu_t_se"][name] for name in ("track", "posture", "slope")]
+    figures["effective_friction"] = {"value": shares.effective, "se": float(np.linalg.norm(without))}
     figures["second_half"] = {
         "mu_t": half.mu_t,
         "speed_rms_mps": half.speed_rms,
@@ -76,6 +78,14 @@ def posture_section(completed: Completed, figures: dict[str, Any], half: SecondH
         ("height (m)", f"± {sigma['height_m']:.3f}", "of one foot against the other"),
         ("balance (m)", f"{figures['unbalanced_rms_m']:.3f}", "by which the posture fails to balance in roll"),
     ]
+    effective = figures["effective_friction"]
+    rows.append(
+        (
+            "effective friction",
+            f"{effective['value']:.3f} ± {effective['se']:.3f}",
+            "of the way: along and across the skis together, which is told apart only where steering was measured",
+        )
+    )
     for name, value in figures["mu_t_se"].items():
         rows.append(("share in μ_t's standard error", f"{value:.4f}", f"from the {name}"))
     parts = [

@@ -1,6 +1,9 @@
 """What a posture that is mostly assumed, and a slope that is estimated, add to the uncertainty of a fit; and how a run
 goes on that was fitted over its first half alone.
 
+Skis that point farther into every turn than was taken skid, and skidding brakes: μ_n |sin β| a turn's steering angle β.
+Unmeasured, it cannot be told from friction along the ski; their sum, the effective friction of the way, still can.
+
 Every way in which the feet may be wrong shifts the fitted numbers: where it moves the simulated track by r, by
 −H⁻¹ w ∫ (∂x/∂θ)ᵀ r dt, H the objective's curvature.  The shifts, each times its standard deviation, add up in squares.
 """
@@ -14,7 +17,7 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.few_sensors import FootSigma
+from sssi_exudyn.few_sensors import Completed
 from sssi_exudyn.fitting.fit import COARSE_STEP, Fitted, fit_reduced
 from sssi_exudyn.fitting.objective import Problem
 from sssi_exudyn.fitting.observe import Track
@@ -22,25 +25,46 @@ from sssi_exudyn.frames import Array
 from sssi_exudyn.gps import Gps
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion
-from sssi_exudyn.reduced import Prepared, prepare, sensitivities, simulate_reduced
+from sssi_exudyn.reduced import Prepared, ReducedRun, prepare, sensitivities, simulate_reduced
+from sssi_exudyn.skiing_posture import CLEAR_LEAN
 from sssi_exudyn.validation.capture_error import CaptureError, with_error
 
 _SPANS: Final = 6
 """Stretches of a run over which an assumption is wrong alike; wrong for longer it moves a track more."""
 _PROBE: Final = 0.1
 """Of the standard deviation by which an error is tried."""
+_SKID_PROBE: Final = 0.5
+"""Skidding counts from a degree on only, as friction across is smooth at rest."""
 _SIGNS: Final = {"roll": (1.0, 1.0), "pitch": (1.0, 1.0), "yaw": (1.0, 1.0), "height": (0.5, -0.5)}
 """Of the left and the right foot: skis are assumed alike, heights against each other."""
 
 
 @dataclass(frozen=True)
 class Shares:
-    """Standard deviations (k,) of the fitted numbers by where they come from, and all of it as a covariance (k, k)."""
+    """Standard deviations (k,) of the fitted numbers by where they come from, and all of it as a covariance (k, k).
+
+    track : noise of the fixes;  posture : errors of the feet that wander;  slope : its inclination's
+    steering : skis that point farther into every turn than was taken
+    effective : friction's work over the load's way, both of the fitted run
+    """
 
     track: Array
     posture: Array
     slope: Array
+    steering: Array
     covariance: Array
+    effective: float
+
+
+@dataclass(frozen=True)
+class _Turning(CaptureError):
+    """An error that goes with the turns: ``turning`` (m,), between −1 and 1, at ``at`` (m,) s."""
+
+    at: Array
+    turning: Array
+
+    def profile(self, time: Array) -> Array:
+        return np.interp(time, self.at, self.turning)
 
 
 @dataclass(frozen=True)
@@ -63,8 +87,11 @@ class SecondHalf:
     split: float
 
 
-def shares_of(fitted: Fitted, problem: Problem, motion: Motion, sigma: FootSigma, sigma_inclination: float) -> Shares:
+def shares_of(
+    fitted: Fitted, problem: Problem, motion: Motion, completed: Completed, sigma_inclination: float
+) -> Shares:
     """What track, posture and slope (``sigma_inclination``, rad) each add to what a fit does not know."""
+    sigma = completed.sigma
     problem = replace(problem, model=fitted.model)
     prepared = prepare(problem.model, motion, step=COARSE_STEP)
 
@@ -89,6 +116,13 @@ def shares_of(fitted: Fitted, problem: Problem, motion: Motion, sigma: FootSigma
             tables = with_error(tables, CaptureError(kind, side, support, 1.0), sign * _PROBE * size)
         return shift((residual_of(problem.model, tables) - base) / _PROBE)
 
+    # to the left in a left turn, which is a lean to the left
+    into = -np.tanh(completed.lean / CLEAR_LEAN)
+    tables = prepared
+    for side in range(2):
+        skid = _Turning("yaw", side, None, 1.0, completed.bvh.time, into)
+        tables = with_error(tables, skid, _SKID_PROBE * sigma.yaw)
+    steering = shift((residual_of(problem.model, tables) - base) / _SKID_PROBE)
     edges = np.linspace(prepared.time[0], prepared.time[-1], _SPANS)
     spans = [(float(centre), float(edges[1] - edges[0])) for centre in edges]
     cases = [(kind, support, getattr(sigma, kind)) for kind in _SIGNS for support in spans]
@@ -103,8 +137,19 @@ def shares_of(fitted: Fitted, problem: Problem, motion: Motion, sigma: FootSigma
         track=fitted.standard_errors,
         posture=np.asarray(np.sqrt(np.sum(posture**2, axis=0))),
         slope=np.abs(slope),
-        covariance=np.asarray(fitted.covariance + posture.T @ posture + np.outer(slope, slope)),
+        steering=np.abs(steering),
+        covariance=np.asarray(
+            fitted.covariance + posture.T @ posture + np.outer(slope, slope) + np.outer(steering, steering)
+        ),
+        effective=effective_friction(simulate_reduced(problem.model, prepared)),
     )
+
+
+def effective_friction(run: ReducedRun) -> float:
+    """Work of the snow's friction over the way that the load went: what a sledge of that friction would have lost."""
+    power = np.sum(run.foot_friction * run.foot_velocity, axis=(1, 2))
+    load_speed = np.sum(run.foot_load * np.linalg.norm(run.foot_velocity, axis=2), axis=1)
+    return -float(np.sum(power) / np.sum(load_speed))
 
 
 def second_half(fitted: Fitted, problem: Problem, motion: Motion, gps: Gps) -> SecondHalf:
