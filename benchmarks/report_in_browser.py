@@ -24,6 +24,13 @@ OPEN_WITHIN = 2.0
 DESKTOP, PHONE = (1280, 900, 1.0, False), (390, 844, 2.0, True)
 """Width, height, pixels a point, touch."""
 
+ALL_IN_MID_RUN = """for (const box of document.querySelectorAll('.replay')) {
+  box.querySelector('[name=view]').dispatchEvent(new Event('change'));
+  const slider = box.querySelector('[name=time]');
+  slider.value = 0.56;
+  slider.dispatchEvent(new Event('input'));
+} 0"""
+
 
 class Browser:
     """One Chromium, one page, the DevTools protocol over file descriptors 3 and 4."""
@@ -207,6 +214,7 @@ def main() -> int:
                 done |= {f"{name}: {what}": well for what, well in replay_works(browser).items()}
                 if name == "phone":
                     done["orbit by touch"] = touched(browser)
+                browser.value(ALL_IN_MID_RUN)
                 browser.picture(pictures / f"{name}-replay.png", whole=False)
             for fault in browser.faults():
                 print(f"{name}: {fault}")

@@ -45,6 +45,7 @@ from sssi_exudyn.report import render, render_pdf, write_run
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.result_folder import (
     DIAGNOSIS,
+    OPENSIM,
     complete_summary,
     locked,
     to_json,
@@ -236,7 +237,8 @@ def validate(folder: Path, result: Path, out: Path, *, progress: Progress = _SIL
         run = read_run(result)
         summary = complete_summary({**run.summary, **judged(run.series, recording.gps, recording.insoles)})
         measured = measured_table(recording.gps, recording.insoles)
-        write_run(out, replace(run, summary=summary, measured=measured))
+        exported = {name: (result / name).read_text(encoding="utf-8") for name in OPENSIM if (result / name).is_file()}
+        write_run(out, replace(run, summary=summary, measured=measured), opensim=exported)
         return summary
 
 

@@ -189,8 +189,9 @@
       const found = this.data.bones.map(([from, to, half, side]) =>
         stroke(this.project(this.point(from)), this.project(this.point(to)), half, colours[side]));
       const [neck, crown] = this.data.head.map((index) => this.point(index));
-      const middle = this.project(neck.map((value, k) => (value + crown[k]) / 2));
-      found.push(stroke(middle, middle, 0.45 * Math.hypot(...neck.map((v, k) => v - crown[k])), this.colour("head")));
+      const along = (share) => this.project(neck.map((value, k) => lerp(value, crown[k], share)));
+      const half = 0.36 * Math.hypot(...neck.map((value, k) => value - crown[k]));
+      found.push(stroke(along(0.5), along(0.64), half, this.colour("head"))); // a canvas draws no line without length
       return found;
     }
 
@@ -202,7 +203,7 @@
         const [a, b] = [this.project(from), this.project(to)];
         if (a === null || b === null || Math.hypot(b.x - a.x, b.y - a.y) < 3) return null;
         return {
-          depth: Math.min(a.depth, b.depth) - 0.3, // in front of the limb it acts on
+          depth: 0, // painted last: a leg must not hide its force
           paint: () => {
             const turn = Math.atan2(b.y - a.y, b.x - a.x), head = 9;
             this.pen.strokeStyle = this.pen.fillStyle = this.colour(colour);

@@ -93,7 +93,7 @@ def poses_of(series: pd.DataFrame, geometry: Geometry, inclination: float) -> Po
 def scene_of(series: pd.DataFrame, geometry: Geometry, model: Model, rate: float = RATE) -> Scene:
     """The run of ``series`` at ``rate`` frames a second: the rows nearest to evenly spaced times."""
     clock = series["time_s"].to_numpy(dtype=float)
-    frames = np.append(np.arange(clock[0], clock[-1] - 0.5 / rate, 1.0 / rate), clock[-1])
+    frames = np.linspace(clock[0], clock[-1], max(2, round((clock[-1] - clock[0]) * rate) + 1))
     middles = 0.5 * (clock[1:] + clock[:-1])
     rows = series.iloc[np.unique(np.searchsorted(middles, frames))]
     poses = poses_of(rows, geometry, model.inclination)
@@ -224,7 +224,7 @@ def player(packed: Mapping[str, Any]) -> str:
         '<button type="button" name="nearer" aria-label="nearer">+</button>\n'
         '<button type="button" name="farther" aria-label="farther">−</button>\n'
         '<label><input type="checkbox" name="forces" checked> forces</label>\n'
-        "<output></output>\n</div>\n"
+        '<output aria-live="off"></output>\n</div>\n'
         f"<noscript><p>The replay needs JavaScript.</p></noscript>\n<p class=key>{_KEY}</p>\n"
         f'<script type="application/json">{data}</script>\n</div>\n'
     )

@@ -47,7 +47,9 @@ def _skiing(summary: Mapping[str, Any]) -> str:
         skis = f"in a wedge of {apart:.0f}°" if apart >= WEDGE_DEG else f"parallel to {apart:.0f}°"
         edge = "skidded" if steering >= SKIDDED_DEG else "almost carved"
         words += f" Skis {skis}, turns {edge}: the skis point {steering:.0f}° off the way they go"
-        words += "." if share is None else f", and the outside one bears {100.0 * share:.0f} % of the load in mid-turn."
+        words += (
+            "." if share is None else f", and the outside one bears {100.0 * share:.0f}\u00a0% of the load in mid-turn."
+        )
     return words + " "
 
 
@@ -65,7 +67,7 @@ def _agreement(summary: Mapping[str, Any]) -> str:
     error, percent = summary["trajectory"]["mean_error_m"], summary["trajectory"]["percent_of_length"]
     if error is None:
         return "The run was simulated; there is no GPS track to hold it against."
-    words = f"The simulated track misses the GPS by {error:.3f} m on average, {percent:.2f} % of its length"
+    words = f"The simulated track misses the GPS by {error:.3f} m on average, {percent:.2f}\u00a0% of its length"
     correlation = summary["pressure_ratio"]["correlation"]
     if correlation is not None:
         words += f"; the load's shift between the feet correlates {correlation:.3f} with the insoles"

@@ -69,13 +69,14 @@ def _against_measured(run: Run) -> dict[str, Panel]:
             panels[_TRACK] = Panel(f"{run.name}: {_TRACK}", f"{len(seen)} GPS fixes and the simulated track", track)
             panels[_DISTANCE] = Panel(f"{run.name}: {_DISTANCE}", mean, distance)
     if "left_insole_N" in within:
-        seen = within.dropna(subset=["left_insole_N"])
-        felt = seen["time_s"].to_numpy()
-        measured = plots.filtered_ratio(felt, seen["left_insole_N"].to_numpy(), seen["right_insole_N"].to_numpy())
+        whole = run.measured.dropna(subset=["left_insole_N"])
+        felt = whole["time_s"].to_numpy()
+        measured = plots.filtered_ratio(felt, whole["left_insole_N"].to_numpy(), whole["right_insole_N"].to_numpy())
+        shown = (felt >= run.time[0]) & (felt <= run.time[-1])
         ratio = pressure_ratio(*(run.series[f"{side}_sole_N"].to_numpy(dtype=float) for side in ("left", "right")))
 
         def share(axes: Axes) -> None:
-            axes.plot(felt, measured, color=plots.COLOURS[0], linestyle="--")
+            axes.plot(felt[shown], measured[shown], color=plots.COLOURS[0], linestyle="--")
             axes.plot(run.time, ratio, color=plots.COLOURS[1])
             axes.set_ylim(-0.02, 1.02)
             axes.set(xlabel="time (s)", ylabel="left over both (1)")
