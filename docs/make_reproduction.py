@@ -24,7 +24,8 @@ from sssi_exudyn.validation.metrics import path_length
 from sssi_exudyn.validation.plots import filtered_ratio
 from sssi_exudyn.validation.run import Run, read_run
 from sssi_exudyn.validation.sentences import mean_of
-from sssi_exudyn.validation.tables import friction, peak_moment, with_spread
+from sssi_exudyn.validation.tables import friction, with_spread
+from sssi_exudyn.validation.turn_tables import peak_moment
 
 ROOT = Path(__file__).parents[1]
 NAMES = ("beginner", "intermediate")

@@ -249,6 +249,11 @@ def report(results: Sequence[Path], out: Path) -> Path:
     if out.suffix not in (".html", ".pdf"):
         raise InputError(out, "", "neither a page nor a document", "end its name in .html or .pdf")
     runs = [read_run(result) for result in results]
+    names = [run.name for run in runs]
+    for index, (run, result) in enumerate(zip(runs, results, strict=True)):
+        if names.count(run.name) > 1:  # two results of one recording
+            told_apart = {**run.summary, "recording": f"{run.name} ({result.resolve().name})"}
+            runs[index] = replace(run, summary=told_apart)
     write_atomically(out, render(runs) if out.suffix == ".html" else render_pdf(runs))
     return out
 

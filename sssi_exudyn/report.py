@@ -24,6 +24,7 @@ from sssi_exudyn.validation.replay import packed, player, scene_of
 from sssi_exudyn.validation.run import Run
 from sssi_exudyn.validation.sentences import in_words
 from sssi_exudyn.validation.track_figures import figure_4, figure_6
+from sssi_exudyn.validation.turn_tables import each_turn, turns
 
 
 def render(runs: Sequence[Run], sections: Sequence[Section] = ()) -> str:
@@ -83,7 +84,8 @@ def _sheets(runs: Sequence[Run]) -> list[tuple[str, tables.Table]]:
     """Every table with its title, the paper's first."""
     return [
         ("Table 1: friction and error of the track", tables.table_1(runs)),
-        ("The turns in figures", tables.turns(runs)),
+        ("The turns in figures", turns(runs)),
+        ("Turn by turn (cut off ones in brackets)", each_turn(runs)),
         ("Simulation against instruments", tables.agreement(runs)),
         ("Energy from start to end", tables.energy(runs)),
         ("Skeleton against capture: orientation, rms (largest), and place of the joint", tables.capture(runs)),

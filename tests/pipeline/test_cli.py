@@ -66,6 +66,14 @@ def test_summary_goes_to_stdout_as_text_or_json(
     assert json.loads(capsys.readouterr().out) == SUMMARY
 
 
+def test_a_report_says_where_it_is(behind: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    behind("report", lambda results, out: out.with_name(f"{len(results)}-{out.name}"))
+    assert status(["report", "one", "two", "--out", "page.html"]) == 0
+    assert capsys.readouterr().out == "2-page.html\n"
+    assert status(["report", "one", "--out", "page.html", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"report": "1-page.html"}
+
+
 def test_arguments_arrive_as_paths_and_words(behind: Callable[..., None]) -> None:
     seen: dict[str, Any] = {}
 

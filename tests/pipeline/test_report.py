@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from a_run import GPS_BIAS, NAME, a_run
+from tiny import Tiny
 
 from sssi_exudyn import commands
 from sssi_exudyn.errors import InputError
 from sssi_exudyn.report import render, write_run
-from sssi_exudyn.result_folder import read_measured, read_skeleton
+from sssi_exudyn.result_folder import read_measured, read_skeleton, read_summary
 from sssi_exudyn.validation.page import Section
 from sssi_exudyn.validation.run import read_run
 
@@ -216,6 +217,38 @@ def test_the_document_to_print_is_whole_and_the_same_each_time(folder: Path, tmp
     # the sentence with Table 1, five figures, and tables
     assert made[0].count(b"/Type /Page ") >= 7
     assert made[0] == made[1]
+
+
+def test_two_results_of_one_recording_are_told_apart(folder: Path, tmp_path: Path) -> None:
+    other = tmp_path / "with wind"
+    shutil.copytree(folder, other)
+    made = commands.report([folder, other], tmp_path / "both.html")
+    text = Outline(made.read_text(encoding="utf-8")).text
+    assert f"{NAME} (made)" in text
+    assert f"{NAME} (with wind)" in text
+
+
+def test_validate_keeps_what_the_run_left(folder: Path, tmp_path: Path) -> None:
+    result, out = tmp_path / "result", tmp_path / "judged"
+    write_run(result, a_run(measured=False), opensim={"markers.trc": "PathFileType"})
+    recording = Tiny().write(tmp_path / "recording")
+    assert read_summary(result)["trajectory"]["mean_error_m"] is None
+    summary = commands.validate(recording, result, out)
+    assert summary["trajectory"]["mean_error_m"] > 0.0
+    assert (out / "markers.trc").read_text(encoding="utf-8") == "PathFileType"
+    for name in ("skeleton.json", "turns.csv", "turns.parquet", "model.toml"):
+        assert (out / name).read_bytes() == (result / name).read_bytes(), name
+    measured = read_measured(out)
+    assert measured is not None
+    assert measured["gps_east_m"].notna().sum() > 50
+
+
+def test_turn_by_turn_every_turn_is_there(outline: Outline) -> None:
+    table = a_run().turn_table
+    assert table is not None
+    for number, turn in table.groupby("turn"):
+        words = f"{number}, {turn['side'].iloc[0]}"
+        assert (words if turn["complete"].iloc[0] else f"({words})") in outline.text
 
 
 def test_a_report_is_html_or_pdf(tmp_path: Path) -> None:

@@ -1,0 +1,123 @@
+"""What a coach reads of the turns, as tables: over all of them, and turn by turn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from sssi_exudyn.biomechanics import WHOLE
+from sssi_exudyn.turns import PHASES
+from sssi_exudyn.validation.run import Run
+from sssi_exudyn.validation.tables import Entry, Summary, Table, number, sheet, with_spread
+
+_TURNS: Final = (
+    ("duration of a turn (s)", "each", "duration_s", 1.0),
+    ("mean speed (m/s)", "each", "mean_speed_mps", 1.0),
+    ("mean turn radius of the centre of mass (m)", "each", "turn_radius_m", 1.0),
+    ("angle between the skis (°)", "each", "ski_angle_mean_deg", 1.0),
+    ("steering angle, mean (°)", "each", "steering_angle_mean_deg", 1.0),
+    ("steering angle, peak (°)", "each", "steering_angle_peak_deg", 1.0),
+    ("edge angle of the outside ski, peak (°)", "each", "edge_angle_outside_peak_deg", 1.0),
+    ("inclination, peak (°)", "each", "inclination_peak_deg", 1.0),
+    ("centre of mass inside both skis (% of the turn)", "each", "com_inside_both_share", 100.0),
+    ("hip flexion of the outside leg, largest (°)", "each", "hip_flexion_outside_max_deg", 1.0),
+    ("postural shift after the transition (s)", "each", "postural_shift_s", 1.0),
+    ("postural shift after the transition (% of the turn)", "each", "postural_shift_percent", 1.0),
+    ("load shift after the transition (s)", "each", "load_shift_s", 1.0),
+    ("load shift after the transition (% of the turn)", "each", "load_shift_percent", 1.0),
+    ("outside ski's share of the load, control phase (%)", "control", "outside_force_share", 100.0),
+    ("load on both skis, control phase (body weights)", "control", "total_force_bodyweights", 1.0),
+    ("whole force of the snow, control phase (body weights)", "control", "snow_force_bodyweights", 1.0),
+)
+"""What a row says, its group and name in a summary's ``turns``, and the factor to its unit."""
+PEAK_MOMENTS: Final = (
+    ("hip flexion moment, peak (N m/kg)", "hip_flexion", "max"),
+    ("hip extension moment, peak (N m/kg)", "hip_flexion", "min"),
+    ("knee extension moment, peak (N m/kg)", "knee_angle", "min"),
+)
+
+
+def turns(runs: Sequence[Run]) -> Table:
+    """Technique and forces, mean ± standard deviation over complete turns; peaks are the largest of all of them."""
+    rows: list[Entry] = [
+        ("turns (complete ones)", lambda s: _counts(s.get("turns") or {})),
+        *((what, _of_turns(group, name, factor)) for what, group, name, factor in _TURNS),
+        *((what, _peak(joint, end)) for what, joint, end in PEAK_MOMENTS),
+        (
+            "residual moment at the pelvis, peak (N m)",
+            lambda s: number((s.get("residual_moment") or {}).get("peak_Nm")),
+        ),
+        ("its root mean square (N m)", lambda s: number((s.get("residual_moment") or {}).get("rms_Nm"))),
+    ]
+    return sheet(runs, rows)
+
+
+_EACH: Final = (
+    ("start (s)", WHOLE, "start_s", "{:.1f}", 1.0),
+    ("duration (s)", WHOLE, "duration_s", "{:.2f}", 1.0),
+    ("speed (m/s)", WHOLE, "mean_speed_mps", "{:.1f}", 1.0),
+    ("radius (m)", WHOLE, "turn_radius_m", "{:.1f}", 1.0),
+    ("steering angle (°)", WHOLE, "steering_angle_mean_deg", "{:.0f}", 1.0),
+    ("edge angle, peak (°)", WHOLE, "edge_angle_outside_peak_deg", "{:.0f}", 1.0),
+    *((f"outside load, {phase} (%)", phase, "outside_force_share", "{:.0f}", 100.0) for phase in PHASES),
+)
+"""A column's headline, the phase it is of, its name in the table of turns, how it is written, factor to its unit."""
+
+
+def each_turn(runs: Sequence[Run]) -> Table:
+    """Turn by turn: a row a turn.  Turns that the run's ends, a stop or a traverse cut off are in brackets."""
+    rows = []
+    for run in runs:
+        before = f"{run.name}: " if len(runs) > 1 else ""
+        for phases in _by_phase(run):
+            whole = phases[WHOLE]
+            name = f"{before}{whole['turn']}, {whole['side']}"
+            cells = [
+                form.format(factor * phases[phase][column]) if phase in phases else "–"
+                for _, phase, column, form, factor in _EACH
+            ]
+            rows.append([name if whole["complete"] else f"({name})", *cells])
+    return [["", *(entry[0] for entry in _EACH)], *rows]
+
+
+def _by_phase(run: Run) -> list[dict[str, dict[str, Any]]]:
+    """For each turn its rows in the table of turns, by phase."""
+    found: dict[int, dict[str, dict[str, Any]]] = {}
+    for row in [] if run.turn_table is None else run.turn_table.to_dict("records"):
+        found.setdefault(row["turn"], {})[row["phase"]] = {str(name): value for name, value in row.items()}
+    return [phases for phases in found.values() if WHOLE in phases]
+
+
+def peak_moment(summary: Summary, joint: str, end: str) -> float | None:
+    """The largest moment (N m/kg) over both legs and all complete turns, of its opposite with ``min``; None where there
+    is none.
+    """
+    peaks = (summary.get("turns") or {}).get("peak_moments") or {}
+    found = [peaks.get(f"{joint}_{leg}_moment_{end}_Nm_per_kg") for leg in ("outside", "inside")]
+    known = [value for value in found if value is not None]
+    if not known:
+        return None
+    return float(max(known) if end == "max" else -min(known))
+
+
+def _counts(figures: Summary) -> str:
+    return f"{figures['count']} ({figures['complete']})" if "count" in figures else "–"
+
+
+def _of_turns(group: str, name: str, factor: float) -> Callable[[Summary], str]:
+    def shown(summary: Summary) -> str:
+        figure = ((summary.get("turns") or {}).get(group) or {}).get(name) or {}
+        mean, spread = figure.get("mean"), figure.get("sd")
+        if mean is None:
+            return "–"
+        return number(factor * mean) if spread is None else with_spread(factor * mean, factor * spread)
+
+    return shown
+
+
+def _peak(joint: str, end: str) -> Callable[[Summary], str]:
+    return lambda summary: number(peak_moment(summary, joint, end))
+
+
+def _residual(name: str) -> Callable[[Summary], str]:
+    return lambda summary: number((summary.get("residual_moment") or {}).get(name))
