@@ -89,10 +89,10 @@ def _text(page: Figure, y: float, lines: Sequence[str], *, size: float, weight: 
 def _row(page: Figure, y: float, row: Sequence[str], *, head: bool) -> float:
     """One row of a table, long cells over several lines; where the next one begins."""
     columns = len(row) - 1
-    first = _FIRST_COLUMN if columns < 4 else 0.25
+    first = _FIRST_COLUMN if columns < 4 else 0.2
     width = (_RIGHT - _LEFT) * (1.0 - first) / max(1, columns)
     cells = [textwrap.wrap(row[0], int(105 * first))] + [
-        textwrap.wrap(cell, max(8, int(105 * width))) for cell in row[1:]
+        textwrap.wrap(cell, max(10, int(105 * width))) for cell in row[1:]
     ]
     lines = max(1, *(len(cell) for cell in cells))
     for index, cell in enumerate(cells):
