@@ -102,7 +102,7 @@ def _row(page: Figure, y: float, row: Sequence[str], *, head: bool) -> float:
                 x,
                 y - line * 0.8 * _LINE,
                 _literal(words),
-                fontsize=8.0,
+                fontsize=8.0 if columns < 6 else 7.0,
                 va="top",
                 ha="left" if index == 0 else "right",
                 weight="bold" if head else "normal",
