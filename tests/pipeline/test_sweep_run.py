@@ -1,0 +1,138 @@
+"""One run of a sweep, and the command line's way to it."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sssi_exudyn import cli, sweep_run, sweeps
+from sssi_exudyn.chain import PRESCRIBED
+from sssi_exudyn.errors import SimulationDiverged
+from sssi_exudyn.fitting.recorded import model_of
+from sssi_exudyn.motion import motion_from_recording
+from sssi_exudyn.recording import read_recording
+from sssi_exudyn.reduced import prepare, simulate_reduced
+from sssi_exudyn.sweep_file import sweep_from
+from sssi_exudyn.sweep_plan import Plan, planned
+from sssi_exudyn.sweep_records import last_records
+from sssi_exudyn.sweep_run import outcome_of, performed
+from sssi_exudyn.sweep_table import table_of
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+def plan_of(**settings: Any) -> Plan:
+    return planned(sweep_from({"format": 1, "recordings": ["beginner"], **settings}, EXAMPLES / "swept.toml"))
+
+
+def test_run_is_the_simulation_that_its_parameters_say(tmp_path: Path) -> None:
+    parameter = [{"name": "friction.mu_t", "values": [0.07]}, {"name": "skier.mass", "values": [72.0]}]
+    plan = plan_of(parameter=parameter, duration_s=1.0)
+    figures = outcome_of(plan.job, plan.run(0), tmp_path)["figures"]
+    recording = read_recording(EXAMPLES / "beginner")
+    motion = motion_from_recording(recording)
+    model = model_of(recording, motion)
+    model = replace(model, skier=replace(model.skier, mass=72.0)).with_values({"friction.mu_t": 0.07})
+    run = simulate_reduced(model, prepare(model, motion, stop=motion.start + 1.0))
+    # the very same computation
+    assert figures["down_m"] == float(run.com[-1, 0] - run.com[0, 0])
+    assert figures["max_speed_mps"] == float(np.linalg.norm(run.com_velocity, axis=1).max())
+    # friction takes what gravity gives and speed does not show, but for air and the joints' work: it takes
+    assert figures["friction_work_J"] < 0.0
+
+
+def test_full_model_adds_joint_moments(tmp_path: Path) -> None:
+    plan = plan_of(tier="full", duration_s=0.1, parameter=[{"name": "solver.step", "values": [0.01]}])
+    assert performed(tmp_path, plan.job, plan.run(0)) == "done"
+    records, _ = last_records(tmp_path)
+    table = table_of(plan, records)
+    assert table["max_penetration_m"][0] > 0.0
+    moments = table[[f"max_{name}_moment_Nm" for name in PRESCRIBED]]
+    assert moments.notna().all(axis=None)
+    series = pd.read_parquet(tmp_path / table["series"][0])
+    assert series["knee_angle_r_moment_Nm"].abs().max() == pytest.approx(
+        table["max_knee_angle_r_moment_Nm"][0], rel=1e-6
+    )  # single precision
+    assert performed(tmp_path, plan.job, plan.run(0)) == "done"  # not run again
+    assert len(last_records(tmp_path)[0]) == 1
+
+
+def test_fits_are_swept_without_any_parameter(tmp_path: Path) -> None:
+    plan = plan_of(task="fit", method="paper", duration_s=3.0)
+    record = outcome_of(plan.job, plan.run(0), tmp_path)
+    assert record["error"] == ""
+    # half to twice the truth in 3 s: that it is a fit, not how good
+    assert 0.03 < record["figures"]["fitted_mu_t"] < 0.12
+    assert record["figures"]["converged"] == 1.0
+    assert list(record["figures"]) == [column.name for column in plan.columns]
+
+
+def test_diverged_run_says_when_and_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+
+    def gives_up(*_: Any) -> Any:
+        raise SimulationDiverged(1.25, "Newton's method does not converge")
+
+    monkeypatch.setattr(sweep_run, "simulate_reduced", gives_up)
+    plan = plan_of(duration_s=1.0)
+    record = outcome_of(plan.job, plan.run(0), tmp_path)
+    assert record["status"] == "diverged"
+    assert "1.250 s" in record["error"]
+    table = table_of(plan, {record["key"]: record})
+    assert table["mean_speed_mps"].isna().all()
+
+
+@pytest.fixture
+def called(monkeypatch: pytest.MonkeyPatch) -> Callable[[list[str]], tuple[int, dict[str, Any]]]:
+    """Call the command line with functions of ``sweeps`` that only note what they were given."""
+    seen: dict[str, Any] = {}
+
+    def note(name: str) -> Callable[..., dict[str, Any]]:
+        def noted(*given: Any, **named: Any) -> dict[str, Any]:
+            seen.update(named, name=name, given=given)
+            return {"name": "swept", "runs": 3, "done": 3}
+
+        return noted
+
+    for name in ("sweep", "resume", "retry", "status"):
+        monkeypatch.setattr(sweeps, name, note(name))
+
+    def call(arguments: list[str]) -> tuple[int, dict[str, Any]]:
+        with pytest.raises(SystemExit) as end:
+            cli.main(arguments)
+        assert isinstance(end.value.code, int)
+        return end.value.code, seen
+
+    return call
+
+
+def test_command_line_knows_files_and_verbs(
+    called: Callable[[list[str]], tuple[int, dict[str, Any]]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, seen = called(["sweep", "file.toml", "--out", "dir", "--workers", "3", "--cluster", "local"])
+    assert (code, seen["name"], seen["given"]) == (0, "sweep", (Path("file.toml"), Path("dir")))
+    assert (seen["workers"], seen["cluster"], seen["scheduler"]) == (3, "local", None)
+    assert "swept" in capsys.readouterr().out
+    for verb, more in (("status", []), ("resume", []), ("retry", ["--failed"])):
+        code, seen = called(["sweep", verb, "dir", *more, "--json"])
+        assert (code, seen["name"], seen["given"]) == (0, verb, (Path("dir"),))
+        assert json.loads(capsys.readouterr().out)["runs"] == 3
+
+
+def test_command_line_refuses_no_workers(
+    called: Callable[[list[str]], tuple[int, dict[str, Any]]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, _ = called(["sweep", "resume", "dir", "--workers", "0"])
+    assert code == 2
+    assert "--workers" in capsys.readouterr().err
+
+
+def test_folder_without_a_sweep_is_told_in_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        cli.main(["sweep", "status", str(tmp_path)])
+    assert end.value.code == 2
+    assert "holds no sweep" in capsys.readouterr().err
