@@ -57,31 +57,12 @@ class Coupling:
 
 
 @dataclass(frozen=True)
-class Closing:
-    """Brings the loose end of a row of bones to where it shall end.
-
-    loose, place : the last bone, and the point (3,) m of it that
-    firm, target : this point (3,) m of another bone shall coincide with
-    shares : by how much of the gap each bone of the row is moved
-    """
-
-    loose: str
-    place: Array
-    firm: str
-    target: Array
-    shares: Mapping[str, float]
-
-
-@dataclass(frozen=True)
 class Bones:
-    """All bones, parents before children, the coordinates that move them, which of these follow others, and rows of
-    bones that are closed afterwards.
-    """
+    """All bones, parents before children, the coordinates that move them, and which of these follow others."""
 
     bones: tuple[Bone, ...]
     coordinates: tuple[str, ...]
     couplings: tuple[Coupling, ...] = ()
-    closings: tuple[Closing, ...] = ()
 
     def index(self, name: str) -> int:
         """Index of a bone by name.  Raises KeyError when there is none."""
@@ -159,17 +140,6 @@ def stand(tree: Bones, q: Array) -> Stance:
             frame = frame @ _turn(drive.axis, amount)
         rotation[:, i] = frame @ bone.end_attitude.T
         origin[:, i] = place - rotation[:, i] @ bone.end_place
-    for closing in tree.closings:
-        ends = []
-        for name, point in ((closing.firm, closing.target), (closing.loose, closing.place)):
-            i = at[name]
-            there = origin[:, i] + rotation[:, i] @ point
-            ends.append((there, moving[:, i] + np.cross(turning[:, i], there[:, None])))
-        gap, opening = (firm - loose for firm, loose in zip(*ends, strict=True))
-        for name, share in closing.shares.items():
-            i = at[name]
-            origin[:, i] += share * gap
-            moving[:, i] += share * (opening - np.cross(turning[:, i], gap[:, None]))
     return Stance(q, rotation, origin, turning, moving)
 
 

@@ -6,15 +6,19 @@ brings the model's far joint to the chain's; the trunk, from the hips to the sho
 the skier's width between the hips.  Optimal fibre and tendon slack lengths are scaled by the muscle's whole length in
 anatomical zero, as OpenSim does it.
 
-The chain has one lumbar joint, the model five vertebrae that share its rotations.  They stand in a row between pelvis
-and torso, turn by their shares, and where the row would not end at the torso, they are moved by what they have of the
-rotation: so pelvis and torso move exactly as the chain's do, and a moment arm belongs to the chain's moment.
+The chain has one lumbar joint, here there are five vertebrae and the torso that share its rotations; and the knee
+slides while it bends.  So bones do not turn quite about the chain's joints, and a moment that shall be held against
+these muscles has to be taken over to where they turn (``joint_shift``).
+
+Some of the model's trunk muscles have fibres of twice their optimal length in the upright posture already.  Measured
+sarcomeres say otherwise: there a trunk muscle's fibre is taken to be between ``UPRIGHT`` of its optimal length, and its
+tendon as long as leaves it that.
 """
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -22,7 +26,7 @@ from typing import Any, Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bodies.bones import Bone, Bones, Closing, Drive
+from sssi_exudyn.bodies.bones import Bone, Bones, Drive, Stance
 from sssi_exudyn.bodies.curves import line, spline
 from sssi_exudyn.bodies.muscle_paths import Muscle, MuscleModel, PathPoint, Surface, Wrap, muscle_paths
 from sssi_exudyn.chain import JOINTS, PRESCRIBED, SEGMENT, Geometry, average_geometry
@@ -54,6 +58,11 @@ LUMBAR_GROUPS: Final = (
 _MIDDLE: Final = ("pelvis", "torso", "abdomen", "back", "L5", "L4", "L3", "L2", "L1")
 _VERTEBRAE: Final = ("L5", "L4", "L3", "L2", "L1")
 _LUMBAR: Final = ("lumbar_extension", "lumbar_bending", "lumbar_rotation")
+UPRIGHT: Final = (0.8, 1.2)
+"""Least and greatest length of a trunk muscle's fibre in anatomical zero, in optimal ones.  Sarcomeres measured there,
+of 2.7 µm at the optimum: rectus abdominis 2.83, quadratus lumborum 2.39, erector spinae 2.37 µm (Delp et al. 2001),
+multifidus 2.27 µm (Ward et al. 2009), psoas 3.11 µm (Regev et al. 2011).
+"""
 
 
 @dataclass(frozen=True)
@@ -68,10 +77,16 @@ class NamedMuscle:
 
 @dataclass(frozen=True)
 class SkierMuscles:
-    """The skier's muscles: the model (coordinates: ``chain.PRESCRIBED``), and side, region and group of each."""
+    """The skier's muscles: the model (coordinates ``chain.PRESCRIBED``, ground the pelvis), and side, region and group.
+
+    torso_origin : (3,) m, in anatomical zero, of the torso's bone from the pelvis' origin
+    ligament : by "r" and "l" the ends (3,) m of the patella's ligament, in the tibia and in the patella
+    """
 
     model: MuscleModel
     named: tuple[NamedMuscle, ...]
+    torso_origin: Array
+    ligament: Mapping[str, tuple[Array, Array]]
 
 
 def skier_muscles(geometry: Geometry) -> SkierMuscles:
@@ -84,15 +99,64 @@ def skier_muscles(geometry: Geometry) -> SkierMuscles:
         MuscleModel("skier", _bones(table, scales), _muscles(table, scales), _surfaces(table, scales), _upright())
         for scales in (ours, theirs)
     )
-    longer = (muscle_paths(built, _upright()[None]).length / muscle_paths(own, _upright()[None]).length)[0]
-    muscles = tuple(
-        replace(muscle, optimal_fibre=muscle.optimal_fibre * ratio, tendon_slack=muscle.tendon_slack * ratio)
-        for muscle, ratio in zip(built.muscles, map(float, longer), strict=True)
-    )
+    whole = muscle_paths(built, _upright()[None]).length[0]
+    longer = whole / muscle_paths(own, _upright()[None]).length[0]
     named = []
-    for muscle, (row, side) in zip(muscles, _rows(table), strict=True):
-        named.append(NamedMuscle(side, row["region"], row["group"], muscle))
-    return SkierMuscles(replace(built, muscles=muscles), tuple(named))
+    for muscle, (row, side), ratio, length in zip(built.muscles, _rows(table), longer, whole, strict=True):
+        scaled = replace(
+            muscle,
+            optimal_fibre=float(muscle.optimal_fibre * ratio),
+            tendon_slack=float(muscle.tendon_slack * ratio),
+        )
+        if row["region"] == "lumbar":
+            scaled = _within_upright(scaled, float(length))
+        named.append(NamedMuscle(side, row["region"], row["group"], scaled))
+    return SkierMuscles(
+        replace(built, muscles=tuple(each.muscle for each in named)),
+        tuple(named),
+        ours.torso_origin,
+        _ligament(table, ours),
+    )
+
+
+def _ligament(table: dict[str, Any], scales: _Scales) -> dict[str, tuple[Array, Array]]:
+    ends = table["knee"]["ligament"]
+    found = {}
+    for side, left in (("r", 1.0), ("l", -1.0)):
+        mirror = np.array([1.0, left, 1.0])
+        tibia, patella = (scales.point(f"{bone}_{side}", mirror * ends[bone]) for bone in ("tibia", "patella"))
+        found[side] = tibia, patella
+    return found
+
+
+def _within_upright(muscle: Muscle, length: float) -> Muscle:
+    """The muscle with a tendon that leaves its fibre a length within ``UPRIGHT``; ``length`` m, the whole's upright."""
+    width = muscle.optimal_fibre * np.sin(muscle.pennation)
+    shortest, longest = (np.sqrt((bound * muscle.optimal_fibre) ** 2 - width**2) for bound in UPRIGHT)
+    slack = np.clip(muscle.tendon_slack, length - longest, length - shortest)
+    return replace(muscle, tendon_slack=float(max(slack, 0.0)))
+
+
+def joint_shift(skier: SkierMuscles, geometry: Geometry, stance: Stance) -> dict[str, dict[str, Array]]:
+    """How the chain's joints of torso and tibiae move on these bones: by segment and coordinate, (n, 3) a unit rate, in
+    the pelvis' frame.
+
+    A force F that the part within exerts on the part beyond at the chain's joint does F · shift more work here than
+    there; so much greater is the moment that muscles have to do.
+    """
+    tree = skier.model.bones
+    origin = geometry.joint_in_parent[SEGMENT["torso"]] - skier.torso_origin
+    found: dict[str, dict[str, Array]] = {}
+    for segment, point, names in (
+        ("torso", origin, _LUMBAR),
+        *((f"tibia_{side}", np.zeros(3), (f"knee_angle_{side}",)) for side in "rl"),
+    ):
+        i = tree.index(segment)
+        place = stance.origin[:, i] + stance.rotation[:, i] @ point
+        at = [PRESCRIBED.index(name) for name in names]
+        moving = stance.moving[:, i, at] + np.cross(stance.turning[:, i, at], place[:, None])
+        found[segment] = {name: moving[:, k] for k, name in enumerate(names)}
+    return found
 
 
 def muscles_table() -> list[dict[str, str | float]]:
@@ -165,6 +229,7 @@ class _Scales:
         hips = [joint[SEGMENT[f"femur_{side}"]] for side in "lr"]
         shoulders = [joint[SEGMENT["torso"]] + joint[SEGMENT[f"humerus_{side}"]] for side in "lr"]
         self.geometry = geometry
+        self.table = table
         self.hips = 0.5 * (hips[0] + hips[1])
         height = float(np.linalg.norm(0.5 * (shoulders[0] + shoulders[1]) - self.hips))
         self.trunk = height / float(np.linalg.norm(reference["shoulders_from_hips"]))
@@ -182,6 +247,13 @@ class _Scales:
             toes = joint[SEGMENT[f"calcn_{side}"]] + joint[SEGMENT[f"toes_{side}"]]
             self.matrix[f"calcn_{side}"] = toes[0] / reference["toes_from_ankle"][0] * np.eye(3)
             self.matrix[f"patella_{side}"] = self.matrix[f"femur_{side}"]
+
+    @property
+    def torso_origin(self) -> Array:
+        """(3,) m: the torso's own frame in the pelvis, upright."""
+        rows = [self.table["lumbar"][name] for name in (*_VERTEBRAE, "torso")]
+        from_hips = np.sum([np.array(row["joint"]) + row["origin_from_joint"] for row in rows], axis=0)
+        return np.asarray(self.hips + self.trunk * from_hips)
 
     def point(self, bone: str, place: Array) -> Array:
         """A point of the table on the chain's bone."""
@@ -213,11 +285,13 @@ def _joint(segment: str, geometry: Geometry, slides: tuple[Drive, ...] = ()) -> 
 
 
 def _bones(table: dict[str, Any], scales: _Scales) -> Bones:
-    bones = [Bone("pelvis", None), *_spine(table, scales), _joint("torso", scales.geometry)]
+    bones = [Bone("pelvis", None), *_spine(table, scales)]
+    lower = scales.geometry.joint_in_parent[SEGMENT["torso"]] - scales.torso_origin
     for side in "rl":
         bones += _leg(table, scales, side)
-        bones.append(_joint(f"humerus_{side}", scales.geometry))
-    return Bones(tuple(bones), PRESCRIBED, closings=(_closing(table, scales),))
+        humerus = _joint(f"humerus_{side}", scales.geometry)
+        bones.append(replace(humerus, place=humerus.place + lower))
+    return Bones(tuple(bones), PRESCRIBED)
 
 
 def _leg(table: dict[str, Any], scales: _Scales, side: str) -> list[Bone]:
@@ -226,7 +300,7 @@ def _leg(table: dict[str, Any], scales: _Scales, side: str) -> list[Bone]:
     size = float(np.linalg.norm(matrix[:, 0]))
     turned = matrix / size
     knee = f"knee_angle_{side}"
-    curves = {name: spline(entry["x"], entry["y"]) for name, entry in table["knee"].items()}
+    curves = {name: spline(entry["x"], entry["y"]) for name, entry in table["knee"].items() if "x" in entry}
 
     def slide(name: str, axis: int, extended: float) -> Drive:
         curve = curves[name].raised(-extended).scaled(y=size)
@@ -248,12 +322,12 @@ def _leg(table: dict[str, Any], scales: _Scales, side: str) -> list[Bone]:
 
 
 def _spine(table: dict[str, Any], scales: _Scales) -> Iterator[Bone]:
-    """Vertebrae one on the other, turning by their shares, and the two frames that turn with extension alone."""
+    """Vertebrae and torso, one on the other, turning by their shares; and the two frames that turn with extension."""
     rows = table["lumbar"]
     total = np.sum([rows[name]["shares"] for name in (*_VERTEBRAE, "torso")], axis=0)
     parent, place = "pelvis", scales.hips + scales.trunk * np.array(rows["L5"]["joint"])
     axes = [axis for _, axis in JOINTS[SEGMENT["torso"]].rotations]
-    for name in _VERTEBRAE:
+    for name in (*_VERTEBRAE, "torso"):
         shares = np.array(rows[name]["shares"]) / total
         turns = tuple(
             Drive(np.array(axis), line(float(share)), coordinate)
@@ -277,33 +351,6 @@ def _spine(table: dict[str, Any], scales: _Scales) -> Iterator[Bone]:
         yield Bone(name, "pelvis", place, turns=(turn,), slides=slides, end_place=end)
 
 
-def _torso_from_hips(table: dict[str, Any]) -> Array:
-    """(3,) m of the model: the torso's own frame, upright, from the middle of the hips."""
-    rows = [table["lumbar"][name] for name in (*_VERTEBRAE, "torso")]
-    return np.asarray(np.sum([np.array(row["joint"]) + row["origin_from_joint"] for row in rows], axis=0))
-
-
-def _closing(table: dict[str, Any], scales: _Scales) -> Closing:
-    """The torso's frame, as the last vertebra carries it and as the chain has it; each vertebra is moved by the part of
-    extension that has come about below it.
-    """
-    rows = table["lumbar"]
-    shares = np.cumsum([rows[name]["shares"][0] for name in _VERTEBRAE])
-    return Closing(
-        loose="L1",
-        place=scales.trunk * np.array(rows["torso"]["joint"]),
-        firm="torso",
-        target=_torso_origin(table, scales),
-        shares=dict(zip(_VERTEBRAE, map(float, shares / shares[-1]), strict=True)),
-    )
-
-
-def _torso_origin(table: dict[str, Any], scales: _Scales) -> Array:
-    """(3,) m: the table's torso frame in the chain's, which begins at the lumbar joint."""
-    lumbar = scales.geometry.joint_in_parent[SEGMENT["torso"]]
-    return np.asarray(scales.hips + scales.trunk * _torso_from_hips(table) - lumbar)
-
-
 def _rows(table: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
     """Every muscle of the table on the right, then on the left."""
     for side in SIDES:
@@ -312,16 +359,15 @@ def _rows(table: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
 
 
 def _muscles(table: dict[str, Any], scales: _Scales) -> tuple[Muscle, ...]:
-    origin = _torso_origin(table, scales)
-    return tuple(_muscle(row, side, scales, origin) for row, side in _rows(table))
+    return tuple(_muscle(row, side, scales) for row, side in _rows(table))
 
 
-def _muscle(row: dict[str, Any], side: str, scales: _Scales, torso: Array) -> Muscle:
+def _muscle(row: dict[str, Any], side: str, scales: _Scales) -> Muscle:
     letter, mirror = side[0], np.array([1.0, 1.0 if side == "right" else -1.0, 1.0])
     points = []
     for bone, x, y, z, *condition in row["path"]:
         name = bone if bone in _MIDDLE else f"{bone}_{letter}"
-        place = scales.point(name, mirror * np.array([x, y, z])) + (torso if bone == "torso" else 0.0)
+        place = scales.point(name, mirror * np.array([x, y, z]))
         when = (f"{condition[0]}_{letter}", condition[1], condition[2]) if condition else None
         points.append(PathPoint(name, place, condition=when))
     wraps = (Wrap(f"{row['surface']}_{letter}", 0, len(points) - 1),) if "surface" in row else ()
@@ -339,12 +385,11 @@ def _muscle(row: dict[str, Any], side: str, scales: _Scales, torso: Array) -> Mu
 def _surfaces(table: dict[str, Any], scales: _Scales) -> tuple[Surface, ...]:
     """Every surface on both sides; the left one's own frame is mirrored along its z, so that it stays right-handed."""
     found = []
-    origin = _torso_origin(table, scales)
     for side in SIDES:
         left = side == "left"
         bone_mirror, own_mirror = np.diag([1.0, -1.0 if left else 1.0, 1.0]), np.diag([1.0, 1.0, -1.0 if left else 1.0])
         for row in table["surface"]:
-            place = scales.trunk * bone_mirror @ row["place"] + (origin if row["bone"] == "torso" else 0.0)
+            place = scales.trunk * bone_mirror @ row["place"]
             attitude = bone_mirror @ Rotation.from_rotvec(row["attitude"]).as_matrix() @ own_mirror
             way, axis = (0.0, "x") if row["side"] == "all" else (1.0 if row["side"][0] == "+" else -1.0, row["side"][1])
             sign = -way if left and axis == "z" else way

@@ -147,7 +147,9 @@ def print_bones(model: MuscleModel) -> None:
     print(f"shoulders_from_hips = {numbers(AXES @ shoulder)}")
     print(f"elbow_from_shoulder = {numbers(AXES @ bone['ulna_r'].place)}")
     print("\n# How the tibia slides on the femur, and where the patella is on it, over the flexion of the knee: cubic")
-    print("# splines through x (rad) and y (m, the turn about the left axis in rad).")
+    print(
+        "# splines through x (rad) and y (m, the turn about the left axis in rad); the ends of the patella's ligament."
+    )
     print("[knee]")
     # the model turns about its right axis, this program about the left one
     print(f"tibia_x = {knots(model, 'tibia_r', 'slide', 0, 1.0)}")
@@ -155,6 +157,9 @@ def print_bones(model: MuscleModel) -> None:
     print(f"patella_x = {knots(model, 'patella_r', 'slide', 0, 1.0)}")
     print(f"patella_z = {knots(model, 'patella_r', 'slide', 1, 1.0)}")
     print(f"patella_turn = {knots(model, 'patella_r', 'turn', 0, -1.0)}")
+    ligament = next(muscle for muscle in model.muscles if muscle.name == "patlig_r")
+    ends = {BONES[point.bone]: numbers(AXES @ point.place) for point in ligament.points}
+    print(f"ligament = {{ tibia = {ends['tibia']}, patella = {ends['patella']} }}")
     print(
         "\n# The lumbar joint: place of each vertebra's joint from the one below it (L5's from the middle of the hips),"
     )

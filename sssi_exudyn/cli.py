@@ -90,7 +90,12 @@ def parser() -> argparse.ArgumentParser:
     _add_sweep(commands, common)
     commands.add_parser("terms", parents=[common], help="every force term and its parameters")
     muscles = commands.add_parser("muscles", parents=[common], help="the muscles that made a run's joint moments")
-    muscles.add_argument("--list", action="store_true", required=True, help="every muscle with its figures, as CSV")
+    muscles.add_argument(
+        "folder", type=Path, nargs="?", metavar="FOLDER", help="a result, or a recording, which is run first"
+    )
+    muscles.add_argument("--list", action="store_true", help="every muscle with its figures, as CSV, and no run")
+    muscles.add_argument("--out", type=Path, metavar="DIR", help="folder the result is left in (a result's own)")
+    muscles.add_argument("--power", type=int, choices=(2, 3), default=2, help="of the activations (%(default)s)")
     ski = commands.add_parser("ski", help="what concerns a ski alone")
     about = ski.add_subparsers(dest="about", metavar="COMMAND", required=True)
     identify = about.add_parser("identify", parents=[common], help="stiffness, density and damping from bench tests")
@@ -203,9 +208,16 @@ def _call(options: argparse.Namespace) -> str:
         case "terms":
             rows = commands.terms()
             return to_json(rows) if options.json else format_table(rows)
-        case "muscles":
+        case "muscles" if options.list:
             muscles = commands.muscles_list()
             return to_json(muscles) if options.json else format_csv(muscles)
+        case "muscles":
+            if options.folder is None:
+                raise InputError("muscles", "FOLDER", "no folder is given", "give a result or a recording, or --list")
+            summary = commands.muscles(options.folder, options.out, power=options.power, progress=progress)
+            about = {name: summary[name] for name in ("recording", "muscles")}
+            weak = format_table(summary["muscles"]["lacking"])
+            return to_json(about) if options.json else format_summary(about) + weak
         case "ski":
             found = commands.identify(options.folder, options.out)
             return to_json(found) if options.json else format_table(found)

@@ -46,8 +46,13 @@ from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.result_folder import (
     DIAGNOSIS,
     OPENSIM,
+    REPORT,
+    SUMMARY,
+    amend_result,
     complete_summary,
     locked,
+    read_report,
+    said_clearly,
     to_json,
     write_atomically,
 )
@@ -60,7 +65,10 @@ from sssi_exudyn.validation.diagnosis_page import diagnosis_section
 from sssi_exudyn.validation.few_sensors_page import counted
 from sssi_exudyn.validation.known import compared, read_truth
 from sssi_exudyn.validation.measured import measured_table
-from sssi_exudyn.validation.page import Section
+from sssi_exudyn.validation.muscle_page import muscles_section
+from sssi_exudyn.validation.muscle_run import figures as muscle_figures
+from sssi_exudyn.validation.muscle_run import muscles_of, storages, with_muscles
+from sssi_exudyn.validation.page import Section, added
 from sssi_exudyn.validation.run import Run, read_run
 from sssi_exudyn.validation.validate import judged
 
@@ -261,6 +269,33 @@ def report(results: Sequence[Path], out: Path) -> Path:
 def terms() -> list[dict[str, str | float]]:
     """Every force term and its parameters."""
     return terms_table()
+
+
+def muscles(folder: Path, out: Path | None, *, power: int = 2, progress: Progress = _SILENT) -> dict[str, Any]:
+    """The forces of 284 muscles that made a run's joint moments; the summary, with its group ``muscles``.
+
+    ``folder`` is a result, which gets them into its series, its page and files of its own, or is copied to ``out``
+    first; or a recording, which is run into ``out`` first.
+    """
+    if not (folder / SUMMARY).is_file():
+        if out is None:
+            raise InputError(folder, "", "this is not a result", "give a result's folder, or a recording's and --out")
+        run(folder, out, progress=progress)
+    elif out is not None and out.resolve() != folder.resolve():
+        with locked(folder), locked(out), said_clearly(out):
+            shutil.copytree(folder, out, ignore=shutil.ignore_patterns(".*", _CACHE), dirs_exist_ok=True)
+    made = out or folder
+    with locked(made), progress.stage("muscles") as stage:
+        result = read_run(made)
+        found = muscles_of(result, made, power)
+        stage.advance(1.0, f"{len(found.time)} samples")
+        summary = {**result.summary, "muscles": muscle_figures(found)}
+        texts = storages(found)
+        page = read_report(made)
+        if page is not None:
+            texts[REPORT] = added(page, muscles_section(found, result.series))
+        amend_result(made, summary, with_muscles(result.series, found), texts)
+        return summary
 
 
 def muscles_list() -> list[dict[str, str | float]]:

@@ -34,10 +34,25 @@ def joint_moments(
     inclination : of the slope, rad;  gravity : (3,) m/s² in the slope frame
     q, qd, qdd : (n, 31) coordinates of the chain, their rates and accelerations
     """
+    return joint_loads(geometry, inertias, inclination, gravity, q, qd, qdd)[1]
+
+
+def joint_loads(
+    geometry: Geometry,
+    inertias: Sequence[SegmentInertia],
+    inclination: float,
+    gravity: Array,
+    q: Array,
+    qd: Array,
+    qdd: Array,
+) -> tuple[Array, Array]:
+    """(n, 21, 3) N, slope frame, that each segment gets at its joint from its parent so that all beyond moves like this
+    under gravity alone, and the moments of ``joint_moments``, whose arguments it takes.
+    """
     stretches = np.array_split(np.arange(len(q)), max(1, -(-len(q) // _STRETCH)))
-    return np.concatenate(
-        [_recursion(geometry, inertias, inclination, gravity, q[rows], qd[rows], qdd[rows]) for rows in stretches]
-    )
+    parts = [_recursion(geometry, inertias, inclination, gravity, q[rows], qd[rows], qdd[rows]) for rows in stretches]
+    forces, moments = zip(*parts, strict=True)
+    return np.concatenate(forces), np.concatenate(moments)
 
 
 def _recursion(
@@ -48,7 +63,7 @@ def _recursion(
     q: Array,
     qd: Array,
     qdd: Array,
-) -> Array:
+) -> tuple[Array, Array]:
     """Outwards the movement, inwards force F and moment M about the segment's joint: F = m (a_c − g) + Σ F_child,
     M = I α + ω × I ω + r_c × m (a_c − g) + Σ (M_child + r_child × F_child); a coordinate's moment is M along its axis.
     """
@@ -74,4 +89,4 @@ def _recursion(
             arm = poses.origin[:, i] - poses.origin[:, p]
             moment[:, p] += moment[:, i] + np.cross(arm, force[:, i])
             force[:, p] += force[:, i]
-    return found
+    return force, found

@@ -34,6 +34,7 @@ SUMMARY, SERIES, MODEL, DIAGNOSIS, REPORT = (
 )
 TURNS: tuple[str, str] = ("turns.csv", "turns.parquet")
 OPENSIM = ("coordinates.mot", "snow_forces.mot", "joint_moments.sto", "markers.trc")
+MUSCLES = ("muscle_activations.sto", "muscle_forces.sto")
 MEASURED, SKELETON = "measured.parquet", "skeleton.json"
 _LOCK = ".lock"
 
@@ -109,8 +110,29 @@ def write_result(
         writers[name] = partial(Path.write_text, data=content, encoding="utf-8")
     writers[SUMMARY] = lambda path: path.write_text(text, encoding="utf-8")
     with locked(folder), said_clearly(folder):
-        stale = {MEASURED, SKELETON, DIAGNOSIS, REPORT, *TURNS, *OPENSIM} - writers.keys()
+        stale = {MEASURED, SKELETON, DIAGNOSIS, REPORT, *TURNS, *OPENSIM, *MUSCLES} - writers.keys()
         _replace_together(folder, writers, stale)
+
+
+def amend_result(folder: Path, summary: Mapping[str, Any], series: pd.DataFrame, texts: Mapping[str, str]) -> None:
+    """Put a new summary and series in place of a result's, and text files by their names; all else stays.
+
+    Raises InputError when the folder cannot be written or another process is writing it.
+    """
+    text = to_json(complete_summary(summary))
+    writers: dict[str, Callable[[Path], object]] = {SERIES: lambda path: series.to_parquet(path, index=False)}
+    for name, content in texts.items():
+        writers[name] = partial(Path.write_text, data=content, encoding="utf-8")
+    writers[SUMMARY] = lambda path: path.write_text(text, encoding="utf-8")
+    with locked(folder), said_clearly(folder):
+        _replace_together(folder, writers, set())
+
+
+def read_report(folder: Path) -> str | None:
+    """The page of a result folder; None where the result has none.  Raises InputError when it cannot be read."""
+    path = folder / REPORT
+    with said_clearly(path):
+        return path.read_text(encoding="utf-8") if path.exists() else None
 
 
 def read_summary(folder: Path) -> dict[str, Any]:

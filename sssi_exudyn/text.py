@@ -7,7 +7,7 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-_LEFT_TO_FILES = ("provenance", "each", "control", "peak_moments")
+_LEFT_TO_FILES = ("provenance", "each", "control", "peak_moments", "reserve")
 """Groups of a summary too long for a terminal."""
 
 

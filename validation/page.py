@@ -51,6 +51,19 @@ def document(title: str, lead: str, sections: Sequence[Section]) -> str:
     )
 
 
+def added(page: str, section: Section) -> str:
+    """A page that ``document`` has made, with one more section at its end; an older one of that title goes away."""
+    name = section.title.lower().replace(" ", "-")
+    headline, link = f'<h2 id="{name}">', f'<a href="#{name}">{escape(section.title)}</a>\n'
+    if headline in page:
+        begin = page.index(f"<section>\n{headline}")
+        end = page.index("</section>\n", begin) + len("</section>\n")
+        page = (page[:begin] + page[end:]).replace(link, "")
+    made = f"<section>\n{headline}{escape(section.title)}</h2>\n{section.html}</section>\n"
+    last = page.rindex("</section>\n") + len("</section>\n")
+    return (page[:last] + made + page[last:]).replace("</nav>", f"{link}</nav>", 1)
+
+
 def _packaged(name: str) -> str:
     return (resources.files(__package__) / name).read_text(encoding="utf-8")
 

@@ -12,7 +12,9 @@ from sssi_exudyn.bodies.muscles import (
     LEG_GROUPS,
     LUMBAR_GROUPS,
     SIDES,
+    UPRIGHT,
     SkierMuscles,
+    joint_shift,
     muscles_table,
     own_geometry,
     skier_muscles,
@@ -108,26 +110,48 @@ def test_the_left_side_is_the_right_ones_mirror_image(own: SkierMuscles) -> None
     assert np.allclose(here.length[:, half:], there.length[:, :half], atol=1e-9)
 
 
-def test_pelvis_and_torso_are_the_chains(own: SkierMuscles) -> None:
-    """However the vertebrae share the lumbar rotations, moment arms belong to the chain's one lumbar joint."""
+def test_bones_turn_as_the_chains(own: SkierMuscles) -> None:
     for geometry in (own_geometry(), average_geometry(1.75)):
         skier = skier_muscles(geometry)
         q = postures(5)
+        # the order of three turns that are shared out matters; each by itself makes up the chain's
+        q[:, [PRESCRIBED.index(name) for name in ("lumbar_bending", "lumbar_rotation")]] = 0.0
         bones = skier.model.bones
         stance = stand(bones, q)
         poses = forward_kinematics(geometry, np.hstack([np.zeros((5, 3)), q]), 0.0)
         back = np.swapaxes(poses.rotation[:, 0], 1, 2)
-        for name in ("torso", "femur_l", "calcn_r", "humerus_l"):
-            i = SEGMENT[name]
-            assert np.allclose(stance.rotation[:, bones.index(name)], back @ poses.rotation[:, i], atol=1e-12)
-        place = np.einsum("nij,nj->ni", back, poses.origin[:, SEGMENT["torso"]] - poses.origin[:, 0])
-        assert np.allclose(stance.origin[:, bones.index("torso")], place, atol=1e-12)
-        last = bones.closings[0]
-        ends = [
-            stance.origin[:, bones.index(bone)] + stance.rotation[:, bones.index(bone)] @ point
-            for bone, point in ((last.loose, last.place), (last.firm, last.target))
-        ]
-        assert np.allclose(ends[0], ends[1], atol=1e-12)  # rounding
+        for name in ("torso", "femur_l", "tibia_r", "calcn_r", "humerus_l"):
+            found, wanted = stance.rotation[:, bones.index(name)], back @ poses.rotation[:, SEGMENT[name]]
+            assert np.allclose(found, wanted, atol=1e-12)  # rounding
+
+
+def test_the_shift_of_a_joint_is_its_way_on_these_bones(own: SkierMuscles) -> None:
+    """Against differences; and none for a lumbar joint where a small shared extension turns the torso about."""
+    q = postures(3)
+    bones, geometry = own.model.bones, own_geometry()
+    shift = joint_shift(own, geometry, stand(bones, q))
+    step = 1e-6
+    for segment, point in (
+        ("tibia_r", np.zeros(3)),
+        ("torso", geometry.joint_in_parent[SEGMENT["torso"]] - own.torso_origin),
+    ):
+        for name, moved in shift[segment].items():
+            c = step * np.eye(len(PRESCRIBED))[PRESCRIBED.index(name)]
+            i = bones.index(segment)
+            ahead, behind = (stand(bones, q + way * c) for way in (1.0, -1.0))
+            places = [each.origin[:, i] + each.rotation[:, i] @ point for each in (ahead, behind)]
+            assert np.allclose((places[0] - places[1]) / (2.0 * step), moved, atol=1e-9)  # rounding over the step
+    upright = joint_shift(own, geometry, stand(bones, np.zeros((1, len(PRESCRIBED)))))
+    assert np.allclose(upright["torso"]["lumbar_extension"], 0.0, atol=1e-12)  # rounding
+
+
+def test_fibres_of_the_trunk_are_within_what_sarcomeres_say(own: SkierMuscles) -> None:
+    whole = muscle_paths(own.model, np.zeros((1, len(PRESCRIBED)))).length[0]
+    for named, length in zip(own.named, whole, strict=True):
+        if named.region == "lumbar":
+            muscle = named.muscle
+            fibre = np.hypot(length - muscle.tendon_slack, muscle.optimal_fibre * np.sin(muscle.pennation))
+            assert UPRIGHT[0] - 1e-9 < fibre / muscle.optimal_fibre < UPRIGHT[1] + 1e-9  # rounding
 
 
 def test_the_vertebrae_share_the_rotations_out(own: SkierMuscles) -> None:

@@ -1,0 +1,160 @@
+"""The muscle forces that made a run's joint moments, and what the joints carry.
+
+At each instant muscles have to make the inverse dynamics' moments of hips, knees, ankles and lumbar joint, 13 in all;
+how they share them is static optimisation's (``static_optimisation``).  The other joints, those of the arms, are left
+to moments of their own: latissimus dorsi counts at the spine alone.
+
+What a joint carries is what goes through it without muscles, by Newton's law for all that is beyond it, and what the
+muscles that cross it press on top.  The quadriceps reach the tibia through the patella's ligament, whose force follows
+from the knee moment they make.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.bodies.bones import Bones, Stance, stand
+from sssi_exudyn.bodies.muscle_curves import fibres
+from sssi_exudyn.bodies.muscle_paths import Paths, muscle_paths
+from sssi_exudyn.bodies.muscles import SkierMuscles, joint_shift
+from sssi_exudyn.chain import PRESCRIBED, SEGMENT, Geometry
+from sssi_exudyn.frames import Array
+from sssi_exudyn.static_optimisation import optimise
+
+MUSCLED: Final = tuple(name for name in PRESCRIBED if name.startswith(("hip_", "knee_", "ankle_", "lumbar_")))
+"""The coordinates whose moments muscles make."""
+LACKS: Final = 1.0
+"""N m of reserve from which on a joint is said to lack strength."""
+_CROSSED: Final = (*MUSCLED, *(name for name in PRESCRIBED if name.startswith("arm_")))
+"""The coordinates that lengthen the muscles."""
+_UPPER: Final = ("L5", "L4", "L3", "L2", "L1", "torso", "humerus_r", "humerus_l")
+JOINTS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
+    **{
+        f"{joint}_{side}": (f"{segment}_{side}", tuple(f"{bone}_{side}" for bone in beyond))
+        for joint, segment, beyond in (
+            ("hip", "femur", ("femur", "patella", "tibia", "talus", "calcn")),
+            ("knee", "tibia", ("tibia", "talus", "calcn")),
+            ("ankle", "talus", ("talus", "calcn")),
+        )
+        for side in "rl"
+    },
+    "L5_S1": ("torso", _UPPER),
+}
+"""The joints whose load is told: the chain's segment beyond, and the muscles' bones beyond."""
+_STRETCH: Final = 512
+"""Instants of which everything is kept at once."""
+
+
+@dataclass(frozen=True)
+class MuscleForces:
+    """m muscles at n instants.
+
+    activation : (n, m)
+    force : (n, m) N along the tendons
+    fibre_length : (n, m) in optimal lengths
+    wanted : (n, 13) N m, the moments of ``MUSCLED`` that had to be made, about the joints of the muscles' bones
+    made : (n, 13) N m that the muscles make
+    reserve : (n, 13) N m, what is missing
+    contact : (n, 7, 3) N that the part within presses on the part beyond each of ``JOINTS``, in the pelvis' axes
+    """
+
+    activation: Array
+    force: Array
+    fibre_length: Array
+    wanted: Array
+    made: Array
+    reserve: Array
+    contact: Array
+
+
+def muscle_forces(
+    skier: SkierMuscles,
+    geometry: Geometry,
+    angles: Array,
+    rates: Array,
+    moments: Array,
+    joint_force: Array,
+    power: int = 2,
+) -> MuscleForces:
+    """The forces of all muscles.
+
+    Parameters
+    ----------
+    skier, geometry : muscles, and the chain they are on
+    angles, rates, moments : (n, 28) rad, rad/s, N m of the chain's prescribed coordinates
+    joint_force : (n, 21, 3) N that each segment gets from its parent, muscles and all, in the pelvis' axes
+    power : of the activations in the sum that is least
+    """
+    parts = []
+    for rows in np.array_split(np.arange(len(angles)), max(1, -(-len(angles) // _STRETCH))):
+        given = (angles[rows], rates[rows], moments[rows], joint_force[rows])
+        parts.append(_stretch(skier, geometry, *given, power))
+    return MuscleForces(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
+
+
+def _stretch(
+    skier: SkierMuscles,
+    geometry: Geometry,
+    angles: Array,
+    rates: Array,
+    moments: Array,
+    joint_force: Array,
+    power: int,
+) -> tuple[Array, ...]:
+    muscles = skier.model.muscles
+    stance = stand(skier.model.bones, angles)
+    paths = muscle_paths(skier.model, angles, _CROSSED, [beyond for _, beyond in JOINTS.values()])
+    found = fibres(
+        paths.length,
+        paths.speed(rates[:, [PRESCRIBED.index(name) for name in _CROSSED]]),
+        np.array([muscle.max_isometric_force for muscle in muscles]),
+        np.array([muscle.optimal_fibre for muscle in muscles]),
+        np.array([muscle.tendon_slack for muscle in muscles]),
+        np.array([muscle.pennation for muscle in muscles]),
+    )
+    arms = np.swapaxes(paths.moment_arm[:, :, : len(MUSCLED)], 1, 2)
+    wanted = moments[:, [PRESCRIBED.index(name) for name in MUSCLED]].copy()
+    for segment, shifts in joint_shift(skier, geometry, stance).items():
+        for name, shift in shifts.items():
+            wanted[:, MUSCLED.index(name)] += np.sum(joint_force[:, SEGMENT[segment]] * shift, axis=1)
+    optimum = optimise(arms * found.force[:, None], wanted, power)
+    force = optimum.activation * found.force
+    made = np.einsum("ncm,nm->nc", arms, force)
+    contact = _contact(skier, stance, paths, force, joint_force)
+    return optimum.activation, force, found.length, wanted, made, wanted - made, contact
+
+
+def _contact(skier: SkierMuscles, stance: Stance, paths: Paths, force: Array, joint_force: Array) -> Array:
+    """(n, 7, 3) N: what is left of the force through each joint when the muscles' part of it is taken off."""
+    pulled = np.einsum("nmgk,nm->ngk", paths.pull, force)
+    for side in "rl":
+        pulled[:, list(JOINTS).index(f"knee_{side}")] += _ligament(skier, stance, paths, force, side)
+    through = joint_force[:, [SEGMENT[segment] for segment, _ in JOINTS.values()]]
+    return np.asarray(through - pulled)
+
+
+def _ligament(skier: SkierMuscles, stance: Stance, paths: Paths, force: Array, side: str) -> Array:
+    """(n, 3) N with which the patella's ligament pulls the tibia.
+
+    The muscles that end on the patella make the moment M about the knee through it: with u its direction and v the
+    velocity of its end on the tibia a unit rate of the knee, F u · v = M.
+    """
+    tree = skier.model.bones
+    tibia, patella = skier.ligament[side]
+    end = _point(tree, stance, f"tibia_{side}", tibia)
+    direction = _point(tree, stance, f"patella_{side}", patella) - end
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    knee = f"knee_angle_{side}"
+    i, c = tree.index(f"tibia_{side}"), PRESCRIBED.index(knee)
+    velocity = stance.moving[:, i, c] + np.cross(stance.turning[:, i, c], end)
+    on_patella = [k for k, each in enumerate(skier.model.muscles) if each.points[-1].bone == f"patella_{side}"]
+    moment = np.sum(paths.moment_arm[:, on_patella, paths.coordinates.index(knee)] * force[:, on_patella], axis=1)
+    return np.asarray((moment / np.sum(direction * velocity, axis=1))[:, None] * direction)
+
+
+def _point(tree: Bones, stance: Stance, bone: str, place: Array) -> Array:
+    i = tree.index(bone)
+    return np.asarray(stance.origin[:, i] + stance.rotation[:, i] @ place)

@@ -1,0 +1,135 @@
+"""Which activations make given joint moments: at each instant the least Σ aᵖ.
+
+min Σ aᵖ + Σ (r / r₀)²   subject to   A a + r = b,   a_min ≤ a ≤ 1,
+
+A (c, m) the moments that m muscles do at full activation, b (c,) the moments to be made, r reserve moments that stand
+in where the muscles are too weak: they are so dear that they stay near zero where they are not.  For p = 2 that is a
+quadratic programme, solved by OSQP, which starts from the instant before (B. Stellato et al., Math. Prog. Comp. 12
+(2020) 637-672).  For p = 3 such programmes are solved one after another (Newton's method): a³ is convex.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import osqp
+from scipy import sparse
+
+from sssi_exudyn.errors import SssiError
+from sssi_exudyn.frames import Array
+
+POWERS: Final = (2, 3)
+LEAST: Final = 0.01
+"""Activation that muscles do not go below."""
+RESERVE: Final = 0.3
+"""N m, r₀: a reserve of that costs what one fully active muscle does."""
+_UNIT: Final = 50.0
+"""N m in which the programme counts moments, so that its numbers are around 1; OSQP's own scaling, which looks at the
+first instant, then takes four times the steps.
+"""
+_PRECISION: Final = 1e-6
+_NEWTON_STEPS: Final = 20
+_NEWTON_PRECISION: Final = 1e-5
+_ITERATIONS: Final = 50_000
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """activation (n, m) and reserve (n, c) N m."""
+
+    activation: Array
+    reserve: Array
+
+
+def optimise(at_full: Array, wanted: Array, power: int = 2) -> Optimum:
+    """The activations at n instants, each started from the one before.
+
+    Parameters
+    ----------
+    at_full : (n, c, m) N m that each muscle does to each coordinate at full activation
+    wanted : (n, c) N m
+    power : p
+
+    Raises ValueError for another power than ``POWERS``, SssiError where the solver gives up.
+    """
+    if power not in POWERS:
+        raise ValueError(f"power is {power}, not one of {POWERS}")
+    n, c, m = at_full.shape
+    programme = _Programme(np.any(at_full != 0.0, axis=0))
+    activation, reserve = np.empty((n, m)), np.empty((n, c))
+    guess = np.full(m, 0.1)
+    for i in range(n):
+        programme.constrain(at_full[i], wanted[i])
+        if power == 2:
+            guess, reserve[i] = programme.solve(i)
+        else:
+            for _ in range(_NEWTON_STEPS):
+                # a³ about g: 3 g a² − 3 g² a + …
+                programme.weigh(3.0 * guess, -3.0 * guess**2)
+                found, reserve[i] = programme.solve(i)
+                change, guess = float(np.max(np.abs(found - guess))), found
+                if change < _NEWTON_PRECISION:
+                    break
+        activation[i] = guess
+    return Optimum(activation, reserve)
+
+
+class _Programme:
+    """The programme of one instant in OSQP, which keeps its structure and its last solution: x = (a, r / _UNIT)."""
+
+    def __init__(self, touched: Array) -> None:
+        c, m = touched.shape
+        self.muscles = m
+        self.rows, self.columns = np.nonzero(touched.T)[::-1]  # column by column, as OSQP stores it
+        reserve = (_UNIT / RESERVE) ** 2
+        self.weight = np.concatenate([np.full(m, 2.0), np.full(c, 2.0 * reserve)])
+        numbered = sparse.csc_matrix((np.arange(1.0, len(self.rows) + 1.0), (self.rows, self.columns)), (c, m))
+        bounded = sparse.csc_matrix((-np.ones(m), (np.arange(m), np.arange(m))), (m, m + c))
+        balanced = sparse.hstack([numbered, sparse.csc_matrix(-np.eye(c))])
+        whole = sparse.csc_matrix(sparse.vstack([balanced, bounded]))
+        self.places = np.flatnonzero(whole.data > 0.0).astype(np.int32)
+        self.order = whole.data[self.places].astype(int) - 1
+        whole.data = np.abs(np.sign(whole.data))
+        self.lower = np.concatenate([np.zeros(c), np.full(m, LEAST)])
+        self.upper = np.concatenate([np.zeros(c), np.ones(m)])
+        self.solver = osqp.OSQP()
+        self.solver.setup(
+            sparse.diags(self.weight).tocsc(),
+            np.zeros(m + c),
+            whole,
+            self.lower,
+            self.upper,
+            verbose=False,
+            eps_abs=_PRECISION,
+            eps_rel=_PRECISION,
+            max_iter=_ITERATIONS,
+            polishing=True,
+            warm_starting=True,
+            scaling=0,
+        )
+
+    def constrain(self, at_full: Array, wanted: Array) -> None:
+        """Set A and b."""
+        count = len(wanted)
+        self.lower[:count] = self.upper[:count] = wanted / _UNIT
+        values = at_full[self.rows, self.columns][self.order] / _UNIT
+        self.solver.update(Ax=values, Ax_idx=self.places, l=self.lower, u=self.upper)
+
+    def weigh(self, quadratic: Array, linear: Array) -> None:
+        """Set the muscles' cost: Σ quadratic a² + linear a."""
+        self.weight[: self.muscles] = 2.0 * quadratic
+        whole = np.concatenate([linear, np.zeros(len(self.weight) - self.muscles)])
+        self.solver.update(Px=self.weight, q=whole)
+
+    def solve(self, instant: int) -> tuple[Array, Array]:
+        """Activations (m,) and reserves (c,) N m."""
+        found = self.solver.solve(raise_error=False)
+        if found.info.status_val not in (
+            osqp.SolverStatus.OSQP_SOLVED,
+            osqp.SolverStatus.OSQP_SOLVED_INACCURATE,  # least by a little less than was asked
+        ):
+            raise SssiError(f"no activations at sample {instant}: the solver says {found.info.status}")
+        x = np.array(found.x, dtype=np.float64)
+        return np.clip(x[: self.muscles], LEAST, 1.0), x[self.muscles :] * _UNIT

@@ -1,0 +1,254 @@
+"""How muscles share moments, against closed forms; a standing skier's against a calculation by hand."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import gliding
+import numpy as np
+import pandas as pd
+import pytest
+import standing
+
+from sssi_exudyn.bodies.muscle_curves import fibres, force_length, force_velocity
+from sssi_exudyn.bodies.muscle_paths import muscle_paths
+from sssi_exudyn.bodies.muscles import skier_muscles
+from sssi_exudyn.chain import PRESCRIBED, SEGMENT
+from sssi_exudyn.frames import Array, slope_to_enu
+from sssi_exudyn.model import Model
+from sssi_exudyn.motion import spline_motion
+from sssi_exudyn.muscle_forces import JOINTS, MUSCLED, muscle_forces
+from sssi_exudyn.parts import Parts
+from sssi_exudyn.static_optimisation import LEAST, optimise
+from sssi_exudyn.validation.muscle_run import MuscleRun, figures, joint_forces, muscles_of
+from sssi_exudyn.validation.run import Run
+
+HALF = 142
+"""Muscles of a side; the right ones come first."""
+
+
+def level() -> Model:
+    return replace(gliding.model(), inclination=0.0)
+
+
+def run_of(lead: float = 0.0) -> Run:
+    model = level()
+    series = standing.standing(model, lead=lead).to_frame(slope_to_enu(0.0, 0.0))
+    return Run({}, series, model, None, standing.geometry(), None)
+
+
+@pytest.fixture(scope="module")
+def still() -> MuscleRun:
+    return muscles_of(run_of(), folder=Path())
+
+
+def total(found: MuscleRun, group: str, side: str) -> float:
+    """N, of a group at the first sample."""
+    return sum(
+        float(found.forces.force[0, k])
+        for k, named in enumerate(found.skier.named)
+        if named.group == group and named.side == side
+    )
+
+
+def of_back(found: MuscleRun) -> float:
+    """N, of all extensors of the lumbar spine."""
+    return sum(total(found, group, side) for group in ("erector_spinae", "multifidus") for side in ("left", "right"))
+
+
+@pytest.mark.parametrize(("power", "exponent"), [(2, 1.0), (3, 0.5)])
+def test_two_muscles_share_as_the_closed_form_says(power: int, exponent: float) -> None:
+    """min Σ aᵖ with Σ c a = b: Lagrange's condition is aᵖ⁻¹ ∝ c."""
+    c, wanted = np.array([30.0, 10.0]), 20.0
+    shares = c**exponent
+    closed = wanted * shares / (c @ shares)
+    found = optimise(np.tile(c, (3, 1, 1)), np.full((3, 1), wanted), power)
+    # the reserve takes what a step in it is worth: 2 r / r₀² = λ, some 1e-3 N m of 20; the solver's own 1e-6
+    assert np.allclose(found.activation, closed, atol=1e-4)
+
+
+def test_bounds_and_what_is_missing() -> None:
+    strong, weak = optimise(np.array([[[30.0, -10.0]]]), np.array([[20.0]])), np.array([[[30.0, -10.0]]])
+    # the antagonist stays as low as it may
+    assert strong.activation[0, 1] == pytest.approx(LEAST, abs=1e-6)
+    found = optimise(weak, np.array([[50.0]]))
+    assert np.allclose(found.activation, [[1.0, LEAST]], atol=1e-6)  # the solver's precision
+    assert found.reserve[0, 0] == pytest.approx(50.0 - 30.0 + 10.0 * LEAST, abs=1e-4)
+
+
+def test_activations_at_a_corner_satisfy_the_conditions_of_optimality() -> None:
+    """Many muscles and joints: the gradient 2 a − Aᵀ λ is zero inside, and points outwards at bounds."""
+    rng = np.random.default_rng(2)
+    at_full = rng.normal(0.0, 20.0, (1, 5, 40)) * (rng.random((1, 5, 40)) < 0.4)
+    wanted = at_full[0] @ rng.random(40)
+    found = optimise(at_full, wanted[None])
+    a, multiplier = found.activation[0], 2.0 * found.reserve[0] / 0.3**2
+    slope = 2.0 * a - at_full[0].T @ multiplier
+    inside = (a > LEAST + 1e-6) & (a < 1.0 - 1e-6)
+    # the solver's 1e-6 in r / 50 N m becomes 1e-3 in λ, and that times moments of 20 N m
+    assert np.max(np.abs(slope[inside])) < 1e-2
+    assert np.all(slope[a <= LEAST + 1e-6] > -1e-2)
+    assert np.allclose(at_full[0] @ a + found.reserve[0], wanted, atol=1e-3)
+
+
+def test_another_power_is_refused() -> None:
+    with pytest.raises(ValueError, match="power is 4"):
+        optimise(np.ones((1, 1, 2)), np.ones((1, 1)), 4)
+
+
+def test_curves() -> None:
+    one = np.array([1.0])
+    # the numbers are given to sixteen digits; OpenSim chose them so that these hold
+    assert force_length(one)[0] == pytest.approx(1.0, abs=1e-12)
+    assert force_velocity(np.array([0.0, -1.0])) == pytest.approx([1.0, 0.0], abs=1e-12)
+    lengths = np.linspace(0.3, 1.8, 151)
+    assert lengths[np.argmax(force_length(lengths))] == pytest.approx(1.0, abs=0.02)  # De Groote et al., fig. 2
+    speeds = np.linspace(-1.0, 1.0, 21)
+    assert np.all(np.diff(force_velocity(speeds)) > 0.0)
+    assert 1.4 < force_velocity(one)[0] < 1.9  # lengthening fibres hold half as much again and more
+
+
+def test_fibre_of_a_rigid_tendon() -> None:
+    optimal, slack, pennation = 0.1, 0.2, 0.3
+    length = np.array([[slack + optimal * np.cos(pennation)]])
+    given = (np.array([500.0]), np.array([optimal]), np.array([slack]), np.array([pennation]))
+    found = fibres(length, np.zeros((1, 1)), *given)
+    assert found.length[0, 0] == pytest.approx(1.0, rel=1e-12)
+    assert found.force[0, 0] == pytest.approx(500.0 * np.cos(pennation), rel=1e-12)
+    # the fibre's speed is the derivative of its length
+    step, speed = 1e-6, 0.05
+    ahead, behind = (fibres(length + way * step * speed, np.zeros((1, 1)), *given).length for way in (1.0, -1.0))
+    per_second = (ahead - behind)[0, 0] / (2.0 * step)
+    moving = fibres(length, np.full((1, 1), speed), *given).speed[0, 0] * 10.0  # ten optimal lengths a second
+    assert moving == pytest.approx(per_second, rel=1e-6)  # rounding over the step
+
+
+def test_symmetric_posture_symmetric_forces(still: MuscleRun) -> None:
+    force = still.forces.force
+    # the solver's 1e-6 of activation on muscles of up to 5 kN
+    assert np.allclose(force[:, :HALF], force[:, HALF:], atol=0.05)
+    contact = {name: still.forces.contact[:, k] for k, name in enumerate(JOINTS)}
+    for joint in ("hip", "knee", "ankle"):
+        assert np.allclose(contact[f"{joint}_r"], contact[f"{joint}_l"] * [1.0, -1.0, 1.0], atol=0.5)
+
+
+def test_more_weight_on_one_leg_more_force_in_it() -> None:
+    leaning = muscles_of(run_of(lead=0.15), folder=Path())
+    assert total(leaning, "quadriceps_femoris", "right") > 1.3 * total(leaning, "quadriceps_femoris", "left")
+
+
+def test_moments_are_made(still: MuscleRun) -> None:
+    """Standing needs less than the muscles can: all of every moment, to 0.1 % of the largest."""
+    assert np.max(np.abs(still.forces.reserve)) < 1e-3 * np.max(np.abs(still.forces.wanted))
+    told = figures(still)
+    assert told["lacking"] == []
+    assert told["strong_enough_share"] == 1.0
+    assert np.allclose(still.forces.made + still.forces.reserve, still.forces.wanted)
+
+
+def test_a_stretch_boundary_changes_nothing(still: MuscleRun) -> None:
+    """Standing still, all samples are one."""
+    # the solver's 1e-6 on muscles of up to 5 kN
+    assert np.allclose(still.forces.force, still.forces.force[0], atol=0.05)
+
+
+def by_hand() -> tuple[float, float, float, float]:
+    """N m that half the weight does to a knee, and the trunk to the lumbar spine; N on knee and on the spine.
+
+    Plane statics: the snow's force goes up under the centre of mass; what is beyond a joint hangs on it.
+    """
+    model, chain = level(), standing.geometry()
+    result = standing.standing(model)
+    parts = Parts(model, spline_motion(chain, 0.0, result.time, np.tile(standing.angles(), (len(result.time), 1))))
+    bend = standing.CROUCH
+    # from the knee down to the ankle the shank leans forward by the ankle's angle, the foot being flat
+    shank = chain.joint_in_parent[SEGMENT["talus_r"]]
+    ankle = np.array([-np.sin(bend["ankle_angle"]), -np.cos(bend["ankle_angle"])]) * -shank[2]
+    thigh_leans = bend["knee_angle"] - bend["ankle_angle"]  # backwards
+    hip = np.array([-np.sin(thigh_leans), np.cos(thigh_leans)]) * 0.3958
+    com = result.com[0, 0] - float(np.mean([chain.joint_in_parent[SEGMENT[f"femur_{s}"]][0] for s in "rl"]))
+    ground = 0.5 * parts.mass * 9.81 - 0.5 * (parts.mass - parts.body_mass) * 9.81
+    under = (hip[0] + com) * ground  # forward of the knee
+    shank_part, foot_parts = parts.inertias[SEGMENT["tibia_r"]], ("talus_r", "calcn_r", "toes_r")
+    below = shank_part.mass * 9.81 * 0.44 * ankle[0]  # de Leva: 44 % of its length from the knee
+    foot = sum(parts.inertias[SEGMENT[name]].mass for name in foot_parts) * 9.81
+    knee = -(under - below - foot * (ankle[0] + 0.02))
+    upper = [part for name, part in zip(SEGMENT, parts.inertias, strict=True) if name in ABOVE]
+    weight = sum(part.mass for part in upper) * 9.81
+    return knee, weight, ground, foot + shank_part.mass * 9.81
+
+
+ABOVE = ("torso", "head", *(f"{name}_{side}" for name in ("humerus", "ulna", "radius", "hand") for side in "rl"))
+
+
+def test_quadriceps_against_a_calculation_by_hand(still: MuscleRun) -> None:
+    """Moment of the snow's force about the knee over the patellar tendon's lever."""
+    moment, _, _, _ = by_hand()
+    # the hand's foot is a point 2 cm before the ankle
+    assert -run_of().series["knee_angle_r_moment_Nm"].iloc[0] == pytest.approx(moment, rel=0.02)
+    # the tibia slides by some millimetres a radian, under half the weight: a tenth of this moment
+    assert -float(still.forces.wanted[0, MUSCLED.index("knee_angle_r")]) == pytest.approx(moment, rel=0.1)
+    arms = muscle_paths(still.skier.model, standing.angles()[None], ["knee_angle_r"]).moment_arm[0, :, 0]
+    lever = np.mean([-arms[k] for k, n in enumerate(still.skier.named) if n.group == "quadriceps_femoris"][:4])
+    by_lever = moment / lever
+    found = total(still, "quadriceps_femoris", "right")
+    # hamstrings and gastrocnemii, which hips and ankles need, bend the knee: the quadriceps do more, not half more
+    assert by_lever < found < 1.5 * by_lever
+
+
+def test_erector_spinae_against_a_calculation_by_hand(still: MuscleRun) -> None:
+    """The upper body's weight over the lever of 5 to 7 cm of fascicles that span the whole lumbar spine, and half that
+    of those that cross some of its joints only.
+    """
+    moment = float(still.forces.wanted[0, MUSCLED.index("lumbar_extension")])
+    extensors = of_back(still)
+    assert moment / 0.07 < extensors < moment / 0.03
+
+
+def test_loads_without_muscles_are_the_weights(still: MuscleRun) -> None:
+    """Through each joint goes what stands on it; the sum over the pelvis' neighbours is the pelvis' weight."""
+    run = run_of()
+    angles = np.radians(run.series[[f"{name}_deg" for name in PRESCRIBED]].to_numpy(dtype=float))
+    motion = spline_motion(standing.geometry(), 0.0, run.time, angles)
+    _, rates, accelerations = motion.evaluate(run.time)
+    parts = Parts(run.model, motion)
+    force = joint_forces(run, parts, angles, rates, accelerations)
+    _, weight, ground, below = by_hand()
+    size = np.linalg.norm(force[0], axis=1)
+    assert size[SEGMENT["torso"]] == pytest.approx(weight, rel=1e-9)  # rounding, and the spline's accelerations
+    assert size[SEGMENT["tibia_r"]] == pytest.approx(ground - below, rel=1e-9)
+    around = force[0, [SEGMENT[name] for name in ("torso", "femur_l", "femur_r")]].sum(axis=0)
+    pelvis = parts.inertias[SEGMENT["pelvis"]].mass * 9.81
+    assert np.linalg.norm(around) == pytest.approx(pelvis, rel=1e-9)
+
+
+def test_contact_is_weight_and_muscles(still: MuscleRun) -> None:
+    """The knee carries its weight and, along the shank, what the patellar tendon and the hamstrings pull."""
+    size = np.linalg.norm(still.forces.contact[0], axis=1)
+    loads = dict(zip(JOINTS, size, strict=True))
+    _, weight, ground, _ = by_hand()
+    quadriceps = total(still, "quadriceps_femoris", "right")
+    assert ground < loads["knee_r"] < ground + 2.0 * quadriceps
+    extensors = of_back(still)
+    assert 0.5 * extensors < loads["L5_S1"] < weight + 2.0 * extensors
+
+
+def test_moments_turned_round_are_lacking() -> None:
+    """A hip that shall do 2 kN m is said to lack what its muscles do not have."""
+    model, chain = level(), standing.geometry()
+    skier = skier_muscles(chain)
+    q = standing.angles()[None]
+    moments: Array = np.zeros((1, len(PRESCRIBED)))
+    moments[0, PRESCRIBED.index("hip_flexion_r")] = -2000.0
+    found = muscle_forces(skier, chain, q, np.zeros_like(q), moments, np.zeros((1, len(SEGMENT), 3)))
+    run = MuscleRun(np.zeros(1), skier, found, model.skier.mass * 9.81, 2, 0.0)
+    lacking = pd.DataFrame(figures(run)["lacking"]).set_index("coordinate")
+    missing = lacking.loc["hip_flexion_r", "worst_Nm"]
+    assert missing < -1000.0
+    made = float(found.made[0, MUSCLED.index("hip_flexion_r")])
+    assert made + missing == pytest.approx(-2000.0)
+    # it cannot do more than all its muscles at once
+    arms = muscle_paths(skier.model, q, ["hip_flexion_r"]).moment_arm[0, :, 0]
+    most = sum(
+        arm * muscle.max_isometric_force for arm, muscle in zip(arms, skier.model.muscles, strict=True) if arm < 0
+    )
+    assert most < made < 0.0

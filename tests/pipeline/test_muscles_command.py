@@ -1,0 +1,115 @@
+"""`sssi muscles`: a result gets muscle forces into its series, its page and files that OpenSim reads."""
+
+import csv
+import io
+import json
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import gliding
+import numpy as np
+import pandas as pd
+import pytest
+import standing
+
+from sssi_exudyn import cli, commands
+from sssi_exudyn.biomechanics import labelled
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import slope_to_enu
+from sssi_exudyn.muscle_forces import JOINTS, MUSCLED
+from sssi_exudyn.opensim_files import read_storage
+from sssi_exudyn.report import write_run
+from sssi_exudyn.result_folder import complete_summary
+from sssi_exudyn.turns import Turn, Turns
+from sssi_exudyn.validation.run import Run
+
+
+@pytest.fixture
+def result(tmp_path: Path) -> Path:
+    """A skier who stands, in a result folder that says he turned: first to the left, then to the right."""
+    model = replace(gliding.model(), inclination=0.0)
+    stood = standing.standing(model, lead=0.1)
+    turns = Turns((Turn("left", 0.0, 0.2, 1.0, True), Turn("right", 0.2, 0.4, 1.0, True)), ())
+    series = labelled(stood.to_frame(slope_to_enu(0.0, 0.0)), turns)
+    folder = tmp_path / "result"
+    summary = complete_summary({"recording": "stands"})
+    write_run(folder, Run(summary, series, model, None, standing.geometry(), None))
+    return folder
+
+
+def test_a_result_gets_its_muscles(result: Path) -> None:
+    before = pd.read_parquet(result / "series.parquet")
+    summary = commands.muscles(result, None)
+    series = pd.read_parquet(result / "series.parquet")
+    assert list(series.columns[: len(before.columns)]) == list(before.columns)
+    activations = [name for name in series if name.startswith("muscle_") and name.endswith("_activation")]
+    assert len(activations) == 284
+    assert series[activations].to_numpy().min() >= 0.01
+    assert summary["muscles"]["count"] == 284
+    assert summary["muscles"]["lacking"] == []
+    assert set(summary["muscles"]["reserve"]) == set(MUSCLED)
+    for joint in JOINTS:
+        peak = summary["muscles"]["contact_peak_bodyweights"][joint]
+        assert series[f"muscles_{joint}_contact_bodyweights"].max() == pytest.approx(peak)
+    assert json.loads((result / "summary.json").read_text(encoding="utf-8"))["muscles"]["power"] == 2
+    heavier, lighter = (
+        series[f"muscles_leg_quadriceps_femoris_{side}_activation"].mean() for side in ("right", "left")
+    )
+    assert heavier > lighter  # a fifth more of the weight stands on the right
+    for name in ("muscle_activations.sto", "muscle_forces.sto"):
+        path = result / name
+        table = asdict(read_storage(path, path.read_text(encoding="utf-8")))
+        assert table["values"].shape == (len(series), 285)
+        assert not table["in_degrees"]
+    k = table["columns"].index("soleus_r")
+    assert np.allclose(table["values"][:, k], series["muscle_soleus_r_force_N"], rtol=1e-9)  # ten digits are written
+
+
+def test_the_page_has_one_section_however_often(result: Path) -> None:
+    plain = (result / "report.html").read_text(encoding="utf-8")
+    for power in (2, 3):
+        commands.muscles(result, None, power=power)
+        page = (result / "report.html").read_text(encoding="utf-8")
+        assert page.count("<h2") == plain.count("<h2") + 1
+        assert page.count('<a href="#muscles">') == 1
+        assert f"to the power of {power} is least" in page
+        for group in ("gluteus maximus", "tibialis anterior", "erector spinae", "latissimus dorsi"):
+            assert page.count(f'<th scope="row">{group}</th>') == 1
+        assert page.count('<th scope="row">psoas major</th>') == 2  # of the leg and of the trunk
+
+
+def test_out_leaves_the_result_as_it_is(result: Path, tmp_path: Path) -> None:
+    before = {path.name: path.read_bytes() for path in result.iterdir() if path.is_file()}
+    commands.muscles(result, tmp_path / "out")
+    assert {path.name: path.read_bytes() for path in result.iterdir() if path.name in before} == before
+    assert (tmp_path / "out" / "muscle_forces.sto").is_file()
+    assert (tmp_path / "out" / "model.toml").read_bytes() == before["model.toml"]
+
+
+def test_no_result_no_out(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="not a result"):
+        commands.muscles(tmp_path, None)
+
+
+def test_a_result_without_lengths_says_so(result: Path) -> None:
+    (result / "skeleton.json").unlink()
+    with pytest.raises(InputError, match="did not keep the skier's lengths"):
+        commands.muscles(result, None)
+
+
+def test_list_is_csv(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["muscles", "--list"])
+    assert ended.value.code == 0
+    text = capsys.readouterr().out
+    assert text.startswith("name,side,region,group,max_isometric_force_N,")
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert len(rows) == 284
+    assert {row["region"] for row in rows} == {"leg", "lumbar"}
+
+
+def test_nothing_given_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["muscles"])
+    assert ended.value.code == 2
+    assert capsys.readouterr().err.count("\n") == 1

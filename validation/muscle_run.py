@@ -1,0 +1,197 @@
+"""The muscles of a result: from its series to muscle forces, and from these to columns, figures and files."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from scipy.interpolate import CubicSpline
+
+from sssi_exudyn.bodies.muscles import LEG_GROUPS, LUMBAR_GROUPS, SIDES, SkierMuscles, skier_muscles
+from sssi_exudyn.chain import PRESCRIBED, SEGMENT, forward_kinematics
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import GRAVITY, Array, gravity_in_slope
+from sssi_exudyn.inverse_dynamics import joint_loads
+from sssi_exudyn.motion import spline_motion
+from sssi_exudyn.muscle_forces import JOINTS, LACKS, MUSCLED, MuscleForces, muscle_forces
+from sssi_exudyn.opensim_files import Storage, storage_text
+from sssi_exudyn.parts import Parts
+from sssi_exudyn.result_folder import MUSCLES, SERIES, SKELETON
+from sssi_exudyn.validation.run import Run
+
+LEAST_SAMPLES: Final = 6
+"""A quintic spline needs as many."""
+RESERVE_SHARE: Final = 5.0
+"""Per cent of the largest moment that a reserve may have: J. L. Hicks et al., J. Biomech. Eng. 137 (2015) 020905."""
+
+
+@dataclass(frozen=True)
+class MuscleRun:
+    """The muscles of a result.
+
+    time : (n,) s
+    body_weight : N, of the skier without equipment
+    power : of the activations in the sum that is least
+    wall : s that paths and optimisation took
+    """
+
+    time: Array
+    skier: SkierMuscles
+    forces: MuscleForces
+    body_weight: float
+    power: int
+    wall: float
+
+
+def muscles_of(run: Run, folder: Path, power: int = 2) -> MuscleRun:
+    """The muscle forces of a result, which ``folder`` holds.
+
+    Raises InputError where the result has no skeleton or too few samples, SssiError where no activations are found.
+    """
+    if run.geometry is None:
+        raise InputError(folder / SKELETON, "", "the result did not keep the skier's lengths", "run it again")
+    if len(run.time) < LEAST_SAMPLES:
+        raise InputError(folder / SERIES, "", f"fewer than {LEAST_SAMPLES} samples", "simulate a longer run")
+    skier = skier_muscles(run.geometry)
+    moments = run.series[[f"{name}_moment_Nm" for name in PRESCRIBED]].to_numpy(dtype=float)
+    angles = np.radians(run.series[[f"{name}_deg" for name in PRESCRIBED]].to_numpy(dtype=float))
+    motion = spline_motion(run.geometry, run.model.inclination, run.time, angles)
+    _, rates, accelerations = motion.evaluate(run.time)
+    between = joint_forces(run, Parts(run.model, motion), angles, rates, accelerations)
+    begin = clock.perf_counter()
+    forces = muscle_forces(skier, run.geometry, angles, rates, moments, between, power)
+    wall = clock.perf_counter() - begin
+    return MuscleRun(run.time, skier, forces, run.model.skier.mass * GRAVITY, power, wall)
+
+
+def joint_forces(run: Run, parts: Parts, angles: Array, rates: Array, accelerations: Array) -> Array:
+    """(n, 21, 3) N in the pelvis' axes that each segment gets from its parent.
+
+    What beyond the joint has to be accelerated and held against gravity, less what other forces do there: each ski's
+    snow force without what its own mass takes of it, and the air's drag, shared out by frontal area.
+    """
+    assert run.geometry is not None
+    velocity = run.slope("pelvis_velocity", "mps")
+    pull = CubicSpline(run.time, velocity)(run.time, 1)
+    gravity = gravity_in_slope(run.model.inclination)
+    q = np.hstack([run.slope("pelvis", "m"), angles])
+    moving = (q, np.hstack([velocity, rates]), np.hstack([pull, accelerations]))
+    force, _ = joint_loads(run.geometry, parts.inertias, run.model.inclination, gravity, *moving)
+    drag = run.slope("drag", "N")
+    areas, shared = parts.areas, sum(parts.areas.values())
+    ski_mass = 0.5 * (parts.mass - parts.body_mass)
+    normal = np.array([0.0, 0.0, 1.0])
+    for side, letter in zip(("left", "right"), "lr", strict=True):
+        load = run.series[f"{side}_load_N"].to_numpy(dtype=float)
+        ski = CubicSpline(run.time, run.slope(f"{side}_foot_velocity", "mps"))(run.time, 1)
+        snow = load[:, None] * normal + run.slope(f"{side}_friction", "N") - ski_mass * (ski - gravity)
+        for segment in ("femur", "tibia", "talus", "calcn"):
+            force[:, SEGMENT[f"{segment}_{letter}"]] -= snow
+    for bearer, carried in _beyond(tuple(areas)):
+        force[:, SEGMENT[bearer]] -= drag * sum(areas[name] for name in carried) / shared
+    turned = forward_kinematics(run.geometry, q, run.model.inclination).rotation[:, 0]
+    return np.asarray(force @ turned)
+
+
+def _beyond(exposed: tuple[str, ...]) -> Iterator[tuple[str, list[str]]]:
+    """Each segment whose joint's load is told, and the exposed segments beyond that joint."""
+    for letter in "lr":
+        leg = [f"{name}_{letter}" for name in ("femur", "tibia", "talus", "calcn", "toes")]
+        for k, bearer in enumerate(leg[:3]):
+            yield bearer, [name for name in exposed if name in leg[k:]]
+    legs = ("pelvis", "femur", "tibia", "talus", "calcn", "toes")
+    yield "torso", [name for name in exposed if not name.startswith(legs)]
+
+
+def group_activation(found: MuscleRun, side: str, region: str, group: str) -> Array:
+    """(n,) mean activation of a group, each muscle weighted with its greatest force.
+
+    The leg's psoas major is the iliacus and the psoas' fascicles, which belong to the trunk too.
+    """
+    taken = [
+        k
+        for k, named in enumerate(found.skier.named)
+        if named.side == side and named.group == group and (named.region == region or group == "psoas_major")
+    ]
+    weight = np.array([found.skier.model.muscles[k].max_isometric_force for k in taken])
+    return np.asarray(found.forces.activation[:, taken] @ weight / weight.sum())
+
+
+def contact_weights(found: MuscleRun) -> dict[str, Array]:
+    """(n,) what each joint carries, in body weights."""
+    size = np.linalg.norm(found.forces.contact, axis=2) / found.body_weight
+    return {name: size[:, k] for k, name in enumerate(JOINTS)}
+
+
+def with_muscles(series: pd.DataFrame, found: MuscleRun) -> pd.DataFrame:
+    """The series with columns of every muscle, every group, the reserves and the joints' loads; older ones replaced."""
+    forces = found.forces
+    columns: dict[str, Array] = {}
+    for k, muscle in enumerate(found.skier.model.muscles):
+        columns[f"muscle_{muscle.name}_activation"] = forces.activation[:, k]
+        columns[f"muscle_{muscle.name}_force_N"] = forces.force[:, k]
+    for side in SIDES:
+        for region, groups in (("leg", LEG_GROUPS), ("lumbar", LUMBAR_GROUPS)):
+            for group in groups:
+                columns[f"muscles_{region}_{group}_{side}_activation"] = group_activation(found, side, region, group)
+    for k, name in enumerate(MUSCLED):
+        columns[f"muscles_{name}_wanted_Nm"] = forces.wanted[:, k]
+        columns[f"muscles_{name}_reserve_Nm"] = forces.reserve[:, k]
+    for name, weights in contact_weights(found).items():
+        columns[f"muscles_{name}_contact_bodyweights"] = weights
+    kept = [name for name in series.columns if not name.startswith(("muscle_", "muscles_"))]
+    return pd.concat([series[kept], pd.DataFrame(columns, index=series.index)], axis=1)
+
+
+def storages(found: MuscleRun) -> dict[str, str]:
+    """Activations and tendon forces (N) as OpenSim's static optimisation writes them, by file name."""
+    names = ("time", *(muscle.name for muscle in found.skier.model.muscles))
+    return {
+        file: storage_text(Storage(title, names, np.column_stack([found.time, values]), in_degrees=False))
+        for file, title, values in (
+            (MUSCLES[0], "Static Optimization activations", found.forces.activation),
+            (MUSCLES[1], "Static Optimization forces", found.forces.force),
+        )
+    }
+
+
+def figures(found: MuscleRun) -> dict[str, Any]:
+    """The summary's group ``muscles``."""
+    forces = found.forces
+    reserve, lacking = {}, []
+    for k, name in enumerate(MUSCLED):
+        size = np.abs(forces.reserve[:, k])
+        largest = float(np.max(np.abs(forces.wanted[:, k])))
+        at = int(np.argmax(size))
+        share = 100.0 * float(size[at]) / largest if largest > 0.0 else 0.0
+        reserve[name] = {
+            "peak_Nm": float(size[at]),
+            "percent_of_peak_moment": share,
+            "verdict": "good" if share <= RESERVE_SHARE else "bad",
+        }
+        if size[at] > LACKS:
+            lacking.append(
+                {
+                    "coordinate": name,
+                    "share_of_samples": float(np.mean(size > LACKS)),
+                    "worst_Nm": float(forces.reserve[at, k]),
+                    "wanted_then_Nm": float(forces.wanted[at, k]),
+                    "at_s": float(found.time[at]),
+                }
+            )
+    enough = np.all(np.abs(forces.reserve) <= LACKS, axis=1)
+    return {
+        "count": len(found.skier.named),
+        "power": found.power,
+        "samples": len(found.time),
+        "wall_s": found.wall,
+        "strong_enough_share": float(np.mean(enough)),
+        "reserve": reserve,
+        "lacking": lacking,
+        "contact_peak_bodyweights": {name: float(weights.max()) for name, weights in contact_weights(found).items()},
+    }
