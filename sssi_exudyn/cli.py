@@ -107,7 +107,11 @@ def parser() -> argparse.ArgumentParser:
 def _add_import(command: argparse.ArgumentParser) -> None:
     """The options of ``sssi import``; those for answers are named as the fields of ``importing.Answers``."""
     command.add_argument(
-        "files", type=Path, nargs="+", metavar="FILE", help="a motion capture, and files of fixes and insoles"
+        "files",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="a motion capture, or PLACE=FILE of single sensors; and files of fixes and insoles",
     )
     command.add_argument("--out", type=Path, metavar="FOLDER", required=True, help="the recording's folder")
     command.add_argument("--name", help="the recording's; default: the capture's file name")

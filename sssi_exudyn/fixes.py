@@ -5,13 +5,14 @@ One reader a format.  Degrees and WGS84; time counts in seconds from the first f
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 from xml.etree.ElementTree import Element
 
 import numpy as np
+import pymap3d
 
 from sssi_exudyn.errors import InputError
 from sssi_exudyn.frames import Array
@@ -26,6 +27,14 @@ _PHONE: Final = {
     "speed": "speed_mps", "bearing": "course_deg", "horizontalAccuracy": "sigma_m",
 }  # fmt: skip
 """Columns of Sensor Logger's Location.csv."""
+_LOGGED: Final = {
+    "t_s": ("time_s", 1.0), "lat": ("latitude_deg", 1.0), "lon": ("longitude_deg", 1.0), "alt_m": ("altitude_m", 1.0),
+    "bearing_deg": ("course_deg", 1.0), "course_rad": ("course_deg", 180.0 / np.pi),
+    "hacc_m": ("sigma_m", 1.0), "herr_m": ("sigma_m", 1.0),
+}  # fmt: skip
+"""Columns of loggers' tables, ours, and the factor between their units."""
+_SOMEWHERE: Final = (46.0, 8.0)
+"""Latitude and longitude (°) at which local coordinates are set down; nothing here depends on where a slope lies."""
 _RADIUS: Final = float(np.sqrt(-2.0 * np.log(1.0 - 0.68)))
 """A telephone's accuracy is the radius around 68 % of fixes (Android, Location.getHorizontalAccuracyMeters), in
 standard deviations of one direction."""
@@ -62,6 +71,7 @@ def fixes_csv(path: Path) -> Fixes:
     table = read_table(path)
     if set(_PHONE) <= table.columns.keys():
         return _fixes_phone(path, table)
+    table, local = _renamed(table)
     missing = [name for name in REQUIRED if name not in table.columns]
     if missing:
         raise InputError(
@@ -72,8 +82,23 @@ def fixes_csv(path: Path) -> Fixes:
         )
     known = {name: column for name, column in table.columns.items() if name in REQUIRED + OPTIONAL}
     unknown = [name for name in table.columns if name not in known]
-    notes = (f"{path.name}: columns not used: {', '.join(unknown)}",) if unknown else ()
+    notes = local + ((f"{path.name}: columns not used: {', '.join(unknown)}",) if unknown else ())
     return Fixes(known, tuple(f"line {line}" for line in table.lines), common_clock=True, notes=notes)
+
+
+def _renamed(table: Table) -> tuple[Table, tuple[str, ...]]:
+    """A logger's table under our columns' names, ``east_m`` and ``north_m`` as degrees; what was done, in words."""
+    columns = {}
+    for name, column in table.columns.items():
+        ours, factor = _LOGGED.get(name, (name, 1.0))
+        columns[ours] = column * factor
+    if "latitude_deg" in columns or not {"east_m", "north_m"} <= columns.keys():
+        return replace(table, columns=columns), ()
+    flat = (columns.pop("east_m"), columns.pop("north_m"))
+    columns["latitude_deg"], columns["longitude_deg"], _ = pymap3d.enu2geodetic(
+        *flat, np.zeros(len(flat[0])), *_SOMEWHERE, 0.0
+    )
+    return replace(table, columns=columns), (f"{table.file.name}: local coordinates, set down at 46°N 8°E",)
 
 
 def _fixes_phone(path: Path, table: Table) -> Fixes:

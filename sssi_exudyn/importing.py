@@ -21,11 +21,12 @@ from sssi_exudyn.fixes import OPTIONAL, REQUIRED, Fixes
 from sssi_exudyn.frames import Array
 from sssi_exudyn.gps import READERS, gps_from_fixes, read_fixes
 from sssi_exudyn.import_motion import MOTION_READERS, read_motion
+from sssi_exudyn.import_sensors import BAROMETER, PRESSURE, placed, write_pressure, write_sensors
 from sssi_exudyn.insoles import is_insoles, read_insoles
 from sssi_exudyn.recording import FILE, Recording, read_recording
 from sssi_exudyn.result_folder import locked, said_clearly
 
-MOTION, GPS, INSOLES = "motion.bvh", "gps.csv", "insoles.csv"
+MOTION, GPS, INSOLES, SENSORS = "motion.bvh", "gps.csv", "insoles.csv", "sensors"
 _NEEDED: Final = ("mass_kg", "height_m", "skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m")
 _DAY: Final = 86400.0
 _DIGITS: Final = {"time_s": 6, "latitude_deg": 9, "longitude_deg": 9}
@@ -69,9 +70,16 @@ class Answers:
 class _Sources:
     """Which file holds what."""
 
-    motion: Path
+    motion: Path | None
     gps: Path | None
     insoles: Path | None
+    sensors: tuple[tuple[str, Path], ...] = ()
+    """Place and file of each single sensor, where there is no capture."""
+
+    @property
+    def first(self) -> Path:
+        """What the recording is called after."""
+        return self.motion or self.sensors[0][1]
 
     def of(self, name: str) -> Path | None:
         """The source of a file of the recording."""
@@ -85,7 +93,8 @@ def option_of(name: str) -> str:
 
 def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Recording:
     """Make the recording folder ``out`` out of ``files``: one motion capture, and where there are, one file of fixes
-    and one of insoles, told apart by suffix and header.
+    and one of insoles, told apart by suffix and header; or, instead of the capture, single sensors' files, each given
+    with its place (``import_sensors``).
 
     Raises InputError for files that no reader takes, two of a kind, whatever a reader refuses, answers that are
     missing, an ``out`` that holds a recording already, and all that ``read_recording`` says of the result.
@@ -100,7 +109,7 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
         try:
             _write(made, sources, answers)
             recording = _checked(made, sources)
-            for name in (MOTION, GPS, INSOLES, FILE):  # the file that makes it a recording comes last
+            for name in (MOTION, SENSORS, GPS, INSOLES, FILE):  # the file that makes it a recording comes last
                 if (made / name).exists():
                     (made / name).replace(out / name)
         finally:
@@ -110,11 +119,18 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
 
 def _sorted(files: Sequence[Path]) -> _Sources:
     found: dict[str, Path] = {}
+    sensors = tuple(one for one in map(placed, files) if one is not None)
     for path in files:
+        if placed(path) is not None:
+            continue
         kind = _kind(path)
         if kind in found:
             raise InputError(path, "", f"a second file of {kind}, after {found[kind]}", "give one of a kind")
         found[kind] = path
+    if sensors and "motion" in found:
+        raise InputError(found["motion"], "", "there are single sensors as well", "give one or the other")
+    if sensors:
+        return _Sources(None, found.get("fixes"), found.get("insoles"), sensors)
     if "motion" not in found:
         raise InputError(files[0], "", "no file holds a motion capture", f"add one: {', '.join(MOTION_READERS)}")
     return _Sources(found["motion"], found.get("fixes"), found.get("insoles"))
@@ -131,24 +147,35 @@ def _kind(path: Path) -> str:
 
 
 def _write(made: Path, sources: _Sources, answers: Answers) -> None:
-    bvh, began = read_motion(sources.motion, answers.height_m)
+    began = None
+    if sources.motion is not None:
+        bvh, began = read_motion(sources.motion, answers.height_m)
+        (made / MOTION).write_text(bvh_text(bvh), encoding="utf-8")
     fixes = None if sources.gps is None else read_fixes(sources.gps)
     _ask(sources, fixes, began, answers)
-    names = [path.name for path in (sources.motion, sources.gps, sources.insoles) if path is not None]
+    given = (sources.motion, *(path for _, path in sources.sensors), sources.gps, sources.insoles)
     settings: dict[str, Any] = {
         "format": 1,
-        "name": answers.name or sources.motion.stem,
-        "note": f"imported from {', '.join(names)}",
+        "name": answers.name or sources.first.stem,
+        "note": f"imported from {', '.join(path.name for path in given if path is not None)}",
         "skier": _known({"mass_kg": answers.mass_kg, "height_m": answers.height_m, "sex": answers.sex}),
         "equipment": {name: getattr(answers, name) for name in _NEEDED[2:]},
-        "motion": _known({"file": MOTION, "heading_deg": answers.heading_deg}),
     }
+    if sources.motion is not None:
+        settings["motion"] = _known({"file": MOTION, "heading_deg": answers.heading_deg})
+    else:
+        settings["sensors"] = write_sensors(sources.sensors, made)
+    for place, path in sources.sensors:
+        if place == BAROMETER:
+            settings[BAROMETER] = {"file": f"{SENSORS}/{BAROMETER}.csv"}
+        elif place == PRESSURE:
+            write_pressure(path, made, answers.mass_kg or 0.0)
+            settings["insoles"] = {"file": INSOLES}
     if answers.slope_deg is not None:
         settings["slope"] = {
             "inclination_deg": answers.slope_deg,
             "fall_line_azimuth_deg": answers.fall_line_deg,
         }
-    (made / MOTION).write_text(bvh_text(bvh), encoding="utf-8")
     if fixes is not None and sources.gps is not None:
         settings["gps"] = _gps_table(sources.gps, fixes, began, answers)
         (made / GPS).write_text(_csv(fixes.columns), encoding="utf-8")
@@ -165,7 +192,7 @@ def _ask(sources: _Sources, fixes: Fixes | None, began: float | None, answers: A
     if answers.slope_deg is not None or answers.fall_line_deg is not None:
         needed += ["slope_deg", "fall_line_deg"]
     if fixes is None:
-        needed += ["slope_deg", "fall_line_deg", "heading_deg"]
+        needed += ["slope_deg", "fall_line_deg", *(["heading_deg"] if sources.motion else [])]
     else:
         needed += ["antenna_joint", "antenna_offset_m"]
         if "sigma_m" not in fixes.columns:
@@ -175,7 +202,7 @@ def _ask(sources: _Sources, fixes: Fixes | None, began: float | None, answers: A
     missing = [option_of(name) for name in dict.fromkeys(needed) if getattr(answers, name) is None]
     if missing:
         raise InputError(
-            sources.motion, "", f"no file says {', '.join(missing)}", "give these options (sssi import --help)"
+            sources.first, "", f"no file says {', '.join(missing)}", "give these options (sssi import --help)"
         )
 
 

@@ -1,0 +1,124 @@
+"""Loggers' tables of single sensors and of pressure cells, made into a recording of few sensors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from strapped import LAG, strapped, truth
+
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.frames import GRAVITY
+from sssi_exudyn.import_sensors import write_pressure
+from sssi_exudyn.importing import Answers, import_recording
+from sssi_exudyn.insoles import read_insoles
+from sssi_exudyn.recording import Recording, read_recording
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "intermediate"
+ANSWERS = Answers(
+    mass_kg=84.0,
+    height_m=1.8,
+    sex="male",
+    skis="slalom_165",
+    ski_mass_kg=2.4,
+    boot_mass_kg=1.9,
+    ankle_to_ski_base_m=0.13,
+    antenna_joint="Spine2",
+    antenna_offset_m=(0.0, 0.1, -0.16),
+    gps_sigma_m=0.02,
+)
+
+
+@pytest.fixture(scope="module")
+def whole() -> Recording:
+    return read_recording(EXAMPLE)
+
+
+@pytest.fixture
+def logs(whole: Recording, tmp_path: Path) -> dict[str, Path]:
+    """What two loggers and a telephone would have written, text columns among the numbers."""
+    made = {}
+    for seed, place in enumerate(("left_ski", "right_ski")):
+        one = strapped(whole, place, seed)
+        table = pd.DataFrame(
+            np.hstack([one.force, one.rate]), columns=["ax", "ay", "az(m/s2)", "gx", "gy", "gz(rad/s)"]
+        )
+        table.insert(0, "t_s", one.time)
+        made[place] = tmp_path / f"imu_{place}.csv"
+        table.assign(status="RUN").to_csv(made[place], index=False)
+    fixes = whole.gps
+    assert fixes is not None
+    east, north, up = fixes.enu[::2].T
+    table = pd.DataFrame({"t_s": fixes.time[::2] + LAG, "east_m": east, "north_m": north, "alt_m": 2000.0 + up})
+    made["fixes"] = tmp_path / "track.csv"
+    table.to_csv(made["fixes"], index=False)
+    return made
+
+
+def named(logs: dict[str, Path], *places: str) -> list[Path]:
+    return [*(Path(f"{place}={logs[place]}") for place in places), logs["fixes"]]
+
+
+def test_loggers_tables_become_a_recording(whole: Recording, logs: dict[str, Path], tmp_path: Path) -> None:
+    made = import_recording(named(logs, "left_ski", "right_ski"), tmp_path / "made", ANSWERS)
+    assert made.completed is not None
+    assert made.completed.steered
+    time = made.bvh.time
+    roll = truth(made, "LeftFoot", time)[1] - truth(whole, "LeftFoot", time)[1]
+    # as with the recording's own files: tilts are 1 to 2° off, a constant is the mounting
+    assert np.degrees(np.std(roll)) < 3.0
+    assert sorted(path.name for path in (tmp_path / "made" / "sensors").iterdir()) == ["left_ski.csv", "right_ski.csv"]
+    assert made.gps is not None
+    assert made.gps.origin[0] == pytest.approx(46.0, abs=0.01)  # local coordinates are set down somewhere
+
+
+def test_what_is_given_twice_or_lacks_channels_is_told(logs: dict[str, Path], tmp_path: Path) -> None:
+    twice = [*named(logs, "left_ski"), Path(f"left_ski={logs['right_ski']}")]
+    with pytest.raises(InputError, match="a sensor on 'left_ski' already"):
+        import_recording(twice, tmp_path / "twice", ANSWERS)
+    with pytest.raises(InputError, match="no time and channels"):
+        import_recording([Path(f"chest={logs['fixes']}"), logs["fixes"]], tmp_path / "none", ANSWERS)
+    assert not (tmp_path / "none" / "recording.toml").exists()
+
+
+def test_a_barometer_and_pressure_cells_come_along(logs: dict[str, Path], tmp_path: Path) -> None:
+    track = pd.read_csv(logs["fixes"])
+    baro = pd.DataFrame({"t_s": track.t_s, "pressure_Pa": 101325.0 * (1.0 - track.alt_m / 44330.8) ** 5.2559})
+    baro.to_csv(tmp_path / "baro.csv", index=False)
+    counts(tmp_path / "foot.csv", dead=None)
+    files = [
+        *named(logs, "left_ski"),
+        Path(f"barometer={tmp_path / 'baro.csv'}"),
+        Path(f"insoles={tmp_path / 'foot.csv'}"),
+    ]
+    made = import_recording(files, tmp_path / "made", ANSWERS)
+    assert made.insoles is not None
+    assert any("heights are the barometer's" in notice for notice in made.notices)
+
+
+def counts(path: Path, dead: str | None) -> None:
+    """A pressure logger's lines: feet in turn, load that shifts between them every two seconds."""
+    rng = np.random.default_rng(2)
+    time = np.arange(0.0, 16.0, 0.025)
+    side = np.where(np.arange(len(time)) % 2 == 0, "L", "R")
+    load = 500.0 + 300.0 * np.sin(1.5 * time) * np.where(side == "L", 1.0, -1.0)
+    table = pd.DataFrame({"t_s": time, "side": side})
+    for cell in ("toes_adc", "heel_adc"):
+        table[cell] = np.round(load + rng.normal(0.0, 10.0, len(time)))
+    if dead is not None:
+        table.loc[table.side == "R", dead] = 0
+    table.to_csv(path, index=False)
+
+
+def test_counts_of_pressure_cells_carry_the_weight_and_the_dead_one_is_found(tmp_path: Path) -> None:
+    counts(tmp_path / "foot.csv", dead="heel_adc")
+    write_pressure(tmp_path / "foot.csv", tmp_path, 70.0)
+    found = read_insoles(tmp_path / "insoles.csv")
+    assert found.dead_cells == ("right_2_N",)
+    assert np.mean(found.left + found.right) == pytest.approx(70.0 * GRAVITY, rel=1e-6)
+    # right foot's one cell against left foot's two
+    assert np.mean(found.right) / np.mean(found.left) == pytest.approx(0.5, abs=0.05)
+    with pytest.raises(InputError, match="no counts of cells"):
+        write_pressure(tmp_path / "insoles.csv", tmp_path, 70.0)
