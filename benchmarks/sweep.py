@@ -7,7 +7,10 @@ Pools take turns block by block, so that whatever else the machine does meets al
 - span: s from the first run's beginning to the last one's end, summed over the blocks;  start: s before that
 - speed-up and efficiency: of spans, against one process
 - busy: share of workers' spans that they spent in runs, which other work on the machine does not change much
-- cpu: s of a core's time a run;  memory: MB of a worker's at its tenth, middle and last run
+- cpu: s of a core's time a run;  parent: the same of the process that hands the runs out, tables included
+- memory: MB of a worker's at its tenth, middle and last run
+
+and handing: s of the parent's core for handing out a run and hearing of its end, with runs that do nothing.
 """
 
 from __future__ import annotations
@@ -22,7 +25,10 @@ from typing import Any
 
 import pandas as pd
 
-from sssi_exudyn import sweeps
+from sssi_exudyn import sweep_drive, sweeps
+from sssi_exudyn.sweep_file import sweep_from
+from sssi_exudyn.sweep_plan import planned
+from sssi_exudyn.sweep_pools import Cluster, pool_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 RUNS = 500
@@ -44,13 +50,35 @@ def block(folder: Path, number: int, blocks: int, workers: int, options: dict[st
         "recordings": [str(EXAMPLES / name) for name in ("beginner", "intermediate")],
         "parameter": [{"name": "friction.mu_t", "low": low, "high": high, "count": count}],
     }
-    begin = time.time()
+    begin, parent = time.time(), time.process_time()
     counts = sweeps.sweep(settings, folder, workers=workers, **options)
     assert counts["done"] == 2 * count
     assert counts["repeated"] == 0
     timings = pd.read_parquet(folder / "timings.parquet")
     timings["start"] = timings["begin"].min() - begin
+    timings["parent"] = (time.process_time() - parent) / len(timings)
     return timings.sort_values("end")
+
+
+def nothing(_folder: Path, _packed: bytes) -> str:
+    """A run that takes no time."""
+    return "done"
+
+
+def handing(cluster: Cluster | None, count: int = 2000) -> float:
+    """s of this process's core for each of ``count`` runs that do nothing, from the first one's end to the last's."""
+    low = {"name": "friction.mu_t", "low": 0.04, "high": 0.12, "count": count}
+    settings = {"format": 1, "recordings": [str(EXAMPLES / "beginner")], "parameter": [low]}
+    plan = planned(sweep_from(settings, Path("sweep")))
+    at: list[float] = []
+    sweep_drive.perform, real = nothing, sweep_drive.perform
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            told = lambda _run, _status: at.append(time.process_time())  # noqa: E731
+            sweep_drive.do_all(Path(folder), plan.job, plan.runs(), pool_of(None, cluster), 2, told)
+    finally:
+        sweep_drive.perform = real
+    return (at[-1] - at[0]) / (count - 1)
 
 
 def main() -> None:
@@ -85,6 +113,7 @@ def main() -> None:
                 "efficiency": one / span / workers,
                 "busy": float(runs["wall_s"].sum()) / (workers * span),
                 "cpu_s": float(runs["cpu_s"].mean()),
+                "parent_s": float(runs["parent"].mean()),
                 "memory_MB": [
                     float(each)
                     for each in (
@@ -96,7 +125,10 @@ def main() -> None:
             }
         )
         print(json.dumps(rows[-1]))
-    options.json.write_text(json.dumps({"load": loads, "pools": rows}, indent=1), encoding="utf-8")
+    hands = {"processes": handing(None), "dask": handing("local")}
+    print(json.dumps(hands))
+    found_all = {"load": loads, "pools": rows, "handing_s": hands}
+    options.json.write_text(json.dumps(found_all, indent=1), encoding="utf-8")
 
 
 if __name__ == "__main__":
