@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -130,7 +130,7 @@ def fit(
     progress: Progress | None = None,
 ) -> Fitted:
     """Solve the problem with the full model, or without ``full`` with the reduced one alone.  What the full one
-    simulated is kept in ``cache``, so that the same call goes on from there.
+    simulated and the reduced one's searches found is kept in ``cache``, so that the same call goes on from there.
 
     Raises SimulationDiverged when a simulation does.
     """
@@ -139,12 +139,12 @@ def fit(
     coarse = motion.foot_sigma is not None
     prepared = prepare(problem.model, motion, step=COARSE_STEP if coarse else STEP)
     enough = _COARSE_TOLERANCE if coarse else _tolerance(problem)
-    reduced = fit_reduced(problem, prepared, say, tolerance=enough if coarse else 10.0 * enough)
+    reduced = _kept_search(cache, motion, problem, prepared, say, enough if coarse else 10.0 * enough)
     if method == "joint":  # the residual now tells what the noise is
         residual, _ = _reduced(problem, prepared, reduced.values)
         problem = problem.with_noise(fit_noise(problem.track.time, residual))
         again = replace(problem, model=problem.model_at(reduced.values))
-        reduced = fit_reduced(again, prepared, say, tolerance=enough)
+        reduced = _kept_search(cache, motion, again, prepared, say, enough)
     _, sensitivity = _reduced(problem, prepared, reduced.values)
     count = 0
 
@@ -179,6 +179,28 @@ def fit(
     )
 
 
+def _kept_search(
+    cache: Cache | None, motion: Motion, problem: Problem, prepared: Prepared, say: Progress, tolerance: float
+) -> Optimum:
+    """``fit_reduced``, or what it found before an interrupt."""
+
+    def search() -> dict[str, np.ndarray]:
+        found = fit_reduced(problem, prepared, say, tolerance=tolerance)
+        return {name: np.asarray(value) for name, value in asdict(found).items()}
+
+    if cache is None:
+        return fit_reduced(problem, prepared, say, tolerance=tolerance)
+    about = (problem.names, problem.priors, problem.weight, problem.track, model_to_dict(problem.model))
+    kept = cache.made(fingerprint("reduced search", tolerance, *about, motion), search)
+    return Optimum(
+        values=np.asarray(kept["values"], dtype=np.float64),
+        objective=float(kept["objective"]),
+        evaluations=int(kept["evaluations"]),
+        converged=bool(kept["converged"]),
+        reason=str(kept["reason"]),
+    )
+
+
 def fit_reduced(
     problem: Problem,
     prepared: Prepared,
@@ -202,12 +224,12 @@ def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache 
     """(n, 2) m measured minus simulated by the full model."""
     model = problem.model_at(values)
     key = fingerprint("antenna", model_to_dict(model), motion)
-    kept = cache.get(key) if cache else None
-    if kept is None:
+
+    def run() -> dict[str, Array]:
         time, antenna = antenna_path(model, motion)
-        kept = {"time": time, "antenna": antenna}
-        if cache:
-            cache.put(key, kept)
+        return {"time": time, "antenna": antenna}
+
+    kept = cache.made(key, run) if cache else run()
     return problem.residual(model, np.asarray(kept["time"]), np.asarray(kept["antenna"]))
 
 

@@ -11,7 +11,7 @@ import hashlib
 import json
 import os
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,6 +48,17 @@ class Cache:
                 return {name: entry[name] for name in entry.files}
         except (OSError, ValueError, EOFError, zipfile.BadZipFile):
             return None
+
+    def made(self, key: str, make: Callable[[], Mapping[str, NDArray[np.generic]]]) -> Arrays:
+        """The arrays kept under ``key``, or those that ``make`` gives, which are then kept.
+
+        Raises OSError where the folder cannot be written.
+        """
+        kept = self.get(key)
+        if kept is None:
+            kept = dict(make())
+            self.put(key, kept)
+        return kept
 
     def put(self, key: str, arrays: Mapping[str, NDArray[np.generic]]) -> None:
         """Keep ``arrays`` under ``key``.  Raises OSError where the folder cannot be written."""

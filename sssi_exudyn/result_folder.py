@@ -1,7 +1,7 @@
 """A result on disk: a folder of plain files that other programs read.
 
 ``summary.json`` is put in place last.  All files are first written under other names and only then moved, so that a
-full disk or an interrupt leaves either the old result or the new one, and never half a file.
+full disk or an interrupt leaves the old result or the new one, a kill at the worst none, and never half a file.
 """
 
 from __future__ import annotations
@@ -111,6 +111,9 @@ def write_result(
     writers[SUMMARY] = lambda path: path.write_text(text, encoding="utf-8")
     with locked(folder), said_clearly(folder):
         stale = {MEASURED, SKELETON, DIAGNOSIS, REPORT, *TURNS, *OPENSIM, *MUSCLES} - writers.keys()
+        for name in writers:  # what a kill left half written
+            for left in folder.glob(f".{name}.*"):
+                left.unlink(missing_ok=True)
         _replace_together(folder, writers, stale)
 
 
@@ -198,7 +201,8 @@ def read_model(folder: Path) -> dict[str, Any]:
 def locked(folder: Path) -> Iterator[None]:
     """Hold ``folder`` (made when missing) against other processes.  May be nested within one thread.
 
-    Raises InputError when another process holds it, or when it cannot be made.
+    Raises InputError when another process holds it, when it cannot be made, and when what is done meanwhile cannot be
+    written.
     """
     with said_clearly(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -210,7 +214,8 @@ def locked(folder: Path) -> Iterator[None]:
                 folder, "", "another process is writing here", "wait for it, or choose another folder with --out"
             ) from error
     try:
-        yield
+        with said_clearly(folder):
+            yield
     finally:
         lock.release()
 
@@ -233,6 +238,8 @@ def said_clearly(path: Path) -> Iterator[None]:
     """Turn the operating system's refusals (read-only, full, missing, not a folder) into one clear InputError."""
     try:
         yield
+    except BrokenPipeError:  # whoever reads stderr or stdout has gone; that is no fault of ``path``
+        raise
     except OSError as error:
         raise InputError(
             path, "", (error.strerror or str(error)).lower(), "check the path, its permissions and the space left"
@@ -267,12 +274,17 @@ def plain(value: Any) -> Any:
 
 
 def _replace_together(folder: Path, writers: Mapping[str, Callable[[Path], object]], stale: set[str]) -> None:
-    """Write every file under another name, then move them all into place in the order given."""
+    """Write every file under another name, then move them all into place in the order given.
+
+    The last of them, which says that the others are whole, goes away before the first is moved: a kill in between
+    leaves no result that is half the old one.
+    """
     made = {name: folder / f".{name}.{os.getpid()}" for name in writers}
     try:
         for name, write in writers.items():
             write(made[name])
-        for name in stale:
+        *others, last = writers
+        for name in (*stale, *([last] if others else [])):
             (folder / name).unlink(missing_ok=True)
         for name, path in made.items():
             path.replace(folder / name)

@@ -73,6 +73,21 @@ class Refit:
         raise KeyError(name)
 
 
+_KEPT = ("values", "predicted", "sensitivity", "objective", "covariance")
+
+
+def arrays_of(fit: Refit) -> dict[str, Array]:
+    """What of a refit is numbers; ``refit_of`` makes it whole again."""
+    return {name: np.asarray(getattr(fit, name), dtype=np.float64) for name in _KEPT}
+
+
+def refit_of(arrays: Mapping[str, np.ndarray], model: Model, parameters: tuple[Parameter, ...]) -> Refit:
+    """The refit of ``model`` by ``parameters`` whose numbers ``arrays_of`` gave."""
+    values, predicted, sensitivity, objective, covariance = (np.asarray(arrays[name], float) for name in _KEPT)
+    fitted = with_parameters(model, parameters, values)
+    return Refit(fitted, parameters, values, predicted, sensitivity, float(objective), covariance)
+
+
 def with_parameters(model: Model, parameters: tuple[Parameter, ...], values: Array) -> Model:
     """The model with those values."""
     found: Mapping[str, float] = {

@@ -38,7 +38,7 @@ from sssi_exudyn.validation.evidence import (
     whitener,
 )
 from sssi_exudyn.validation.hypotheses import HYPOTHESES, Candidate, Scene
-from sssi_exudyn.validation.refit import Parameter, Refit, refit
+from sssi_exudyn.validation.refit import Parameter, Refit, arrays_of, refit, refit_of
 from sssi_exudyn.validation.witness import Witnesses, averages, witnesses_of
 
 Progress = Callable[[float | None, str], None]
@@ -222,14 +222,23 @@ class Searcher:
         reduced prediction, which is then fitted again.
         """
         for _ in range(2):
-            run = simulate(fit.model, self.setting.motion)
-            beyond = self.setting.witnesses.predicted(fit.model, run) - (fit.predicted - self.offset)
+            beyond = self._predicted_in_full(fit.model) - (fit.predicted - self.offset)
             moved = float(np.max(np.abs(whitened(self.account(fit), self.levels, (beyond - self.beyond)[:, None]))))
             self.beyond = beyond
             fit = self.fitted(fit.model, fit.parameters, self.levels)
             if moved < _SETTLED:
                 break
         return fit, simulate(fit.model, self.setting.motion)
+
+    def _predicted_in_full(self, model: Model) -> Array:
+        """(N,) by the full model."""
+
+        def run() -> dict[str, Array]:
+            return {"predicted": self.setting.witnesses.predicted(model, simulate(model, self.setting.motion))}
+
+        key = fingerprint("full model", self.whole, model_to_dict(model))
+        kept = self.cache.made(key, run) if self.cache else run()
+        return np.asarray(kept["predicted"], dtype=np.float64)
 
     def covariance(self, levels: NoiseLevels) -> Whitener:
         """Of all that is noise to the fit's parameters."""
@@ -239,7 +248,18 @@ class Searcher:
     def fitted(self, model: Model, parameters: tuple[Parameter, ...], levels: NoiseLevels) -> Refit:
         """Refit under that noise."""
         setting = self.setting
-        return refit(model, parameters, setting.prepared, setting.witnesses, self.covariance(levels), self.offset)
+
+        def run() -> Refit:
+            return refit(model, parameters, setting.prepared, setting.witnesses, self.covariance(levels), self.offset)
+
+        if self.cache is None:
+            return run()
+        # NumPy's arrays and numbers alone are kept; the model follows from them
+        key = fingerprint(
+            "refit", self.whole, model_to_dict(model), parameters, levels, self.offset, self.capture, self.mounting
+        )
+        kept = self.cache.made(key, lambda: arrays_of(run()))
+        return refit_of(kept, model, parameters)
 
     def account(self, fit: Refit) -> Account:
         """Measurements less prediction about a fit, as if every parameter still stood at what was known beforehand."""
@@ -267,8 +287,8 @@ class Searcher:
     def _captured(self, base: Refit) -> Array:
         setting = self.setting
         key = fingerprint("capture", self.whole, base.values)
-        kept = self.cache.get(key) if self.cache else None
-        if kept is None:
+
+        def run() -> dict[str, Array]:
             errors = capture_errors(setting.motion, setting.prepared)
             before = base.predicted - self.offset
             with ThreadPoolExecutor() as pool:
@@ -276,9 +296,9 @@ class Searcher:
                     pool.map(lambda e: response(base.model, setting.prepared, setting.witnesses, e, before), errors)
                 )
             torso = antenna_responses(setting.motion, base.model, setting.witnesses)
-            kept = {"columns": np.column_stack([*columns, torso])}
-            if self.cache:
-                self.cache.put(key, kept)
+            return {"columns": np.column_stack([*columns, torso])}
+
+        kept = self.cache.made(key, run) if self.cache else run()
         self.say(None, f"{kept['columns'].shape[1]} ways in which the capture may be wrong")
         return np.asarray(kept["columns"])
 

@@ -51,7 +51,7 @@ class Seed:
 
 def bundled(folder: Path) -> list[Seed]:
     """Seeds from the examples and from made files of every format; ``folder`` is for files that have to be written."""
-    seeds = [_cut(EXAMPLES / name) for name in ("beginner", "intermediate")]
+    seeds = [cut(EXAMPLES / name) for name in ("beginner", "intermediate")]
     tiny = Tiny()
     seeds.append(Seed("tiny", _folder(tiny.write(folder / "tiny")), imported=False))
     few = write_few(read_recording(EXAMPLES / "intermediate"), ("left_ski", "right_ski", "chest"), folder / "few")
@@ -90,7 +90,7 @@ def _folder(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
-def _cut(folder: Path) -> Seed:
+def cut(folder: Path) -> Seed:
     """A recording's first four seconds: enough to be read, short enough to be read ten thousand times."""
     files = _folder(folder)
     rows = {"gps.csv": 41, "insoles.csv": 401}

@@ -1,0 +1,109 @@
+"""Disks that fill up, kills in the middle of a result being put in place, parts that were finished before."""
+
+from __future__ import annotations
+
+import errno
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sssi_exudyn.cache import Cache
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.result_folder import locked, read_summary, write_result
+
+MODEL = {"format": 1}
+FILES = {"summary.json", "series.parquet", "model.toml", ".lock"}
+_MAIN = """
+import os, resource, signal, sys
+from pathlib import Path
+import pandas as pd
+from sssi_exudyn.errors import InputError
+from sssi_exudyn.result_folder import write_result
+folder, fault, number = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
+rows = pd.DataFrame({"time_s": [float(i) for i in range(5000)]})
+def stops(place):
+    def replaced(self, target):
+        global number
+        if number == 0:
+            os.kill(os.getpid(), signal.SIGKILL)
+        number -= 1
+        return place(self, target)
+    return replaced
+if fault == "kill":
+    Path.replace = stops(Path.replace)
+else:
+    resource.setrlimit(resource.RLIMIT_FSIZE, (number, number))
+try:
+    write_result(folder, {"recording": "new"}, rows, {"format": 1})
+except InputError as error:
+    sys.exit(str(error))
+"""
+
+
+def old_result(folder: Path) -> None:
+    write_result(folder, {"recording": "old"}, pd.DataFrame({"time_s": [0.0]}), MODEL)
+
+
+def other_process(folder: Path, fault: str, number: int) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", _MAIN, str(folder), fault, str(number)]
+    return subprocess.run(command, check=False, capture_output=True, text=True)
+
+
+@pytest.mark.parametrize("moves", [0, 1, 2])
+def test_a_kill_while_files_are_moved_leaves_no_mixture(tmp_path: Path, moves: int) -> None:
+    old_result(tmp_path)
+    assert other_process(tmp_path, "kill", moves).returncode == -9
+    assert not (tmp_path / "summary.json").exists()
+    with pytest.raises(InputError, match="no such file"):
+        read_summary(tmp_path)
+    old_result(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == FILES  # nothing half written is left
+    assert read_summary(tmp_path)["recording"] == "old"
+
+
+@pytest.mark.parametrize("limit", [0, 100, 2000])
+def test_a_disk_that_fills_up_leaves_the_old_result(tmp_path: Path, limit: int) -> None:
+    old_result(tmp_path)
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    done = other_process(tmp_path, "full", limit)
+    assert done.returncode == 1
+    assert str(tmp_path) in done.stderr
+    assert "too large" in done.stderr
+    assert "check the path" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_a_cache_that_cannot_be_written_is_one_clear_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(np, "savez", full)
+    with pytest.raises(InputError, match="no space left") as info, locked(tmp_path):
+        Cache(tmp_path / "cache").made("key", lambda: {"x": np.zeros(3)})
+    assert info.value.file == str(tmp_path)
+    assert list((tmp_path / "cache").iterdir()) == []
+
+
+def test_a_reader_that_goes_away_is_no_fault_of_the_folder(tmp_path: Path) -> None:
+    with pytest.raises(BrokenPipeError), locked(tmp_path):
+        raise BrokenPipeError
+
+
+def test_what_was_made_is_not_made_again(tmp_path: Path) -> None:
+    made = []
+
+    def make() -> dict[str, np.ndarray]:
+        made.append(1)
+        return {"x": np.array([0.1, -0.0]), "why": np.asarray("converged: the objective no longer changes")}
+
+    first = Cache(tmp_path).made("key", make)
+    again = Cache(tmp_path).made("key", make)
+    assert len(made) == 1
+    assert first["x"].tobytes() == again["x"].tobytes()
+    assert str(again["why"]) == "converged: the objective no longer changes"
