@@ -279,7 +279,7 @@ def _tell(what: dict[str, object]) -> None:
 def fuzz(count: int, seed: int, keep: Path, real: Path | None = None) -> tuple[Counter[str], list[str], float]:
     """Run ``count`` cases; how many were taken, refused and findings, the findings, and the longest time (s).
 
-    A worker that dies or hangs is a finding, and another one goes on behind it.
+    A worker that dies or hangs is a finding, and another one goes on behind it.  An interrupt ends it early.
     """
     counts: Counter[str] = Counter()
     findings: list[str] = []
@@ -291,15 +291,19 @@ def fuzz(count: int, seed: int, keep: Path, real: Path | None = None) -> tuple[C
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             assert process.stdout is not None
             running = None
-            for line in process.stdout:
-                told = json.loads(line)
-                running = told.get("begun")
-                if running is not None:
-                    continue
-                first, longest = told["number"] + 1, max(longest, told["took"])
-                counts[told["verdict"]] += 1
-                if told["verdict"] == "finding":
-                    findings.append(f"case {told['number']} of {told['seed']}: {told['said']}")
+            try:
+                for line in process.stdout:
+                    told = json.loads(line)
+                    running = told.get("begun")
+                    if running is not None:
+                        continue
+                    first, longest = told["number"] + 1, max(longest, told["took"])
+                    counts[told["verdict"]] += 1
+                    if told["verdict"] == "finding":
+                        findings.append(f"case {told['number']} of {told['seed']}: {told['said']}")
+            except KeyboardInterrupt:  # enough: what was found so far is told
+                process.kill()
+                break
         if running is not None:
             counts["finding"] += 1
             findings.append(f"case {running}: the process ended with {process.returncode}")
