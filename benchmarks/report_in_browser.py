@@ -31,6 +31,16 @@ ALL_IN_MID_RUN = """for (const box of document.querySelectorAll('.replay')) {
   slider.dispatchEvent(new Event('input'));
 } 0"""
 
+DRAWN = """(() => {
+  const canvas = box.querySelector('canvas'), style = getComputedStyle(box), seen = new Set();
+  const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+  for (let i = 0; i < data.length; i += 4) seen.add((data[i] << 16) | (data[i + 1] << 8) | data[i + 2]);
+  const missing = ['head', 'trunk', 'c1', 'c2', 'c3', 'ink', 'path', 'grid'].filter(
+    (name) => !seen.has(parseInt(style.getPropertyValue(`--${name}`).trim().slice(1), 16)));
+  return missing.join(' ');
+})()"""
+"""Which of the replay's colours its picture lacks: head, trunk, right, left, snow's force, weight, path, grid."""
+
 
 class Browser:
     """One Chromium, one page, the DevTools protocol over file descriptors 3 and 4."""
@@ -164,6 +174,7 @@ def replay_works(browser: Browser) -> dict[str, bool]:
     browser.value(f"{slider}.value = 0.5; {slider}.dispatchEvent(new Event('input')); 0")
     after = browser.value(look)
     done["scrub"], before = before != after, after
+    done["everything drawn"] = browser.value(DRAWN) == ""
     browser.value("box.querySelector('[name=play]').click(); new Promise((done) => setTimeout(done, 400))")
     browser.value("box.querySelector('[name=play]').click()")
     after = browser.value(look)
