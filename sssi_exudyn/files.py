@@ -12,8 +12,8 @@ from typing import Final
 
 from sssi_exudyn.errors import InputError
 
-MAX_BYTES: Final = 60_000_000
-"""The largest file that is read, bytes: three minutes of capture at 100 Hz, 59 joints with place and rotation each."""
+MAX_BYTES: Final = 50_000_000
+"""The largest file that is read, bytes: two and a half minutes of capture at 100 Hz, 59 joints with all channels."""
 MAX_LINES: Final = 2_000_000
 """The most lines a text may have: five hours at 100 Hz."""
 

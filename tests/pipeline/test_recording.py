@@ -153,7 +153,7 @@ class TestEveryFile:
         os.truncate(folder / name, 10 * MAX_BYTES)  # sparse: takes no room on the disk
         error = caught(folder)
         assert name in error.file
-        assert "600 MB" in error.problem
+        assert "500 MB" in error.problem
 
     def test_symlink_out_of_the_folder(self, tmp_path: Path, name: str) -> None:
         folder = Tiny().write(tmp_path / "run")
