@@ -48,6 +48,10 @@ def turns(runs: Sequence[Run]) -> Table:
             lambda s: number((s.get("residual_moment") or {}).get("peak_Nm")),
         ),
         ("its root mean square (N m)", lambda s: number((s.get("residual_moment") or {}).get("rms_Nm"))),
+        (
+            "by OpenSim's thresholds (75 and 50 N m at most)",
+            lambda s: str((s.get("residual_moment") or {}).get("verdict", "–")),
+        ),
     ]
     return sheet(runs, rows)
 
