@@ -7,7 +7,7 @@ Names are ``part.number``: ``skier``, ``equipment`` and ``slope`` as in a ``reco
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -55,8 +55,10 @@ class Parameter:
     whole: bool = False
 
 
-def parameters_of(model: Model) -> dict[str, Parameter]:
-    """All that a sweep of ``model`` may change, by name; ``SKIS`` is not among them, since it is no number."""
+def parameters_of(several: Iterable[Term | Sensor]) -> dict[str, Parameter]:
+    """All that a sweep may change of a model with these terms and sensors, by name, but for ``SKIS``, which is no
+    number.
+    """
     parts: dict[str, Any] = {
         "skier": Skier,
         "equipment": Equipment,
@@ -72,7 +74,6 @@ def parameters_of(model: Model) -> dict[str, Parameter]:
         for name in PRESCRIBED
     ]
     seen: dict[str, int] = {}
-    several: tuple[Term | Sensor, ...] = (*model.terms, *model.sensors)
     for part_of in several:
         seen[part_of.name] = seen.get(part_of.name, 0) + 1
         label = part_of.name if seen[part_of.name] == 1 else f"{part_of.name}#{seen[part_of.name]}"

@@ -7,19 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sssi_exudyn.cache import fingerprint
+from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.term import Term, parameters
 from sssi_exudyn.errors import InputError
 from sssi_exudyn.fitting.fit import Method
-from sssi_exudyn.fitting.recorded import model_of
 from sssi_exudyn.model import Model, read_model
-from sssi_exudyn.motion import motion_from_recording
 from sssi_exudyn.provenance import versions
-from sssi_exudyn.recording import Recording, read_recording
+from sssi_exudyn.recording import read_recording
 from sssi_exudyn.sweep_axes import axes_of
 from sssi_exudyn.sweep_design import Axis, points_of
 from sssi_exudyn.sweep_figures import Column, columns_of, usual_outputs
 from sssi_exudyn.sweep_file import SweepFile, Task, Tier
-from sssi_exudyn.sweep_parameters import Parameter, changed, parameters_of
+from sssi_exudyn.sweep_parameters import Parameter, parameters_of
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,7 @@ def planned(file: SweepFile) -> Plan:
     for recording in recordings:
         if file.task == "fit" and recording.gps is None:
             raise InputError(recording.folder / "recording.toml", "[gps]", "there is no GPS to fit to", "leave it out")
-    axes = axes_of(file, _declared(file, recordings[0], model))
+    axes = axes_of(file, _declared(file, model))
     points = points_of(file.design, axes)
     columns = columns_of(file.task, file.tier, file.method)
     outputs = _outputs(file, columns)
@@ -128,11 +127,11 @@ def planned(file: SweepFile) -> Plan:
     return Plan(file, job, axes, points, keys, columns, outputs, files)
 
 
-def _declared(file: SweepFile, recording: Recording, model: Model | None) -> dict[str, Parameter]:
-    """What the swept model declares; any recording's has the same parts."""
-    motion = motion_from_recording(recording)
-    base = model_of(recording, motion) if model is None else model
-    return parameters_of(changed(recording, motion, base, file.terms, {})[2])
+def _declared(file: SweepFile, model: Model | None) -> dict[str, Parameter]:
+    """What the swept models declare, which all have the same parts."""
+    if model is None:
+        return parameters_of((*PAPER_TERMS, *file.terms))
+    return parameters_of((*model.terms, *file.terms, *model.sensors))
 
 
 def _outputs(file: SweepFile, columns: tuple[Column, ...]) -> tuple[str, ...]:

@@ -142,7 +142,7 @@ def _dask_local(workers: int) -> Iterator[Crew]:
             n_workers=workers,
             threads_per_worker=1,
             processes=True,
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",  # any free port: the usual one may be another sweep's
             silence_logs=_SILENT,
         ) as cluster,
         _dask(cluster, workers) as crew,

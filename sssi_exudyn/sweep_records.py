@@ -83,15 +83,18 @@ def write_series(folder: Path, key: str, series: pa.Table) -> None:
 
 
 def read_records(folder: Path) -> Iterator[tuple[str, Record]]:
-    """Every record there is, with the name that it was written under; a name may come twice."""
-    for path in sorted((folder / RECORDS).glob(f"{_GATHERED}*.parquet")):
-        table = pq.read_table(path)
-        for name, text in zip(table["name"].to_pylist(), table["record"].to_pylist(), strict=True):
-            yield name, _parsed(text)
+    """Every record there is, with the name that it was written under; a name may come twice.
+
+    The small files first: those that are gathered meanwhile are then in the larger ones.
+    """
     for path in (folder / RECORDS).glob("*.json"):
         text = _read(path)
         if text is not None:
             yield path.name, _parsed(text)
+    for path in sorted((folder / RECORDS).glob(f"{_GATHERED}*.parquet")):
+        table = pq.read_table(path)
+        for name, text in zip(table["name"].to_pylist(), table["record"].to_pylist(), strict=True):
+            yield name, _parsed(text)
 
 
 def last_records(folder: Path) -> tuple[dict[str, Record], int]:

@@ -132,7 +132,7 @@ def test_latin_hypercube_has_one_point_in_every_row() -> None:
 def test_every_declared_number_can_be_changed(base: tuple[Recording, Motion, Model]) -> None:
     recording, motion, model = base
     untouched = changed(recording, motion, None, (), {})
-    for name, parameter in parameters_of(model).items():
+    for name, parameter in parameters_of(model.terms).items():
         middle = 0.5 * (parameter.low + parameter.high)
         value = 20.0 if parameter.whole else middle + 0.01 * (parameter.high - parameter.low)
         if name == "ski.boot_centre":  # the bounds' middle is ahead of a short ski
