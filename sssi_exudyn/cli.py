@@ -141,9 +141,9 @@ def _add_sweep(commands: Any, common: argparse.ArgumentParser) -> None:
     sweep = commands.add_parser(
         "sweep",
         help="many runs with other parameters: FILE --out DIR, or status, resume, retry of a DIR",
-        usage="sssi sweep FILE --out DIR | sssi sweep {status,resume,retry} DIR  [--help of each for more]",
+        usage="sssi sweep FILE --out DIR, or sssi sweep {status,resume,retry} DIR",
     )
-    about = sweep.add_subparsers(dest="about", metavar="COMMAND", required=True)
+    about = sweep.add_subparsers(dest="about", metavar="COMMAND", required=True, prog="sssi sweep")
     doing = argparse.ArgumentParser(add_help=False)
     doing.add_argument("--workers", type=int, metavar="N", help="processes or cluster jobs (default: one a core)")
     doing.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="run on the workers of this Dask scheduler")
