@@ -22,7 +22,9 @@ from sssi_exudyn.sweep_records import read_records
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROOT = EXAMPLES.parent
-PATIENCE = 60.0
+RUNS = 150
+"""More than end between two looks of a test that has to wait for a core."""
+PATIENCE = 120.0
 """s that may pass until something happens that takes seconds; no test measures time."""
 
 
@@ -71,7 +73,7 @@ def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(tmp_path: 
     scheduling = ("distributed.cli.dask_scheduler", "--no-dashboard", "--host", address)
     working = ("distributed.cli.dask_worker", address, "--nworkers", "2", "--nthreads", "1", "--no-dashboard")
     file = tmp_path / "swept.toml"
-    file.write_text(tomli_w.dumps(settings(100)), encoding="utf-8")
+    file.write_text(tomli_w.dumps(settings(RUNS)), encoding="utf-8")
     command = [sys.executable, "-m", "sssi_exudyn", "sweep", str(file), "--out", str(out), "--scheduler", address]
     with running(*scheduling) as scheduler, running(*working) as workers:
         sweep = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True)
@@ -85,10 +87,10 @@ def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(tmp_path: 
     assert "Traceback" not in told
     kept = {name for name, _ in read_records(out)}
     counts = sweeps.resume(out, workers=2, cluster="local")
-    assert (counts["done"], counts["left"], counts["repeated"]) == (100, 0, 0)
+    assert (counts["done"], counts["left"], counts["repeated"]) == (RUNS, 0, 0)
     assert kept <= {name for name, _ in read_records(out)}
     here = tmp_path / "here"
-    sweeps.sweep(settings(100), here, workers=1)
+    sweeps.sweep(settings(RUNS), here, workers=1)
     assert (here / "runs.parquet").read_bytes() == (out / "runs.parquet").read_bytes()
 
 
