@@ -90,7 +90,7 @@ def posture_section(completed: Completed, figures: dict[str, Any], half: SecondH
         rows.append(("share in μ_t's standard error", f"{value:.4f}", f"from the {name}"))
     parts = [
         "<p>Most of this posture was not measured. Joint angles, moments and the load's share between the feet are"
-        " those of the assumptions; speed, path and friction along the ski are what the sensors tell.</p>\n",
+        " those of the assumptions; speed, path and effective friction are what the sensors tell.</p>\n",
         _list("Measured", completed.measured),
         _list("Assumed", completed.assumed),
         table("How sure the feet are", rows),

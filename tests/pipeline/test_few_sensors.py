@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from sssi_exudyn.attitude import aligned, attitude_of
 from sssi_exudyn.channels import Imu, read_barometer, read_imu
 from sssi_exudyn.course import find_lag, skiing_stretch
 from sssi_exudyn.errors import InputError, SssiError
+from sssi_exudyn.fitting.observe import first_guess
 from sssi_exudyn.motion import motion_from_recording
 from sssi_exudyn.recording import Recording, read_recording
 
@@ -124,6 +126,18 @@ def test_a_telephone_in_a_pocket_makes_a_whole_motion(whole: Recording, in_a_poc
     worst = max(row.filtered_rms for row in motion.round_trip if row.segment != "head")
     assert np.degrees(worst) < 0.1  # the posture bends hinges only, so that the chain follows it
     assert motion.antenna is not None
+
+
+def test_a_coarse_receivers_own_velocity_is_the_first_guess(on_skis: Recording) -> None:
+    gps, motion = on_skis.gps, motion_from_recording(on_skis)
+    assert gps is not None
+    fall = on_skis.slope.fall_line_azimuth
+    course, many = fall + np.radians(30.0), len(gps.time)
+    told = replace(gps, sigma=np.full(many, 8.0), speed=np.full(many, 6.0), course=np.full(many, course))
+    guess = first_guess(told, motion, on_skis.slope.inclination, fall)
+    # to the right of the fall line, and along the snow a little longer than over ground
+    assert guess.velocity_f == pytest.approx(6.0 * np.cos(np.radians(30.0)) / np.cos(on_skis.slope.inclination))
+    assert guess.velocity_l == pytest.approx(-3.0)
 
 
 def test_without_a_slope_the_plane_is_the_tracks(in_a_pocket: Path, tmp_path: Path, whole: Recording) -> None:
