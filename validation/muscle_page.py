@@ -25,9 +25,9 @@ def muscles_section(found: MuscleRun, series: pd.DataFrame) -> Section:
     """The section of a result; ``series`` has the turns' columns (``biomechanics.labelled``)."""
     shown = [
         f"<p>{_sentence(found)}</p>\n",
-        "<h3>Activation of the leg's muscle groups by phase of the turn, outside and inside leg</h3>\n",
+        "<h3>Activation of the leg's muscle groups by phase of the turn: outside / inside leg</h3>\n",
         _by_phase(found, series, "leg", LEG_GROUPS),
-        "<h3>Activation of the lumbar muscle groups, outside and inside half of the trunk</h3>\n",
+        "<h3>Activation of the lumbar muscle groups: outside / inside half of the trunk</h3>\n",
         _by_phase(found, series, "lumbar", LUMBAR_GROUPS),
         "<h3>Largest joint contact forces (body weights)</h3>\n",
         _contact(found, series),
@@ -89,12 +89,12 @@ def _mean_by_phase(series: pd.DataFrame, of_side: dict[str, Array]) -> dict[tupl
 
 
 def _by_phase(found: MuscleRun, series: pd.DataFrame, region: str, groups: Sequence[str]) -> str:
-    columns = [(phase, where) for phase in PHASES for where in ("outside", "inside")]
     rows = []
     for group in groups:
         mean = _mean_by_phase(series, {side: group_activation(found, side, region, group) for side in SIDES})
-        rows.append([group.replace("_", " "), *(_number(mean[column]) for column in columns)])
-    return grid([["", *(f"{phase}, {where}" for phase, where in columns)], *rows])
+        cells = (f"{_number(mean[phase, 'outside'])} / {_number(mean[phase, 'inside'])}" for phase in PHASES)
+        rows.append([group.replace("_", " "), *cells])
+    return grid([["", *PHASES], *rows])
 
 
 def _contact(found: MuscleRun, series: pd.DataFrame) -> str:

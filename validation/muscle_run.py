@@ -116,7 +116,9 @@ def group_activation(found: MuscleRun, side: str, region: str, group: str) -> Ar
     taken = [
         k
         for k, named in enumerate(found.skier.named)
-        if named.side == side and named.group == group and (named.region == region or group == "psoas_major")
+        if named.side == side
+        and named.group == group
+        and (named.region == region or (region == "leg" and group == "psoas_major"))
     ]
     weight = np.array([found.skier.model.muscles[k].max_isometric_force for k in taken])
     return np.asarray(found.forces.activation[:, taken] @ weight / weight.sum())
