@@ -23,7 +23,8 @@ def bell(math: Math, x: Number, centre: Number, width: Number) -> Number:
     return math.exp(-0.5 * z * z)
 
 
-def swell(math: Math, x: Number, low: Number, high: Number) -> Number:
-    """½(1 − cos) from ``low`` to ``high``: 0 at both ends and beyond, 1 half-way."""
-    share = math.minimum(math.maximum((x - low) / math.maximum(high - low, SHORTEST), 0.0), 1.0)
-    return 0.5 * (1.0 - math.cos(TURN * share))
+def swell(math: Math, x: Number, low: Number, high: Number, rise: Number) -> Number:
+    """0 at ``low``, ``high`` and beyond, ½(1 − cos) up and down within the share ``rise`` of the way, 1 between."""
+    share = (x - low) / math.maximum(high - low, SHORTEST)
+    inwards = math.maximum(math.minimum(share, 1.0 - share), 0.0)
+    return 0.5 * (1.0 - math.cos(0.5 * TURN * math.minimum(2.0 * inwards / rise, 1.0)))

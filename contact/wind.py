@@ -39,11 +39,11 @@ class Wind(WindTerm):
 class Gust(WindTerm):
     """A wind that swells from t0 and is gone at t1; w_f and w_l are its peak.
 
-    Formula: w = (w_f, w_l, 0)·½(1 − cos(2π·(t − t0)/(t1 − t0)))   for t0 < t < t1
+    Formula: w = (w_f, w_l, 0)·½(1 − cos(π·min(1, 2x/rise)))   x = min(t − t0, t1 − t)/(t1 − t0), where that is positive
     """
 
     name: ClassVar[str] = "gust"
-    sources: ClassVar[tuple[str, ...]] = ("the one-minus-cosine gust of 14 CFR 25.341",)
+    sources: ClassVar[tuple[str, ...]] = ("the one-minus-cosine gust of 14 CFR 25.341", "Tukey's cosine taper")
 
     w_f: float = quantity(
         0.0, "m/s", low=-_STRONGEST, high=_STRONGEST, source=_BEAUFORT, meaning="gust down the fall line"
@@ -51,9 +51,12 @@ class Gust(WindTerm):
     w_l: float = quantity(0.0, "m/s", low=-_STRONGEST, high=_STRONGEST, source=_BEAUFORT, meaning="gust to the left")
     t0: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it comes")
     t1: float = quantity(2.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it goes")
+    rise: float = quantity(
+        1.0, "1", low=0.05, high=1.0, source="chosen", meaning="share of its time in which it swells and falls"
+    )
 
     def velocity(self, math: Math, state: PlaceState) -> Vector:
-        blows = swell(math, state.t, self.t0, self.t1)
+        blows = swell(math, state.t, self.t0, self.t1, self.rise)
         return self.w_f * blows, self.w_l * blows, 0.0
 
 

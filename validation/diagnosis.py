@@ -123,6 +123,10 @@ class Diagnosis:
         return self.fit.model
 
 
+Accepted = tuple[Round, Verdict, Refit]
+"""What was weighed, what was taken of it, and the fit with it."""
+
+
 def diagnose(
     recording: Recording,
     motion: Motion,
@@ -146,7 +150,7 @@ def diagnose(
         base, result = searcher.confirmed(base)
         first = base
     rounds = [searcher.round(base)]
-    accepted: list[tuple[Round, Verdict, Refit]] = []
+    accepted: list[Accepted] = []
     while len(accepted) < MOST_FINDINGS:
         latest = rounds[-1]
         allowed = ONCE_MORE if accepted else STANDS_OUT
@@ -160,7 +164,44 @@ def diagnose(
             base, result = searcher.confirmed(base)
         accepted.append((latest, best, base))
         rounds.append(searcher.round(base))
+    if len(accepted) > 1:
+        names = [verdict.name for _, verdict, _ in accepted]
+        accepted = _weighed_again(searcher, accepted)
+        base = accepted[-1][2] if accepted else first
+        if full:
+            say(None, "the full model with all that was found")
+            base, result = searcher.confirmed(base)
+            accepted[-1:] = [(*each[:2], base) for each in accepted[-1:]]
+        if sorted(names) != sorted(verdict.name for _, verdict, _ in accepted):
+            rounds.append(searcher.round(base))
     return _told(recording.name, searcher, first, base, result, rounds, accepted)
+
+
+def _weighed_again(searcher: Searcher, accepted: list[Accepted]) -> list[Accepted]:
+    """Every finding weighed again beside the others; the last only when one of them has become another.
+
+    What was said first was said while the others were still hidden: it may have stood for one of them, and its
+    probability and its alternatives were those of a mixture.  What is superfluous beside the others goes.
+    """
+    said = [verdict for _, verdict, _ in accepted]
+    names = sorted(verdict.name for verdict in said)
+    for verdict in said:
+        if verdict is said[-1] and sorted(each.name for _, each, _ in accepted) == names:
+            break
+        candidate = verdict.candidate
+        at = next(i for i, (_, each, _) in enumerate(accepted) if each is verdict)
+        if candidate is None or [each.name for _, each, _ in accepted].count(verdict.name) > 1:
+            continue  # two of a name cannot be taken apart by it
+        rest = [
+            *accepted[:at],
+            *((seen, each, searcher.without(fit, candidate)) for seen, each, fit in accepted[at + 1 :]),
+        ]
+        again = searcher.round(rest[-1][2] if rest else searcher.without(accepted[at][2], candidate))
+        accepted = rest
+        if again.nothing.probability <= STANDS_OUT and again.best.fit is not None:
+            searcher.levels = again.best.levels
+            accepted.append((again, again.best, searcher.settled(again.best.fit)))
+    return accepted
 
 
 def _told(
@@ -170,7 +211,7 @@ def _told(
     final: Refit,
     result: SimulationResult | None,
     rounds: list[Round],
-    accepted: list[tuple[Round, Verdict, Refit]],
+    accepted: list[Accepted],
 ) -> Diagnosis:
     witnesses = searcher.setting.witnesses
     folds = folds_of(witnesses, rounds[0].scene.transitions)

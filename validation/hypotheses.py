@@ -113,11 +113,14 @@ class Hypothesis(ABC):
     """One name in ``diagnosis.json``.
 
     weight : how probable it is beforehand, against others
+    moves_all : it moves the whole track by far more than the noise, so that its linear response tells little of it, and
+        a fit has to begin on both sides
     """
 
     name: ClassVar[str]
     kind: ClassVar[str]
     weight: ClassVar[float] = 1.0
+    moves_all: ClassVar[bool] = False
 
     @abstractmethod
     def probes(self, scene: Scene) -> list[Probe]:
@@ -126,6 +129,10 @@ class Hypothesis(ABC):
     @abstractmethod
     def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
         """Candidates from the responses (N, probes), a unit of amplitude."""
+
+    def possible(self, model: Model) -> bool:
+        """Whether a model fitted with it is one that can be."""
+        return True
 
 
 def added(model: Model, part: Term | Sensor) -> Model:
@@ -179,6 +186,7 @@ def everywhere(name: str, kind: str, part: Callable[[Scene], Term | Sensor], sca
 class OfTheStart(Hypothesis):
     """A number of every model that is known beforehand, and is not as it was thought to be."""
 
+    moves_all = True
     number: str
     scale: float
 
@@ -217,6 +225,11 @@ class Patch(Hypothesis):
     name = "snow_patch"
     kind = "physics"
     _TRY: Final = 0.02
+    _SLICKEST: Final = 0.01  # half of the least gliding friction that Wolfsperger et al. (2021) measured
+
+    def possible(self, model: Model) -> bool:
+        fallen = min(term.delta_mu_t for term in model.terms if isinstance(term, SnowPatch))
+        return model.friction.mu_t + fallen >= self._SLICKEST
 
     def probes(self, scene: Scene) -> list[Probe]:
         edges = scene.place_edges
@@ -250,6 +263,7 @@ class InTime(Hypothesis):
 
     keys : the part's numbers that are amplitudes;  scale, trial : their usual size, and what the probes hold of them
     longest : share of the run at most;  least : cells at least
+    rises : shares of its time in which it comes and goes, each tried
     """
 
     keys: ClassVar[tuple[str, ...]]
@@ -257,9 +271,10 @@ class InTime(Hypothesis):
     trial: ClassVar[float]
     longest: ClassVar[float]
     least: ClassVar[int]
+    rises: ClassVar[tuple[float, ...]] = (1.0,)
 
     @abstractmethod
-    def part(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
+    def part(self, t0: float, t1: float, rise: float, amplitudes: dict[str, float]) -> Term:
         """The term that acts from t0 to t1."""
 
     @abstractmethod
@@ -267,7 +282,7 @@ class InTime(Hypothesis):
         """The term that a probe holds of one cell; all cells together act as one that acts always."""
 
     @abstractmethod
-    def course(self, share: Array) -> Array:
+    def course(self, share: Array, rise: float) -> Array:
         """How much of the amplitude there is at a share (c,) of the way from t0 to t1."""
 
     def probes(self, scene: Scene) -> list[Probe]:
@@ -283,10 +298,11 @@ class InTime(Hypothesis):
         cells, count = len(edges) - 1, len(self.keys)
         shaped = responses.reshape(len(responses), count, cells)
         spread = float(edges[1] - edges[0])
-        for i, j in intervals(cells, self.least, max(self.least, round(self.longest * cells))):
-            part = self.part(float(edges[i]), float(edges[j]), {})
+        stretches = intervals(cells, self.least, max(self.least, round(self.longest * cells)))
+        for (i, j), rise in itertools.product(stretches, self.rises):
+            part = self.part(float(edges[i]), float(edges[j]), rise, {})
             owner = newest(scene.model, part)
-            course = self.course((np.arange(j - i) + 0.5) / (j - i))
+            course = self.course((np.arange(j - i) + 0.5) / (j - i), rise)
             found.append(
                 Candidate(
                     added(scene.model, part),
@@ -309,16 +325,18 @@ class Gusts(InTime):
     kind = "physics"
     keys = ("w_f", "w_l")
     scale, trial, longest, least = 5.0, 1.5, 0.5, 4
+    rises = (1.0, 0.4)
 
-    def part(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
-        return Gust(t0=t0, t1=t1, **amplitudes)
+    def part(self, t0: float, t1: float, rise: float, amplitudes: dict[str, float]) -> Term:
+        return Gust(t0=t0, t1=t1, rise=rise, **amplitudes)
 
     def cell(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
         half = 0.5 * (t1 - t0)  # swells of twice a cell's length, one a cell, add up to one
         return Gust(t0=t0 - half, t1=t1 + half, **amplitudes)
 
-    def course(self, share: Array) -> Array:
-        return np.asarray(0.5 * (1.0 - np.cos(2.0 * np.pi * share)))
+    def course(self, share: Array, rise: float) -> Array:
+        inwards = np.minimum(share, 1.0 - share)
+        return np.asarray(0.5 * (1.0 - np.cos(np.pi * np.minimum(2.0 * inwards / rise, 1.0))))
 
 
 class Unexplained(InTime):
@@ -330,13 +348,13 @@ class Unexplained(InTime):
     keys = ("force_f", "force_l", "force_n")
     scale, trial, longest, least = 80.0, 20.0, 0.4, 1
 
-    def part(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
+    def part(self, t0: float, t1: float, rise: float, amplitudes: dict[str, float]) -> Term:
         return UnexplainedForce(t0=t0, t1=t1, **amplitudes)
 
     def cell(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
-        return self.part(t0, t1, amplitudes)
+        return self.part(t0, t1, 1.0, amplitudes)
 
-    def course(self, share: Array) -> Array:
+    def course(self, share: Array, rise: float) -> Array:
         return np.ones(len(share))
 
 
@@ -529,3 +547,8 @@ HYPOTHESES: Final[tuple[Hypothesis, ...]] = (
     Unexplained(),
 )
 """The list of them, written out."""
+
+
+def hypothesis_of(name: str) -> Hypothesis:
+    """The hypothesis of that name.  Raises StopIteration where there is none."""
+    return next(hypothesis for hypothesis in HYPOTHESES if hypothesis.name == name)

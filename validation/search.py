@@ -39,6 +39,9 @@ from sssi_exudyn.validation.evidence import (
 )
 from sssi_exudyn.validation.hypotheses import HYPOTHESES, Candidate, Scene
 from sssi_exudyn.validation.refit import Parameter, Refit, arrays_of, refit, refit_of
+
+from sssi_exudyn.validation.hypotheses import HYPOTHESES, Candidate, Scene, hypothesis_of
+from sssi_exudyn.validation.refit import Parameter, Refit, refit
 from sssi_exudyn.validation.witness import Witnesses, averages, witnesses_of
 
 Progress = Callable[[float | None, str], None]
@@ -59,6 +62,10 @@ SIZES: Final = (0.5, 1.0, 2.0)
 """An effect may be weaker or stronger than usual; each counts a third."""
 NOTHING: Final = 0.5
 """Probability beforehand that nothing is missing."""
+SHAPELESS: Final = 150.0
+"""Log evidence that an effect brings from which its exact form, which nobody knows, matters more than the noise: there
+what sets two names apart counts for half.
+"""
 TEMPER: Final = 0.6
 """Log evidence is worth this share of what it says: the world is none of our models, and errors that none of them
 knows make differences look surer than they are.  Calibrated by the blind benchmark.
@@ -240,6 +247,23 @@ class Searcher:
         kept = self.cache.made(key, run) if self.cache else run()
         return np.asarray(kept["predicted"], dtype=np.float64)
 
+    def without(self, fit: Refit, candidate: Candidate) -> Refit:
+        """The fit refitted without what the candidate brought."""
+        names = {name for group in candidate.amplitudes for name in group} | set(candidate.places)
+        owner = candidate.amplitudes[0][0].partition(".")[0]
+        model = fit.model
+        if owner == "start":
+            model = model.with_values({name: self.setting.model.value(name) for name in names})
+        else:
+            model = replace(
+                model,
+                terms=tuple(term for term in model.terms if term.name != owner),
+                sensors=tuple(sensor for sensor in model.sensors if sensor.name != owner),
+            )
+        kept = tuple(p for p in fit.parameters if not names & set(p.names))
+        known = tuple(p for p in self.setting.parameters if names & set(p.names))
+        return self.settled(self.fitted(model, (*kept, *known), self.levels))
+
     def covariance(self, levels: NoiseLevels) -> Whitener:
         """Of all that is noise to the fit's parameters."""
         empty = self._account(np.zeros_like(self.cuff), Freedom(np.zeros((len(self.cuff), 0)), np.zeros(0)))
@@ -344,8 +368,12 @@ class Searcher:
         """The most probable refitted with the real term; what was sought is kept in ``probability`` until then."""
         ranked = sorted(verdicts[1:], key=lambda v: -v.log_evidence)
         nothing = verdicts[0].log_evidence
-        least = max(nothing - _HOPEFUL, max(ranked[0].log_evidence, nothing) - _WORTHWHILE)
+        gain = max(ranked[0].log_evidence - nothing, 0.0)
+        # far from the truth responses are not linear: whoever explains half of it may explain it best
+        least = max(nothing - _HOPEFUL, nothing + gain - max(_WORTHWHILE, 0.5 * gain))
         finalists = [v for v in ranked[:_FINALISTS] if v.log_evidence > least]
+        if gain > _WORTHWHILE:
+            finalists += [v for v in ranked if hypothesis_of(v.name).moves_all and v not in finalists]
         found = [verdicts[0]]
         for i, verdict in enumerate(ranked):
             if verdict not in finalists:
@@ -359,18 +387,35 @@ class Searcher:
         candidate = verdict.candidate
         assert candidate is not None
         parameters, places = extended(base, candidate)
-        start = candidate.model
+        starts = [candidate.model]
+        if hypothesis_of(verdict.name).moves_all:
+            starts += [candidate.model.with_values(values) for values in beside(candidate)]
         try:
-            fit = self.fitted(start, (*parameters, *places), verdict.levels)
+            fits = [self.fitted(start, (*parameters, *places), verdict.levels) for start in starts]
         except SimulationDiverged:
             return verdict
+        fit = min(fits, key=lambda each: each.objective)
         # places count as sought by the candidates; their freedom is not counted again
         count = len(parameters)
         fixed = replace(
             fit, parameters=fit.parameters[:count], values=fit.values[:count], sensitivity=fit.sensitivity[:, :count]
         )
         levels, evidence = best_levels(self.account(fixed), verdict.levels)
+        if not hypothesis_of(verdict.name).possible(fit.model):
+            evidence = -np.inf
         return replace(verdict, log_evidence=evidence + verdict.probability, fit=fit, levels=levels)
+
+
+def beside(candidate: Candidate) -> list[dict[str, float]]:
+    """The candidate's amplitudes by their names, half their usual size to either side of where it stands."""
+    return [
+        {
+            name: candidate.model.value(name) + side * float(scale)
+            for group, scale in zip(candidate.amplitudes, candidate.free.scales, strict=True)
+            for name in group
+        }
+        for side in (-0.5, 0.5)
+    ]
 
 
 def extended(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], tuple[Parameter, ...]]:
@@ -392,7 +437,10 @@ def _ranked(verdicts: list[Verdict]) -> tuple[Verdict, ...]:
     weights = {hypothesis.name: hypothesis.weight for hypothesis in HYPOTHESES}
     whole = sum(weights[v.name] for v in verdicts if v.name)
     share = {name: (1.0 - NOTHING) * weight / whole for name, weight in weights.items()} | {"": NOTHING}
-    logs = np.array([TEMPER * v.log_evidence + np.log(share[v.name]) for v in verdicts])
+    evidence = np.array([v.log_evidence for v in verdicts])
+    gain = float(np.max(evidence) - next(v.log_evidence for v in verdicts if not v.name))
+    behind = TEMPER * (np.max(evidence) - evidence) / (1.0 + gain / SHAPELESS)
+    logs = np.array([np.log(share[v.name]) for v in verdicts]) - behind
     odds = np.exp(logs - logs.max())
     odds /= odds.sum()
     found = [replace(v, probability=float(p)) for v, p in zip(verdicts, odds, strict=True)]

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from sssi_exudyn.commands import model_of
+from sssi_exudyn.contact.terrain import SlopeChange
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion, motion_from_recording
@@ -18,10 +20,11 @@ from sssi_exudyn.reduced import prepare, simulate_each, simulate_reduced
 from sssi_exudyn.validation.benchmark import scored, sealed, share
 from sssi_exudyn.validation.benchmark_page import benchmark_page
 from sssi_exudyn.validation.benchmark_world import Case, make, plan
-from sssi_exudyn.validation.diagnosis import diagnose, diagnosis_to_dict
+from sssi_exudyn.validation.diagnosis import _weighed_again, diagnose, diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis_page import diagnosis_section
-from sssi_exudyn.validation.hypotheses import HYPOTHESES, Scene
-from sssi_exudyn.validation.search import setting_of
+from sssi_exudyn.validation.evidence import Freedom
+from sssi_exudyn.validation.hypotheses import HYPOTHESES, Candidate, Scene
+from sssi_exudyn.validation.search import Searcher, extended, setting_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "noise"}
@@ -171,3 +174,63 @@ def test_scores_count_what_was_said() -> None:
     assert [row["hits"] for row in scores["calibration"]] == [0, 1, 2, 1]
     assert [row["of"] for row in scores["calibration"]] == [0, 3, 3, 2]
     assert "| gust | wind 2, gust 1, nothing 1 |" in benchmark_page(scores)
+
+
+class Scripted:
+    """A searcher whose rounds are written beforehand; fits are words."""
+
+    def __init__(self, *rounds: Any) -> None:
+        self.rounds, self.asked, self.levels = list(rounds), [], None
+
+    def without(self, fit: str, candidate: str) -> str:
+        return f"{fit} less {candidate}"
+
+    def round(self, base: str) -> Any:
+        self.asked.append(base)
+        return self.rounds.pop(0)
+
+    def settled(self, fit: str) -> str:
+        return fit
+
+
+def weighed(name: str, nothing: float) -> Any:
+    verdict = SimpleNamespace(name=name, candidate=name, fit=f"with {name}", levels=None)
+    return SimpleNamespace(best=verdict, nothing=SimpleNamespace(probability=nothing))
+
+
+def test_what_was_said_first_is_weighed_again_beside_the_rest() -> None:
+    first, second = weighed("lever_arm", 0.0), weighed("slope_change", 0.0)
+    accepted: list[Any] = [(each, each.best, each.best.fit) for each in (first, second)]
+    same = Scripted(weighed("lever_arm", 0.01))
+    assert len(_weighed_again(same, accepted)) == 2  # type: ignore[arg-type]
+    assert same.asked == ["with slope_change less lever_arm"]
+    better = Scripted(weighed("gps_delay", 0.01), weighed("slope_change", 0.0))
+    after = _weighed_again(better, accepted)  # type: ignore[arg-type]
+    assert better.asked == ["with slope_change less lever_arm", "with gps_delay less slope_change"]
+    assert [verdict.name for _, verdict, _ in after] == ["gps_delay", "slope_change"]
+    superfluous = _weighed_again(Scripted(weighed("lever_arm", 0.6), weighed("gust", 0.6)), accepted[:])  # type: ignore[arg-type]
+    assert superfluous == []
+    twice = [accepted[0], accepted[0], accepted[1]]
+    assert _weighed_again(Scripted(), twice) == twice  # type: ignore[arg-type]
+
+
+def test_what_is_put_in_and_taken_out_leaves_the_fit_as_it_was(base: Any) -> None:
+    recording, motion, model = base
+    searcher = Searcher(setting_of(recording, replace(motion, stop=motion.start + 4.0), model), lambda *_: None, None)
+    fit = searcher.first()
+    part = SlopeChange(0.0, model.start.f + 8.0, 3.0)
+    candidate = Candidate(
+        replace(fit.model, terms=(*fit.model.terms, part)),
+        Freedom(np.zeros((len(fit.predicted), 1)), np.array([0.02])),
+        (("slope_change.delta",),),
+        {"slope_change.f0": 1.0},
+    )
+    parameters, places = extended(fit, candidate)
+    more = searcher.fitted(candidate.model, (*parameters, *places), searcher.levels)
+    assert len(more.parameters) == len(fit.parameters) + 2
+    again = searcher.without(more, candidate)
+    assert [p.names for p in again.parameters] == [p.names for p in fit.parameters]
+    assert [term.name for term in again.model.terms] == [term.name for term in fit.model.terms]
+    # fits stop when a step is a twentieth of the standard errors
+    spread = np.sqrt(np.diag(fit.covariance))
+    assert np.all(np.abs(again.values - fit.values) < 0.3 * spread)
