@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import pickle
-import signal
-import threading
 from pathlib import Path
 
 from sssi_exudyn.exudyn_build import take_fast_build
@@ -18,16 +14,3 @@ def perform(folder: Path, packed: bytes) -> str:
     from sssi_exudyn.sweep_run import performed
 
     return performed(folder, *pickle.loads(packed))
-
-
-def prepare_worker() -> None:
-    """Begin a worker of this machine: an interrupt is its parent's affair, and it does not outlive its parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import pickle
+import signal
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
@@ -34,6 +35,7 @@ from sssi_exudyn.validation.diagnosis import Diagnosis, diagnose, diagnosis_to_d
 from sssi_exudyn.validation.evidence import Account, log_factors
 from sssi_exudyn.validation.hypotheses import HYPOTHESES
 from sssi_exudyn.validation.search import Round
+from sssi_exudyn.workers import prepare_worker
 
 ANSWERS, SEAL = "answers.json", "answers.sha256"
 STRONG: Final = 8.0
@@ -152,6 +154,8 @@ _given: list[Any] = []
 
 
 def _prepare_worker(bases: Bases, seed: int, full: int, folder: Path) -> None:
+    prepare_worker()
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # a case takes minutes: an interrupt does not wait for it
     _given[:] = [bases, seed, full, folder]
 
 

@@ -37,11 +37,8 @@ from sssi_exudyn.validation.evidence import (
     whitened,
     whitener,
 )
-from sssi_exudyn.validation.hypotheses import HYPOTHESES, Candidate, Scene
-from sssi_exudyn.validation.refit import Parameter, Refit, arrays_of, refit, refit_of
-
 from sssi_exudyn.validation.hypotheses import HYPOTHESES, Candidate, Scene, hypothesis_of
-from sssi_exudyn.validation.refit import Parameter, Refit, refit
+from sssi_exudyn.validation.refit import Parameter, Refit, arrays_of, refit, refit_of
 from sssi_exudyn.validation.witness import Witnesses, averages, witnesses_of
 
 Progress = Callable[[float | None, str], None]
