@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -181,7 +182,9 @@ def started(tmp_path: Path) -> Callable[..., tuple[subprocess.Popen[str], Path]]
         many = [{"name": "friction.mu_t", "low": 0.04, "high": 0.12, "count": count}]
         file, out = written(tmp_path, parameter=many), tmp_path / "out"
         command = [sys.executable, "-m", "sssi_exudyn", "sweep", str(file), "--out", str(out), "--workers", "2"]
-        return subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True), out
+        # a shell that runs the tests in its background has its children ignore interrupts
+        listen = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+        return subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, preexec_fn=listen), out
 
     return start
 
