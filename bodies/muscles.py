@@ -170,7 +170,7 @@ def muscles_table() -> list[dict[str, str | float]]:
             "max_isometric_force_N": row["max_isometric_force_N"],
             "optimal_fibre_m": row["optimal_fibre_m"],
             "tendon_slack_m": row["tendon_slack_m"],
-            "pennation_deg": float(np.degrees(row["pennation_rad"])),
+            "pennation_deg": round(float(np.degrees(row["pennation_rad"])), 3),
             "path_points": len(row["path"]),
         }
         for row, side in _rows(_read_table())
