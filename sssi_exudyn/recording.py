@@ -34,6 +34,8 @@ from sssi_exudyn.settings import Settings, check_keys, key_of, numbers_of, read_
 from sssi_exudyn.skiing_posture import JOINTS, Body
 
 FILE: Final = "recording.toml"
+_FEWEST_FIXES: Final = 4
+"""A track of fewer has no direction to start from."""
 _SHORTEST: Final = 1.0
 """s; less than this of all instruments together is no run."""
 _DAY: Final = 86400.0
@@ -365,6 +367,11 @@ def _overlap(toml: Path, bvh: Bvh, gps: Gps | None, insoles: Insoles | None) -> 
     told = ", ".join(f"{name} {time[0]:.2f} to {time[-1]:.2f} s" for name, time in spans.items())
     if stop - start < _SHORTEST:
         raise InputError(toml, "time_offset_s", f"the clocks do not overlap: {told}", "correct the time_offset_s")
+    if gps is not None:
+        within = int(np.count_nonzero((gps.time >= start) & (gps.time <= stop)))
+        if within < _FEWEST_FIXES:
+            problem = f"{within} fixes between {start:.2f} and {stop:.2f} s, where there is motion too: {told}"
+            raise InputError(toml, "[gps]", problem, f"at least {_FEWEST_FIXES} are needed; are its times in seconds?")
     motion = float(bvh.time[-1] - bvh.time[0])
     if stop - start < 0.9 * motion:
         return start, stop, (f"all instruments together cover {start:.2f} to {stop:.2f} s only: {told}",)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, TOML, Tiny, loads
 
@@ -128,6 +129,16 @@ def test_faulty_settings_are_named_with_place_and_mend(tmp_path: Path, fault: st
     error = caught(Tiny(toml=change(TOML)).write(tmp_path / "run"))
     assert place in error.place
     assert problem in str(error)
+
+
+def test_times_in_nanoseconds_leave_one_fix_beside_the_motion(tmp_path: Path) -> None:
+    folder = Tiny().write(tmp_path / "run")
+    table = pd.read_csv(folder / "gps.csv")
+    table.assign(time_s=1e9 * table["time_s"]).to_csv(folder / "gps.csv", index=False)
+    error = caught(folder)
+    assert error.place == "[gps]"
+    assert "1 fixes between" in error.problem
+    assert "seconds?" in error.mend
 
 
 @pytest.mark.parametrize("name", ["recording.toml", "motion.bvh", "gps.csv", "insoles.csv"])
