@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from sssi_exudyn.commands import model_of
+from sssi_exudyn.contact.glide import SnowPatch
 from sssi_exudyn.contact.terrain import SlopeChange
+from sssi_exudyn.contact.wind import Gust
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion, motion_from_recording
@@ -23,7 +25,7 @@ from sssi_exudyn.validation.benchmark_world import Case, make, plan
 from sssi_exudyn.validation.diagnosis import _weighed_again, diagnose, diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis_page import diagnosis_section
 from sssi_exudyn.validation.evidence import Freedom
-from sssi_exudyn.validation.hypotheses import HYPOTHESES, Candidate, Scene
+from sssi_exudyn.validation.hypotheses import HYPOTHESES, Candidate, Scene, hypothesis_of
 from sssi_exudyn.validation.search import Searcher, extended, setting_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
@@ -234,3 +236,16 @@ def test_what_is_put_in_and_taken_out_leaves_the_fit_as_it_was(base: Any) -> Non
     # fits stop when a step is a twentieth of the standard errors
     spread = np.sqrt(np.diag(fit.covariance))
     assert np.all(np.abs(again.values - fit.values) < 0.3 * spread)
+
+
+def test_what_cannot_be_is_not_said(base: Any) -> None:
+    _, _, model = base
+
+    def possible(part: Any) -> bool:
+        return hypothesis_of(part.name).possible(replace(model, terms=(*model.terms, part)))
+
+    assert possible(Gust(w_f=-12.0, w_l=9.0))
+    assert not possible(Gust(w_f=24.0, w_l=10.0))
+    assert possible(SnowPatch(delta_mu_t=-0.5 * model.friction.mu_t))
+    assert not possible(SnowPatch(delta_mu_t=-model.friction.mu_t))  # snow that does not brake at all
+    assert possible(SlopeChange(0.2))
