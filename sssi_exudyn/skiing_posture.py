@@ -160,12 +160,6 @@ def solve_posture(at: Coordinates, body: Body) -> Posture:
     return Posture(pelvis, _torso(lean, forward), thigh, shank, foot, lean, miss(lean))
 
 
-def centre_over_skis(posture: Posture, body: Body) -> Array:
-    """(n, 3) m, the centre of mass from the middle between both soles, in the snow's frame."""
-    legs = _Legs(posture.pelvis, posture.thigh, posture.shank, posture.foot)
-    return _centre(legs, posture.torso, np.full((len(legs.pelvis), 2), 0.5), _lengths(body.height), body)
-
-
 def as_capture(posture: Posture, snow: Array, time: Array, height: float) -> Bvh:
     """The posture as a motion capture of an average skier of ``height`` (m) would show it; the capture's +z axis is
     the level frame's forward one.

@@ -18,7 +18,6 @@ from sssi_exudyn.optional import needed_for
 from sssi_exudyn.workers import prepare_worker
 
 Cluster = Literal["local", "slurm"]
-CLUSTERS: Final[tuple[Cluster, ...]] = ("local", "slurm")
 _THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """One thread a worker: runs go side by side, and sums in another order would change the last digit."""
 _MEMORY: Final = 2

@@ -11,7 +11,7 @@ Source: Rasmussen and Williams 2006, ch. 2 and 5; MacKay 2003, ch. 28.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -101,10 +101,6 @@ class Account:
     residual: Array
     free: Freedom
     capture: Array
-
-    def with_residual(self, residual: Array, free: Freedom) -> Account:
-        """The same instruments and capture about another prediction."""
-        return replace(self, residual=residual, free=free)
 
 
 def whitened(account: Account, levels: NoiseLevels, columns: Array) -> Array:

@@ -40,57 +40,6 @@ STYLE: dict[Any, Any] = {
 } | dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color", "grid.color"), INK)
 
 
-def trajectory_svg(antenna: Array, fixes: Array | None) -> str:
-    """Seen from above: the simulated antenna (n, ≥2) and the GPS fixes (m, ≥2), east and north in metres."""
-
-    def draw(axes: Axes) -> None:
-        if fixes is not None:
-            axes.plot(fixes[:, 0], fixes[:, 1], "o", color=MEASURED, markersize=3.0, label="GPS")
-        axes.plot(antenna[:, 0], antenna[:, 1], color=SIMULATED, label="simulated")
-        axes.plot(*antenna[0, :2], marker="^", color=SIMULATED, markersize=8.0, linestyle="none", label="start")
-        axes.set_aspect("equal", adjustable="datalim")
-        axes.set(xlabel="east (m)", ylabel="north (m)")
-
-    return svg("trajectory", draw, height=4.2)
-
-
-def error_svg(time: Array, error: Array, sigma: Array | None) -> str:
-    """Distance (n,) between simulated antenna and GPS in metres over time (s), and the GPS's own σ."""
-
-    def draw(axes: Axes) -> None:
-        axes.plot(time, error, color=SIMULATED, label="distance simulated to GPS")
-        if sigma is not None:
-            axes.plot(time, sigma, color=MEASURED, linestyle="--", label="standard deviation of a GPS fix")
-        axes.set_ylim(bottom=0.0)
-        axes.set(xlabel="time (s)", ylabel="distance (m)")
-
-    return svg("error", draw)
-
-
-def ratio_svg(time: Array, simulated: Array, insole_time: Array | None, measured: Array | None) -> str:
-    """Left foot's share of the load over time (s): simulated (n,) and from the insoles (m,)."""
-
-    def draw(axes: Axes) -> None:
-        axes.plot(time, simulated, color=SIMULATED, label="simulated")
-        if insole_time is not None and measured is not None:
-            axes.plot(insole_time, measured, color=MEASURED, linestyle="--", label="insoles")
-        axes.set_ylim(-0.02, 1.02)
-        axes.set(xlabel="time (s)", ylabel="left over both (1)")
-
-    return svg("ratio", draw)
-
-
-def load_svg(time: Array, left: Array, right: Array) -> str:
-    """The snow's normal force on each ski (N) over time (s)."""
-
-    def draw(axes: Axes) -> None:
-        axes.plot(time, left, color=SIMULATED, linestyle="--", label="left ski")
-        axes.plot(time, right, color=MEASURED, label="right ski")
-        axes.set(xlabel="time (s)", ylabel="normal force (N)")
-
-    return svg("load", draw)
-
-
 def antenna_of(series: pd.DataFrame) -> Array:
     """The simulated antenna (n, 3), east-north-up in metres, of a result's time series."""
     return series[[f"antenna_{axis}_m" for axis in ("east", "north", "up")]].to_numpy(dtype=float)

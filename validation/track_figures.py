@@ -12,7 +12,7 @@ from sssi_exudyn.chain import SEGMENT
 from sssi_exudyn.frames import Array, slope_to_enu
 from sssi_exudyn.validation import plots
 from sssi_exudyn.validation.cycle import Cycle
-from sssi_exudyn.validation.metrics import at_times, pressure_ratio
+from sssi_exudyn.validation.metrics import pressure_ratio
 from sssi_exudyn.validation.panels import Key, Panel, Plot
 from sssi_exudyn.validation.replay import poses_of
 from sssi_exudyn.validation.run import Run
@@ -49,8 +49,7 @@ def _against_measured(run: Run) -> dict[str, Panel]:
         when, sigma = seen["time_s"].to_numpy(), seen["gps_sigma_m"].to_numpy()
         enu = seen[["gps_east_m", "gps_north_m", "gps_up_m"]].to_numpy()
         fixes = enu @ slope_to_enu(run.model.inclination, run.model.fall_line_azimuth)
-        simulated = plots.antenna_of(run.series)
-        error = np.linalg.norm((at_times(run.time, simulated, when) - enu)[:, :2], axis=1)
+        error = plots.distances(run.series, when, enu)
 
         def track(axes: Axes) -> None:
             axes.plot(fixes[:, 0], fixes[:, 1], ".", color=plots.COLOURS[0], markersize=6.0)

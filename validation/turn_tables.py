@@ -43,15 +43,9 @@ def turns(runs: Sequence[Run]) -> Table:
         ("turns (complete ones)", lambda s: _counts(s.get("turns") or {})),
         *((what, _of_turns(group, name, factor)) for what, group, name, factor in _TURNS),
         *((what, _peak(joint, end)) for what, joint, end in PEAK_MOMENTS),
-        (
-            "residual moment at the pelvis, peak (N m)",
-            lambda s: number((s.get("residual_moment") or {}).get("peak_Nm")),
-        ),
-        ("its root mean square (N m)", lambda s: number((s.get("residual_moment") or {}).get("rms_Nm"))),
-        (
-            "by OpenSim's thresholds (75 and 50 N m at most)",
-            lambda s: str((s.get("residual_moment") or {}).get("verdict", "–")),
-        ),
+        ("residual moment at the pelvis, peak (N m)", lambda s: number(_residual(s).get("peak_Nm"))),
+        ("its root mean square (N m)", lambda s: number(_residual(s).get("rms_Nm"))),
+        ("by OpenSim's thresholds (75 and 50 N m at most)", lambda s: str(_residual(s).get("verdict", "–"))),
     ]
     return sheet(runs, rows)
 
@@ -123,5 +117,5 @@ def _peak(joint: str, end: str) -> Callable[[Summary], str]:
     return lambda summary: number(peak_moment(summary, joint, end))
 
 
-def _residual(name: str) -> Callable[[Summary], str]:
-    return lambda summary: number((summary.get("residual_moment") or {}).get(name))
+def _residual(summary: Summary) -> Summary:
+    return summary.get("residual_moment") or {}
