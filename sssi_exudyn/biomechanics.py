@@ -41,7 +41,8 @@ class Technique:
     inclination : (n,) rad from the snow's normal to the line from the middle of pressure to the centre of mass, in the
         plane across the way; positive to the left
     offset : (n, 2) m, how far the centre of mass is to the left of each ski's line
-    share : (n, 2) each ski's share of the snow's normal force, filtered; NaN where there is none
+    load : (n, 2) N, the snow's normal force on each ski, filtered
+    share : (n, 2) each ski's share of it; NaN where there is none
     total_force : (n,) N, sum of both
     snow_force : (n, 2) N, size of the snow's whole force on each ski, friction included, filtered
     """
@@ -51,6 +52,7 @@ class Technique:
     steering_angle: Array
     inclination: Array
     offset: Array
+    load: Array
     share: Array
     total_force: Array
     snow_force: Array
@@ -68,9 +70,10 @@ def technique(result: SimulationResult) -> Technique:
         way = np.where(speed[:, None] > STANDING_SPEED, going / speed[:, None], np.nan)
     steering = _turn(result.foot_velocity[..., :2], forward)
     steering[foot_speed < STANDING_SPEED] = np.nan
-    load = np.maximum(_filtered(result.time, result.foot_load), 0.0)
-    total = load.sum(axis=1)
-    weight = np.divide(load, total[:, None], out=np.full_like(load, np.nan), where=total[:, None] > 0.0)
+    load = _filtered(result.time, result.foot_load)
+    pressing = np.maximum(load, 0.0)
+    total = pressing.sum(axis=1)
+    weight = np.divide(pressing, total[:, None], out=np.full_like(pressing, np.nan), where=total[:, None] > 0.0)
     middle = np.einsum("ns,nsk->nk", np.where(np.isfinite(weight), weight, 0.5), result.foot_position)
     arm = result.com - middle
     aside = -arm[:, 0] * way[:, 1] + arm[:, 1] * way[:, 0]
@@ -80,15 +83,11 @@ def technique(result: SimulationResult) -> Technique:
         steering_angle=steering,
         inclination=np.arctan2(aside, arm[:, 2]),
         offset=np.einsum("nsk,nsk->ns", result.com[:, None, :2] - result.foot_position[..., :2], left_normal),
+        load=load,
         share=weight,
         total_force=total,
-        snow_force=np.linalg.norm(_filtered(result.time, _snow_force(result)), axis=-1),
+        snow_force=np.linalg.norm(_filtered(result.time, result.snow_force), axis=-1),
     )
-
-
-def _snow_force(result: SimulationResult) -> Array:
-    """(n, 2, 3) N, slope frame, on terrain that departs little from the slope's plane."""
-    return np.asarray(result.foot_friction + result.foot_load[..., None] * np.array([0.0, 0.0, 1.0]))
 
 
 @dataclass(frozen=True)
@@ -156,7 +155,7 @@ def biomechanics(result: SimulationResult, skier_mass: float) -> Biomechanics:
                 **_of_work(result, of),
             }
             if phase == WHOLE:
-                row |= _of_shifts(result, turns, turn)
+                row |= _of_shifts(result, seen, turns, turn)
             rows.append(row)
     return Biomechanics(turns, seen, pd.DataFrame(rows))
 
@@ -339,14 +338,13 @@ def _of_work(result: SimulationResult, of: Mask) -> dict[str, float]:
     return row | {f"power_{name}_W": value / float(time[-1] - time[0]) for name, value in work.items()}
 
 
-def _of_shifts(result: SimulationResult, turns: Turns, turn: Turn) -> dict[str, float]:
+def _of_shifts(result: SimulationResult, seen: Technique, turns: Turns, turn: Turn) -> dict[str, float]:
     """Shift of posture and of load at the transition into ``turn``; NaN where there is none before it."""
     before = any(other.end == turn.start for other in turns.turns)
     none = Shift(float("nan"), float("nan"))
     left, right = (result.coordinates[:, result.coordinate_names.index(f"hip_flexion_{side}")] for side in "lr")
-    load = _filtered(result.time, result.foot_load)
     posture = shift(result.time, left - right, turn) if before else none
-    force = shift(result.time, load[:, 0] - load[:, 1], turn) if before else none
+    force = shift(result.time, seen.load[:, 0] - seen.load[:, 1], turn) if before else none
     return {
         "postural_shift_s": posture.after,
         "postural_shift_percent": posture.percent,

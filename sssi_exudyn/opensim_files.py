@@ -76,9 +76,8 @@ def snow_forces(result: SimulationResult, inclination: float) -> Storage:
     """Each ski's force by the snow (N), acting where friction does, with no free moment: external loads."""
     turned = (GROUND_FROM_LEVEL @ slope_to_level(inclination)).T
     columns: dict[str, Array] = {}
-    force = result.foot_friction + result.foot_load[..., None] * np.array([0.0, 0.0, 1.0])
     for index, side in enumerate(SIDES):
-        for what, vectors in (("v", force[:, index]), ("p", result.foot_position[:, index])):
+        for what, vectors in (("v", result.snow_force[:, index]), ("p", result.foot_position[:, index])):
             for axis, values in zip("xyz", (vectors @ turned).T, strict=True):
                 columns[f"{side}_snow_force_{what}{axis}"] = values
         for axis in "xyz":

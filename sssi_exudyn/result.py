@@ -96,6 +96,11 @@ class SimulationResult:
                 raise ValueError(f"{name} has shape {given[name]}, expected {shape}")
 
     @property
+    def snow_force(self) -> Array:
+        """(n, 2, 3) N, the snow's whole force on each ski, on terrain that departs little from the slope's plane."""
+        return np.asarray(self.foot_friction + self.foot_load[..., None] * np.array([0.0, 0.0, 1.0]))
+
+    @property
     def closure_percent(self) -> float:
         """Largest gap of the energy balance, in percent of the largest energy that was turned over."""
         turnover = max((float(np.ptp(values)) for values in self.energy.values()), default=0.0)
