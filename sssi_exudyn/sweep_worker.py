@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import pickle
+import signal
 from pathlib import Path
 
 from sssi_exudyn.exudyn_build import take_fast_build
+from sssi_exudyn.workers import end_with_parent
 
 
 def perform(folder: Path, packed: bytes) -> str:
@@ -14,3 +16,9 @@ def perform(folder: Path, packed: bytes) -> str:
     from sssi_exudyn.sweep_run import performed
 
     return performed(folder, *pickle.loads(packed))
+
+
+def prepare_worker() -> None:
+    """Begin a worker of this machine: an interrupt is its parent's affair, and it does not outlive its parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()

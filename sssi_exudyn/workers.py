@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 import threading
 
 
-def prepare_worker() -> None:
-    """Begin a worker of this machine: an interrupt is its parent's affair, and it does not outlive its parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def end_with_parent() -> None:
+    """See to it that this worker process does not outlive the one that started it."""
     parent = multiprocessing.parent_process()
     assert parent is not None
 

@@ -33,9 +33,9 @@ from sssi_exudyn.validation.benchmark_page import benchmark_page
 from sssi_exudyn.validation.benchmark_world import Case, Made, make, plan
 from sssi_exudyn.validation.diagnosis import Diagnosis, diagnose, diagnosis_to_dict
 from sssi_exudyn.validation.evidence import Account, log_factors
-from sssi_exudyn.validation.hypotheses import HYPOTHESES
+from sssi_exudyn.validation.hypotheses import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.search import Round
-from sssi_exudyn.workers import prepare_worker
+from sssi_exudyn.workers import end_with_parent
 
 ANSWERS, SEAL = "answers.json", "answers.sha256"
 STRONG: Final = 8.0
@@ -110,7 +110,7 @@ def _oracle(case: Case, found: Diagnosis, weighed: Round) -> float | None:
     """How many standard errors strong the effect is to one who knows its form: root of twice the log likelihood ratio
     of the best candidate of its name.  None where the program has no such name.
     """
-    hypothesis = next((h for h in HYPOTHESES if h.name == case.name), None)
+    hypothesis = BY_NAME.get(case.name)
     if hypothesis is None:
         return None
     candidates = hypothesis.candidates(weighed.scene, weighed.responses[hypothesis.name])
@@ -154,7 +154,7 @@ _given: list[Any] = []
 
 
 def _prepare_worker(bases: Bases, seed: int, full: int, folder: Path) -> None:
-    prepare_worker()
+    end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # a case takes minutes: an interrupt does not wait for it
     _given[:] = [bases, seed, full, folder]
 
@@ -171,9 +171,7 @@ def _made(index: int, planned: tuple[str, str, int]) -> Case:
         return _kept(path).case
     made = make(index, planned, bases, seed)
     path.parent.mkdir(exist_ok=True)
-    partial = path.with_suffix(".part")
-    partial.write_bytes(pickle.dumps(made))
-    partial.replace(path)
+    write_atomically(path, pickle.dumps(made))
     return made.case
 
 

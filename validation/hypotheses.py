@@ -552,8 +552,4 @@ HYPOTHESES: Final[tuple[Hypothesis, ...]] = (
     Unexplained(),
 )
 """The list of them, written out."""
-
-
-def hypothesis_of(name: str) -> Hypothesis:
-    """The hypothesis of that name.  Raises StopIteration where there is none."""
-    return next(hypothesis for hypothesis in HYPOTHESES if hypothesis.name == name)
+BY_NAME: Final[dict[str, Hypothesis]] = {hypothesis.name: hypothesis for hypothesis in HYPOTHESES}

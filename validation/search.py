@@ -7,12 +7,14 @@ fit.  The winner becomes part of the model, and the next round begins, until not
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sssi_exudyn.cache import Cache, fingerprint
 from sssi_exudyn.errors import SimulationDiverged
@@ -37,10 +39,12 @@ from sssi_exudyn.validation.evidence import (
     whitened,
     whitener,
 )
-from sssi_exudyn.validation.hypotheses import HYPOTHESES, Candidate, Scene, hypothesis_of
+from sssi_exudyn.validation.hypotheses import BY_NAME, HYPOTHESES, Candidate, Probe, Scene
 from sssi_exudyn.validation.refit import Parameter, Refit, arrays_of, refit, refit_of
 from sssi_exudyn.validation.witness import Witnesses, averages, witnesses_of
 
+Made = Mapping[str, NDArray[np.generic]]
+"""What a cache keeps."""
 Progress = Callable[[float | None, str], None]
 
 FREE: Final = {
@@ -234,6 +238,10 @@ class Searcher:
                 break
         return fit, simulate(fit.model, self.setting.motion)
 
+    def _made(self, key: str, make: Callable[[], Made]) -> Made:
+        """What the cache has under ``key``, or else what ``make`` gives."""
+        return self.cache.made(key, make) if self.cache else make()
+
     def _predicted_in_full(self, model: Model) -> Array:
         """(N,) by the full model."""
 
@@ -241,8 +249,7 @@ class Searcher:
             return {"predicted": self.setting.witnesses.predicted(model, simulate(model, self.setting.motion))}
 
         key = fingerprint("full model", self.whole, model_to_dict(model))
-        kept = self.cache.made(key, run) if self.cache else run()
-        return np.asarray(kept["predicted"], dtype=np.float64)
+        return np.asarray(self._made(key, run)["predicted"], dtype=np.float64)
 
     def without(self, fit: Refit, candidate: Candidate) -> Refit:
         """The fit refitted without what the candidate brought."""
@@ -319,7 +326,7 @@ class Searcher:
             torso = antenna_responses(setting.motion, base.model, setting.witnesses)
             return {"columns": np.column_stack([*columns, torso])}
 
-        kept = self.cache.made(key, run) if self.cache else run()
+        kept = self._made(key, run)
         self.say(None, f"{kept['columns'].shape[1]} ways in which the capture may be wrong")
         return np.asarray(kept["columns"])
 
@@ -333,14 +340,7 @@ class Searcher:
                 found[hypothesis.name] = np.zeros((len(scene.base), 0))
                 continue
             key = fingerprint("probes", self.whole, hypothesis.name, [model_to_dict(p.model) for p in probes])
-            kept = self.cache.get(key) if self.cache else None
-            if kept is None:
-                seen = simulate_each([p.model for p in probes], scene.prepared, scene.witnesses.predicted)
-                columns = [(each - scene.base) / p.size for each, p in zip(seen, probes, strict=True)]
-                kept = {"columns": np.stack(columns, axis=1)}
-                if self.cache:
-                    self.cache.put(key, kept)
-            found[hypothesis.name] = np.asarray(kept["columns"])
+            found[hypothesis.name] = np.asarray(self._made(key, partial(_columns, scene, probes))["columns"])
         return found
 
     def _weighed(self, account: Account, name: str, kind: str, candidates: list[Candidate], nothing: float) -> Verdict:
@@ -370,7 +370,7 @@ class Searcher:
         least = max(nothing - _HOPEFUL, nothing + gain - max(_WORTHWHILE, 0.5 * gain))
         finalists = [v for v in ranked[:_FINALISTS] if v.log_evidence > least]
         if gain > _WORTHWHILE:
-            finalists += [v for v in ranked if hypothesis_of(v.name).moves_all and v not in finalists]
+            finalists += [v for v in ranked if BY_NAME[v.name].moves_all and v not in finalists]
         found = [verdicts[0]]
         for i, verdict in enumerate(ranked):
             if verdict not in finalists:
@@ -385,7 +385,7 @@ class Searcher:
         assert candidate is not None
         parameters, places = extended(base, candidate)
         starts = [candidate.model]
-        if hypothesis_of(verdict.name).moves_all:
+        if BY_NAME[verdict.name].moves_all:
             starts += [candidate.model.with_values(values) for values in beside(candidate)]
         try:
             fits = [self.fitted(start, (*parameters, *places), verdict.levels) for start in starts]
@@ -398,9 +398,15 @@ class Searcher:
             fit, parameters=fit.parameters[:count], values=fit.values[:count], sensitivity=fit.sensitivity[:, :count]
         )
         levels, evidence = best_levels(self.account(fixed), verdict.levels)
-        if not hypothesis_of(verdict.name).possible(fit.model):
+        if not BY_NAME[verdict.name].possible(fit.model):
             evidence = -np.inf
         return replace(verdict, log_evidence=evidence + verdict.probability, fit=fit, levels=levels)
+
+
+def _columns(scene: Scene, probes: list[Probe]) -> Made:
+    """(N, probes) what each of them changes, a unit of amplitude."""
+    seen = simulate_each([p.model for p in probes], scene.prepared, scene.witnesses.predicted)
+    return {"columns": np.stack([(each - scene.base) / p.size for each, p in zip(seen, probes, strict=True)], axis=1)}
 
 
 def beside(candidate: Candidate) -> list[dict[str, float]]:
@@ -431,13 +437,12 @@ def extended(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], 
 
 
 def _ranked(verdicts: list[Verdict]) -> tuple[Verdict, ...]:
-    weights = {hypothesis.name: hypothesis.weight for hypothesis in HYPOTHESES}
-    whole = sum(weights[v.name] for v in verdicts if v.name)
-    share = {name: (1.0 - NOTHING) * weight / whole for name, weight in weights.items()} | {"": NOTHING}
+    whole = sum(BY_NAME[v.name].weight for v in verdicts if v.name)
+    shares = [(1.0 - NOTHING) * BY_NAME[v.name].weight / whole if v.name else NOTHING for v in verdicts]
     evidence = np.array([v.log_evidence for v in verdicts])
     gain = float(np.max(evidence) - next(v.log_evidence for v in verdicts if not v.name))
     behind = TEMPER * (np.max(evidence) - evidence) / (1.0 + gain / SHAPELESS)
-    logs = np.array([np.log(share[v.name]) for v in verdicts]) - behind
+    logs = np.log(shares) - behind
     odds = np.exp(logs - logs.max())
     odds /= odds.sum()
     found = [replace(v, probability=float(p)) for v, p in zip(verdicts, odds, strict=True)]

@@ -25,7 +25,7 @@ from sssi_exudyn.validation.benchmark_world import Case, make, plan
 from sssi_exudyn.validation.diagnosis import _weighed_again, diagnose, diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis_page import diagnosis_section
 from sssi_exudyn.validation.evidence import Freedom
-from sssi_exudyn.validation.hypotheses import HYPOTHESES, Candidate, Scene, hypothesis_of
+from sssi_exudyn.validation.hypotheses import BY_NAME, HYPOTHESES, Candidate, Scene
 from sssi_exudyn.validation.search import Searcher, extended, setting_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
@@ -242,7 +242,7 @@ def test_what_cannot_be_is_not_said(base: Any) -> None:
     _, _, model = base
 
     def possible(part: Any) -> bool:
-        return hypothesis_of(part.name).possible(replace(model, terms=(*model.terms, part)))
+        return BY_NAME[part.name].possible(replace(model, terms=(*model.terms, part)))
 
     assert possible(Gust(w_f=-12.0, w_l=9.0))
     assert not possible(Gust(w_f=24.0, w_l=10.0))
