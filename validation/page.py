@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from html import escape
 from importlib import resources
 
+from sssi_exudyn.validation.plots import labelled
+
 Row = tuple[str, str, str]
 """What it is, its value, what it means."""
 _LONG = 24
@@ -98,5 +100,5 @@ def grid(rows: Sequence[Sequence[str]]) -> str:
 
 def figure(svg: str, caption: str) -> str:
     """A plot with its caption, which is its text for whoever does not see it too."""
-    labelled = svg.replace("<svg ", f'<svg role="img" aria-label="{escape(caption)}" ', 1)
-    return f"<figure>\n{labelled}\n<figcaption>{escape(caption)}.</figcaption>\n</figure>\n"
+    picture = labelled(svg, caption)
+    return f"<figure>\n{picture}\n<figcaption>{escape(caption)}.</figcaption>\n</figure>\n"

@@ -56,9 +56,8 @@ def panels_html(plot: Plot, name: str) -> str:
     drawn = []
     for index, panel in enumerate(plot.panels):
         svg = plots.svg(f"{name}-{index}", panel.draw, plot.height, plot.width)
-        label = escape(f"{panel.title}: {panel.alt}")
-        labelled = svg.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1)
-        drawn.append(f"<div><h3>{escape(panel.title)}</h3>\n{labelled}</div>\n")
+        picture = plots.labelled(svg, f"{panel.title}: {panel.alt}")
+        drawn.append(f"<div><h3>{escape(panel.title)}</h3>\n{picture}</div>\n")
     lines = {"-": "line", "--": "line dashed", ":": "line dotted", ".": "dot"}
     keys = "".join(
         f'<span><i class="{lines[key.style]}" style="{_ink(key)}"></i>{escape(key.meaning)}</span> '

@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable
+from html import escape
 from typing import Any
 
 import matplotlib as mpl
@@ -87,6 +88,11 @@ def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: flo
     drawn = re.sub(r'\bid="', f'id="{name}-', drawn)
     drawn = re.sub(r'(href="#|url\(#)', rf"\g<1>{name}-", drawn)
     return re.sub(r' (width|height)="[\d.]+pt"', "", drawn, count=2)
+
+
+def labelled(drawn: str, text: str) -> str:
+    """The picture with its text for whoever does not see it."""
+    return drawn.replace("<svg ", f'<svg role="img" aria-label="{escape(text)}" ', 1)
 
 
 def _lighter(drawn: str) -> str:

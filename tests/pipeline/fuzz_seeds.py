@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from c3d_file import marker_places, write_c3d
@@ -11,29 +11,13 @@ from fix_files import START, fit, nmea, phone
 from mvnx_file import mvnx, orientations
 from strapped import write_few
 from test_joint_angles import HEIGHT, chain_coordinates, mot
-from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, Tiny
+from tiny import ANSWERS, Tiny
 
 from sssi_exudyn.chain import average_geometry, forward_kinematics
-from sssi_exudyn.importing import Answers
 from sssi_exudyn.recording import read_recording
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-ANSWERS = Answers(
-    mass_kg=70.0,
-    height_m=1.65,
-    sex="male",
-    skis="slalom_165",
-    ski_mass_kg=2.4,
-    boot_mass_kg=1.9,
-    ankle_to_ski_base_m=0.13,
-    slope_deg=INCLINATION_DEG,
-    fall_line_deg=AZIMUTH_DEG,
-    heading_deg=HEADING_DEG,
-    antenna_joint="Spine2",
-    antenna_offset_m=(0.0, 0.1, -0.16),
-    gps_sigma_m=0.02,
-    gps_offset_s=0.0,
-)
+KNOWN = replace(ANSWERS, gps_offset_s=0.0)
 _STEP = 10
 """Real tables are long; every so many lines are enough to spoil."""
 

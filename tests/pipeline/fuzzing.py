@@ -176,7 +176,7 @@ class Guard:
 
 def use(folder: Path, names: list[str], out: Path, imported: bool) -> None:
     """What the program does with a recording before it simulates."""
-    from fuzz_seeds import ANSWERS
+    from fuzz_seeds import KNOWN
 
     from sssi_exudyn.commands import model_of
     from sssi_exudyn.fitting.fit import problem_of
@@ -185,10 +185,8 @@ def use(folder: Path, names: list[str], out: Path, imported: bool) -> None:
     from sssi_exudyn.motion import motion_from_recording
     from sssi_exudyn.recording import read_recording
 
-    if imported:
-        recording = import_recording([folder / name for name in names], out, ANSWERS)
-    else:
-        recording = read_recording(folder)
+    sources = [folder / name for name in names]
+    recording = import_recording(sources, out, KNOWN) if imported else read_recording(folder)
     format_inspection(inspect_recording(recording))
     motion = motion_from_recording(recording)
     model = model_of(recording, motion)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from fix_files import START, nmea
 from mvnx_file import SEGMENTS, mvnx
-from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, OFFSET, Tiny
+from tiny import ANSWERS, OFFSET, Tiny
 
 from sssi_exudyn.bvh import read_bvh, world_rotations
 from sssi_exudyn.cli import main
@@ -20,21 +20,6 @@ from sssi_exudyn.importing import Answers, import_recording
 from sssi_exudyn.mvnx import JOINT_OF_SEGMENT
 from sssi_exudyn.recording import read_recording
 
-ALL = Answers(
-    mass_kg=70.0,
-    height_m=1.65,
-    sex="male",
-    skis="slalom_165",
-    ski_mass_kg=2.4,
-    boot_mass_kg=1.9,
-    ankle_to_ski_base_m=0.13,
-    slope_deg=INCLINATION_DEG,
-    fall_line_deg=AZIMUTH_DEG,
-    heading_deg=HEADING_DEG,
-    antenna_joint="Spine2",
-    antenna_offset_m=(float(OFFSET[0]), float(OFFSET[1]), float(OFFSET[2])),
-    gps_sigma_m=0.02,
-)
 FILES = ("motion.bvh", "gps.csv", "insoles.csv")
 
 
@@ -45,7 +30,7 @@ def files(folder: Path, tiny: Tiny | None = None) -> list[Path]:
 
 def test_imported_recording_is_the_recording(tmp_path: Path) -> None:
     sources = files(tmp_path)
-    made = import_recording(sources, tmp_path / "out", ALL)
+    made = import_recording(sources, tmp_path / "out", ANSWERS)
     asked, found = read_recording(tmp_path / "raw"), read_recording(tmp_path / "out")
     assert (found.skier, found.equipment, found.slope) == (asked.skier, asked.equipment, asked.slope)
     assert found.heading.value == asked.heading.value
@@ -70,7 +55,7 @@ def test_everything_unknown_is_asked_for_at_once(tmp_path: Path) -> None:
 
 
 def test_without_fixes_slope_and_heading_are_asked_for(tmp_path: Path) -> None:
-    answers = replace(ALL, slope_deg=None, fall_line_deg=None, heading_deg=None)
+    answers = replace(ANSWERS, slope_deg=None, fall_line_deg=None, heading_deg=None)
     with pytest.raises(InputError, match="--slope-deg, --fall-line-deg, --heading-deg"):
         import_recording(files(tmp_path)[:1], tmp_path / "out", answers)
 
@@ -80,7 +65,7 @@ def test_faults_are_said_of_the_file_that_was_given_and_nothing_is_left(tmp_path
     tiny.gps["latitude_deg"][40] = 46.9
     sources = files(tmp_path, tiny)
     with pytest.raises(InputError) as info:
-        import_recording(sources, tmp_path / "out", ALL)
+        import_recording(sources, tmp_path / "out", ANSWERS)
     assert info.value.file == str(sources[1])
     assert info.value.place == "line 42"
     assert {path.name for path in (tmp_path / "out").iterdir()} == {".lock"}
@@ -89,33 +74,33 @@ def test_faults_are_said_of_the_file_that_was_given_and_nothing_is_left(tmp_path
 def test_what_only_the_whole_shows_is_said_of_the_given_file_too(tmp_path: Path) -> None:
     sources = files(tmp_path)
     with pytest.raises(InputError) as info:
-        import_recording(sources, tmp_path / "out", replace(ALL, height_m=1.0))
+        import_recording(sources, tmp_path / "out", replace(ANSWERS, height_m=1.0))
     assert info.value.file == str(sources[0])
     assert "legs" in info.value.place
     with pytest.raises(InputError, match=r"mass_kg.*outside"):
-        import_recording(sources, tmp_path / "out", replace(ALL, mass_kg=700.0))
+        import_recording(sources, tmp_path / "out", replace(ANSWERS, mass_kg=700.0))
     assert {path.name for path in (tmp_path / "out").iterdir()} == {".lock"}
 
 
 def test_a_recording_is_not_written_over(tmp_path: Path) -> None:
     sources = files(tmp_path)
     with pytest.raises(InputError, match="there is a recording already"):
-        import_recording(sources, tmp_path / "raw", ALL)
+        import_recording(sources, tmp_path / "raw", ANSWERS)
 
 
 def test_two_of_a_kind_and_no_motion(tmp_path: Path) -> None:
     sources = files(tmp_path)
     with pytest.raises(InputError, match="a second file of fixes"):
-        import_recording([*sources, sources[1]], tmp_path / "out", ALL)
+        import_recording([*sources, sources[1]], tmp_path / "out", ANSWERS)
     with pytest.raises(InputError, match="no file holds a motion capture"):
-        import_recording(sources[1:], tmp_path / "out", ALL)
+        import_recording(sources[1:], tmp_path / "out", ANSWERS)
 
 
 def test_clocks_that_files_do_not_share_are_asked_for(tmp_path: Path) -> None:
     motion, csv, _ = files(tmp_path)
     log = tmp_path / "track.nmea"
     log.write_text(nmea(Tiny().gps), encoding="utf-8")
-    answers = replace(ALL, gps_sigma_m=None)  # the log has it
+    answers = replace(ANSWERS, gps_sigma_m=None)  # the log has it
     with pytest.raises(InputError, match="no file says --gps-offset-s;"):
         import_recording([motion, log], tmp_path / "out", answers)
     import_recording([motion, log], tmp_path / "out", replace(answers, gps_offset_s=0.25))
@@ -133,7 +118,7 @@ def test_clocks_that_files_share_are_laid_on_each_other(tmp_path: Path) -> None:
     capture, log = tmp_path / "run.mvnx", tmp_path / "track.nmea"
     log.write_text(nmea(Tiny().gps), encoding="utf-8")
     capture.write_text(mvnx(world, began=START.timestamp() - 0.25), encoding="utf-8")
-    answers = replace(ALL, gps_sigma_m=None)  # the log has it
+    answers = replace(ANSWERS, gps_sigma_m=None)  # the log has it
     import_recording([capture, log], tmp_path / "out", answers)
     found, asked = read_recording(tmp_path / "out"), read_gps(csv, segment="Spine2", offset=OFFSET, sigma=0.02)
     assert found.gps is not None

@@ -14,6 +14,7 @@ import pymap3d
 from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.frames import GRAVITY, Array, slope_to_enu
+from sssi_exudyn.importing import Answers
 
 INCLINATION_DEG, AZIMUTH_DEG, HEADING_DEG = 16.0, 70.0, 25.0
 ORIGIN = (46.8, 9.8, 2000.0)
@@ -22,6 +23,22 @@ ANKLE_TO_SKI_BASE = 0.13
 SPINE2 = 0.08 + 0.17 + 0.12
 LEG = 0.40 + 0.40
 OFFSET = np.array([0.0, 0.1, -0.16])
+ANSWERS = Answers(
+    mass_kg=70.0,
+    height_m=1.65,
+    sex="male",
+    skis="slalom_165",
+    ski_mass_kg=2.4,
+    boot_mass_kg=1.9,
+    ankle_to_ski_base_m=0.13,
+    slope_deg=INCLINATION_DEG,
+    fall_line_deg=AZIMUTH_DEG,
+    heading_deg=HEADING_DEG,
+    antenna_joint="Spine2",
+    antenna_offset_m=(float(OFFSET[0]), float(OFFSET[1]), float(OFFSET[2])),
+    gps_sigma_m=0.02,
+)
+"""What an import of its files has to be told."""
 
 # name, parent, OFFSET in cm: a skier of 1.65 m
 SKELETON: tuple[tuple[str, str, tuple[float, float, float]], ...] = (
