@@ -20,7 +20,7 @@ from sssi_exudyn.contact.registry import PAPER_TERMS, read_term
 from sssi_exudyn.contact.term import Term, parameters, terrain_height
 from sssi_exudyn.errors import InputError
 from sssi_exudyn.frames import Array
-from sssi_exudyn.quantity import checked, quantities, quantity
+from sssi_exudyn.quantity import Quantity, checked, quantities, quantity
 from sssi_exudyn.recording import Equipment, Skier
 from sssi_exudyn.sensors import Sensor, read_sensor, values_of
 
@@ -108,10 +108,14 @@ class Model:
         owner, _, key = name.partition(".")
         return float(getattr(self._owner(owner), key))
 
+    def about(self, name: str) -> Quantity:
+        """What is declared of the number of that name: unit, least and greatest value, meaning."""
+        owner, _, key = name.partition(".")
+        return quantities(self._owner(owner))[key]
+
     def bounds(self, name: str) -> tuple[float, float]:
         """Least and greatest value that the number of that name may have."""
-        owner, _, key = name.partition(".")
-        about = quantities(self._owner(owner))[key]
+        about = self.about(name)
         return about.low, about.high
 
     def snow(self, places: Array) -> tuple[Array, Array]:

@@ -270,6 +270,8 @@ STEPS: Final = {
     "velocity_l": 1e-3,
 }
 """Differences for the derivatives by the start's numbers, in their units."""
+_NEAR: Final = {"s": 0.01, "m": 0.05}
+"""Differences at most by unit: bounds of a place or an instant are those of a whole day, an effect's edge is sharp."""
 
 
 def sensitivities(
@@ -277,16 +279,16 @@ def sensitivities(
 ) -> tuple[Array, Array]:
     """What is ``observed`` of a run, any shape (…), and its derivative (…, k) by the numbers of those names.
 
-    Forward differences: a term's or sensor's number is changed by 10⁻⁴ of the width of its bounds, inwards; what that
-    leaves of curvature is less than the reduced model's own difference from the full one.
+    Forward differences: a term's or sensor's number is changed by 10⁻⁴ of the width of its bounds, inwards, a place or
+    an instant by no more than is near; what that leaves of curvature is less than the reduced model's own difference
+    from the full one.
     """
     changed, widths = [model], []
     for name in names:
-        low, high = model.bounds(name)
-        value = model.value(name)
+        about, value = model.about(name), model.value(name)
         owner, _, key = name.partition(".")
-        width = STEPS[key] if owner == "start" else 1e-4 * (high - low)
-        widths.append(width if value + width <= high else -width)
+        width = STEPS[key] if owner == "start" else min(1e-4 * (about.high - about.low), _NEAR.get(about.unit, np.inf))
+        widths.append(width if value + width <= about.high else -width)
         changed.append(model.with_values({name: value + widths[-1]}))
     first, *others = simulate_each(changed, prepared, observed)
     columns = [(other - first) / width for other, width in zip(others, widths, strict=True)]

@@ -12,15 +12,12 @@ from typing import Any, Final
 import numpy as np
 
 from sssi_exudyn.cache import Cache
-from sssi_exudyn.contact.term import Term
 from sssi_exudyn.frames import Array
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion
 from sssi_exudyn.noise import whiten
-from sssi_exudyn.quantity import quantities
 from sssi_exudyn.recording import Recording
 from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.sensors import Sensor
 from sssi_exudyn.validation.evidence import NoiseLevels
 from sssi_exudyn.validation.held_out import folds_of, held_out_error, misfit, track_error
 from sssi_exudyn.validation.locate import MissingForce, missing_force
@@ -277,9 +274,8 @@ def _finding(
     assert candidate is not None
     numbers: dict[str, Number] = {}
     for names in (*candidate.amplitudes, *((name,) for name in candidate.places)):
-        owner, _, key = names[0].partition(".")
         value, low, high = final.interval(names[0])
-        numbers[key] = Number(value, low, high, _unit(final.model, owner, key))
+        numbers[names[0].partition(".")[2]] = Number(value, low, high, final.model.about(names[0]).unit)
     window = _window(candidate.window, numbers, weighed)
     acting = window or (float(weighed.scene.run.time[0]), float(weighed.scene.run.time[-1]))
     return Finding(
@@ -294,14 +290,6 @@ def _finding(
         after=after,
         weighed=weighed,
     )
-
-
-def _unit(model: Model, owner: str, key: str) -> str:
-    if owner == "start":
-        return quantities(model.start)[key].unit
-    kind = owner.partition("#")[0]
-    parts: tuple[Term | Sensor, ...] = (*model.terms, *model.sensors)
-    return next(quantities(p)[key].unit for p in parts if p.name == kind)
 
 
 def _window(
