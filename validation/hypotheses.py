@@ -327,10 +327,12 @@ class Gusts(InTime):
     scale, trial, longest, least = 5.0, 1.5, 0.5, 4
     rises = (1.0, 0.4)
     _STRONGEST: Final = 20.0  # m/s, Beaufort 8 to 9: lifts stand still, nobody skis
+    _SHORTEST: Final = 1.0  # s
 
     def possible(self, model: Model) -> bool:
-        peaks = [np.hypot(term.w_f, term.w_l) for term in model.terms if isinstance(term, Gust)]
-        return bool(max(peaks) <= self._STRONGEST)
+        gusts = [term for term in model.terms if isinstance(term, Gust)]
+        peak = max(np.hypot(term.w_f, term.w_l) for term in gusts)
+        return bool(peak <= self._STRONGEST and min(term.t1 - term.t0 for term in gusts) >= self._SHORTEST)
 
     def part(self, t0: float, t1: float, rise: float, amplitudes: dict[str, float]) -> Term:
         return Gust(t0=t0, t1=t1, rise=rise, **amplitudes)

@@ -34,6 +34,7 @@ from sssi_exudyn.validation.evidence import (
     NoiseLevels,
     Whitener,
     best_levels,
+    log_evidence,
     log_factors,
     usual_levels,
     whitened,
@@ -104,7 +105,8 @@ class Verdict:
     name, kind : of the hypothesis; "" and "none" where nothing is added
     log_evidence : with the noise's own prior, place and size integrated
     probability : among all explanations of the round
-    candidate : where and what; None for nothing
+    candidate : where and what, its usual amplitudes times the size that suits best; None for nothing
+    size : one of ``SIZES``
     fit : None where it was not worth a refit
     levels : of the noise under it
     """
@@ -116,6 +118,7 @@ class Verdict:
     candidate: Candidate | None
     fit: Refit | None
     levels: NoiseLevels
+    size: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -354,12 +357,11 @@ class Searcher:
         sought = float(np.logaddexp.reduce(factors) - np.log(len(factors)) - factors[best])
         size = int(np.argmax(by_size[:, best]))
         spread = float(factors[best] - by_size[size, best])
-        free = Freedom(frees[best].columns, SIZES[size] * frees[best].scales)
+        chosen = scaled(candidates[best], SIZES[size])
         levels, evidence = self.levels, nothing + float(by_size[size, best])
         if by_size[size, best] > _HOPELESS:
-            levels, evidence = best_levels(account, self.levels, free)
-        chosen = replace(candidates[best], free=free)
-        return Verdict(name, kind, evidence + sought + spread, sought + spread, chosen, None, levels)
+            levels, evidence = best_levels(account, self.levels, chosen.free)
+        return Verdict(name, kind, evidence + sought + spread, sought, chosen, None, levels, SIZES[size])
 
     def _refitted(self, base: Refit, verdicts: list[Verdict]) -> list[Verdict]:
         """The most probable refitted with the real term; what was sought is kept in ``probability`` until then."""
@@ -383,24 +385,52 @@ class Searcher:
     def _refit_of(self, base: Refit, verdict: Verdict) -> Verdict:
         candidate = verdict.candidate
         assert candidate is not None
-        parameters, places = extended(base, candidate)
         starts = [candidate.model]
         if BY_NAME[verdict.name].moves_all:
             starts += [candidate.model.with_values(values) for values in beside(candidate)]
         try:
-            fits = [self.fitted(start, (*parameters, *places), verdict.levels) for start in starts]
+            fits = [self._with(base, candidate, start, verdict.levels) for start in starts]
+            fit = min(fits, key=lambda each: each.objective)
+            # how strong it is shows only now that it stands where it acts
+            by_size = self._by_size(base, verdict, fit)
+            size = SIZES[int(np.argmax(by_size))]
+            if size != verdict.size:
+                candidate = scaled(candidate, size / verdict.size)
+                fit = self._with(base, candidate, fit.model, verdict.levels)
+                verdict = replace(verdict, candidate=candidate, size=size)
+                by_size = self._by_size(base, verdict, fit)
         except SimulationDiverged:
             return verdict
-        fit = min(fits, key=lambda each: each.objective)
-        # places count as sought by the candidates; their freedom is not counted again
-        count = len(parameters)
-        fixed = replace(
-            fit, parameters=fit.parameters[:count], values=fit.values[:count], sensitivity=fit.sensitivity[:, :count]
-        )
-        levels, evidence = best_levels(self.account(fixed), verdict.levels)
+        spread = float(np.logaddexp.reduce(by_size) - np.log(len(SIZES)) - by_size[SIZES.index(size)])
+        levels, evidence = best_levels(self.account(self._standing(base, candidate, fit)), verdict.levels)
         if not BY_NAME[verdict.name].possible(fit.model):
             evidence = -np.inf
-        return replace(verdict, log_evidence=evidence + verdict.probability, fit=fit, levels=levels)
+        return replace(verdict, log_evidence=evidence + spread + verdict.probability, fit=fit, levels=levels)
+
+    def _with(self, base: Refit, candidate: Candidate, start: Model, levels: NoiseLevels) -> Refit:
+        """``base`` refitted with the candidate, from the values of ``start`` on."""
+        parameters, places = extended(base, candidate)
+        return self.fitted(start, (*parameters, *places), levels)
+
+    def _standing(self, base: Refit, candidate: Candidate, fit: Refit) -> Refit:
+        """The fit with the candidate where it has been found: places count as sought by the candidates, their freedom
+        is not counted again.
+        """
+        parameters, _ = extended(base, candidate)
+        count = len(parameters)
+        return replace(fit, parameters=parameters, values=fit.values[:count], sensitivity=fit.sensitivity[:, :count])
+
+    def _by_size(self, base: Refit, verdict: Verdict, fit: Refit) -> Array:
+        """(sizes,) log evidence of the fit, were it usually of each size."""
+        candidate = verdict.candidate
+        assert candidate is not None
+        every = [self._standing(base, scaled(candidate, size / verdict.size), fit) for size in SIZES]
+        return np.array([log_evidence(self.account(each), verdict.levels) for each in every])
+
+
+def scaled(candidate: Candidate, factor: float) -> Candidate:
+    """The candidate, its usual amplitudes that much larger."""
+    return replace(candidate, free=Freedom(candidate.free.columns, factor * candidate.free.scales))
 
 
 def _columns(scene: Scene, probes: list[Probe]) -> Made:
