@@ -31,7 +31,7 @@ from sssi_exudyn.recording import Recording
 from sssi_exudyn.result_folder import to_json, write_atomically
 from sssi_exudyn.validation.benchmark_page import benchmark_page
 from sssi_exudyn.validation.benchmark_world import Case, Made, make, plan
-from sssi_exudyn.validation.diagnosis import Diagnosis, diagnose, diagnosis_to_dict
+from sssi_exudyn.validation.diagnosis import Diagnosis, diagnose, diagnosis_to_dict, figures_as_it_is
 from sssi_exudyn.validation.evidence import Account, log_factors
 from sssi_exudyn.validation.hypotheses import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.search import Round
@@ -71,6 +71,7 @@ def judged_case(made: Made, *, full: bool) -> dict[str, Any]:
         "said": diagnosis_to_dict(found),
         "friction": {k: found.model.value(f"friction.{k}") for k in ("mu_t", "mu_n")},
         "held_out_m": found.figures[-1].held_out_error,
+        "held_out_plain_m": figures_as_it_is(*made.plain).held_out_error if made.plain else None,
         **_baselines(first),
         "oracle": _oracle(made.case, found, first),
     }
@@ -238,13 +239,12 @@ def scored(cases: Sequence[Case], done: Sequence[Mapping[str, Any]]) -> dict[str
     inside = [_inside(c, d) for c, d in found if d["said"]["findings"][0]["name"] == c.name]
     intervals = [hit for each in inside for hit in each]
     wrong_sure = [d for c, d in rows if _wrong_and_sure(c, d)]
-    evidence = [
-        [finding["evidence"]["held_out_error_m"] for finding in d["said"]["findings"]]
-        for c, d in strong
-        if d["said"]["findings"]
-    ]
-    gains = [each[-1]["after"] / max(each[0]["before"], 1e-9) for each in evidence]
-    noise = float(np.median([d["held_out_m"] for _, d in nothing])) if nothing else float("nan")
+    told = [(d, d["said"]["findings"]) for _, d in strong if d["said"]["findings"]]
+    before = np.array([findings[0]["evidence"]["held_out_error_m"]["before"] for _, findings in told])
+    after = np.array([findings[-1]["evidence"]["held_out_error_m"]["after"] for _, findings in told])
+    plain = np.array([d["held_out_plain_m"] for d, _ in told])
+    undisturbed = np.array([d["held_out_m"] for _, d in nothing])
+    noise = float(np.median(undisturbed)) if nothing else float("nan")
     levels = range(4)
     return {
         "cases": len(cases),
@@ -299,13 +299,13 @@ def scored(cases: Sequence[Case], done: Sequence[Mapping[str, Any]]) -> dict[str
             sum(set(c.name.split("+")) <= set().union(*_named(d["said"]), set()) for c, d in pairs), len(pairs)
         ),
         "held_out_after_over_before_strong": {
-            "median": float(np.median(gains)) if gains else None,
-            "cases": len(gains),
+            "median": float(np.median(after / before)) if told else None,
+            "cases": len(told),
         },
+        "strong_back_within_1.5_plain": share(int(np.sum(after <= 1.5 * plain)), len(told)),
         "held_out_noise_m": noise,
-        "strong_back_within_1.5_noise": share(
-            sum(each[-1]["after"] <= 1.5 * noise for each in evidence), len(evidence)
-        ),
+        "strong_back_within_1.5_noise": share(int(np.sum(after <= 1.5 * noise)), len(told)),
+        "nothing_within_1.5_noise": share(int(np.sum(undisturbed <= 1.5 * noise)), len(nothing)),
         "calibration": _calibration(rows),
         "by_name": _by_name(single),
     }

@@ -18,10 +18,13 @@ _TARGETS = {
     "wrong_and_sure": ("wrong with more than 80 %", "at most 3 %"),
     "unexplained_called_so": ("effects outside the list, found, called unexplained", "at least 90 %"),
     "pairs_both_named": ("pairs: both named", ""),
-    "strong_back_within_1.5_noise": (
-        "clear effects, found: error on turns not fitted within 1.5 times that of runs with nothing hidden",
+    "strong_back_within_1.5_plain": (
+        "clear effects, found: error on turns not fitted within 1.5 times what the same run with the same noise leaves "
+        "when nothing is hidden",
         "",
     ),
+    "strong_back_within_1.5_noise": ("the same, within 1.5 times the median of runs with nothing hidden", ""),
+    "nothing_within_1.5_noise": ("runs with nothing hidden: within 1.5 times their own median", ""),
 }
 _BY_STRENGTH = {
     "found_by_strength": "something said",

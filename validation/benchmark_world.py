@@ -8,6 +8,7 @@ assumed, the capture is wrong joint by joint, and instruments have noise that re
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Final
 
@@ -197,14 +198,22 @@ class Case:
     truth: dict[str, float]
 
 
+Recorded = tuple[Recording, Motion, Model]
+"""What instruments recorded of a run, and what is known of it."""
+
+
 @dataclass(frozen=True)
 class Made:
-    """A case with what its instruments recorded."""
+    """A case with what its instruments recorded.
+
+    plain : what they would have, with the same noise, were nothing concealed; None where nothing is
+    """
 
     case: Case
     recording: Recording
     motion: Motion
     model: Model
+    plain: Recorded | None
 
 
 @dataclass
@@ -396,7 +405,7 @@ def plan(count: int, seed: int) -> list[tuple[str, str, int]]:
     return [cases[i] for i in order]
 
 
-def make(index: int, planned: tuple[str, str, int], bases: list[tuple[Recording, Motion, Model]], seed: int) -> Made:
+def make(index: int, planned: tuple[str, str, int], bases: list[Recorded], seed: int) -> Made:
     """The case of that number: simulated by the full model with what it conceals, and recorded.
 
     ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them.  A stretch
@@ -415,7 +424,7 @@ def make(index: int, planned: tuple[str, str, int], bases: list[tuple[Recording,
 def _drawn(
     index: int,
     planned: tuple[str, str, int],
-    bases: list[tuple[Recording, Motion, Model]],
+    bases: list[Recorded],
     rng: np.random.Generator,
 ) -> Made:
     name, kind, strength = planned
@@ -434,13 +443,9 @@ def _drawn(
     terms = tuple(t for e in effects for t in e.terms)
     sensors = tuple(s for e in effects for s in e.sensors)
     world = replace(true, terms=(*true.terms, *terms), sensors=sensors)
-    run = simulate(world, motion)
-    assert run.antenna is not None
-    delay = sum(e.delay for e in effects)
-    heading = sum(e.heading for e in effects)
-    gps = _gps(rng, recording, world.with_values({"start.clock_offset": delay}), run.time, run.antenna, motion)
-    insoles = _insoles(rng, recording, world, run.time, run.sole_force)
-    captured = _captured(rng, motion, heading)
+    given = (replace(recording, name=f"case_{index:03d}"), motion, fitted)
+    same_noise = deepcopy(rng)
+    made = _recorded(rng, given, motion, world, sum(e.delay for e in effects), sum(e.heading for e in effects))
     case = Case(
         index,
         recording.name,
@@ -450,8 +455,21 @@ def _drawn(
         effects[0].window if len(effects) == 1 else None,
         {k: v for e in effects for k, v in (e.truth or {}).items()} if len(effects) == 1 else {},
     )
-    made = replace(recording, name=f"case_{index:03d}", gps=gps, insoles=insoles)
-    return Made(case, made, captured, _as_known(fitted, made, captured))
+    return Made(case, *made, _recorded(same_noise, given, motion, true, 0.0, 0.0) if effects else None)
+
+
+def _recorded(
+    rng: np.random.Generator, given: Recorded, motion: Motion, world: Model, delay: float, heading: float
+) -> Recorded:
+    """A run of the world as its instruments and the capture have it."""
+    recording, _, fitted = given
+    run = simulate(world, motion)
+    assert run.antenna is not None
+    gps = _gps(rng, recording, world.with_values({"start.clock_offset": delay}), run.time, run.antenna, motion)
+    insoles = _insoles(rng, recording, world, run.time, run.sole_force)
+    captured = _captured(rng, motion, heading)
+    made = replace(recording, gps=gps, insoles=insoles)
+    return made, captured, _as_known(fitted, made, captured)
 
 
 def _maker(name: str) -> Maker:

@@ -18,7 +18,7 @@ from sssi_exudyn.motion import Motion
 from sssi_exudyn.noise import whiten
 from sssi_exudyn.recording import Recording
 from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.validation.evidence import NoiseLevels
+from sssi_exudyn.validation.evidence import NoiseLevels, Whitener
 from sssi_exudyn.validation.held_out import folds_of, held_out_error, misfit, track_error
 from sssi_exudyn.validation.locate import MissingForce, missing_force
 from sssi_exudyn.validation.refit import Refit
@@ -211,25 +211,12 @@ def _told(
     accepted: list[Accepted],
 ) -> Diagnosis:
     witnesses = searcher.setting.witnesses
-    folds = folds_of(witnesses, rounds[0].scene.transitions)
-    fits = [first, *(fit for _, _, fit in accepted)]
-    tracks = [searcher.of_the_track(fit) for fit in fits]
-    covariance = tracks[-1][1]  # what the best explanation leaves is the noise that all are held against
-
-    def figures(fit: Refit) -> Figures:
-        residual = witnesses.measured - fit.predicted
-        return Figures(
-            track_error(residual, witnesses),
-            held_out_error(fit, residual, witnesses, covariance, folds),
-            misfit(residual, witnesses, covariance, len(fit.values)),
-            _memory(residual, witnesses, searcher.levels),
-        )
-
+    tracks = [searcher.of_the_track(fit) for fit in (first, *(fit for _, _, fit in accepted))]
+    shown = _figures(searcher, tracks, rounds[0].scene.transitions)
     missing, left = (
         missing_force(each.account, searcher.levels, each.scene, each.responses["unexplained_force"])
         for each in (rounds[0], rounds[-1])
     )
-    shown = [figures(fit) for fit, _ in tracks]
     findings = tuple(
         _finding(each, verdict, final, missing, before, after)
         for (each, verdict, _), before, after in zip(accepted, shown[:-1], shown[1:], strict=True)
@@ -252,6 +239,33 @@ def _told(
         residual_before=witnesses.measured - tracks[0][0].predicted,
         residual_after=witnesses.measured - tracks[-1][0].predicted,
     )
+
+
+def figures_as_it_is(recording: Recording, motion: Motion, model: Model) -> Figures:
+    """The figures of ``model``, fitted, with nothing sought; by the reduced model.
+
+    Raises ValueError without a GPS, and SimulationDiverged when the model cannot be simulated.
+    """
+    searcher = Searcher(setting_of(recording, motion, model), lambda _fraction, _detail: None)
+    fit = searcher.first()
+    return _figures(searcher, [searcher.of_the_track(fit)], searcher.scene(fit).transitions)[0]
+
+
+def _figures(searcher: Searcher, tracks: list[tuple[Refit, Whitener]], transitions: Array) -> list[Figures]:
+    """Of each fit of the track; what the last of them leaves is the noise that all are held against."""
+    witnesses = searcher.setting.witnesses
+    folds, covariance = folds_of(witnesses, transitions), tracks[-1][1]
+
+    def figures(fit: Refit) -> Figures:
+        residual = witnesses.measured - fit.predicted
+        return Figures(
+            track_error(residual, witnesses),
+            held_out_error(fit, residual, witnesses, covariance, folds),
+            misfit(residual, witnesses, covariance, len(fit.values)),
+            _memory(residual, witnesses, searcher.levels),
+        )
+
+    return [figures(fit) for fit, _ in tracks]
 
 
 def _verdict(findings: tuple[Finding, ...]) -> str:

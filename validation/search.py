@@ -297,11 +297,15 @@ class Searcher:
         residual = self.setting.witnesses.measured - fit.predicted + fit.sensitivity @ fit.pulls
         return self._account(residual, self.mounting.with_more(fit.sensitivity, fit.scales))
 
-    def round(self, base: Refit) -> Round:
-        """Weigh every hypothesis on the fitted model ``base``."""
+    def scene(self, base: Refit) -> Scene:
+        """The fitted model and its run, as hypotheses see it."""
         setting = self.setting
         run = simulate_reduced(base.model, setting.prepared)
-        scene = Scene(base.model, setting.prepared, run, setting.witnesses, base.predicted - self.offset)
+        return Scene(base.model, setting.prepared, run, setting.witnesses, base.predicted - self.offset)
+
+    def round(self, base: Refit) -> Round:
+        """Weigh every hypothesis on the fitted model ``base``."""
+        scene = self.scene(base)
         account = self.account(base)
         none, evidence = best_levels(account, self.levels)
         verdicts = [Verdict("", "none", evidence, 0.0, None, base, none)]

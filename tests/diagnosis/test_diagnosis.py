@@ -127,6 +127,7 @@ def answer(*findings: dict[str, object], oracle: float | None = None, held_out: 
         "said": {"findings": list(findings)},
         "oracle": oracle,
         "held_out_m": held_out,
+        "held_out_plain_m": 0.03,
         "bic": "gust",
         "in_sample": "wind",
         "full": True,
@@ -173,6 +174,8 @@ def test_scores_count_what_was_said() -> None:
     assert scores["overlap_in_time"]["mean"] == pytest.approx(2.0 / 2.5)
     back = scores["strong_back_within_1.5_noise"]
     assert (back["hits"], back["of"]) == (3, 4)  # 0.05 m against 1.5 · 0.04, one of 0.2
+    assert scores["strong_back_within_1.5_plain"]["hits"] == 0  # 0.05 m against 1.5 · 0.03
+    assert scores["nothing_within_1.5_noise"]["share"] == 1.0
     assert [row["hits"] for row in scores["calibration"]] == [0, 1, 2, 1]
     assert [row["of"] for row in scores["calibration"]] == [0, 3, 3, 2]
     assert "| gust | wind 2, gust 1, nothing 1 |" in benchmark_page(scores)
