@@ -168,7 +168,7 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SI
         if names.count(name) > 1:
             raise InputError(out / name, "", "two recordings would leave their results here", "rename one's folder")
     found = [_diagnosed(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)]
-    day = day_to_dict(names, weigh_day(found))
+    day = day_to_dict(names, weigh_day([each.own for each in found]))
     write_atomically(out / "day.json", to_json(day))
     return day
 

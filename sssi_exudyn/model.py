@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -142,6 +142,18 @@ class Model:
                 kept = tuple(new if sensor is old else sensor for sensor in changed.sensors)
                 changed = replace(changed, sensors=kept)
         return changed
+
+    def without(self, owners: Iterable[str]) -> Model:
+        """The same model without the terms and sensors of those names; a further one of a kind is ``name#2``.
+
+        Raises KeyError for an unknown one.
+        """
+        gone = [self._owner(name) for name in owners]
+        return replace(
+            self,
+            terms=tuple(term for term in self.terms if not any(term is each for each in gone)),
+            sensors=tuple(sensor for sensor in self.sensors if not any(sensor is each for each in gone)),
+        )
 
     def _owner(self, name: str) -> Term | Start | Sensor:
         if name == "start":

@@ -15,10 +15,10 @@ import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from sssi_exudyn.frames import Array
-from sssi_exudyn.validation.diagnosis import Diagnosis
+from sssi_exudyn.validation.diagnosis import OwnAccount
 from sssi_exudyn.validation.evidence import Account, Freedom, NoiseLevels, log_volume, whitened
-from sssi_exudyn.validation.hypotheses import HYPOTHESES, Everywhere
-from sssi_exudyn.validation.search import NOTHING, SIZES, TEMPER
+from sssi_exudyn.validation.hypotheses import OF_A_DAY
+from sssi_exudyn.validation.search import SIZES, probabilities, responses_of
 
 SHARED: Final = ("friction.mu_t", "friction.mu_n")
 
@@ -27,7 +27,7 @@ SHARED: Final = ("friction.mu_t", "friction.mu_n")
 class Run:
     """One run as the day sees it.
 
-    account : about its fit without anything added;  levels : its noise
+    account : about its fit without anything that all share;  levels : its noise
     shared : columns of the account's freedom that are the day's numbers, in the order of ``SHARED``
     """
 
@@ -76,37 +76,34 @@ def together(runs: Sequence[Run], extra: Sequence[Freedom] | None = None) -> tup
     return evidence, scales * found[:count], scales * np.sqrt(np.diag(inverse[:count]))
 
 
-def run_of(diagnosis: Diagnosis) -> Run:
-    """What the day needs of a run's diagnosis."""
-    first = diagnosis.rounds[0]
-    names = [p.names[0] for p in first.base.parameters]
-    mounting = first.account.free.columns.shape[1] - len(names)  # those of the instruments' mounting come first
-    return Run(first.account, first.nothing.levels, tuple(mounting + names.index(name) for name in SHARED))
+def run_of(own: OwnAccount) -> Run:
+    """What the day needs of a run."""
+    names = [p.names[0] for p in own.fit.parameters]
+    mounting = own.account.free.columns.shape[1] - len(names)  # those of the instruments' mounting come first
+    return Run(own.account, own.levels, tuple(mounting + names.index(name) for name in SHARED))
 
 
-def weigh_day(diagnoses: Sequence[Diagnosis]) -> list[Weighed]:
-    """Everything that can act on all runs alike, and nothing, the most probable first."""
-    runs = [run_of(each) for each in diagnoses]
-    means = [p.prior.mean for p in diagnoses[0].rounds[0].base.parameters if p.names[0] in SHARED]
+def weigh_day(runs_alone: Sequence[OwnAccount]) -> list[Weighed]:
+    """Everything that can act on all runs alike, and nothing, the most probable first.
+
+    What was found in one run alone, a gust or a late clock, stays with it.
+    """
+    runs = [run_of(each) for each in runs_alone]
+    first = runs_alone[0]
+    means = [p.prior.mean for p in first.fit.parameters if p.names[0] in SHARED]
     evidence, values, errors = together(runs)
-    hypotheses = [h for h in HYPOTHESES if isinstance(h, Everywhere) and h.kind == "physics"]
-    share = (1.0 - NOTHING) / len(hypotheses)
-    found = [("", evidence, np.log(NOTHING), _numbers(SHARED, values, errors, means))]
-    for hypothesis in hypotheses:
-        responses = [each.rounds[0].responses[hypothesis.name] for each in diagnoses]
+    found = [("", evidence, _numbers(SHARED, values, errors, means))]
+    for hypothesis in OF_A_DAY:
+        part = hypothesis.part(first.scene)  # one law for all: the speed, edge or load that it refers to is the same
+        responses = [responses_of(each.scene, hypothesis.holding(each.scene.model, part)) for each in runs_alone]
         usual = np.array(list(hypothesis.scales.values()))
         by_size = [together(runs, [Freedom(r, size * usual) for r in responses]) for size in SIZES]
         total = float(np.logaddexp.reduce([each[0] for each in by_size]) - np.log(len(SIZES)))
         _, values, errors = max(by_size, key=lambda each: each[0])
         names = (*SHARED, *(f"{hypothesis.name}.{key}" for key in hypothesis.scales))
-        numbers = _numbers(names, values, errors, [*means, *(0.0 for _ in usual)])
-        found.append((hypothesis.name, total, np.log(share), numbers))
-    logs = np.array([TEMPER * each[1] + each[2] for each in found])
-    odds = np.exp(logs - logs.max())
-    odds /= odds.sum()
-    weighed = [
-        Weighed(name, float(p), total, numbers) for p, (name, total, _, numbers) in zip(odds, found, strict=True)
-    ]
+        found.append((hypothesis.name, total, _numbers(names, values, errors, [*means, *(0.0 for _ in usual)])))
+    odds = probabilities([name for name, _, _ in found], np.array([total for _, total, _ in found]))
+    weighed = [Weighed(name, float(p), total, numbers) for p, (name, total, numbers) in zip(odds, found, strict=True)]
     return sorted(weighed, key=lambda each: -each.probability)
 
 

@@ -18,8 +18,9 @@ from sssi_exudyn.motion import Motion
 from sssi_exudyn.noise import whiten
 from sssi_exudyn.recording import Recording
 from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.validation.evidence import NoiseLevels, Whitener
+from sssi_exudyn.validation.evidence import Account, NoiseLevels, Whitener
 from sssi_exudyn.validation.held_out import folds_of, held_out_error, misfit, track_error
+from sssi_exudyn.validation.hypotheses import OF_A_DAY, Scene
 from sssi_exudyn.validation.locate import MissingForce, missing_force
 from sssi_exudyn.validation.refit import Refit
 from sssi_exudyn.validation.search import Progress, Round, Searcher, Verdict, setting_of
@@ -87,6 +88,16 @@ class Finding:
 
 
 @dataclass(frozen=True)
+class OwnAccount:
+    """A run with what it alone was found to have, and nothing that acts on all runs of a day alike."""
+
+    fit: Refit
+    scene: Scene
+    account: Account
+    levels: NoiseLevels
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer.
 
@@ -96,6 +107,7 @@ class Diagnosis:
     rounds : all that was weighed, round by round
     figures : of the fit without anything added, and with each finding after the other
     residual_before, residual_after : (N,) of the witnesses
+    own : what other runs of its day are weighed with
     """
 
     recording: str
@@ -113,6 +125,7 @@ class Diagnosis:
     witnesses: Witnesses
     residual_before: Array
     residual_after: Array
+    own: OwnAccount
 
     @property
     def model(self) -> Model:
@@ -201,6 +214,17 @@ def _weighed_again(searcher: Searcher, accepted: list[Accepted]) -> list[Accepte
     return accepted
 
 
+def _own(searcher: Searcher, fit: Refit, accepted: list[Accepted]) -> OwnAccount:
+    levels = searcher.levels
+    shared = {hypothesis.name for hypothesis in OF_A_DAY}
+    for _, verdict, _ in reversed(accepted):  # a second of a name goes before the first
+        if verdict.name in shared and verdict.candidate is not None:
+            fit = searcher.without(fit, verdict.candidate)
+    own = OwnAccount(fit, searcher.scene(fit), searcher.account(fit), searcher.levels)
+    searcher.levels = levels
+    return own
+
+
 def _told(
     name: str,
     searcher: Searcher,
@@ -238,6 +262,7 @@ def _told(
         witnesses=witnesses,
         residual_before=witnesses.measured - tracks[0][0].predicted,
         residual_after=witnesses.measured - tracks[-1][0].predicted,
+        own=_own(searcher, final, accepted),
     )
 
 

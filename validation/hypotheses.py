@@ -162,8 +162,11 @@ class Everywhere(Hypothesis):
     tries: float = 0.2
 
     def probes(self, scene: Scene) -> list[Probe]:
-        part = self.part(scene)
-        extended, owner = added(scene.model, part), newest(scene.model, part)
+        return self.holding(scene.model, self.part(scene))
+
+    def holding(self, model: Model, part: Term | Sensor) -> list[Probe]:
+        """The model with a little of each amplitude of ``part``."""
+        extended, owner = added(model, part), newest(model, part)
         return [
             Probe(extended.with_values({f"{owner}.{key}": self.tries * scale}), self.tries * scale)
             for key, scale in self.scales.items()
@@ -554,4 +557,6 @@ HYPOTHESES: Final[tuple[Hypothesis, ...]] = (
     Unexplained(),
 )
 """The list of them, written out."""
+OF_A_DAY: Final = tuple(each for each in HYPOTHESES if isinstance(each, Everywhere) and each.kind == "physics")
+"""What acts on all runs of a day alike."""
 BY_NAME: Final[dict[str, Hypothesis]] = {hypothesis.name: hypothesis for hypothesis in HYPOTHESES}

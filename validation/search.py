@@ -7,7 +7,7 @@ fit.  The winner becomes part of the model, and the next round begins, until not
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -257,16 +257,12 @@ class Searcher:
     def without(self, fit: Refit, candidate: Candidate) -> Refit:
         """The fit refitted without what the candidate brought."""
         names = {name for group in candidate.amplitudes for name in group} | set(candidate.places)
-        owner = candidate.amplitudes[0][0].partition(".")[0]
+        owners = {name.partition(".")[0] for name in names}
         model = fit.model
-        if owner == "start":
+        if owners == {"start"}:
             model = model.with_values({name: self.setting.model.value(name) for name in names})
         else:
-            model = replace(
-                model,
-                terms=tuple(term for term in model.terms if term.name != owner),
-                sensors=tuple(sensor for sensor in model.sensors if sensor.name != owner),
-            )
+            model = model.without(owners)
         kept = tuple(p for p in fit.parameters if not names & set(p.names))
         known = tuple(p for p in self.setting.parameters if names & set(p.names))
         return self.settled(self.fitted(model, (*kept, *known), self.levels))
@@ -437,10 +433,14 @@ def scaled(candidate: Candidate, factor: float) -> Candidate:
     return replace(candidate, free=Freedom(candidate.free.columns, factor * candidate.free.scales))
 
 
-def _columns(scene: Scene, probes: list[Probe]) -> Made:
+def responses_of(scene: Scene, probes: list[Probe]) -> Array:
     """(N, probes) what each of them changes, a unit of amplitude."""
     seen = simulate_each([p.model for p in probes], scene.prepared, scene.witnesses.predicted)
-    return {"columns": np.stack([(each - scene.base) / p.size for each, p in zip(seen, probes, strict=True)], axis=1)}
+    return np.stack([(each - scene.base) / p.size for each, p in zip(seen, probes, strict=True)], axis=1)
+
+
+def _columns(scene: Scene, probes: list[Probe]) -> Made:
+    return {"columns": responses_of(scene, probes)}
 
 
 def beside(candidate: Candidate) -> list[dict[str, float]]:
@@ -470,14 +470,21 @@ def extended(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], 
     return (*kept, *amplitudes), places
 
 
-def _ranked(verdicts: list[Verdict]) -> tuple[Verdict, ...]:
-    whole = sum(BY_NAME[v.name].weight for v in verdicts if v.name)
-    shares = [(1.0 - NOTHING) * BY_NAME[v.name].weight / whole if v.name else NOTHING for v in verdicts]
-    evidence = np.array([v.log_evidence for v in verdicts])
-    gain = float(np.max(evidence) - next(v.log_evidence for v in verdicts if not v.name))
-    behind = TEMPER * (np.max(evidence) - evidence) / (1.0 + gain / SHAPELESS)
+def probabilities(names: Sequence[str], log_evidence: Array) -> Array:
+    """(…,) of explanations by their names, "" for nothing, from their log evidence and how probable each is beforehand;
+    what parts two of them counts less than it says (``TEMPER``), and less still the more there is to explain
+    (``SHAPELESS``).
+    """
+    whole = sum(BY_NAME[name].weight for name in names if name)
+    shares = [(1.0 - NOTHING) * BY_NAME[name].weight / whole if name else NOTHING for name in names]
+    gain = float(np.max(log_evidence) - log_evidence[list(names).index("")])
+    behind = TEMPER * (np.max(log_evidence) - log_evidence) / (1.0 + gain / SHAPELESS)
     logs = np.log(shares) - behind
     odds = np.exp(logs - logs.max())
-    odds /= odds.sum()
+    return np.asarray(odds / odds.sum())
+
+
+def _ranked(verdicts: list[Verdict]) -> tuple[Verdict, ...]:
+    odds = probabilities([v.name for v in verdicts], np.array([v.log_evidence for v in verdicts]))
     found = [replace(v, probability=float(p)) for v, p in zip(verdicts, odds, strict=True)]
     return tuple(sorted(found, key=lambda v: -v.probability))
