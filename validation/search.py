@@ -24,7 +24,7 @@ from sssi_exudyn.frames import Array
 from sssi_exudyn.model import Model, model_to_dict
 from sssi_exudyn.motion import Motion
 from sssi_exudyn.recording import Recording
-from sssi_exudyn.reduced import Prepared, prepare, simulate_each, simulate_reduced
+from sssi_exudyn.reduced import Prepared, prepare, sensitivities, simulate_each, simulate_reduced
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.simulation import simulate
 from sssi_exudyn.validation.capture_error import antenna_responses, capture_errors, response
@@ -60,6 +60,8 @@ CUFF: Final = Prior(0.06, 0.03)
 """Share of the load that a boot's cuff takes in an ordinary recording."""
 _HEIGHT: Final = 0.3
 """m; the first fix, from which heights count, is no better known than that."""
+_CLOCKS: Final = 0.005
+"""s to which clocks of different instruments agree at best, and half a step of the reduced model."""
 SIZES: Final = (0.5, 1.0, 2.0)
 """An effect may be weaker or stronger than usual; each counts a third."""
 NOTHING: Final = 0.5
@@ -162,16 +164,19 @@ def setting_of(recording: Recording, motion: Motion, model: Model) -> Setting:
     )
 
 
-def known_beforehand(witnesses: Witnesses, sole: Array) -> tuple[Freedom, Array]:
-    """What varies with the instruments' mounting: the height's origin and the cuff's share; and the mean effect (N,)
-    of the latter.
+def known_beforehand(witnesses: Witnesses, sole: Array, later: Array) -> tuple[Freedom, Array]:
+    """What varies with the instruments' mounting: the height's origin, the cuff's share and how well the clocks agree;
+    and the mean effect (N,) of the cuff.
+
+    sole : (m, 2) N, the soles' forces;  later : (N,) what changes when the GPS' clock is a second late
     """
     size = len(witnesses.measured)
     height, cuff = np.zeros(size), np.zeros(size)
     height[witnesses.blocks["height"]] = 1.0
     cuff[witnesses.blocks["load"]] = -sole.sum(axis=1)
     cuff[witnesses.blocks["difference"]] = -(sole[:, 0] - sole[:, 1])
-    return Freedom(np.column_stack([height, cuff]), np.array([_HEIGHT, CUFF.sigma])), CUFF.mean * cuff
+    columns = np.column_stack([height, cuff, later])
+    return Freedom(columns, np.array([_HEIGHT, CUFF.sigma, _CLOCKS])), CUFF.mean * cuff
 
 
 @dataclass
@@ -194,7 +199,8 @@ class Searcher:
         """What the instruments' mounting does, from the soles' forces in a run of that model."""
         run = simulate_reduced(model, self.setting.prepared)
         sole = averages(run.time, run.sole_force, self.setting.witnesses.windows)
-        self.mounting, self.cuff = known_beforehand(self.setting.witnesses, sole)
+        later = sensitivities(model, self.setting.prepared, ["start.clock_offset"], self.setting.witnesses.predicted)[1]
+        self.mounting, self.cuff = known_beforehand(self.setting.witnesses, sole, later[:, 0])
 
     @property
     def offset(self) -> Array:

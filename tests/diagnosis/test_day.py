@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from test_evidence import LEVELS, account, covariance
 
-from sssi_exudyn.validation.day import Run, together
+from sssi_exudyn.commands import model_of
+from sssi_exudyn.contact.glide import SpeedDependentFriction
+from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.motion import motion_from_recording
+from sssi_exudyn.recording import read_recording
+from sssi_exudyn.reduced import prepare
+from sssi_exudyn.validation.benchmark_world import _as_known, _recorded
+from sssi_exudyn.validation.day import Run, together, weigh_day
+from sssi_exudyn.validation.diagnosis import OwnAccount, _own
 from sssi_exudyn.validation.evidence import Freedom, log_evidence
+from sssi_exudyn.validation.search import Searcher, probabilities, setting_of
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "intermediate"
 
 
 def test_runs_that_share_nothing_are_weighed_apart() -> None:
@@ -57,3 +69,37 @@ def test_a_common_effect_is_told_better_by_two_runs() -> None:
     _, _, both = together(runs, extra)
     alone = [together([run], [e])[2] for run, e in zip(runs, extra, strict=True)]
     assert both[0] < min(a[0] for a in alone)
+
+
+def test_two_runs_tell_what_neither_does_alone() -> None:
+    """Friction that rises with speed, as the benchmark's world records it on two stretches at different speeds."""
+    recording = read_recording(EXAMPLE)
+    motion = motion_from_recording(recording)
+    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    fitted = problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
+    law = SpeedDependentFriction(0.02, 10.0)
+    own: list[OwnAccount] = []
+    for number, after in enumerate((0.2, 8.0)):
+        stretch = replace(motion, start=motion.start + after, stop=motion.start + after + 5.0)
+        start = _as_known(fitted, recording, stretch).start
+        world = replace(fitted, start=start, terms=(*fitted.terms, law))
+        given = (recording, stretch, fitted)
+        made = _recorded(np.random.default_rng([3, number]), given, stretch, world, 0.0, 0.0)
+        searcher = Searcher(setting_of(*made), lambda *_: None)
+        own.append(_own(searcher, searcher.first(), []))
+    alone = [{each.name: each for each in weigh_day([one])} for one in own]
+    assert all(each[""].probability > 0.2 for each in alone)
+    best = weigh_day(own)[0]
+    assert best.name == "speed_dependent_friction"
+    assert best.probability > 0.6
+    value, error = best.numbers["speed_dependent_friction.b"]
+    assert abs(value - law.b) < 3.0 * error  # of one draw
+    assert error < 0.3 * law.b
+
+
+def test_probabilities_of_explanations() -> None:
+    odds = probabilities(["", "wind", "gust"], np.zeros(3))
+    assert odds == pytest.approx([0.5, 0.25, 0.25])
+    surer = probabilities(["", "wind", "gust"], np.array([0.0, 10.0, 0.0]))
+    assert surer.sum() == pytest.approx(1.0)
+    assert surer[1] > 0.95

@@ -12,13 +12,15 @@ import pytest
 
 from sssi_exudyn.commands import model_of
 from sssi_exudyn.contact.glide import SnowPatch
+from sssi_exudyn.contact.pushes import UnexplainedForce
 from sssi_exudyn.contact.terrain import SlopeChange
 from sssi_exudyn.contact.wind import Gust
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion, motion_from_recording
 from sssi_exudyn.recording import Recording, read_recording
-from sssi_exudyn.reduced import prepare, simulate_each, simulate_reduced
+from sssi_exudyn.reduced import prepare, sensitivities, simulate_each, simulate_reduced
 from sssi_exudyn.validation.benchmark import scored, sealed, share
 from sssi_exudyn.validation.benchmark_page import benchmark_page
 from sssi_exudyn.validation.benchmark_world import Case, make, plan
@@ -26,6 +28,7 @@ from sssi_exudyn.validation.diagnosis import _weighed_again, diagnose, diagnosis
 from sssi_exudyn.validation.diagnosis_page import diagnosis_section
 from sssi_exudyn.validation.evidence import Freedom
 from sssi_exudyn.validation.hypotheses import BY_NAME, HYPOTHESES, Candidate, Scene
+from sssi_exudyn.validation.refit import Parameter, refit
 from sssi_exudyn.validation.search import Searcher, extended, setting_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
@@ -249,6 +252,53 @@ def test_what_cannot_be_is_not_said(base: Any) -> None:
 
     assert possible(Gust(w_f=-12.0, w_l=9.0))
     assert not possible(Gust(w_f=24.0, w_l=10.0))
+    assert not possible(Gust(w_f=12.0, t0=3.0, t1=3.5))  # comes and goes within a second
     assert possible(SnowPatch(delta_mu_t=-0.5 * model.friction.mu_t))
     assert not possible(SnowPatch(delta_mu_t=-model.friction.mu_t))  # snow that does not brake at all
     assert possible(SlopeChange(0.2))
+
+
+def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
+    recording, motion, model = base
+    setting = setting_of(recording, replace(motion, stop=motion.start + 5.0), model)
+    begin = motion.start + 2.1
+
+    def pushed(force: float, t0: float, t1: float) -> Model:
+        part = UnexplainedForce(force, 0.5 * force, 0.0, t0, t1)
+        return replace(setting.model, terms=(*setting.model.terms, part))
+
+    true = pushed(150.0, begin, begin + 0.5)
+    seen = setting.witnesses.predicted(true, simulate_reduced(true, setting.prepared))
+    # nothing but the push: what is left of the measurements is taken out again
+    offset = setting.witnesses.measured - seen
+    amplitudes = [Parameter((f"unexplained_force.force_{axis}",), Prior(0.0, 100.0)) for axis in "fl"]
+    places = [
+        Parameter((f"unexplained_force.{key}",), Prior(t, 0.4)) for key, t in (("t0", begin - 0.3), ("t1", begin + 0.5))
+    ]
+    searcher = Searcher(setting, lambda *_: None)
+    noise = searcher.covariance(searcher.levels)
+    start = pushed(0.0, begin - 0.3, begin + 0.5)
+    fit = refit(start, (*amplitudes, *places), setting.prepared, setting.witnesses, noise, offset)
+    force_f, force_l, t0, t1 = fit.values
+    # fits stop within a twentieth of the standard errors; priors draw by a few per cent
+    assert abs(0.5 * (t0 + t1) - begin - 0.25) < 0.02
+    assert force_f * (t1 - t0) == pytest.approx(75.0, rel=0.05)
+    assert force_l * (t1 - t0) == pytest.approx(37.5, rel=0.05)
+
+
+def test_derivatives_by_instants_are_taken_nearby(base: Any) -> None:
+    """Against central differences of twice the step: what they differ by is curvature."""
+    recording, motion, model = base
+    setting = setting_of(recording, replace(motion, stop=motion.start + 5.0), model)
+    t0 = motion.start + 2.0
+    part = Gust(w_f=-10.0, w_l=3.0, t0=t0, t1=t0 + 1.5)
+    gusty = replace(setting.model, terms=(*setting.model.terms, part))
+    predicted = setting.witnesses.predicted
+    track = slice(0, setting.witnesses.blocks["y"].stop)
+    slope = sensitivities(gusty, setting.prepared, ["gust.t0"], predicted)[1][track, 0]
+    ahead, behind = (
+        predicted(each, simulate_reduced(each, setting.prepared))[track]
+        for each in (gusty.with_values({"gust.t0": t0 + d}) for d in (0.02, -0.02))
+    )
+    central = (ahead - behind) / 0.04
+    assert np.max(np.abs(slope - central)) < 0.05 * np.max(np.abs(central))
