@@ -251,7 +251,8 @@ def _call(options: argparse.Namespace) -> str:
             return to_json(scores)
         case "diagnose":
             if len(options.folders) > 1:
-                return to_json(commands.diagnose_day(options.folders, options.out, progress=progress))
+                day = commands.diagnose_day(options.folders, options.out, progress=progress)
+                return to_json(day) if options.json else f"{day['sentence']}\n"
             told = commands.diagnose(options.folders[0], options.out, progress=progress)
             return to_json(told) if options.json else f"{told['verdict']}: {told['sentence']}\n"
         case "report":

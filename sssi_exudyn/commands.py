@@ -59,6 +59,7 @@ from sssi_exudyn.result_folder import (
 from sssi_exudyn.simulation import simulate as simulate_model
 from sssi_exudyn.validation.benchmark import run_benchmark
 from sssi_exudyn.validation.day import day_to_dict, weigh_day
+from sssi_exudyn.validation.day_page import day_page, sentence_of_day
 from sssi_exudyn.validation.diagnosis import Diagnosis, diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis import diagnose as find_missing
 from sssi_exudyn.validation.diagnosis_page import diagnosis_section
@@ -154,7 +155,9 @@ def diagnose(folder: Path, out: Path, *, progress: Progress = _SILENT) -> dict[s
     """Find what physics was left out, or which instrument is at fault, and leave the extended model's run in ``out``;
     what ``diagnosis.json`` holds.
     """
-    return diagnosis_to_dict(_diagnosed(folder, out, progress))
+    told = diagnosis_to_dict(_diagnosed(folder, out, progress)[1])
+    shutil.rmtree(out / _CACHE, ignore_errors=True)
+    return told
 
 
 def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
@@ -167,13 +170,23 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SI
     for name in names:
         if names.count(name) > 1:
             raise InputError(out / name, "", "two recordings would leave their results here", "rename one's folder")
-    found = [_diagnosed(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)]
-    day = day_to_dict(names, weigh_day([each.own for each in found]))
-    write_atomically(out / "day.json", to_json(day))
-    return day
+    with locked(out):
+        found = {name: _diagnosed(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)}
+        with progress.stage("weigh together"):
+            weighed = weigh_day([diagnosis.own for _, diagnosis in found.values()])
+        sentence = sentence_of_day(weighed, len(names), found[names[0]][1].model)
+        hashes = {f"{name}/{file}": made for name, (files, _) in found.items() for file, made in files.items()}
+        origin = provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0)
+        day = day_to_dict(names, weighed, sentence) | {"provenance": origin}
+        write_atomically(out / "day.json", to_json(day))
+        write_atomically(out / "report.html", day_page(names, weighed, sentence))
+        for name in names:  # kept until now, so that an interrupted day goes on where it was
+            shutil.rmtree(out / name / _CACHE, ignore_errors=True)
+        return day
 
 
-def _diagnosed(folder: Path, out: Path, progress: Progress) -> Diagnosis:
+def _diagnosed(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, str], Diagnosis]:
+    """Diagnose into ``out``, the cache stays; hashes of what was read, and the answer."""
     with locked(out):
         recording, motion = _read(folder, progress)
         if recording.gps is None:
@@ -200,8 +213,7 @@ def _diagnosed(folder: Path, out: Path, progress: Progress) -> Diagnosis:
         settings = {"command": "diagnose"}
         section = diagnosis_section(found)
         _left(recording, motion, found.model, found.result, figures, out, settings, diagnosis=told, sections=[section])
-        shutil.rmtree(out / _CACHE, ignore_errors=True)
-        return found
+        return recording.hashes, found
 
 
 def diagnose_known(folder: Path, out: Path, *, progress: Progress = _SILENT) -> list[dict[str, str]]:

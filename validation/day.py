@@ -8,16 +8,18 @@ everywhere; starts, headings, mountings and the capture's errors are each run's 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import asdict, dataclass
+from typing import Any, Final
 
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from sssi_exudyn.frames import Array
-from sssi_exudyn.validation.diagnosis import OwnAccount
+from sssi_exudyn.model import Model
+from sssi_exudyn.validation.diagnosis import Number, OwnAccount
 from sssi_exudyn.validation.evidence import Account, Freedom, NoiseLevels, log_volume, whitened
-from sssi_exudyn.validation.hypotheses import OF_A_DAY
+from sssi_exudyn.validation.hypotheses import OF_A_DAY, added
+from sssi_exudyn.validation.refit import INTERVAL_90
 from sssi_exudyn.validation.search import SIZES, probabilities, responses_of
 
 SHARED: Final = ("friction.mu_t", "friction.mu_n")
@@ -38,12 +40,12 @@ class Run:
 
 @dataclass(frozen=True)
 class Weighed:
-    """An explanation of the whole day: its probability, log evidence, and its numbers with standard deviations."""
+    """An explanation of the whole day, "" for nothing, and its numbers, those of friction first."""
 
     name: str
     probability: float
     log_evidence: float
-    numbers: dict[str, tuple[float, float]]
+    numbers: dict[str, Number]
 
 
 def together(runs: Sequence[Run], extra: Sequence[Freedom] | None = None) -> tuple[float, Array, Array]:
@@ -90,9 +92,18 @@ def weigh_day(runs_alone: Sequence[OwnAccount]) -> list[Weighed]:
     """
     runs = [run_of(each) for each in runs_alone]
     first = runs_alone[0]
-    means = [p.prior.mean for p in first.fit.parameters if p.names[0] in SHARED]
+    known = {p.names[0]: p.prior.mean for p in first.fit.parameters if p.names[0] in SHARED}
+
+    def numbers(model: Model, names: Sequence[str], values: Array, errors: Array) -> dict[str, Number]:
+        found = [known.get(name, 0.0) + float(value) for name, value in zip(names, values, strict=True)]
+        half = [INTERVAL_90 * float(error) for error in errors]
+        return {
+            name: Number(value, value - h, value + h, model.about(name).unit)
+            for name, value, h in zip(names, found, half, strict=True)
+        }
+
     evidence, values, errors = together(runs)
-    found = [("", evidence, _numbers(SHARED, values, errors, means))]
+    found = [("", evidence, numbers(first.fit.model, SHARED, values, errors))]
     for hypothesis in OF_A_DAY:
         part = hypothesis.part(first.scene)  # one law for all: the speed, edge or load that it refers to is the same
         responses = [responses_of(each.scene, hypothesis.holding(each.scene.model, part)) for each in runs_alone]
@@ -101,35 +112,24 @@ def weigh_day(runs_alone: Sequence[OwnAccount]) -> list[Weighed]:
         total = float(np.logaddexp.reduce([each[0] for each in by_size]) - np.log(len(SIZES)))
         _, values, errors = max(by_size, key=lambda each: each[0])
         names = (*SHARED, *(f"{hypothesis.name}.{key}" for key in hypothesis.scales))
-        found.append((hypothesis.name, total, _numbers(names, values, errors, [*means, *(0.0 for _ in usual)])))
+        found.append((hypothesis.name, total, numbers(added(first.fit.model, part), names, values, errors)))
     odds = probabilities([name for name, _, _ in found], np.array([total for _, total, _ in found]))
-    weighed = [Weighed(name, float(p), total, numbers) for p, (name, total, numbers) in zip(odds, found, strict=True)]
+    weighed = [Weighed(name, float(p), total, each) for p, (name, total, each) in zip(odds, found, strict=True)]
     return sorted(weighed, key=lambda each: -each.probability)
 
 
-def _numbers(
-    names: Sequence[str], values: Array, errors: Array, means: Sequence[float]
-) -> dict[str, tuple[float, float]]:
-    return {
-        name: (float(mean + value), float(error))
-        for name, value, error, mean in zip(names, values, errors, means, strict=True)
-    }
-
-
-def day_to_dict(names: Sequence[str], weighed: Sequence[Weighed]) -> dict[str, object]:
+def day_to_dict(names: Sequence[str], weighed: Sequence[Weighed], sentence: str) -> dict[str, Any]:
     """The answer as ``day.json`` holds it."""
     return {
         "format": 1,
         "recordings": list(names),
+        "sentence": sentence,
         "explanations": [
             {
                 "name": each.name or "nothing",
                 "probability": each.probability,
                 "log_evidence": each.log_evidence,
-                "numbers": {
-                    name: {"value": value, "low": value - 1.6449 * error, "high": value + 1.6449 * error}
-                    for name, (value, error) in each.numbers.items()
-                },
+                "numbers": {name: asdict(number) for name, number in each.numbers.items()},
             }
             for each in weighed
         ],

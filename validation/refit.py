@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from sssi_exudyn.reduced import Prepared, sensitivities, simulate_reduced
 from sssi_exudyn.validation.evidence import Whitener
 from sssi_exudyn.validation.witness import Witnesses
 
+INTERVAL_90: Final = 1.6449
+"""Standard deviations to either side that hold 90 %."""
 _ENOUGH = 0.1
 """Change of J, in units of χ²/2, that ends the search."""
 _ROUNDS = 4
@@ -64,11 +67,11 @@ class Refit:
         """(k,) standard deviations of what was known beforehand."""
         return np.array([p.prior.sigma for p in self.parameters])
 
-    def interval(self, name: str, spread: float = 1.6449) -> tuple[float, float, float]:
+    def interval(self, name: str) -> tuple[float, float, float]:
         """Value, low and high end (90 %) of the number of that name."""
         for i, parameter in enumerate(self.parameters):
             if name in parameter.names:
-                half = spread * float(np.sqrt(self.covariance[i, i]))
+                half = INTERVAL_90 * float(np.sqrt(self.covariance[i, i]))
                 return float(self.values[i]), float(self.values[i]) - half, float(self.values[i]) + half
         raise KeyError(name)
 

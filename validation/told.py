@@ -117,18 +117,24 @@ def sentence_of(
     )
 
 
+def saying(name: str, numbers: Numbers, model: Model) -> str:
+    """What a finding of that name means, with its numbers by their keys."""
+    return _SAYINGS[name](numbers, model)
+
+
 def _said(finding: Finding, model: Model) -> str:
     where = finding.where
     when = "" if where is None else f"between {where.t0:.1f} s and {where.t1:.1f} s "
-    words = when + _SAYINGS[finding.name](finding.parameters, model)
+    words = when + saying(finding.name, finding.parameters, model)
     others = [name for name, _ in finding.alternatives]
     if finding.probability < 0.8 and others:
         listed = ", ".join(f"{name} ({p:.0%})" for name, p in finding.alternatives)
-        words += f" ({finding.probability:.0%} probable; it may as well be {listed}{_parted(finding.name, others)})"
+        words += f" ({finding.probability:.0%} probable; it may as well be {listed}{parted(finding.name, others)})"
     return words + "."
 
 
-def _parted(name: str, others: Sequence[str]) -> str:
+def parted(name: str, others: Sequence[str]) -> str:
+    """What would part that name from one of the others, as the end of a sentence; empty where nothing known does."""
     for group, measurement in PARTED_BY.items():
         if name in group and group & set(others):
             return f"; {measurement} would tell"

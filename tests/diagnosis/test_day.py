@@ -16,8 +16,9 @@ from sssi_exudyn.motion import motion_from_recording
 from sssi_exudyn.recording import read_recording
 from sssi_exudyn.reduced import prepare
 from sssi_exudyn.validation.benchmark_world import _as_known, _recorded
-from sssi_exudyn.validation.day import Run, together, weigh_day
-from sssi_exudyn.validation.diagnosis import OwnAccount, _own
+from sssi_exudyn.validation.day import Run, Weighed, day_to_dict, together, weigh_day
+from sssi_exudyn.validation.day_page import day_page, sentence_of_day
+from sssi_exudyn.validation.diagnosis import Number, OwnAccount, _own
 from sssi_exudyn.validation.evidence import Freedom, log_evidence
 from sssi_exudyn.validation.search import Searcher, probabilities, setting_of
 
@@ -92,9 +93,11 @@ def test_two_runs_tell_what_neither_does_alone() -> None:
     best = weigh_day(own)[0]
     assert best.name == "speed_dependent_friction"
     assert best.probability > 0.6
-    value, error = best.numbers["speed_dependent_friction.b"]
-    assert abs(value - law.b) < 3.0 * error  # of one draw
-    assert error < 0.3 * law.b
+    found = best.numbers["speed_dependent_friction.b"]
+    half = found.high - found.value
+    assert abs(found.value - law.b) < 2.0 * half  # of one draw: 3.3 standard deviations
+    assert half < 0.4 * law.b
+    assert found.unit == "s/m"
 
 
 def test_probabilities_of_explanations() -> None:
@@ -103,3 +106,29 @@ def test_probabilities_of_explanations() -> None:
     surer = probabilities(["", "wind", "gust"], np.array([0.0, 10.0, 0.0]))
     assert surer.sum() == pytest.approx(1.0)
     assert surer[1] > 0.95
+
+
+def test_a_day_in_words_and_as_a_page() -> None:
+    def number(value: float) -> Number:
+        return Number(value, value - 0.002, value + 0.002, "1")
+
+    friction = {"friction.mu_t": number(0.1), "friction.mu_n": number(0.8)}
+    law = {**friction, "speed_dependent_friction.b": Number(0.012, 0.008, 0.016, "s/m")}
+    speed = Weighed("speed_dependent_friction", 0.7, 12.0, law)
+    nothing = Weighed("", 0.1, 4.0, friction)
+    drag = Weighed("drag_area", 0.2, 9.0, {**friction, "drag_area.share": number(0.5)})
+    recording = read_recording(EXAMPLE)
+    model = model_of(recording, motion_from_recording(recording))
+    sentence = sentence_of_day([speed, drag, nothing], 3, model)
+    assert sentence.startswith("In 3 runs together μ_t changes by +0.0120 for each m/s of speed (70% probable; it may")
+    assert "the same skier at another speed or posture on the same snow would tell" in sentence
+    assert sentence.endswith("μ_t is 0.100 ± 0.002 and μ_n 0.800 ± 0.002.")
+    assert "nothing is missing that acts on all alike (90% probable)" in sentence_of_day(
+        [replace(nothing, probability=0.9)], 2, model
+    )
+    page = day_page(["morning", "a & b"], [speed, drag, nothing], sentence)
+    assert 'href="a%20%26%20b/report.html"' in page
+    assert "0.012 (0.008 to 0.016) s/m" in page
+    told = day_to_dict(["morning", "noon"], [speed, nothing], sentence)
+    assert [each["name"] for each in told["explanations"]] == ["speed_dependent_friction", "nothing"]
+    assert told["explanations"][0]["numbers"]["speed_dependent_friction.b"]["unit"] == "s/m"

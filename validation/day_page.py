@@ -1,0 +1,55 @@
+"""What several runs of a day say together: in a sentence, and as a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import Final
+from urllib.parse import quote
+
+from sssi_exudyn.model import Model
+from sssi_exudyn.validation.day import Weighed
+from sssi_exudyn.validation.diagnosis import SURE, WORTH_NAMING, Number
+from sssi_exudyn.validation.page import Section, document, grid
+from sssi_exudyn.validation.told import parted, saying
+
+_NOTHING: Final = "nothing"
+
+
+def sentence_of_day(weighed: Sequence[Weighed], runs: int, model: Model) -> str:
+    """What acts on all runs alike, in one sentence; ``model`` is that of one of them."""
+    best = weighed[0]
+    numbers = {name.partition(".")[2]: number for name, number in best.numbers.items()}
+    what = saying(best.name, numbers, model) if best.name else "nothing is missing that acts on all alike"
+    others = [(each.name or _NOTHING, each.probability) for each in weighed[1:] if each.probability >= WORTH_NAMING]
+    doubt = ""
+    if best.probability < SURE and others:
+        listed = ", ".join(f"{name} ({p:.0%})" for name, p in others)
+        doubt = f"; it may as well be {listed}{parted(best.name, [name for name, _ in others])}"
+    friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n {_around(numbers['mu_n'])}"
+    return f"In {runs} runs together {what} ({best.probability:.0%} probable{doubt}); {friction}."
+
+
+def day_page(names: Sequence[str], weighed: Sequence[Weighed], sentence: str) -> str:
+    """The page: the sentence, every explanation with its numbers, and the way to each run's own page."""
+    rows = [["", "probability", "log evidence", "numbers, 90 % intervals"]]
+    none = next(each.log_evidence for each in weighed if not each.name)
+    for each in weighed:
+        said = "; ".join(f"{name} {_between(number)}" for name, number in each.numbers.items())
+        title = (each.name or _NOTHING).replace("_", " ")
+        rows.append([title, f"{each.probability:.1%}", f"{each.log_evidence - none:+.1f}", said])
+    runs = "".join(f'<li><a href="{quote(name)}/report.html">{escape(name)}</a></li>\n' for name in names)
+    sections = [
+        Section("What may act on all runs alike", grid(rows)),
+        Section("Each run by itself", f"<ul>\n{runs}</ul>\n"),
+    ]
+    return document(f"{len(names)} runs of a day", f"<p>{escape(sentence)}</p>\n", sections)
+
+
+def _around(number: Number) -> str:
+    return f"{number.value:.3f} ± {number.high - number.value:.3f}"
+
+
+def _between(number: Number) -> str:
+    unit = "" if number.unit == "1" else f" {number.unit}"
+    return f"{number.value:.3g} ({number.low:.3g} to {number.high:.3g}){unit}"
