@@ -243,6 +243,7 @@ def scored(cases: Sequence[Case], done: Sequence[Mapping[str, Any]]) -> dict[str
     before = np.array([findings[0]["evidence"]["held_out_error_m"]["before"] for _, findings in told])
     after = np.array([findings[-1]["evidence"]["held_out_error_m"]["after"] for _, findings in told])
     plain = np.array([d["held_out_plain_m"] for d, _ in told])
+    placebo = [findings[0]["evidence"]["placebo_held_out_error_m"] for _, findings in told]
     undisturbed = np.array([d["held_out_m"] for _, d in nothing])
     noise = float(np.median(undisturbed)) if nothing else float("nan")
     levels = range(4)
@@ -302,6 +303,12 @@ def scored(cases: Sequence[Case], done: Sequence[Mapping[str, Any]]) -> dict[str
             "median": float(np.median(after / before)) if told else None,
             "cases": len(told),
         },
+        "placebo_after_over_before_strong": (
+            float(np.median([each["median"] / b for each, b in zip(placebo, before, strict=True)])) if told else None
+        ),
+        "strong_better_than_placebos": share(
+            sum(a < each["least"] for each, a in zip(placebo, after, strict=True)), len(told)
+        ),
         "strong_back_within_1.5_plain": share(int(np.sum(after <= 1.5 * plain)), len(told)),
         "held_out_noise_m": noise,
         "strong_back_within_1.5_noise": share(int(np.sum(after <= 1.5 * noise)), len(told)),

@@ -18,6 +18,10 @@ _TARGETS = {
     "wrong_and_sure": ("wrong with more than 80 %", "at most 3 %"),
     "unexplained_called_so": ("effects outside the list, found, called unexplained", "at least 90 %"),
     "pairs_both_named": ("pairs: both named", ""),
+    "strong_better_than_placebos": (
+        "clear effects, found: error on turns not fitted less than with any of 19 forces drawn at random instead",
+        "",
+    ),
     "strong_back_within_1.5_plain": (
         "clear effects, found: error on turns not fitted within 1.5 times what the same run with the same noise leaves "
         "when nothing is hidden",
@@ -61,6 +65,9 @@ def benchmark_page(scores: Mapping[str, Any]) -> str:
     lines.append(
         f"| error on turns not fitted, after over before (median of {gain['cases']} clear cases) | {median} | | |"
     )
+    placebo = scores["placebo_after_over_before_strong"]
+    if placebo is not None:
+        lines.append(f"| the same with a force drawn at random in its place | {placebo:.2f} | | |")
     lines += ["", "| by strength | weakest | weak | strong | strongest |", "|---|---|---|---|---|"]
     for key, meaning in _BY_STRENGTH.items():
         lines.append(f"| {meaning} | " + " | ".join(_share(each) for each in scores[key]) + " |")

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -19,9 +20,9 @@ from sssi_exudyn.noise import whiten
 from sssi_exudyn.recording import Recording
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.validation.evidence import Account, NoiseLevels, Whitener
-from sssi_exudyn.validation.held_out import folds_of, held_out_error, misfit, track_error
+from sssi_exudyn.validation.held_out import folds_of, held_out_error, held_out_errors, misfit, track_error
 from sssi_exudyn.validation.hypotheses import OF_A_DAY, Scene
-from sssi_exudyn.validation.locate import MissingForce, missing_force
+from sssi_exudyn.validation.locate import MissingForce, missing_force, placebos
 from sssi_exudyn.validation.refit import Refit
 from sssi_exudyn.validation.search import Progress, Round, Searcher, Verdict, setting_of
 from sssi_exudyn.validation.told import sentence_of
@@ -73,7 +74,10 @@ class Where:
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that was missing: the most probable name, what else it might be, and what it does."""
+    """One thing that was missing: the most probable name, what else it might be, and what it does.
+
+    placebos : (p,) m, errors on turns not fitted with a force drawn at random in its place
+    """
 
     kind: str
     name: str
@@ -84,6 +88,7 @@ class Finding:
     impulse: Array
     before: Figures
     after: Figures
+    placebos: Array
     weighed: Round
 
 
@@ -236,21 +241,24 @@ def _told(
 ) -> Diagnosis:
     witnesses = searcher.setting.witnesses
     tracks = [searcher.of_the_track(fit) for fit in (first, *(fit for _, _, fit in accepted))]
-    shown = _figures(searcher, tracks, rounds[0].scene.transitions)
+    folds = folds_of(witnesses, rounds[0].scene.transitions)
+    shown = _figures(searcher, tracks, folds)
     missing, left = (
         missing_force(each.account, searcher.levels, each.scene, each.responses["unexplained_force"])
         for each in (rounds[0], rounds[-1])
     )
-    findings = tuple(
-        _finding(each, verdict, final, missing, before, after)
-        for (each, verdict, _), before, after in zip(accepted, shown[:-1], shown[1:], strict=True)
-    )
+    findings = []
+    for (each, best, _), (fit, _), before, after in zip(accepted, tracks[:-1], shown[:-1], shown[1:], strict=True):
+        columns = placebos(each.scene, each.responses["unexplained_force"])
+        residual = witnesses.measured - fit.predicted
+        errors = held_out_errors(fit, residual, witnesses, tracks[-1][1], folds, columns)
+        findings.append(_finding(each, best, final, missing, before, after, errors))
     verdict = _verdict(findings)
     return Diagnosis(
         recording=name,
         verdict=verdict,
         sentence=sentence_of(verdict, findings, first.model, final.model, missing, shown[0], shown[-1]),
-        findings=findings,
+        findings=tuple(findings),
         first=first,
         fit=final,
         result=result,
@@ -273,13 +281,15 @@ def figures_as_it_is(recording: Recording, motion: Motion, model: Model) -> Figu
     """
     searcher = Searcher(setting_of(recording, motion, model), lambda _fraction, _detail: None)
     fit = searcher.first()
-    return _figures(searcher, [searcher.of_the_track(fit)], searcher.scene(fit).transitions)[0]
+    folds = folds_of(searcher.setting.witnesses, searcher.scene(fit).transitions)
+    return _figures(searcher, [searcher.of_the_track(fit)], folds)[0]
 
 
-def _figures(searcher: Searcher, tracks: list[tuple[Refit, Whitener]], transitions: Array) -> list[Figures]:
+def _figures(
+    searcher: Searcher, tracks: list[tuple[Refit, Whitener]], folds: list[tuple[float, float]]
+) -> list[Figures]:
     """Of each fit of the track; what the last of them leaves is the noise that all are held against."""
-    witnesses = searcher.setting.witnesses
-    folds, covariance = folds_of(witnesses, transitions), tracks[-1][1]
+    witnesses, covariance = searcher.setting.witnesses, tracks[-1][1]
 
     def figures(fit: Refit) -> Figures:
         residual = witnesses.measured - fit.predicted
@@ -293,7 +303,7 @@ def _figures(searcher: Searcher, tracks: list[tuple[Refit, Whitener]], transitio
     return [figures(fit) for fit, _ in tracks]
 
 
-def _verdict(findings: tuple[Finding, ...]) -> str:
+def _verdict(findings: Sequence[Finding]) -> str:
     if not findings:
         return "none"
     if any(f.kind == "unexplained" for f in findings):
@@ -302,7 +312,13 @@ def _verdict(findings: tuple[Finding, ...]) -> str:
 
 
 def _finding(
-    weighed: Round, verdict: Verdict, final: Refit, missing: MissingForce, before: Figures, after: Figures
+    weighed: Round,
+    verdict: Verdict,
+    final: Refit,
+    missing: MissingForce,
+    before: Figures,
+    after: Figures,
+    placebos: Array,
 ) -> Finding:
     others = tuple(
         (v.name or "nothing", v.probability)
@@ -327,6 +343,7 @@ def _finding(
         impulse=missing.impulse(acting) if verdict.kind != "sensor" else np.zeros(3),
         before=before,
         after=after,
+        placebos=placebos,
         weighed=weighed,
     )
 
@@ -431,6 +448,10 @@ def _finding_to_dict(finding: Finding) -> dict[str, Any]:
         "evidence": {
             "trajectory_error_m": {"before": before.trajectory_error, "after": after.trajectory_error},
             "held_out_error_m": {"before": before.held_out_error, "after": after.held_out_error},
+            "placebo_held_out_error_m": {
+                "least": float(np.min(finding.placebos)),
+                "median": float(np.median(finding.placebos)),
+            },
             "chi2_per_dof": {"before": before.chi2_per_dof, "after": after.chi2_per_dof},
             "residual_memory": {"before": before.whiteness, "after": after.whiteness},
         },

@@ -49,6 +49,12 @@ def _finding(finding: Finding) -> str:
     rows += [
         ("mean error (m)", f"{after.trajectory_error:.3f}", f"{before.trajectory_error:.3f} before"),
         ("on turns not fitted (m)", f"{after.held_out_error:.3f}", f"{before.held_out_error:.3f} before"),
+        (
+            "the same, placebos (m)",
+            f"{np.median(finding.placebos):.3f}",
+            f"median of {len(finding.placebos)} forces drawn at random in its place; the best of them "
+            f"{np.min(finding.placebos):.3f}",
+        ),
         ("χ² per degree of freedom", f"{after.chi2_per_dof:.2f}", f"{before.chi2_per_dof:.2f} before; 1 is noise"),
         ("memory of what is left", f"{after.whiteness:+.2f}", f"{before.whiteness:+.2f} before; 0 is noise"),
     ]

@@ -35,22 +35,39 @@ def held_out_error(
     residual : (N,) measured less predicted by ``fit``
     covariance : of everything that is noise, by its Cholesky factor
     """
+    nothing = np.zeros((len(residual), 1))
+    return float(held_out_errors(fit, residual, witnesses, covariance, folds, nothing)[0])
+
+
+def held_out_errors(
+    fit: Refit,
+    residual: Array,
+    witnesses: Witnesses,
+    covariance: Whitener,
+    folds: list[tuple[float, float]],
+    more: Array,
+) -> Array:
+    """(c,) the same for each of c fits that have one number more, whose response is a column of ``more`` (N, c) and
+    whose usual size is one.
+    """
     whole = covariance.lower @ covariance.lower.T
     blocks = witnesses.blocks
     time = np.concatenate([witnesses.time_of(name) for name in blocks])
-    prior = np.diag(fit.scales**-2.0)
-    n = len(witnesses.fixes)
-    errors = np.full(n, np.nan)
+    n, k, c = len(witnesses.fixes), len(fit.values), more.shape[1]
+    prior = np.diag(np.concatenate([fit.scales**-2.0, [1.0]]))
+    pulls = np.concatenate([fit.pulls, [0.0]])
+    errors = np.full((n, c), np.nan)
     for begin, end in folds:
         outside = (time < begin) | (time >= end)
         lower = np.linalg.cholesky(whole[np.ix_(outside, outside)])
-        table = np.linalg.solve(lower, np.column_stack([residual, fit.sensitivity])[outside])
-        y, slopes = table[:, 0], table[:, 1:]
-        step = np.linalg.solve(slopes.T @ slopes + prior, slopes.T @ y - prior @ fit.pulls)
-        left = residual - fit.sensitivity @ step
+        table = np.linalg.solve(lower, np.column_stack([residual, fit.sensitivity, more])[outside])
         inside = (witnesses.fixes >= begin) & (witnesses.fixes < end)
-        errors[inside] = np.hypot(left[blocks["x"]], left[blocks["y"]])[inside]
-    return float(np.nanmean(errors))
+        for i in range(c):
+            slopes = np.column_stack([table[:, 1 : k + 1], table[:, k + 1 + i]])
+            step = np.linalg.solve(slopes.T @ slopes + prior, slopes.T @ table[:, 0] - prior @ pulls)
+            left = residual - fit.sensitivity @ step[:k] - step[k] * more[:, i]
+            errors[inside, i] = np.hypot(left[blocks["x"]], left[blocks["y"]])[inside]
+    return np.asarray(np.nanmean(errors, axis=0))
 
 
 def track_error(residual: Array, witnesses: Witnesses) -> float:

@@ -29,6 +29,8 @@ _SIZE: Final = 60.0
 _MEMORY: Final = 0.8
 """s over which it keeps its direction."""
 FALSE_DISCOVERIES: Final = 0.05
+PLACEBOS: Final = 19
+"""A finding that beats all of them is one that chance gives in one of twenty."""
 _WINDOWS: Final = (1, 3, 6)
 """Cells of the windows in which a force may stand out."""
 
@@ -86,8 +88,7 @@ def missing_force(account: Account, levels: NoiseLevels, scene: Scene, responses
     def cleared(columns: Array) -> Array:
         return np.asarray(columns - x @ cho_solve(inner, x.T @ columns))
 
-    apart = np.abs(middles[:, None] - middles[None, :])
-    prior = np.kron(np.eye(3), _SIZE**2 * np.exp(-apart / _MEMORY))
+    prior = _usual(middles)
     gram, pull = g.T @ cleared(g), g.T @ cleared(y)
     gain = np.linalg.solve(np.eye(len(prior)) + prior @ gram, prior)
     mean = gain @ pull
@@ -95,6 +96,22 @@ def missing_force(account: Account, levels: NoiseLevels, scene: Scene, responses
     under_noise = gain @ gram @ gain.T
     score, out = _standing_out(mean.reshape(3, cells), under_noise, cells)
     return MissingForce(edges, mean.reshape(3, cells).T, band.reshape(3, cells).T, score.T, out.T)
+
+
+def placebos(scene: Scene, responses: Array) -> Array:
+    """(N, ``PLACEBOS``) what forces do that are drawn at random, as large and as lasting as a missing one may be;
+    ``responses`` as in ``missing_force``.
+    """
+    edges = scene.time_edges
+    lower = np.linalg.cholesky(_usual(0.5 * (edges[1:] + edges[:-1])))
+    draws = np.random.default_rng(0).normal(size=(lower.shape[0], PLACEBOS))
+    return np.asarray(responses @ (lower @ draws))
+
+
+def _usual(middles: Array) -> Array:
+    """(3·c, 3·c) covariance of a missing force in its three directions, before the data speak."""
+    apart = np.abs(middles[:, None] - middles[None, :])
+    return np.asarray(np.kron(np.eye(3), _SIZE**2 * np.exp(-apart / _MEMORY)))
 
 
 def _standing_out(force: Array, under_noise: Array, cells: int) -> tuple[Array, NDArray[np.bool_]]:

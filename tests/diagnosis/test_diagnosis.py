@@ -62,6 +62,8 @@ def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any) -> None:
     assert both > 0.6 * (end - begin)
     errors = finding["evidence"]["held_out_error_m"]
     assert errors["after"] < 0.6 * errors["before"]
+    placebos = finding["evidence"]["placebo_held_out_error_m"]
+    assert errors["after"] < placebos["least"] <= placebos["median"]
     assert finding["evidence"]["trajectory_error_m"]["after"] < finding["evidence"]["trajectory_error_m"]["before"]
 
 
@@ -145,7 +147,10 @@ def finding(name: str, probability: float, *others: tuple[str, float], after: fl
         "alternatives": [{"name": other, "probability": p} for other, p in others],
         "where": {"t0_s": 2.0, "t1_s": 4.0},
         "parameters": {"w_f": {"value": -5.0, "low": -6.0, "high": -4.0}},
-        "evidence": {"held_out_error_m": {"before": 0.3, "after": after}},
+        "evidence": {
+            "held_out_error_m": {"before": 0.3, "after": after},
+            "placebo_held_out_error_m": {"least": 0.1, "median": 0.27},
+        },
     }
 
 
@@ -179,6 +184,8 @@ def test_scores_count_what_was_said() -> None:
     assert (back["hits"], back["of"]) == (3, 4)  # 0.05 m against 1.5 · 0.04, one of 0.2
     assert scores["strong_back_within_1.5_plain"]["hits"] == 0  # 0.05 m against 1.5 · 0.03
     assert scores["nothing_within_1.5_noise"]["share"] == 1.0
+    assert scores["strong_better_than_placebos"]["hits"] == 3  # 0.05 m against 0.1, one of 0.2
+    assert scores["placebo_after_over_before_strong"] == pytest.approx(0.9)
     assert [row["hits"] for row in scores["calibration"]] == [0, 1, 2, 1]
     assert [row["of"] for row in scores["calibration"]] == [0, 3, 3, 2]
     assert "| gust | wind 2, gust 1, nothing 1 |" in benchmark_page(scores)
