@@ -27,7 +27,7 @@ from sssi_exudyn.contact.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.wind import DragArea, Gust, Wind
 from sssi_exudyn.frames import Array
 from sssi_exudyn.model import Model
-from sssi_exudyn.reduced import Prepared, ReducedRun
+from sssi_exudyn.reduced import STEPS, Prepared, ReducedRun
 from sssi_exudyn.sensors import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor
 from sssi_exudyn.validation.evidence import Freedom
 from sssi_exudyn.validation.witness import Witnesses
@@ -194,7 +194,8 @@ class OfTheStart(Hypothesis):
     scale: float
 
     def probes(self, scene: Scene) -> list[Probe]:
-        size = 0.05 * self.scale
+        # as near as a fit's own derivatives: what curvature makes of a larger step would part the two
+        size = STEPS[self.number.partition(".")[2]]
         return [Probe(scene.model.with_values({self.number: scene.model.value(self.number) + size}), size)]
 
     def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
@@ -209,10 +210,13 @@ class GpsDelay(OfTheStart):
 
 
 class HeadingMisalignment(OfTheStart):
-    """The capture is turned by more than its instrument usually is."""
+    """The capture is turned by more than its instrument is said to be: the commonest fault of inertial sensors, whose
+    compasses have steel edges and bindings beside them.
+    """
 
     name = "heading_misalignment"
     kind = "sensor"
+    weight = 4.0
 
 
 def intervals(count: int, least: int, most: int) -> Iterator[tuple[int, int]]:

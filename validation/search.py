@@ -194,6 +194,7 @@ class Searcher:
         self._mounted(setting.model)
         self.beyond = np.zeros_like(self.cuff)
         self.capture = np.zeros((len(self.cuff), 0))
+        self.unexplained: float | None = None  # log evidence of the model without anything added
 
     def _mounted(self, model: Model) -> None:
         """What the instruments' mounting does, from the soles' forces in a run of that model."""
@@ -310,13 +311,17 @@ class Searcher:
         scene = self.scene(base)
         account = self.account(base)
         none, evidence = best_levels(account, self.levels)
+        if self.unexplained is None:
+            self.unexplained = evidence
         verdicts = [Verdict("", "none", evidence, 0.0, None, base, none)]
         responses = self._responses(scene)
         for hypothesis in HYPOTHESES:
             candidates = hypothesis.candidates(scene, responses[hypothesis.name])
             if candidates:
                 verdicts.append(self._weighed(account, hypothesis.name, hypothesis.kind, candidates, evidence))
-        return Round(_ranked(self._refitted(base, verdicts)), account, base, scene, responses)
+        explained = max(0.0, evidence - self.unexplained)
+        ranked = _ranked(self._refitted(base, verdicts), explained)
+        return Round(ranked, account, base, scene, responses)
 
     def _account(self, residual: Array, free: Freedom) -> Account:
         return Account(self.setting.witnesses, residual, free, self.capture)
@@ -476,21 +481,23 @@ def extended(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], 
     return (*kept, *amplitudes), places
 
 
-def probabilities(names: Sequence[str], log_evidence: Array) -> Array:
-    """(…,) of explanations by their names, "" for nothing, from their log evidence and how probable each is beforehand;
-    what parts two of them counts less than it says (``TEMPER``), and less still the more there is to explain
+def probabilities(names: Sequence[str], log_evidence: Array, explained: float = 0.0) -> Array:
+    """(…,) of explanations by their names, "" for nothing, from their log evidence and how probable each is beforehand.
+
+    What parts two of them counts less than it says (``TEMPER``), and less still the more there is to explain, or has
+    been ``explained`` (log evidence) by what was found before: what a strong effect leaves is partly its unknown form
     (``SHAPELESS``).
     """
     whole = sum(BY_NAME[name].weight for name in names if name)
     shares = [(1.0 - NOTHING) * BY_NAME[name].weight / whole if name else NOTHING for name in names]
-    gain = float(np.max(log_evidence) - log_evidence[list(names).index("")])
+    gain = explained + float(np.max(log_evidence) - log_evidence[list(names).index("")])
     behind = TEMPER * (np.max(log_evidence) - log_evidence) / (1.0 + gain / SHAPELESS)
     logs = np.log(shares) - behind
     odds = np.exp(logs - logs.max())
     return np.asarray(odds / odds.sum())
 
 
-def _ranked(verdicts: list[Verdict]) -> tuple[Verdict, ...]:
-    odds = probabilities([v.name for v in verdicts], np.array([v.log_evidence for v in verdicts]))
+def _ranked(verdicts: list[Verdict], explained: float) -> tuple[Verdict, ...]:
+    odds = probabilities([v.name for v in verdicts], np.array([v.log_evidence for v in verdicts]), explained)
     found = [replace(v, probability=float(p)) for v, p in zip(verdicts, odds, strict=True)]
     return tuple(sorted(found, key=lambda v: -v.probability))
