@@ -106,6 +106,9 @@ def test_probabilities_of_explanations() -> None:
     surer = probabilities(["", "wind", "gust"], np.array([0.0, 10.0, 0.0]))
     assert surer.sum() == pytest.approx(1.0)
     assert surer[1] > 0.95
+    # the same beside what has been found, whose form nobody knows to a per cent
+    beside = probabilities(["", "wind", "gust"], np.array([0.0, 10.0, 0.0]), explained=600.0)
+    assert odds[1] < beside[1] < 0.75
 
 
 def test_a_day_in_words_and_as_a_page() -> None:

@@ -29,7 +29,7 @@ from sssi_exudyn.validation.diagnosis_page import diagnosis_section
 from sssi_exudyn.validation.evidence import Freedom
 from sssi_exudyn.validation.hypotheses import BY_NAME, HYPOTHESES, Candidate, Scene
 from sssi_exudyn.validation.refit import Parameter, refit
-from sssi_exudyn.validation.search import Searcher, extended, setting_of
+from sssi_exudyn.validation.search import Searcher, extended, responses_of, setting_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "noise"}
@@ -309,3 +309,20 @@ def test_derivatives_by_instants_are_taken_nearby(base: Any) -> None:
     )
     central = (ahead - behind) / 0.04
     assert np.max(np.abs(slope - central)) < 0.05 * np.max(np.abs(central))
+
+
+def test_a_turned_capture_is_told_by_the_fit_s_own_derivatives(base: Any) -> None:
+    """Freedom of the fit and hypothesis are one column, so that a turn that the fit has found may be either's."""
+    recording, motion, model = base
+    setting = setting_of(recording, replace(motion, stop=motion.start + 5.0), model)
+    searcher = Searcher(setting, lambda *_: None)
+    turned = setting.model.with_values({"start.heading_offset": 0.06})
+    names = ["start.heading_offset", "start.clock_offset"]
+    seen, slopes = sensitivities(turned, setting.prepared, names, setting.witnesses.predicted)
+    run = simulate_reduced(turned, setting.prepared)
+    scene = Scene(turned, setting.prepared, run, setting.witnesses, seen)
+    for name, column in zip(("heading_misalignment", "gps_delay"), slopes.T, strict=True):
+        response = responses_of(scene, BY_NAME[name].probes(scene))[:, 0]
+        whitened = searcher.covariance(searcher.levels)(np.column_stack([response, column]))
+        apart = np.linalg.norm(whitened[:, 0] - whitened[:, 1]) / np.linalg.norm(whitened[:, 1])
+        assert apart < 1e-9, name  # rounding
