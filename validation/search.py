@@ -484,15 +484,18 @@ def extended(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], 
 def probabilities(names: Sequence[str], log_evidence: Array, explained: float = 0.0) -> Array:
     """(…,) of explanations by their names, "" for nothing, from their log evidence and how probable each is beforehand.
 
-    What parts two of them counts less than it says (``TEMPER``), and less still the more there is to explain, or has
-    been ``explained`` (log evidence) by what was found before: what a strong effect leaves is partly its unknown form
-    (``SHAPELESS``).
+    What parts two of them counts less than it says (``TEMPER``), and less still the more there is to explain
+    (``SHAPELESS``).  What was ``explained`` (log evidence) by what was found before makes nothing more probable: what a
+    strong effect leaves is partly its own form, which nobody knows.
     """
     whole = sum(BY_NAME[name].weight for name in names if name)
     shares = [(1.0 - NOTHING) * BY_NAME[name].weight / whole if name else NOTHING for name in names]
-    gain = explained + float(np.max(log_evidence) - log_evidence[list(names).index("")])
-    behind = TEMPER * (np.max(log_evidence) - log_evidence) / (1.0 + gain / SHAPELESS)
-    logs = np.log(shares) - behind
+    nothing = list(names).index("")
+    behind = TEMPER * (np.max(log_evidence) - log_evidence)
+    gain = float(np.max(log_evidence) - log_evidence[nothing])
+    shapeless = np.full(len(behind), 1.0 + gain / SHAPELESS)
+    shapeless[nothing] += explained / SHAPELESS
+    logs = np.log(shares) - behind / shapeless
     odds = np.exp(logs - logs.max())
     return np.asarray(odds / odds.sum())
 
