@@ -56,10 +56,11 @@ def seen_by_gps(model: Model, time: Array, antenna: Array, fixes: Array) -> Arra
     level = risen @ slope_to_level(model.inclination).T
     at = fixes - model.start.clock_offset
     seen = np.stack([np.interp(at, time, level[:, axis]) for axis in range(3)], axis=1)
-    for outside, near in ((at < time[0], slice(None, _END)), (at > time[-1], slice(-_END, None))):
+    for outside, near, end in ((at < time[0], slice(None, _END), 0), (at > time[-1], slice(-_END, None), -1)):
         if np.any(outside):
             course = np.polynomial.polynomial.polyfit(time[near], level[near], 2)
-            seen[outside] = np.polynomial.polynomial.polyval(at[outside], course).T
+            gone_on = np.polynomial.polynomial.polyval(np.append(at[outside], time[end]), course).T
+            seen[outside] = level[end] + gone_on[:-1] - gone_on[-1]  # without a jump where the run ends
     return seen + gps_offset(model.sensors, fixes)
 
 

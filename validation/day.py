@@ -19,8 +19,7 @@ from sssi_exudyn.model import Model
 from sssi_exudyn.validation.diagnosis import Number, OwnAccount
 from sssi_exudyn.validation.evidence import Account, Freedom, NoiseLevels, log_volume, whitened
 from sssi_exudyn.validation.hypotheses import OF_A_DAY, added
-from sssi_exudyn.validation.refit import INTERVAL_90
-from sssi_exudyn.validation.search import SIZES, probabilities, responses_of
+from sssi_exudyn.validation.search import INTERVAL_90, SIZES, probabilities, responses_of
 
 SHARED: Final = ("friction.mu_t", "friction.mu_n")
 

@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from sssi_exudyn.cache import Cache
+from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.frames import Array
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion
@@ -24,7 +25,7 @@ from sssi_exudyn.validation.held_out import folds_of, held_out_error, held_out_e
 from sssi_exudyn.validation.hypotheses import OF_A_DAY, Scene
 from sssi_exudyn.validation.locate import MissingForce, missing_force, placebos
 from sssi_exudyn.validation.refit import Refit
-from sssi_exudyn.validation.search import Progress, Round, Searcher, Verdict, setting_of
+from sssi_exudyn.validation.search import INTERVAL_90, Progress, Round, Searcher, Verdict, setting_of
 from sssi_exudyn.validation.told import sentence_of
 from sssi_exudyn.validation.witness import Witnesses
 
@@ -172,16 +173,28 @@ def diagnose(
         best = latest.best
         if latest.nothing.probability > allowed or best.fit is None:
             break
+        as_it_was, run = (searcher.levels, searcher.beyond), result
         searcher.levels = best.levels
-        base = searcher.settled(best.fit)
-        if full:
-            say(None, f"the full model with {best.name}")
-            base, result = searcher.confirmed(base)
+        try:
+            found = searcher.settled(best.fit)
+            if full:
+                say(None, f"the full model with {best.name}")
+                found, run = searcher.confirmed(found)
+            rounds.append(searcher.round(found))
+        except SimulationDiverged as error:
+            say(None, f"nothing more is looked for: with {best.name} {error}")
+            searcher.levels, searcher.beyond = as_it_was
+            break
+        base, result = found, run
         accepted.append((latest, best, base))
-        rounds.append(searcher.round(base))
     if len(accepted) > 1:
         names = [verdict.name for _, verdict, _ in accepted]
-        accepted = _weighed_again(searcher, accepted)
+        levels = searcher.levels
+        try:
+            accepted = _weighed_again(searcher, accepted)
+        except SimulationDiverged as error:
+            say(None, f"what was found is not weighed again: {error}")
+            searcher.levels = levels
         base = accepted[-1][2] if accepted else first
         if full:
             say(None, "the full model with all that was found")
@@ -329,7 +342,7 @@ def _finding(
     assert candidate is not None
     numbers: dict[str, Number] = {}
     for names in (*candidate.amplitudes, *((name,) for name in candidate.places)):
-        value, low, high = final.interval(names[0])
+        value, low, high = final.interval(names[0], INTERVAL_90)
         numbers[names[0].partition(".")[2]] = Number(value, low, high, final.model.about(names[0]).unit)
     window = _window(candidate.window, numbers, weighed)
     acting = window or (float(weighed.scene.run.time[0]), float(weighed.scene.run.time[-1]))

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -22,8 +21,6 @@ from sssi_exudyn.reduced import Prepared, sensitivities, simulate_reduced
 from sssi_exudyn.validation.evidence import Whitener
 from sssi_exudyn.validation.witness import Witnesses
 
-INTERVAL_90: Final = 1.6449
-"""Standard deviations to either side that hold 90 %."""
 _ENOUGH = 0.1
 """Change of J, in units of χ²/2, that ends the search."""
 _ROUNDS = 4
@@ -67,11 +64,11 @@ class Refit:
         """(k,) standard deviations of what was known beforehand."""
         return np.array([p.prior.sigma for p in self.parameters])
 
-    def interval(self, name: str) -> tuple[float, float, float]:
-        """Value, low and high end (90 %) of the number of that name."""
+    def interval(self, name: str, spread: float) -> tuple[float, float, float]:
+        """The number of that name, and ``spread`` standard deviations below and above it."""
         for i, parameter in enumerate(self.parameters):
             if name in parameter.names:
-                half = INTERVAL_90 * float(np.sqrt(self.covariance[i, i]))
+                half = spread * float(np.sqrt(self.covariance[i, i]))
                 return float(self.values[i]), float(self.values[i]) - half, float(self.values[i]) + half
         raise KeyError(name)
 

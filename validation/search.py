@@ -74,6 +74,10 @@ TEMPER: Final = 0.6
 """Log evidence is worth this share of what it says: the world is none of our models, and errors that none of them
 knows make differences look surer than they are.  Calibrated by the blind benchmark.
 """
+INTERVAL_90: Final = 1.6449 / TEMPER**0.5
+"""Standard deviations to either side that hold the true number in nine of ten cases: what errors that no model knows
+take from the evidence they add to the intervals.
+"""
 _SETTLED: Final = 0.2
 """Standard deviations of the noise by which the full model's surplus may still change."""
 STEP: Final = 0.01
@@ -445,9 +449,17 @@ def scaled(candidate: Candidate, factor: float) -> Candidate:
 
 
 def responses_of(scene: Scene, probes: list[Probe]) -> Array:
-    """(N, probes) what each of them changes, a unit of amplitude."""
-    seen = simulate_each([p.model for p in probes], scene.prepared, scene.witnesses.predicted)
-    return np.stack([(each - scene.base) / p.size for each, p in zip(seen, probes, strict=True)], axis=1)
+    """(N, probes) what each of them changes, a unit of amplitude; nothing where it cannot be simulated."""
+
+    def seen(several: list[Probe]) -> list[Array]:
+        try:
+            return simulate_each([p.model for p in several], scene.prepared, scene.witnesses.predicted)
+        except SimulationDiverged:
+            if len(several) == 1:
+                return [scene.base]
+            return [each for probe in several for each in seen([probe])]
+
+    return np.stack([(each - scene.base) / p.size for each, p in zip(seen(probes), probes, strict=True)], axis=1)
 
 
 def _columns(scene: Scene, probes: list[Probe]) -> Made:

@@ -13,21 +13,23 @@ import pytest
 from sssi_exudyn.commands import model_of
 from sssi_exudyn.contact.glide import SnowPatch
 from sssi_exudyn.contact.pushes import UnexplainedForce
-from sssi_exudyn.contact.terrain import SlopeChange
+from sssi_exudyn.contact.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.wind import Gust
+from sssi_exudyn.errors import SimulationDiverged
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion, motion_from_recording
 from sssi_exudyn.recording import Recording, read_recording
 from sssi_exudyn.reduced import prepare, sensitivities, simulate_each, simulate_reduced
+from sssi_exudyn.validation import search
 from sssi_exudyn.validation.benchmark import scored, sealed, share
 from sssi_exudyn.validation.benchmark_page import benchmark_page
 from sssi_exudyn.validation.benchmark_world import Case, make, plan
 from sssi_exudyn.validation.diagnosis import _weighed_again, diagnose, diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis_page import diagnosis_section
 from sssi_exudyn.validation.evidence import Freedom
-from sssi_exudyn.validation.hypotheses import BY_NAME, HYPOTHESES, Candidate, Scene
+from sssi_exudyn.validation.hypotheses import BY_NAME, HYPOTHESES, Candidate, Probe, Scene
 from sssi_exudyn.validation.refit import Parameter, refit
 from sssi_exudyn.validation.search import Searcher, extended, responses_of, setting_of
 
@@ -326,3 +328,40 @@ def test_a_turned_capture_is_told_by_the_fit_s_own_derivatives(base: Any) -> Non
         whitened = searcher.covariance(searcher.levels)(np.column_stack([response, column]))
         apart = np.linalg.norm(whitened[:, 0] - whitened[:, 1]) / np.linalg.norm(whitened[:, 1])
         assert apart < 1e-9, name  # rounding
+
+
+def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
+    base: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = tuple(BY_NAME[name] for name in ("snow_patch", "unexplained_force"))
+    monkeypatch.setattr(search, "HYPOTHESES", few)
+    made = make(0, ("snow_patch", "physics", 3), [base], seed=4)
+    weigh, asked = Searcher.round, []
+
+    def once(self: Searcher, fit: Any) -> Any:
+        asked.append(fit)
+        if len(asked) > 1:
+            raise SimulationDiverged(3.0, "a probe")
+        return weigh(self, fit)
+
+    monkeypatch.setattr(Searcher, "round", once)
+    found = diagnose(made.recording, made.motion, made.model, full=False)
+    assert len(asked) == 2
+    assert found.verdict == "none"
+    assert found.fit is found.first
+
+
+def test_a_probe_that_cannot_be_simulated_moves_nothing(base: Any) -> None:
+    recording, motion, model = base
+    setting = setting_of(recording, replace(motion, stop=motion.start + 4.0), model)
+    run = simulate_reduced(setting.model, setting.prepared)
+    scene = Scene(
+        setting.model, setting.prepared, run, setting.witnesses, setting.witnesses.predicted(setting.model, run)
+    )
+    parts = (TerrainBump(0.05, model.start.f + 6.0, 4.0), TerrainBump(-2.0, model.start.f + 6.0, 1.0))
+    gentle, hard = (Probe(replace(setting.model, terms=(*setting.model.terms, part)), part.rise) for part in parts)
+    with pytest.raises(SimulationDiverged):
+        simulate_reduced(hard.model, setting.prepared)
+    responses = responses_of(scene, [gentle, hard])
+    assert np.max(np.abs(responses[:, 0])) > 0.0
+    assert np.max(np.abs(responses[:, 1])) == 0.0
