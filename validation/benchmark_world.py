@@ -432,7 +432,7 @@ def _drawn(
     long = float(rng.uniform(5.5, 7.0))
     begin = float(rng.uniform(motion.start, motion.stop - long))
     motion = replace(motion, start=begin, stop=begin + long)
-    true = _other_day(rng, recording, motion, fitted)
+    true = other_day(rng, recording, motion, fitted)
     plain = simulate(replace(true, solver=replace(true.solver, step=0.01)), motion)
     scene = _scene(plain.time, plain.com, plain.com_velocity, plain.edge_angle)
     effects = [
@@ -445,7 +445,7 @@ def _drawn(
     world = replace(true, terms=(*true.terms, *terms), sensors=sensors)
     given = (replace(recording, name=f"case_{index:03d}"), motion, fitted)
     same_noise = deepcopy(rng)
-    made = _recorded(rng, given, motion, world, sum(e.delay for e in effects), sum(e.heading for e in effects))
+    made = recorded(rng, given, motion, world, sum(e.delay for e in effects), sum(e.heading for e in effects))
     case = Case(
         index,
         recording.name,
@@ -455,10 +455,10 @@ def _drawn(
         effects[0].window if len(effects) == 1 else None,
         {k: v for e in effects for k, v in (e.truth or {}).items()} if len(effects) == 1 else {},
     )
-    return Made(case, *made, _recorded(same_noise, given, motion, true, 0.0, 0.0) if effects else None)
+    return Made(case, *made, recorded(same_noise, given, motion, true, 0.0, 0.0) if effects else None)
 
 
-def _recorded(
+def recorded(
     rng: np.random.Generator, given: Recorded, motion: Motion, world: Model, delay: float, heading: float
 ) -> Recorded:
     """A run of the world as its instruments and the capture have it."""
@@ -476,8 +476,8 @@ def _maker(name: str) -> Maker:
     return {**PHYSICS, **SENSOR, **UNKNOWN}[name]
 
 
-def _other_day(rng: np.random.Generator, recording: Recording, motion: Motion, fitted: Model) -> Model:
-    """The same skier on another snow, started at the stretch's begin."""
+def other_day(rng: np.random.Generator, recording: Recording, motion: Motion, fitted: Model) -> Model:
+    """The same skier on another snow, started at the stretch's begin as the recording has it."""
     assert recording.gps is not None
     start = first_guess(recording.gps, motion, fitted.inclination, fitted.fall_line_azimuth)
     mu_t = fitted.friction.mu_t + float(rng.uniform(-0.02, 0.03))

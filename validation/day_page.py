@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 from sssi_exudyn.model import Model
 from sssi_exudyn.validation.day import Weighed
-from sssi_exudyn.validation.diagnosis import SURE, WORTH_NAMING, Number
+from sssi_exudyn.validation.diagnosis import STANDS_OUT, SURE, WORTH_NAMING, Number
 from sssi_exudyn.validation.page import Section, document, grid
 from sssi_exudyn.validation.told import parted, saying
 
@@ -17,13 +17,21 @@ _NOTHING: Final = "nothing"
 
 
 def sentence_of_day(weighed: Sequence[Weighed], runs: int, model: Model) -> str:
-    """What acts on all runs alike, in one sentence; ``model`` is that of one of them."""
-    best = weighed[0]
+    """What acts on all runs alike, in one sentence: nothing, unless that is improbable as in a single diagnosis.
+
+    model : of one of the runs
+    """
+    nothing = next(each for each in weighed if not each.name)
+    best = nothing if nothing.probability > STANDS_OUT else weighed[0]
     numbers = {name.partition(".")[2]: number for name, number in best.numbers.items()}
     what = saying(best.name, numbers, model) if best.name else "nothing is missing that acts on all alike"
-    others = [(each.name or _NOTHING, each.probability) for each in weighed[1:] if each.probability >= WORTH_NAMING]
+    others = [
+        (each.name or _NOTHING, each.probability)
+        for each in weighed
+        if each is not best and each.probability >= WORTH_NAMING
+    ]
     doubt = ""
-    if best.probability < SURE and others:
+    if best.name and best.probability < SURE and others:
         listed = ", ".join(f"{name} ({p:.0%})" for name, p in others)
         doubt = f"; it may as well be {listed}{parted(best.name, [name for name, _ in others])}"
     friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n {_around(numbers['mu_n'])}"

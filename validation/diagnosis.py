@@ -232,7 +232,8 @@ def _weighed_again(searcher: Searcher, accepted: list[Accepted]) -> list[Accepte
     return accepted
 
 
-def _own(searcher: Searcher, fit: Refit, accepted: list[Accepted]) -> OwnAccount:
+def own_account(searcher: Searcher, fit: Refit, accepted: Sequence[Accepted] = ()) -> OwnAccount:
+    """What other runs of its day are weighed with, from a fit with what was ``accepted``."""
     levels = searcher.levels
     shared = {hypothesis.name for hypothesis in OF_A_DAY}
     for _, verdict, _ in reversed(accepted):  # a second of a name goes before the first
@@ -283,7 +284,7 @@ def _told(
         witnesses=witnesses,
         residual_before=witnesses.measured - tracks[0][0].predicted,
         residual_after=witnesses.measured - tracks[-1][0].predicted,
-        own=_own(searcher, final, accepted),
+        own=own_account(searcher, final, accepted),
     )
 
 

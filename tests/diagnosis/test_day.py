@@ -15,10 +15,10 @@ from sssi_exudyn.fitting.fit import fit_reduced, problem_of
 from sssi_exudyn.motion import motion_from_recording
 from sssi_exudyn.recording import read_recording
 from sssi_exudyn.reduced import prepare
-from sssi_exudyn.validation.benchmark_world import _as_known, _recorded
+from sssi_exudyn.validation.benchmark_world import _as_known, recorded
 from sssi_exudyn.validation.day import Run, Weighed, day_to_dict, together, weigh_day
 from sssi_exudyn.validation.day_page import day_page, sentence_of_day
-from sssi_exudyn.validation.diagnosis import Number, OwnAccount, _own
+from sssi_exudyn.validation.diagnosis import Number, OwnAccount, own_account
 from sssi_exudyn.validation.evidence import Freedom, log_evidence
 from sssi_exudyn.validation.search import Searcher, probabilities, setting_of
 
@@ -85,9 +85,9 @@ def test_two_runs_tell_what_neither_does_alone() -> None:
         start = _as_known(fitted, recording, stretch).start
         world = replace(fitted, start=start, terms=(*fitted.terms, law))
         given = (recording, stretch, fitted)
-        made = _recorded(np.random.default_rng([3, number]), given, stretch, world, 0.0, 0.0)
+        made = recorded(np.random.default_rng([3, number]), given, stretch, world, 0.0, 0.0)
         searcher = Searcher(setting_of(*made), lambda *_: None)
-        own.append(_own(searcher, searcher.first(), []))
+        own.append(own_account(searcher, searcher.first()))
     alone = [{each.name: each for each in weigh_day([one])} for one in own]
     assert all(each[""].probability > 0.2 for each in alone)
     best = weigh_day(own)[0]
@@ -129,6 +129,8 @@ def test_a_day_in_words_and_as_a_page() -> None:
     assert "nothing is missing that acts on all alike (90% probable)" in sentence_of_day(
         [replace(nothing, probability=0.9)], 2, model
     )
+    unsure = sentence_of_day([replace(drag, probability=0.45), replace(nothing, probability=0.43)], 2, model)
+    assert "nothing is missing that acts on all alike (43% probable)" in unsure
     page = day_page(["morning", "a & b"], [speed, drag, nothing], sentence)
     assert 'href="a%20%26%20b/report.html"' in page
     assert "0.012 (0.008 to 0.016) s/m" in page

@@ -1,0 +1,87 @@
+"""Laws that act on three runs of a day alike: how probable each run alone makes them, and all three together.
+
+``python benchmarks/day.py [--seeds 1 2]`` prints a table; about four minutes of computing a day.
+"""
+
+from __future__ import annotations
+
+import argparse
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+
+from sssi_exudyn.commands import model_of
+from sssi_exudyn.contact.glide import EdgeDependentFriction, LoadDependentFriction, SpeedDependentFriction
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.contact.wind import DragArea, Wind
+from sssi_exudyn.errors import SimulationDiverged
+from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.motion import motion_from_recording
+from sssi_exudyn.recording import read_recording
+from sssi_exudyn.reduced import prepare
+from sssi_exudyn.validation.benchmark_world import Recorded, other_day, recorded
+from sssi_exudyn.validation.day import weigh_day
+from sssi_exudyn.validation.diagnosis import own_account
+from sssi_exudyn.validation.search import Searcher, setting_of
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "intermediate"
+LAWS: dict[str, tuple[Term, ...]] = {
+    "nothing": (),
+    "drag_area": (DragArea(1.0),),
+    "wind": (Wind(-5.0, 0.5),),
+    "speed_dependent_friction": (SpeedDependentFriction(0.012, 10.0),),
+    "edge_dependent_friction": (EdgeDependentFriction(0.2, 0.3),),
+    "load_dependent_friction": (LoadDependentFriction(-0.06, 400.0),),
+}
+RUNS, LONG = 3, 6.0
+
+
+def runs_of(law: str, seed: int) -> list[Recorded]:
+    """Stretches of the intermediate's run (s) on one snow, recorded by the benchmark's world."""
+    recording = read_recording(EXAMPLE)
+    motion = motion_from_recording(recording)
+    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    fitted = problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
+    rng = np.random.default_rng([seed, 77])
+    made: list[Recorded] = []
+    snow = None
+    while len(made) < RUNS:
+        begin = float(rng.uniform(motion.start, motion.stop - LONG))
+        stretch = replace(motion, start=begin, stop=begin + LONG)
+        drawn = other_day(rng, recording, stretch, fitted)
+        snow = snow or drawn
+        world = replace(snow, start=drawn.start, terms=(*snow.terms, *LAWS[law]))
+        try:
+            made.append(recorded(rng, (recording, stretch, fitted), stretch, world, 0.0, 0.0))
+        except SimulationDiverged:
+            continue  # it begins in the air: another stretch
+    return made
+
+
+def day(case: tuple[str, int]) -> str:
+    law, seed = case
+    own = []
+    for made in runs_of(law, seed):
+        searcher = Searcher(setting_of(*made), lambda _fraction, _detail: None)
+        own.append(own_account(searcher, searcher.first()))
+    alone = [{each.name or "nothing": each.probability for each in weigh_day([one])}[law] for one in own]
+    together = weigh_day(own)
+    said = ", ".join(f"{each.name or 'nothing'} {each.probability:.2f}" for each in together if each.probability > 0.05)
+    return f"| {law} | {', '.join(f'{p:.2f}' for p in alone)} | {said} |"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2])
+    seeds = parser.parse_args().seeds
+    print("| hidden in all three runs | its probability by each run alone | by all together |\n|---|---|---|")
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        for row in pool.map(day, [(law, seed) for law in LAWS for seed in seeds]):
+            print(row, flush=True)
+
+
+if __name__ == "__main__":
+    main()
