@@ -18,10 +18,9 @@ from sssi_exudyn.contact.glide import EdgeDependentFriction, LoadDependentFricti
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.contact.wind import DragArea, Wind
 from sssi_exudyn.errors import SimulationDiverged
-from sssi_exudyn.fitting.fit import fit_reduced, problem_of
 from sssi_exudyn.motion import motion_from_recording
 from sssi_exudyn.recording import read_recording
-from sssi_exudyn.reduced import prepare
+from sssi_exudyn.validation.benchmark import base_of
 from sssi_exudyn.validation.benchmark_world import Recorded, other_day, recorded
 from sssi_exudyn.validation.day import weigh_day
 from sssi_exudyn.validation.diagnosis import own_account
@@ -43,8 +42,7 @@ def runs_of(law: str, seed: int) -> list[Recorded]:
     """Stretches of the intermediate's run (s) on one snow, recorded by the benchmark's world."""
     recording = read_recording(EXAMPLE)
     motion = motion_from_recording(recording)
-    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
-    fitted = problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
+    _, _, fitted = base_of(recording, motion, model_of(recording, motion))
     rng = np.random.default_rng([seed, 77])
     made: list[Recorded] = []
     snow = None

@@ -27,7 +27,7 @@ from sssi_exudyn.cache import Cache
 from sssi_exudyn.contact.backend import Backend
 from sssi_exudyn.contact.registry import terms_table
 from sssi_exudyn.errors import InputError, SimulationDiverged
-from sssi_exudyn.fitting.fit import Fitted, Method, fit_reduced, problem_of
+from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
 from sssi_exudyn.fitting.fit import fit as fit_problem
 from sssi_exudyn.fitting.observe import mended
 from sssi_exudyn.fitting.recorded import model_of
@@ -40,7 +40,6 @@ from sssi_exudyn.opensim_files import opensim_texts
 from sssi_exudyn.progress import Progress
 from sssi_exudyn.provenance import provenance
 from sssi_exudyn.recording import Recording, read_recording
-from sssi_exudyn.reduced import prepare
 from sssi_exudyn.report import render, render_pdf, write_run
 from sssi_exudyn.result import SimulationResult
 from sssi_exudyn.result_folder import (
@@ -57,7 +56,7 @@ from sssi_exudyn.result_folder import (
     write_atomically,
 )
 from sssi_exudyn.simulation import simulate as simulate_model
-from sssi_exudyn.validation.benchmark import run_benchmark
+from sssi_exudyn.validation.benchmark import base_of, run_benchmark
 from sssi_exudyn.validation.day import day_to_dict, weigh_day
 from sssi_exudyn.validation.day_page import day_page, sentence_of_day
 from sssi_exudyn.validation.diagnosis import Diagnosis, diagnosis_to_dict
@@ -173,7 +172,7 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SI
     with locked(out):
         found = {name: _diagnosed(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)}
         with progress.stage("weigh together"):
-            weighed = weigh_day([diagnosis.own for _, diagnosis in found.values()])
+            weighed = weigh_day([diagnosis.own() for _, diagnosis in found.values()])
         sentence = sentence_of_day(weighed, len(names), found[names[0]][1].model)
         hashes = {f"{name}/{file}": made for name, (files, _) in found.items() for file, made in files.items()}
         origin = provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0)
@@ -242,9 +241,7 @@ def benchmark(
             recording, motion = _read(folder, progress)
             if recording.gps is None:
                 raise InputError(folder / "recording.toml", "[gps]", "there is no GPS to start from", "add it")
-            problem = problem_of(recording, motion, model_of(recording, motion), "joint")
-            found = fit_reduced(problem, prepare(problem.model, motion))
-            bases.append((recording, motion, problem.model_at(found.values)))
+            bases.append(base_of(recording, motion, model_of(recording, motion)))
         with progress.stage("benchmark") as stage:
             workers = os.cpu_count() or 1
             return run_benchmark(out, bases, count=cases, seed=seed, full=full, workers=workers, say=stage.advance)

@@ -24,13 +24,15 @@ import numpy as np
 from scipy.stats import beta
 
 from sssi_exudyn.errors import SimulationDiverged
+from sssi_exudyn.fitting.fit import fit_reduced, problem_of
 from sssi_exudyn.frames import Array
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion
 from sssi_exudyn.recording import Recording
+from sssi_exudyn.reduced import prepare
 from sssi_exudyn.result_folder import to_json, write_atomically
 from sssi_exudyn.validation.benchmark_page import benchmark_page
-from sssi_exudyn.validation.benchmark_world import Case, Made, make, plan
+from sssi_exudyn.validation.benchmark_world import Case, Made, Recorded, make, plan
 from sssi_exudyn.validation.diagnosis import Diagnosis, diagnose, diagnosis_to_dict, figures_as_it_is
 from sssi_exudyn.validation.evidence import Account, log_factors
 from sssi_exudyn.validation.hypotheses import BY_NAME, HYPOTHESES
@@ -43,7 +45,16 @@ STRONG: Final = 8.0
 SURE: Final = 0.8
 """Probability from which a wrong name is worse than none."""
 _BINS: Final = (0.0, 0.5, 0.8, 0.95, 1.01)
-Bases = list[tuple[Recording, Motion, Model]]
+Bases = list[Recorded]
+
+
+def base_of(recording: Recording, motion: Motion, model: Model) -> Recorded:
+    """A recording with its movement and its model fitted to it, as cases are made from.
+
+    Raises ValueError without a GPS.
+    """
+    problem = problem_of(recording, motion, model, "joint")
+    return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 
 
 def sealed(folder: Path, cases: Sequence[Case]) -> str:
@@ -65,15 +76,17 @@ def judged_case(made: Made, *, full: bool) -> dict[str, Any]:
     except SimulationDiverged as error:
         return {"index": made.case.index, "failed": str(error)}
     first = found.rounds[0]
+    oracle = _oracle(made.case, found, first)
+    clear = found.findings and (oracle or 0.0) >= STRONG  # where it is asked for
     return {
         "index": made.case.index,
         "full": full,
         "said": diagnosis_to_dict(found),
         "friction": {k: found.model.value(f"friction.{k}") for k in ("mu_t", "mu_n")},
         "held_out_m": found.figures[-1].held_out_error,
-        "held_out_plain_m": figures_as_it_is(*made.plain).held_out_error if made.plain else None,
+        "held_out_plain_m": figures_as_it_is(*made.plain).held_out_error if made.plain and clear else None,
         **_baselines(first),
-        "oracle": _oracle(made.case, found, first),
+        "oracle": oracle,
     }
 
 

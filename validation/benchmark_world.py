@@ -42,7 +42,7 @@ from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion, spline_motion
 from sssi_exudyn.quantity import quantity
 from sssi_exudyn.recording import Recording
-from sssi_exudyn.sensors import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor
+from sssi_exudyn.sensors import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor, felt_by_insoles
 from sssi_exudyn.simulation import simulate
 
 _HERE: Final = "the benchmark's world"
@@ -531,8 +531,6 @@ def _gps(
 def _insoles(rng: np.random.Generator, recording: Recording, world: Model, time: Array, sole: Array) -> Insoles | None:
     if recording.insoles is None:
         return None
-    from sssi_exudyn.sensors import felt_by_insoles
-
     at = np.arange(time[0], time[-1], 0.02)
     felt = felt_by_insoles(world.sensors, np.stack([np.interp(at, time, s) for s in sole.T], axis=1))
     cuff = float(rng.normal(0.06, 0.01))

@@ -11,7 +11,7 @@ from sssi_exudyn.model import Model
 from sssi_exudyn.validation.day import Weighed
 from sssi_exudyn.validation.diagnosis import STANDS_OUT, SURE, WORTH_NAMING, Number
 from sssi_exudyn.validation.page import Section, document, grid
-from sssi_exudyn.validation.told import parted, saying
+from sssi_exudyn.validation.told import doubt, saying
 
 _NOTHING: Final = "nothing"
 
@@ -30,12 +30,10 @@ def sentence_of_day(weighed: Sequence[Weighed], runs: int, model: Model) -> str:
         for each in weighed
         if each is not best and each.probability >= WORTH_NAMING
     ]
-    doubt = ""
-    if best.name and best.probability < SURE and others:
-        listed = ", ".join(f"{name} ({p:.0%})" for name, p in others)
-        doubt = f"; it may as well be {listed}{parted(best.name, [name for name, _ in others])}"
+    unsure = best.name and best.probability < SURE and others
+    beside = f"; {doubt(best.name, others)}" if unsure else ""
     friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n {_around(numbers['mu_n'])}"
-    return f"In {runs} runs together {what} ({best.probability:.0%} probable{doubt}); {friction}."
+    return f"In {runs} runs together {what} ({best.probability:.0%} probable{beside}); {friction}."
 
 
 def day_page(names: Sequence[str], weighed: Sequence[Weighed], sentence: str) -> str:

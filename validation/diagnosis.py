@@ -6,8 +6,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -113,7 +114,7 @@ class Diagnosis:
     rounds : all that was weighed, round by round
     figures : of the fit without anything added, and with each finding after the other
     residual_before, residual_after : (N,) of the witnesses
-    own : what other runs of its day are weighed with
+    own : gives what other runs of its day are weighed with, which takes another fit
     """
 
     recording: str
@@ -131,7 +132,7 @@ class Diagnosis:
     witnesses: Witnesses
     residual_before: Array
     residual_after: Array
-    own: OwnAccount
+    own: Callable[[], OwnAccount]
 
     @property
     def model(self) -> Model:
@@ -284,7 +285,7 @@ def _told(
         witnesses=witnesses,
         residual_before=witnesses.measured - tracks[0][0].predicted,
         residual_after=witnesses.measured - tracks[-1][0].predicted,
-        own=own_account(searcher, final, accepted),
+        own=partial(own_account, searcher, final, accepted),
     )
 
 

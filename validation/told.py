@@ -126,15 +126,18 @@ def _said(finding: Finding, model: Model) -> str:
     where = finding.where
     when = "" if where is None else f"between {where.t0:.1f} s and {where.t1:.1f} s "
     words = when + saying(finding.name, finding.parameters, model)
-    others = [name for name, _ in finding.alternatives]
-    if finding.probability < 0.8 and others:
-        listed = ", ".join(f"{name} ({p:.0%})" for name, p in finding.alternatives)
-        words += f" ({finding.probability:.0%} probable; it may as well be {listed}{parted(finding.name, others)})"
+    if finding.probability < 0.8 and finding.alternatives:
+        words += f" ({finding.probability:.0%} probable; {doubt(finding.name, finding.alternatives)})"
     return words + "."
 
 
-def parted(name: str, others: Sequence[str]) -> str:
-    """What would part that name from one of the others, as the end of a sentence; empty where nothing known does."""
+def doubt(name: str, others: Sequence[tuple[str, float]]) -> str:
+    """What else it may be than that name, with probabilities, and what would tell."""
+    listed = ", ".join(f"{other} ({p:.0%})" for other, p in others)
+    return f"it may as well be {listed}{_parted(name, [other for other, _ in others])}"
+
+
+def _parted(name: str, others: Sequence[str]) -> str:
     for group, measurement in PARTED_BY.items():
         if name in group and group & set(others):
             return f"; {measurement} would tell"

@@ -11,10 +11,9 @@ from test_evidence import LEVELS, account, covariance
 
 from sssi_exudyn.commands import model_of
 from sssi_exudyn.contact.glide import SpeedDependentFriction
-from sssi_exudyn.fitting.fit import fit_reduced, problem_of
 from sssi_exudyn.motion import motion_from_recording
 from sssi_exudyn.recording import read_recording
-from sssi_exudyn.reduced import prepare
+from sssi_exudyn.validation.benchmark import base_of
 from sssi_exudyn.validation.benchmark_world import _as_known, recorded
 from sssi_exudyn.validation.day import Run, Weighed, day_to_dict, together, weigh_day
 from sssi_exudyn.validation.day_page import day_page, sentence_of_day
@@ -76,8 +75,7 @@ def test_two_runs_tell_what_neither_does_alone() -> None:
     """Friction that rises with speed, as the benchmark's world records it on two stretches at different speeds."""
     recording = read_recording(EXAMPLE)
     motion = motion_from_recording(recording)
-    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
-    fitted = problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
+    _, _, fitted = base_of(recording, motion, model_of(recording, motion))
     law = SpeedDependentFriction(0.02, 10.0)
     own: list[OwnAccount] = []
     for number, after in enumerate((0.2, 8.0)):

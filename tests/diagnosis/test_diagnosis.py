@@ -16,14 +16,13 @@ from sssi_exudyn.contact.pushes import UnexplainedForce
 from sssi_exudyn.contact.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.wind import Gust
 from sssi_exudyn.errors import SimulationDiverged
-from sssi_exudyn.fitting.fit import fit_reduced, problem_of
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.model import Model
 from sssi_exudyn.motion import Motion, motion_from_recording
 from sssi_exudyn.recording import Recording, read_recording
-from sssi_exudyn.reduced import prepare, sensitivities, simulate_each, simulate_reduced
+from sssi_exudyn.reduced import sensitivities, simulate_each, simulate_reduced
 from sssi_exudyn.validation import search
-from sssi_exudyn.validation.benchmark import scored, sealed, share
+from sssi_exudyn.validation.benchmark import base_of, scored, sealed, share
 from sssi_exudyn.validation.benchmark_page import benchmark_page
 from sssi_exudyn.validation.benchmark_world import Case, make, plan
 from sssi_exudyn.validation.diagnosis import _weighed_again, diagnose, diagnosis_to_dict
@@ -41,8 +40,7 @@ KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "n
 def base() -> tuple[Recording, Motion, Model]:
     recording = read_recording(EXAMPLE)
     motion = motion_from_recording(recording)
-    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
-    return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
+    return base_of(recording, motion, model_of(recording, motion))
 
 
 def said_of(name: str, kind: str, strength: int, base: Any, seed: int) -> tuple[Any, dict[str, Any]]:
