@@ -10,14 +10,14 @@ from typing import Any, Final
 import numpy as np
 from naive import contact
 
-from sssi_exudyn.contact.backend import BACKENDS, Backend, Forces
-from sssi_exudyn.contact.kernel import NODE
-from sssi_exudyn.contact.penetration import HuntCrossley
-from sssi_exudyn.contact.sections import Sections
-from sssi_exudyn.frames import Array, gravity_in_slope
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion
-from sssi_exudyn.simulation import Run, integrate
+from sssi_exudyn.contact.backends.backend import BACKENDS, Backend, Forces
+from sssi_exudyn.contact.backends.full_kernel import NODE
+from sssi_exudyn.contact.backends.sections import Sections
+from sssi_exudyn.contact.terms.penetration import HuntCrossley
+from sssi_exudyn.core.frames import Array, gravity_in_slope
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.simulation.full import Run, integrate
 
 PASSES: Final[dict[Backend, int]] = {"compiled": 1000, "numpy": 100, "symbolic": 100, "python": 5}
 REPEATS: Final = 7

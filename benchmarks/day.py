@@ -13,18 +13,23 @@ from pathlib import Path
 
 import numpy as np
 
-from sssi_exudyn.commands import model_of
-from sssi_exudyn.contact.glide import EdgeDependentFriction, LoadDependentFriction, SpeedDependentFriction
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.contact.wind import DragArea, Wind
-from sssi_exudyn.errors import SimulationDiverged
-from sssi_exudyn.motion import motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.validation.benchmark import base_of
-from sssi_exudyn.validation.benchmark_world import Recorded, other_day, recorded
-from sssi_exudyn.validation.day import weigh_day
-from sssi_exudyn.validation.diagnosis import own_account
-from sssi_exudyn.validation.search import Searcher, setting_of
+from sssi_exudyn.contact.terms.friction_corrections import (
+    EdgeDependentFriction,
+    LoadDependentFriction,
+    SpeedDependentFriction,
+)
+from sssi_exudyn.contact.terms.wind import DragArea, Wind
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.reduced import prepare
+from sssi_exudyn.validation.benchmark.cases import Recorded, other_day, recorded
+from sssi_exudyn.validation.diagnosis.day import weigh_day
+from sssi_exudyn.validation.diagnosis.diagnose import own_account
+from sssi_exudyn.validation.diagnosis.search import Searcher, setting_of
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "intermediate"
 LAWS: dict[str, tuple[Term, ...]] = {
@@ -42,7 +47,8 @@ def runs_of(law: str, seed: int) -> list[Recorded]:
     """Stretches of the intermediate's run (s) on one snow, recorded by the benchmark's world."""
     recording = read_recording(EXAMPLE)
     motion = motion_from_recording(recording)
-    _, _, fitted = base_of(recording, motion, model_of(recording, motion))
+    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    fitted = problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
     rng = np.random.default_rng([seed, 77])
     made: list[Recorded] = []
     snow = None

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import opensim
 
-from sssi_exudyn.bodies.muscle_paths import muscle_paths
-from sssi_exudyn.bodies.muscles import muscles_table, own_geometry, skier_muscles
-from sssi_exudyn.bodies.osim import read_osim
-from sssi_exudyn.chain import PRESCRIBED
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.muscles.muscles import muscles_table, own_geometry, skier_muscles
+from sssi_exudyn.bodies.muscles.osim import read_osim
+from sssi_exudyn.bodies.muscles.paths import muscle_paths
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.core.frames import Array
 
 POSTURES = 12
 STEPS = 21

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from sssi_exudyn.contact.backend import Instant
-from sssi_exudyn.contact.kernel import NODE
+from sssi_exudyn.contact.backends.backend import Instant
+from sssi_exudyn.contact.backends.full_kernel import NODE
+from sssi_exudyn.contact.backends.sections import Sections
 from sssi_exudyn.contact.maths import FloatMath
-from sssi_exudyn.contact.penetration import HuntCrossley
-from sssi_exudyn.contact.sections import Sections
 from sssi_exudyn.contact.term import PointState
-from sssi_exudyn.frames import Array
+from sssi_exudyn.contact.terms.penetration import HuntCrossley
+from sssi_exudyn.core.frames import Array
 
 Vector: TypeAlias = list[float]
 Matrix: TypeAlias = list[list[float]]

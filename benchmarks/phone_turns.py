@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from sssi_exudyn.turns import Turn, turns_of_course
+from sssi_exudyn.analysis.turns import Turn, turns_of_course
 
 SHARED = 0.5
 

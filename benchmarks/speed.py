@@ -19,19 +19,20 @@ from typing import Any
 
 import numpy as np
 
-from sssi_exudyn.exudyn_build import take_fast_build
+from sssi_exudyn.runtime.exudyn_build import take_fast_build
 
 take_fast_build()  # as the command line does
 
 from backends import backends
 
-from sssi_exudyn.commands import model_of
 from sssi_exudyn.fitting.fit import fit, problem_of
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion, motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.reduced import prepare, simulate_reduced
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 NAMES = ("beginner", "intermediate")

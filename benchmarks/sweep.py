@@ -25,10 +25,11 @@ from typing import Any
 
 import pandas as pd
 
-from sssi_exudyn import sweep_drive, sweeps
-from sssi_exudyn.sweep_file import sweep_from
-from sssi_exudyn.sweep_plan import planned
-from sssi_exudyn.sweep_pools import Cluster, pool_of
+from sssi_exudyn.sweeps import scheduler as sweep_drive
+from sssi_exudyn.sweeps import sweep as sweeps
+from sssi_exudyn.sweeps.file import sweep_from
+from sssi_exudyn.sweeps.plan import planned
+from sssi_exudyn.sweeps.pools import Cluster, pool_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 RUNS = 500

@@ -6,22 +6,22 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from sssi_exudyn.contact.air import AirDrag
-from sssi_exudyn.contact.friction import AnisotropicFriction
-from sssi_exudyn.contact.glide import (
+from sssi_exudyn.contact.term import Term, formula
+from sssi_exudyn.contact.terms.air import AirDrag
+from sssi_exudyn.contact.terms.body_forces import PolePlant, UnexplainedForce
+from sssi_exudyn.contact.terms.friction import AnisotropicFriction
+from sssi_exudyn.contact.terms.friction_corrections import (
     EdgeDependentFriction,
     LoadDependentFriction,
     SnowCompaction,
     SnowPatch,
     SpeedDependentFriction,
 )
-from sssi_exudyn.contact.penetration import HuntCrossley
-from sssi_exudyn.contact.pushes import PolePlant, UnexplainedForce
-from sssi_exudyn.contact.term import Term, formula
-from sssi_exudyn.contact.terrain import SlopeChange, TerrainBump
-from sssi_exudyn.contact.wind import DragArea, Gust, Wind
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.quantity import checked, quantities
+from sssi_exudyn.contact.terms.penetration import HuntCrossley
+from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
+from sssi_exudyn.contact.terms.wind import DragArea, Gust, Wind
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.quantity import checked, quantities
 
 TERMS: Final[tuple[type[Term], ...]] = (
     HuntCrossley,

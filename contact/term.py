@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sssi_exudyn.contact.maths import Math, Number, Vector
-from sssi_exudyn.quantity import quantities
+from sssi_exudyn.core.quantity import quantities
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from strapped import truth, write_few
 
-from sssi_exudyn.recording import read_recording
+from sssi_exudyn.recording.read import read_recording
 
 TOP = Path(__file__).parents[1]
 CASES = (("both skis and chest", ("left_ski", "right_ski", "chest")), ("telephone in a pocket", ("pocket",)))

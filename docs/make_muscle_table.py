@@ -1,6 +1,6 @@
-"""Makes ``bodies/muscles.toml`` from the full-body lumbar spine model (Raabe & Chaudhari 2016).
+"""Makes ``bodies/muscles/muscles.toml`` from the full-body lumbar spine model (Raabe & Chaudhari 2016).
 
-    python docs/make_muscle_table.py FBLSmodel.osim > bodies/muscles.toml
+    python docs/make_muscle_table.py FBLSmodel.osim > bodies/muscles/muscles.toml
 
 Reads the right side: 23 muscles of the leg that the paper's skier has, and the 119 that cross the lumbar joint; the
 left side is its mirror image.  Writes figures in the axes of this program's segments (x forward, y left, z up) and
@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bodies.muscle_paths import Muscle, MuscleModel
-from sssi_exudyn.bodies.osim import read_osim
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.muscles.osim import read_osim
+from sssi_exudyn.bodies.muscles.paths import Muscle, MuscleModel
+from sssi_exudyn.core.frames import Array
 
 AXES = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """The model's x forward, y up, z right → x forward, y left, z up."""

@@ -16,16 +16,16 @@ from typing import Any
 import numpy as np
 
 from sssi_exudyn import commands
-from sssi_exudyn.biomechanics import shift
-from sssi_exudyn.frames import GRAVITY, Array
-from sssi_exudyn.result_folder import SUMMARY
-from sssi_exudyn.turns import Turn
+from sssi_exudyn.analysis.biomechanics import shift
+from sssi_exudyn.analysis.turns import Turn
+from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.reports.sentences import mean_of
+from sssi_exudyn.reports.tables import friction, with_spread
+from sssi_exudyn.reports.turn_tables import peak_moment
+from sssi_exudyn.results.folder import SUMMARY
+from sssi_exudyn.results.stored import Run, read_run
+from sssi_exudyn.validation.agreement import filtered_ratio
 from sssi_exudyn.validation.metrics import path_length
-from sssi_exudyn.validation.plots import filtered_ratio
-from sssi_exudyn.validation.run import Run, read_run
-from sssi_exudyn.validation.sentences import mean_of
-from sssi_exudyn.validation.tables import friction, with_spread
-from sssi_exudyn.validation.turn_tables import peak_moment
 
 ROOT = Path(__file__).parents[1]
 NAMES = ("beginner", "intermediate")

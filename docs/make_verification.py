@@ -12,17 +12,18 @@ from pathlib import Path
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski_mesh import mesh
-from sssi_exudyn.bodies.ski_modes import modal_ski
+from sssi_exudyn.bodies.ski.mesh import mesh
+from sssi_exudyn.bodies.ski.modes import modal_ski
+from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
-from sssi_exudyn.fitting.recorded import model_of
-from sssi_exudyn.frames import GRAVITY, Array
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion, motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.reduced import prepare, simulate_reduced
-from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.validation.reference import simulate_flat
 
 ROOT = Path(__file__).parents[1]

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from sssi_exudyn.fitting.recorded import model_of
-from sssi_exudyn.motion import motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.full import simulate
 
 recording = read_recording(Path(__file__).parent / "beginner")
 motion = motion_from_recording(recording)

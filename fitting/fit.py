@@ -15,17 +15,20 @@ from typing import Final, Literal
 
 import numpy as np
 
-from sssi_exudyn.cache import Cache, fingerprint
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import ExponentialNoise, fit_noise
+from sssi_exudyn.fitting.gps_observation import mended, track_of
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, uncertainty, weight_of
-from sssi_exudyn.fitting.observe import first_guess, mended, track_of
 from sssi_exudyn.fitting.optimise import Optimum, minimise
-from sssi_exudyn.frames import Array
-from sssi_exudyn.model import Model, model_to_dict
-from sssi_exudyn.motion import Motion
-from sssi_exudyn.noise import ExponentialNoise, fit_noise
-from sssi_exudyn.recording import Recording
-from sssi_exudyn.reduced import STEP, Prepared, prepare, sensitivities
-from sssi_exudyn.simulation import antenna_path
+from sssi_exudyn.model.from_recording import first_guess
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import model_to_dict
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.runtime.cache import Cache, fingerprint
+from sssi_exudyn.simulation.full import antenna_path
+from sssi_exudyn.simulation.reduced import STEP, Prepared, prepare
+from sssi_exudyn.simulation.sensitivities import sensitivities
 
 Method = Literal["joint", "paper"]
 METHODS: Final[tuple[Method, ...]] = ("joint", "paper")

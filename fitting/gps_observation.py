@@ -10,15 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sssi_exudyn.estimate import COARSE
-from sssi_exudyn.frames import Array, level_to_enu, slope_to_enu, slope_to_level
-from sssi_exudyn.gps import Gps
-from sssi_exudyn.model import Model, Start
-from sssi_exudyn.motion import Motion
-from sssi_exudyn.sensors import gps_offset
+from sssi_exudyn.core.frames import Array, level_to_enu, slope_to_level
+from sssi_exudyn.model.faults import gps_offset
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.recording.instruments.gps import Gps
 
-_FIRST = 1.2
-"""s of fixes from which place and velocity at the start are guessed; long against the noise, short against a turn."""
 _END = 60
 """Samples of a simulation from which it is continued beyond its ends."""
 
@@ -69,24 +65,3 @@ def mended(gps: Gps, model: Model) -> Gps:
     azimuth = model.fall_line_azimuth
     offset = gps_offset(model.sensors, gps.time) @ level_to_enu(azimuth).T
     return replace(gps, time=gps.time - model.start.clock_offset, enu=gps.enu - offset)
-
-
-def first_guess(gps: Gps, motion: Motion, inclination: float, azimuth: float) -> Start:
-    """Place and velocity of the antenna at the motion's start, from a cubic through the first fixes (about 0.3 m/s in
-    a turn); a receiver's own speed and course are taken where its fixes are too coarse to be differentiated.
-    """
-    slope = gps.enu @ slope_to_enu(inclination, azimuth)
-    if float(np.median(gps.sigma)) > COARSE and gps.speed is not None and gps.course is not None:
-        f, l, speed, course = (  # noqa: E741
-            float(np.interp(motion.start, gps.time, values))
-            for values in (slope[:, 0], slope[:, 1], gps.speed, gps.course)
-        )
-        # over ground; down the slope the way is longer
-        along = speed * np.cos(course - azimuth) / np.cos(inclination)
-        return Start(f=f, l=l, velocity_f=float(along), velocity_l=float(-speed * np.sin(course - azimuth)))
-    apart = np.abs(gps.time - motion.start)
-    near = np.argsort(apart)[: max(6, int(np.count_nonzero(apart <= _FIRST)))]
-    since = gps.time[near] - motion.start
-    order = min(3, max(1, len(since) - 3))
-    line = np.polynomial.polynomial.polyfit(since, slope[near, :2], order)
-    return Start(f=float(line[0, 0]), l=float(line[0, 1]), velocity_f=float(line[1, 0]), velocity_l=float(line[1, 1]))

@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sssi_exudyn.fitting.observe import Track, seen_by_gps
-from sssi_exudyn.frames import Array
-from sssi_exudyn.model import Model
-from sssi_exudyn.noise import ExponentialNoise
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.fitting.gps_observation import Track, seen_by_gps
+from sssi_exudyn.model.model import Model
 
 
 @dataclass(frozen=True)

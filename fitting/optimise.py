@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import nlopt
 import numpy as np
 
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
 
 _REASONS = {
     nlopt.SUCCESS: "converged",

@@ -11,15 +11,18 @@ from importlib import import_module, metadata
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from sssi_exudyn.commands import diagnose, fit, inspect, run, simulate, terms, validate
-    from sssi_exudyn.sweeps import sweep
+    from sssi_exudyn.commands.catalogue import terms
+    from sssi_exudyn.commands.diagnosis import diagnose
+    from sssi_exudyn.commands.recordings import inspect
+    from sssi_exudyn.commands.runs import fit, run, simulate, validate
+    from sssi_exudyn.sweeps.sweep import sweep
 
 __all__ = ["diagnose", "fit", "inspect", "run", "simulate", "sweep", "terms", "validate"]
 
 
 def __getattr__(name: str) -> Any:
     if name == "sweep":
-        return import_module("sssi_exudyn.sweeps").sweep
+        return import_module("sssi_exudyn.sweeps.sweep").sweep
     if name in __all__:
         return getattr(import_module("sssi_exudyn.commands"), name)
     if name == "__version__":

@@ -16,8 +16,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, NoReturn
 
-from sssi_exudyn.errors import InputError, SssiError
-from sssi_exudyn.progress import Progress, on_stderr
+from sssi_exudyn.core.errors import InputError, SssiError
+from sssi_exudyn.runtime.progress import Progress, on_stderr
 
 BACKENDS = ("fastest", "compiled", "numpy", "symbolic", "python")
 """Who evaluates the force terms: machine code, arrays, Exudyn's expressions, or the interpreter as the reference."""
@@ -187,24 +187,24 @@ def _status(options: argparse.Namespace) -> int:
 def _call(options: argparse.Namespace) -> str:
     """Call the command; what it gives, as text for stdout."""
     # Here, so that --help and --version answer at once.
-    from sssi_exudyn.exudyn_build import take_fast_build
+    from sssi_exudyn.runtime.exudyn_build import take_fast_build
 
     take_fast_build()
     from sssi_exudyn import commands
-    from sssi_exudyn.result_folder import to_json
-    from sssi_exudyn.text import format_csv, format_summary, format_table
+    from sssi_exudyn.io.writing import to_json
+    from sssi_exudyn.terminal import format_csv, format_summary, format_table
 
     progress = on_stderr()
     summary: Mapping[str, Any]
     match options.command:
         case "inspect":
-            from sssi_exudyn.inspection import format_inspection
+            from sssi_exudyn.recording.inspection import format_inspection
 
             inspection = commands.inspect(options.folder, options.out)
             return to_json(inspection) if options.json else format_inspection(inspection)
         case "import":
-            from sssi_exudyn.importing import Answers
-            from sssi_exudyn.inspection import format_inspection
+            from sssi_exudyn.importing.assemble import Answers
+            from sssi_exudyn.recording.inspection import format_inspection
 
             given = {entry.name: getattr(options, entry.name) for entry in fields(Answers)}
             made = commands.import_files(options.files, options.out, Answers(**given))
@@ -266,7 +266,7 @@ def _call(options: argparse.Namespace) -> str:
 
 
 def _swept(options: argparse.Namespace, progress: Progress) -> dict[str, Any]:
-    from sssi_exudyn import sweeps
+    from sssi_exudyn.sweeps import sweep as sweeps
 
     if options.about == "status":
         return sweeps.status(options.folder)

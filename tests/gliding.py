@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski import read_ski
-from sssi_exudyn.chain import PRESCRIBED, average_geometry
+from sssi_exudyn.bodies.ski.ski import read_ski
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED, average_geometry
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.model import Model, Start
-from sssi_exudyn.motion import Motion, spline_motion
-from sssi_exudyn.recording import Equipment, Skier
+from sssi_exudyn.model.model import Model, Start
+from sssi_exudyn.motion.motion import Motion, spline_motion
+from sssi_exudyn.recording.recording import Equipment, Skier
 
 INCLINATION = np.radians(15.0)
 CROUCH = {"hip_flexion": 50.0, "knee_angle": 60.0, "ankle_angle": 10.0}

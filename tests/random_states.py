@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from sssi_exudyn.chain import COORDINATES
-from sssi_exudyn.contact.backend import Backend, Forces, Instant
-from sssi_exudyn.contact.kernel import NODE
+from sssi_exudyn.bodies.skier.chain import COORDINATES
+from sssi_exudyn.contact.backends.backend import Backend, Forces, Instant
+from sssi_exudyn.contact.backends.full_kernel import NODE
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.parts import Parts
-from sssi_exudyn.simulation_system import instant
+from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.system import instant
 
 TREE = len(COORDINATES)
 EXPOSED = 4

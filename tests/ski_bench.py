@@ -7,10 +7,10 @@ import numpy as np
 from exudyn.itemInterface import Force, GenericJoint, MarkerBodyRigid, ObjectGround, Torque
 from numpy.typing import ArrayLike
 
-from sssi_exudyn.bodies.beam import SkiBeam, add_ski_beam
-from sssi_exudyn.bodies.ski import Profile, Ski, read_ski
-from sssi_exudyn.bodies.ski_mesh import BeamMesh
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.ski.beam import SkiBeam, add_ski_beam
+from sssi_exudyn.bodies.ski.mesh import BeamMesh
+from sssi_exudyn.bodies.ski.ski import Profile, Ski, read_ski
+from sssi_exudyn.core.frames import Array
 
 FLAT = Profile((0.0, 1.0), (0.0, 0.0), ("linear",))
 

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from sssi_exudyn.bodies.muscles import own_geometry
-from sssi_exudyn.chain import COORDINATES, PRESCRIBED, SEGMENT, Geometry, forward_kinematics, jacobians
-from sssi_exudyn.frames import Array, gravity_in_slope
-from sssi_exudyn.inverse_dynamics import joint_loads
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import spline_motion
-from sssi_exudyn.parts import Parts
-from sssi_exudyn.result import SimulationResult
+from sssi_exudyn.bodies.muscles.muscles import own_geometry
+from sssi_exudyn.bodies.skier.chain import COORDINATES, PRESCRIBED, SEGMENT, Geometry, forward_kinematics, jacobians
+from sssi_exudyn.bodies.skier.inverse_dynamics import joint_loads
+from sssi_exudyn.core.frames import Array, gravity_in_slope
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import spline_motion
+from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.result import SimulationResult
 
 CROUCH = {
     "hip_flexion": 0.9,

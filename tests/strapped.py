@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from sssi_exudyn.bvh import joint_positions, world_rotations
-from sssi_exudyn.frames import BODY_FROM_BVH, GRAVITY, Array, level_to_enu, slope_to_enu
-from sssi_exudyn.recording import Recording
-from sssi_exudyn.rotations import lowpass
+from sssi_exudyn.core.frames import BODY_FROM_BVH, GRAVITY, Array, level_to_enu, slope_to_enu
+from sssi_exudyn.core.rotations import lowpass
+from sssi_exudyn.recording.instruments.bvh import joint_positions, world_rotations
+from sssi_exudyn.recording.recording import Recording
 
 JOINT = {"left_ski": "LeftFoot", "right_ski": "RightFoot", "chest": "Spine2", "pocket": "RightUpLeg"}
 LAG = 1.5

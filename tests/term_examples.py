@@ -10,7 +10,7 @@ from typing import ClassVar
 
 from sssi_exudyn.contact.maths import Math, Number, Vector
 from sssi_exudyn.contact.term import BodyState, BodyTerm, PlaceState, TerrainTerm, WindTerm
-from sssi_exudyn.quantity import quantity
+from sssi_exudyn.core.quantity import quantity
 
 _MADE_UP = "made up for the tests"
 

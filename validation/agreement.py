@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sssi_exudyn.gps import Gps
-from sssi_exudyn.insoles import Insoles
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.rotations import lowpass
+from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.recording.instruments.insoles import Insoles
 from sssi_exudyn.validation.metrics import at_times, path_length, pressure_ratio, ratio_agreement, trajectory_error
-from sssi_exudyn.validation.plots import antenna_of, filtered_ratio
 
 
 def judge_track(series: pd.DataFrame, gps: Gps | None) -> dict[str, float]:
@@ -64,3 +65,28 @@ def judge_loads(series: pd.DataFrame, insoles: Insoles | None) -> dict[str, floa
 def judged(series: pd.DataFrame, gps: Gps | None, insoles: Insoles | None) -> dict[str, Any]:
     """Both, as the summary holds them."""
     return {"trajectory": judge_track(series, gps), "pressure_ratio": judge_loads(series, insoles)}
+
+
+CUTOFF_HZ = 6.0
+"""The paper's filter of insole data (2.4)."""
+
+
+def antenna_of(series: pd.DataFrame) -> Array:
+    """The simulated antenna (n, 3), east-north-up in metres, of a result's time series."""
+    return series[[f"antenna_{axis}_m" for axis in ("east", "north", "up")]].to_numpy(dtype=float)
+
+
+def distances(series: pd.DataFrame, times: Array, fixes: Array) -> Array:
+    """Horizontal distance (m,) in metres of the simulated antenna to GPS fixes (m, 3) at ``times`` (m,); NaN outside
+    the run.
+    """
+    simulated = at_times(series["time_s"].to_numpy(dtype=float), antenna_of(series), times)
+    return np.asarray(np.linalg.norm((simulated - fixes)[:, :2], axis=1))
+
+
+def filtered_ratio(time: Array, left: Array, right: Array) -> Array:
+    """Pressure ratio (n,) of measured loads (N), both filtered first as the paper does (2.4)."""
+    rate = 1.0 / float(np.median(np.diff(time)))
+    if rate > 2.0 * CUTOFF_HZ:
+        left, right = lowpass(left, rate, CUTOFF_HZ), lowpass(right, rate, CUTOFF_HZ)
+    return pressure_ratio(left, right)

@@ -15,12 +15,12 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.chain import SEGMENT
-from sssi_exudyn.frames import Array, slope_to_level
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion, relative_poses
-from sssi_exudyn.reduced import Prepared, simulate_reduced
-from sssi_exudyn.validation.witness import Witnesses
+from sssi_exudyn.bodies.skier.chain import SEGMENT
+from sssi_exudyn.core.frames import Array, slope_to_level
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import Motion, relative_poses
+from sssi_exudyn.simulation.reduced import Prepared, simulate_reduced
+from sssi_exudyn.validation.measurements import Witnesses
 
 SPACING: Final = 1.5
 """s between the supports of an error that wanders; its correlation time is twice that."""

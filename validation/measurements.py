@@ -11,11 +11,11 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from sssi_exudyn.fitting.observe import seen_by_gps
-from sssi_exudyn.frames import Array, level_to_enu
-from sssi_exudyn.model import Model
-from sssi_exudyn.recording import Recording
-from sssi_exudyn.sensors import felt_by_insoles
+from sssi_exudyn.core.frames import Array, level_to_enu
+from sssi_exudyn.fitting.gps_observation import seen_by_gps
+from sssi_exudyn.model.faults import felt_by_insoles
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.recording.recording import Recording
 
 BLOCKS: Final = ("x", "y", "height", "load", "difference")
 INTERVAL: Final = 0.1

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
 
 LOAD_FLOOR = 0.05
 """Share of the mean total load below which a pressure ratio says nothing: both skis are all but in the air."""

@@ -17,16 +17,17 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.few_sensors import Completed
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import COARSE_STEP, Fitted, fit_reduced
+from sssi_exudyn.fitting.gps_observation import Track
 from sssi_exudyn.fitting.objective import Problem
-from sssi_exudyn.fitting.observe import Track
-from sssi_exudyn.frames import Array
-from sssi_exudyn.gps import Gps
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion
-from sssi_exudyn.reduced import Prepared, ReducedRun, prepare, sensitivities, simulate_reduced
-from sssi_exudyn.skiing_posture import CLEAR_LEAN
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.few_sensors.complete import Completed
+from sssi_exudyn.recording.few_sensors.posture_model import CLEAR_LEAN
+from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
+from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.capture_error import CaptureError, with_error
 
 _SPANS: Final = 6

@@ -28,13 +28,13 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh
 
-from sssi_exudyn.contact.air import AirDrag
-from sssi_exudyn.contact.friction import AnisotropicFriction
-from sssi_exudyn.contact.penetration import POINT_LENGTH, HuntCrossley
-from sssi_exudyn.frames import GRAVITY, Array
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion
-from sssi_exudyn.parts import Parts, as_worn
+from sssi_exudyn.contact.terms.air import AirDrag
+from sssi_exudyn.contact.terms.friction import AnisotropicFriction
+from sssi_exudyn.contact.terms.penetration import POINT_LENGTH, HuntCrossley
+from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.simulation.assembly import Parts, as_worn
 
 MODES = 8
 """Vibrations of each ski that are kept, bending and twisting together: the eighth is above 100 Hz."""

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from sssi_exudyn.bodies.curves import Curve
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.muscles.curves import Curve
+from sssi_exudyn.core.frames import Array
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_banded
 
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
 
 _ACTIVE: Final = (
     (0.8150671134243542, 1.055033428970575, 0.162384573599574, 0.063303448465465),

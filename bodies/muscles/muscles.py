@@ -26,11 +26,11 @@ from typing import Any, Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bodies.bones import Bone, Bones, Drive, Stance
-from sssi_exudyn.bodies.curves import line, spline
-from sssi_exudyn.bodies.muscle_paths import Muscle, MuscleModel, PathPoint, Surface, Wrap, muscle_paths
-from sssi_exudyn.chain import JOINTS, PRESCRIBED, SEGMENT, Geometry, average_geometry
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.muscles.bones import Bone, Bones, Drive, Stance
+from sssi_exudyn.bodies.muscles.curves import line, spline
+from sssi_exudyn.bodies.muscles.paths import Muscle, MuscleModel, PathPoint, Surface, Wrap, muscle_paths
+from sssi_exudyn.bodies.skier.chain import JOINTS, PRESCRIBED, SEGMENT, Geometry, average_geometry
+from sssi_exudyn.core.frames import Array
 
 TABLE: Final = Path(__file__).with_name("muscles.toml")
 SIDES: Final = ("right", "left")

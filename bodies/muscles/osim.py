@@ -16,12 +16,12 @@ import numpy as np
 from defusedxml.ElementTree import fromstring
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bodies.bones import Bone, Bones, Coupling, Drive
-from sssi_exudyn.bodies.curves import Curve, line, polygon, spline
-from sssi_exudyn.bodies.muscle_paths import Muscle, MuscleModel, PathPoint, Surface, Wrap
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import read_bytes
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.muscles.bones import Bone, Bones, Coupling, Drive
+from sssi_exudyn.bodies.muscles.curves import Curve, line, polygon, spline
+from sssi_exudyn.bodies.muscles.paths import Muscle, MuscleModel, PathPoint, Surface, Wrap
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.files import read_bytes
 
 _AXES: Final = np.eye(3)
 _PINNED: Final[dict[str, tuple[str, ...]]] = {  # kind of joint: what its coordinates drive, in order

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.wrapping import (
+from sssi_exudyn.bodies.muscles.wrapping import (
     CYLINDER,
     ELLIPSOID,
     MUST,
@@ -24,7 +24,7 @@ from sssi_exudyn.bodies.wrapping import (
     inner,
     minus,
 )
-from sssi_exudyn.jit import njit
+from sssi_exudyn.runtime.jit import njit
 
 _MOST: Final = 48
 """More nodes than a path with its tangent points has."""

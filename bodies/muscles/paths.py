@@ -14,11 +14,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sssi_exudyn.bodies.bones import Bones, Stance, stand
-from sssi_exudyn.bodies.curves import Curve
-from sssi_exudyn.bodies.path_kernel import follow
-from sssi_exudyn.bodies.wrapping import CYLINDER, ELLIPSOID
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.muscles.bones import Bones, Stance, stand
+from sssi_exudyn.bodies.muscles.curves import Curve
+from sssi_exudyn.bodies.muscles.path_kernel import follow
+from sssi_exudyn.bodies.muscles.wrapping import CYLINDER, ELLIPSOID
+from sssi_exudyn.core.frames import Array
 
 Whole = NDArray[np.int64]
 

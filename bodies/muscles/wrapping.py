@@ -16,7 +16,7 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.jit import njit
+from sssi_exudyn.runtime.jit import njit
 
 CYLINDER: Final = 0
 ELLIPSOID: Final = 1

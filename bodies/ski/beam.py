@@ -14,9 +14,9 @@ from exudyn.itemInterface import (
 )
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bodies.ski_mesh import BeamMesh
-from sssi_exudyn.bodies.ski_modes import damping_time
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.ski.mesh import BeamMesh
+from sssi_exudyn.bodies.ski.modes import damping_time
+from sssi_exudyn.core.frames import Array
 
 
 @dataclass(frozen=True)

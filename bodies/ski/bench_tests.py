@@ -29,12 +29,12 @@ from pathlib import Path
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski import PROFILES
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import inside, read_text
-from sssi_exudyn.frames import Array
-from sssi_exudyn.quantity import checked, quantity
-from sssi_exudyn.table import read_table
+from sssi_exudyn.bodies.ski.ski import PROFILES
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.quantity import checked, quantity
+from sssi_exudyn.io.files import inside, read_text
+from sssi_exudyn.io.table import read_table
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,12 @@ from scipy.signal import detrend, hilbert
 from scipy.stats import linregress
 from scipy.stats import t as student
 
-from sssi_exudyn.bodies.ski import Profile, Ski, integrate_pieces
-from sssi_exudyn.bodies.ski_measurements import Measurements
-from sssi_exudyn.bodies.ski_mesh import mesh
-from sssi_exudyn.bodies.ski_modes import modal_ski
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.ski.bench_tests import Measurements
+from sssi_exudyn.bodies.ski.mesh import mesh
+from sssi_exudyn.bodies.ski.modes import modal_ski
+from sssi_exudyn.bodies.ski.ski import Profile, Ski, integrate_pieces
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
 
 _SETTLING_PERIODS: Final = 3.0
 """Periods of the first bending after which the faster, more strongly damped ones have died out."""

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bodies.ski import Ski, integrate_pieces
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.ski.ski import Ski, integrate_pieces
+from sssi_exudyn.core.frames import Array
 
 CONTACTS: Final = 50
 """Contact points on each edge (paper 2.2.3)."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag, eigh
 
-from sssi_exudyn.bodies.ski_mesh import BeamMesh
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.ski.mesh import BeamMesh
+from sssi_exudyn.core.frames import Array
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import inside, read_text
-from sssi_exudyn.frames import Array
-from sssi_exudyn.quantity import checked, quantities, quantity
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.quantity import checked, quantities, quantity
+from sssi_exudyn.io.files import inside, read_text
 
 CATALOGUE: Final = Path(__file__).with_name("skis.toml")
 KINDS: Final = ("linear", "flat_at_start", "flat_at_end")

@@ -20,9 +20,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from sssi_exudyn.chain import SEGMENT, SEGMENTS, Geometry
-from sssi_exudyn.frames import Array
-from sssi_exudyn.quantity import quantity
+from sssi_exudyn.bodies.skier.chain import SEGMENT, SEGMENTS, Geometry
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.quantity import quantity
 
 TABLE: Final = Path(__file__).with_name("de_leva_1996.toml")
 SEXES: Final = ("male", "female")

@@ -22,7 +22,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sssi_exudyn.frames import Array, slope_to_level
+from sssi_exudyn.core.frames import Array, slope_to_level
 
 Axis = tuple[float, float, float]
 _FORWARD: Final[Axis] = (1.0, 0.0, 0.0)

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sssi_exudyn.bodies.anthropometry import SegmentInertia
-from sssi_exudyn.chain import COORDINATE, COORDINATES, JOINTS, PARENT, Geometry, forward_kinematics, rates
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia
+from sssi_exudyn.bodies.skier.chain import COORDINATE, COORDINATES, JOINTS, PARENT, Geometry, forward_kinematics, rates
+from sssi_exudyn.core.frames import Array
 
 _STRETCH = 256
 """Instants that are computed at once: every segment's frames for a whole run would be larger than the result."""

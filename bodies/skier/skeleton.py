@@ -30,9 +30,9 @@ from exudyn.itemInterface import (
     ObjectMassPoint,
 )
 
-from sssi_exudyn.bodies.anthropometry import SegmentInertia
-from sssi_exudyn.chain import COORDINATES, JOINTS, PARENT, Axis, Geometry
-from sssi_exudyn.frames import Array, slope_to_level
+from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia
+from sssi_exudyn.bodies.skier.chain import COORDINATES, JOINTS, PARENT, Axis, Geometry
+from sssi_exudyn.core.frames import Array, slope_to_level
 
 _REVOLUTE = (JointType.RevoluteX, JointType.RevoluteY, JointType.RevoluteZ)
 _PRISMATIC = (JointType.PrismaticX, JointType.PrismaticY, JointType.PrismaticZ)

@@ -15,12 +15,12 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from sssi_exudyn.contact import kernel
 from sssi_exudyn.contact import term as places
+from sssi_exudyn.contact.backends import full_kernel as kernel
+from sssi_exudyn.contact.backends.vectors import ski_axes
 from sssi_exudyn.contact.maths import ArrayMath
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.contact.vectors import ski_axes
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
 
 _TINY: Final = 1e-7
 """rad; neighbours turned by less against each other are taken for parallel, as in ``vectors.between``."""

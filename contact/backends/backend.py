@@ -19,17 +19,17 @@ import exudyn as exu
 import numpy as np
 from exudyn.itemInterface import ObjectGenericODE2
 
-from sssi_exudyn.contact import kernel
-from sssi_exudyn.contact.arrays import ArrayKernel, ArrayLaws
-from sssi_exudyn.contact.compiled import compile_kernel, parameter_values
-from sssi_exudyn.contact.interpreted import interpreted_kernel
+from sssi_exudyn.contact.backends import full_kernel as kernel
+from sssi_exudyn.contact.backends.arrays import ArrayKernel, ArrayLaws
+from sssi_exudyn.contact.backends.compiled import compile_kernel, parameter_values
+from sssi_exudyn.contact.backends.interpreted import interpreted_kernel
+from sssi_exudyn.contact.backends.sections import Sections
+from sssi_exudyn.contact.backends.symbolic import SymbolicLaws
 from sssi_exudyn.contact.registry import padded
-from sssi_exudyn.contact.sections import Sections
-from sssi_exudyn.contact.symbolic import SymbolicLaws
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import Array
-from sssi_exudyn.jit import FAULT
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.runtime.jit import FAULT
 
 Backend = Literal["fastest", "compiled", "numpy", "symbolic", "python"]
 BACKENDS: Final[tuple[Backend, ...]] = ("fastest", "compiled", "numpy", "symbolic", "python")

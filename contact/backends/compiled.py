@@ -39,15 +39,15 @@ import numpy as np
 from platformdirs import user_cache_path
 
 from sssi_exudyn.contact import term as places
-from sssi_exudyn.contact import vectors
-from sssi_exudyn.contact.tape import Operand, Tape, TapeMath, written
+from sssi_exudyn.contact.backends import vectors
+from sssi_exudyn.contact.backends.tape import Operand, Tape, TapeMath, written
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
 
 _HELPERS: Final = """
 import math as _math
 
-from sssi_exudyn.jit import njit as _njit
+from sssi_exudyn.runtime.jit import njit as _njit
 
 # a division by zero is infinite, as in NumPy, and raises nothing
 _compiled = _njit(cache=True, error_model="numpy")

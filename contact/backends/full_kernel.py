@@ -24,7 +24,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sssi_exudyn.contact.vectors import (
+from sssi_exudyn.contact.backends.vectors import (
     between,
     conjugate,
     cross,
@@ -41,7 +41,7 @@ from sssi_exudyn.contact.vectors import (
     times,
     turned,
 )
-from sssi_exudyn.jit import njit
+from sssi_exudyn.runtime.jit import njit
 
 point_force: Callable[..., float]
 point_derivatives: Callable[..., tuple[float, float, float]]

@@ -12,8 +12,8 @@ from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 from sssi_exudyn.contact import term as places
-from sssi_exudyn.contact import vectors
-from sssi_exudyn.contact.compiled import compile_kernel
+from sssi_exudyn.contact.backends import vectors
+from sssi_exudyn.contact.backends.compiled import compile_kernel
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.term import Term
 

@@ -16,8 +16,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sssi_exudyn.contact.vectors import cross, dot, into, out_of, plus, ski_axes, three, times
-from sssi_exudyn.jit import njit
+from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus, ski_axes, three, times
+from sssi_exudyn.runtime.jit import njit
 
 point_force: Callable[..., float]
 point_derivatives: Callable[..., tuple[float, float, float]]

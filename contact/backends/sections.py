@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ import numpy as np
 from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.maths import Number
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
 
 _symbols = exudyn.symbolic  # set while the package is imported
 _POINTS: Final = 32

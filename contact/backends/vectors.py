@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from sssi_exudyn.jit import njit
+from sssi_exudyn.runtime.jit import njit
 
 
 @njit(cache=True)

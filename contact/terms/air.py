@@ -9,7 +9,7 @@ from typing import ClassVar, Final
 
 from sssi_exudyn.contact.maths import Math, Vector
 from sssi_exudyn.contact.term import SegmentState, SegmentTerm
-from sssi_exudyn.quantity import quantity
+from sssi_exudyn.core.quantity import quantity
 
 _CHOICE = "chosen: the paper gives no number"
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar, Final
 
 from sssi_exudyn.contact.maths import Math, Vector
-from sssi_exudyn.contact.shapes import bell, window
 from sssi_exudyn.contact.term import BodyState, BodyTerm
-from sssi_exudyn.quantity import quantity
+from sssi_exudyn.contact.terms.shapes import bell, window
+from sssi_exudyn.core.quantity import quantity
 
 _ROOT_TWO_PI: Final = 2.5066282746310002
 _SLOW: Final = 0.1

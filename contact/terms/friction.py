@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from sssi_exudyn.contact.maths import Math, Number
 from sssi_exudyn.contact.term import FootState, FootTerm
-from sssi_exudyn.quantity import quantity
+from sssi_exudyn.core.quantity import quantity
 
 _BOUNDS = "paper, 2.3: bounds and first guess of the optimisation"
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
-from sssi_exudyn.contact.friction import AnisotropicFriction
 from sssi_exudyn.contact.maths import Math, Number
-from sssi_exudyn.contact.shapes import window
 from sssi_exudyn.contact.term import FootState, FootTerm
-from sssi_exudyn.quantity import quantity
+from sssi_exudyn.contact.terms.friction import AnisotropicFriction
+from sssi_exudyn.contact.terms.shapes import window
+from sssi_exudyn.core.quantity import quantity
 
 LARGEST_FALL: Final = 0.09
 """A correction takes no more than this from mu_t, so that the two together keep on braking."""

@@ -7,7 +7,7 @@ from typing import ClassVar, Final
 
 from sssi_exudyn.contact.maths import Math, Number
 from sssi_exudyn.contact.term import PointState, PointTerm
-from sssi_exudyn.quantity import quantity
+from sssi_exudyn.core.quantity import quantity
 
 POINT_LENGTH: Final = 0.033
 """m; length of edge that the stiffness and the damping are given for: a ski of 1.65 m with 50 points an edge."""

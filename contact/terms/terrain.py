@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sssi_exudyn.contact.maths import Math, Number
-from sssi_exudyn.contact.shapes import bell
 from sssi_exudyn.contact.term import TerrainTerm
-from sssi_exudyn.quantity import quantity
+from sssi_exudyn.contact.terms.shapes import bell
+from sssi_exudyn.core.quantity import quantity
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
-from sssi_exudyn.contact.air import AirDrag
 from sssi_exudyn.contact.maths import Math, Vector
-from sssi_exudyn.contact.shapes import swell
 from sssi_exudyn.contact.term import PlaceState, SegmentState, SegmentTerm, WindTerm
-from sssi_exudyn.quantity import quantity
+from sssi_exudyn.contact.terms.air import AirDrag
+from sssi_exudyn.contact.terms.shapes import swell
+from sssi_exudyn.core.quantity import quantity
 
 _STRONGEST: Final = 25.0
 """m/s; above, lifts stand still."""

@@ -9,10 +9,10 @@ import numpy as np
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.result_folder import read_series, read_summary
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.results.folder import read_series, read_summary
+from sssi_exudyn.validation.agreement import filtered_ratio
 from sssi_exudyn.validation.metrics import pressure_ratio
-from sssi_exudyn.validation.plots import filtered_ratio
 
 recording = read_recording(Path(sys.argv[1]))
 series, summary = read_series(Path(sys.argv[2])), read_summary(Path(sys.argv[2]))

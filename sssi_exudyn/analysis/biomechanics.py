@@ -14,10 +14,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sssi_exudyn.frames import GRAVITY, Array
-from sssi_exudyn.result import SIDES, SimulationResult
-from sssi_exudyn.rotations import lowpass
-from sssi_exudyn.turns import Turn, Turns, find_turns, radius
+from sssi_exudyn.analysis.turns import Turn, Turns, find_turns, radius
+from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.core.rotations import lowpass
+from sssi_exudyn.simulation.result import SIDES, SimulationResult
 
 Mask = NDArray[np.bool_]
 WHOLE: Final = "turn"

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.signal import find_peaks
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.rotations import lowpass
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.rotations import lowpass
 
 Side = Literal["left", "right"]
 PHASES: Final = ("initiation", "control", "completion")

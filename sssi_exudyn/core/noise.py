@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
 
 _SOKAL_WINDOW = 5.0
 """The sum of correlations stops at five autocorrelation times: later lags add noise only (Sokal 1997)."""

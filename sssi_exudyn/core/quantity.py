@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.core.errors import InputError
 
 T = TypeVar("T")
 _KEY = "sssi_quantity"

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import signal
 
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
 
 
 def lowpass(values: Array, rate: float, cutoff: float) -> Array:

@@ -15,16 +15,17 @@ from typing import Any, Final
 import numpy as np
 import tomli_w
 
-from sssi_exudyn.bvh_text import bvh_text
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.fixes import OPTIONAL, REQUIRED, Fixes
-from sssi_exudyn.frames import Array
-from sssi_exudyn.gps import READERS, gps_from_fixes, read_fixes
-from sssi_exudyn.import_motion import MOTION_READERS, read_motion
-from sssi_exudyn.import_sensors import BAROMETER, PRESSURE, placed, write_pressure, write_sensors
-from sssi_exudyn.insoles import is_insoles, read_insoles
-from sssi_exudyn.recording import FILE, Recording, read_recording
-from sssi_exudyn.result_folder import locked, said_clearly
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.importing.bvh_writer import bvh_text
+from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
+from sssi_exudyn.importing.sensor_logs import BAROMETER, PRESSURE, placed, write_pressure, write_sensors
+from sssi_exudyn.io.writing import locked, said_clearly
+from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes
+from sssi_exudyn.recording.instruments.gps import READERS, gps_from_fixes, read_fixes
+from sssi_exudyn.recording.instruments.insoles import is_insoles, read_insoles
+from sssi_exudyn.recording.read import FILE, read_recording
+from sssi_exudyn.recording.recording import Recording
 
 MOTION, GPS, INSOLES, SENSORS = "motion.bvh", "gps.csv", "insoles.csv", "sensors"
 _NEEDED: Final = ("mass_kg", "height_m", "skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m")

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bvh import Bvh
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.recording.instruments.bvh import Bvh
 
 _ROTATIONS: Final = "Yrotation Xrotation Zrotation"
 _DIGITS: Final = "%.6f"

@@ -16,10 +16,10 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import read_bytes
-from sssi_exudyn.frames import Array
-from sssi_exudyn.optional import library
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.files import read_bytes
+from sssi_exudyn.runtime.optional import library
 
 _MEMORY: Final = 600_000_000
 """bytes of address space beyond what the process has at its start"""
@@ -48,10 +48,10 @@ def read_points(path: Path) -> Points:
     """Read a C3D file.  Raises InputError where the library is missing, or the file is damaged or without points."""
     library("ezc3d", path)
     read_bytes(path)  # missing, empty or too large: said as of any file
-    paths = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
+    paths = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     try:
         done = subprocess.run(
-            [sys.executable, "-m", "sssi_exudyn.c3d_points", str(path.resolve())],
+            [sys.executable, "-m", "sssi_exudyn.importing.c3d_points", str(path.resolve())],
             capture_output=True,
             timeout=_PATIENCE,
             check=False,

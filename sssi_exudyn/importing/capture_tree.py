@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.anatomy import hanging_from_t_pose
-from sssi_exudyn.bvh import Bvh
-from sssi_exudyn.frames import BODY_FROM_BVH, Array
-from sssi_exudyn.resample import even_frames
+from sssi_exudyn.core.frames import BODY_FROM_BVH, Array
+from sssi_exudyn.importing.resample import even_frames
+from sssi_exudyn.motion.capture_to_chain import hanging_from_t_pose
+from sssi_exudyn.recording.instruments.bvh import Bvh
 
 SIDES: Final = (("r", "Right"), ("l", "Left"))
 TREE: Final[tuple[tuple[str, str], ...]] = (

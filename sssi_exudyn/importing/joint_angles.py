@@ -12,14 +12,21 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bvh import Bvh
-from sssi_exudyn.capture_tree import SIDES, capture_of, trunk_places
-from sssi_exudyn.chain import COORDINATE, COORDINATES, SEGMENT, Geometry, average_geometry, forward_kinematics
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import read_text
-from sssi_exudyn.frames import Array
-from sssi_exudyn.opensim_files import GROUND_FROM_LEVEL, read_storage
-from sssi_exudyn.table import check_time
+from sssi_exudyn.bodies.skier.chain import (
+    COORDINATE,
+    COORDINATES,
+    SEGMENT,
+    Geometry,
+    average_geometry,
+    forward_kinematics,
+)
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.importing.capture_tree import SIDES, capture_of, trunk_places
+from sssi_exudyn.io.files import read_text
+from sssi_exudyn.io.storage import GROUND_FROM_LEVEL, read_storage
+from sssi_exudyn.io.table import check_time
+from sssi_exudyn.recording.instruments.bvh import Bvh
 
 _PELVIS: Final = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
 _KNEES: Final = ("knee_angle_r", "knee_angle_l")

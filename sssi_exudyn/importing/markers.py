@@ -12,13 +12,13 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.anatomy import mean_in
-from sssi_exudyn.bvh import Bvh
-from sssi_exudyn.c3d_points import Points, read_points
-from sssi_exudyn.capture_tree import SIDES, capture_of, trunk_places
-from sssi_exudyn.chain import SEGMENT, average_geometry
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.skier.chain import SEGMENT, average_geometry
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.importing.c3d_points import Points, read_points
+from sssi_exudyn.importing.capture_tree import SIDES, capture_of, trunk_places
+from sssi_exudyn.motion.capture_to_chain import mean_in
+from sssi_exudyn.recording.instruments.bvh import Bvh
 
 _TRUNK: Final = ("CLAV", "STRN", "C7", "T10", "LASI", "RASI", "LFHD", "RFHD", "LBHD", "RBHD")
 _SIDED: Final = ("THI", "KNE", "TIB", "ANK", "HEE", "TOE", "SHO", "ELB", "WRA", "WRB", "FIN")

@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from sssi_exudyn.bvh import Bvh, joint_names, read_bvh, recording_names
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.joint_angles import read_joint_angles
-from sssi_exudyn.markers import read_markers
-from sssi_exudyn.mvnx import read_mvnx
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.importing.joint_angles import read_joint_angles
+from sssi_exudyn.importing.markers import read_markers
+from sssi_exudyn.importing.mvnx import read_mvnx
+from sssi_exudyn.recording.instruments.bvh import Bvh, joint_names, read_bvh, recording_names
 
 Read = tuple[Bvh, float | None]
 

@@ -14,11 +14,11 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bvh import Bvh
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import BODY_FROM_BVH, Array
-from sssi_exudyn.markup import elements, local_name, text_below
-from sssi_exudyn.resample import even_frames
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import BODY_FROM_BVH, Array
+from sssi_exudyn.importing.resample import even_frames
+from sssi_exudyn.io.markup import elements, local_name, text_below
+from sssi_exudyn.recording.instruments.bvh import Bvh
 
 _SIDED: Final = {
     "Shoulder": "Shoulder", "UpperArm": "Arm", "ForeArm": "ForeArm", "Hand": "Hand",

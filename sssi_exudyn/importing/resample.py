@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.table import mend_clock
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.table import mend_clock
 
 
 def even_frames(path: Path, time: Array, rotations: Array, root: Array) -> tuple[Array, Array, Array, tuple[str, ...]]:

@@ -13,12 +13,12 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.channels import PLACES, read_barometer, read_imu
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import read_text
-from sssi_exudyn.frames import GRAVITY, Array
-from sssi_exudyn.insoles import read_insoles
-from sssi_exudyn.table import numbers
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.io.files import read_text
+from sssi_exudyn.io.table import numbers
+from sssi_exudyn.recording.instruments.imu import PLACES, read_barometer, read_imu
+from sssi_exudyn.recording.instruments.insoles import read_insoles
 
 BAROMETER, PRESSURE = "barometer", "insoles"
 _NAMES: Final = {

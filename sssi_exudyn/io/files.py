@@ -10,7 +10,7 @@ import stat
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Final
 
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.core.errors import InputError
 
 MAX_BYTES: Final = 50_000_000
 """The largest file that is read, bytes: two and a half minutes of capture at 100 Hz, 59 joints with all channels."""

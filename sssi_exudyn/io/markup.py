@@ -15,8 +15,8 @@ from xml.etree.ElementTree import Element, ParseError
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import iterparse
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import read_bytes
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.files import read_bytes
 
 MAX_XML: Final = 250_000_000
 """bytes; Xsens writes 7 kB a frame, and a run at 240 Hz has thirty thousand."""

@@ -12,9 +12,9 @@ from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import read_text
-from sssi_exudyn.quantity import Quantity, quantities
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.quantity import Quantity, quantities
+from sssi_exudyn.io.files import read_text
 
 MAX_TOML: Final = 1_000_000
 """bytes; a recording's notes have a thousand."""

@@ -8,9 +8,9 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import read_text
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.files import read_text
 
 SHORT_GAP: Final = 1.0
 """s; gaps up to this are interpolated, longer ones split the run.  A skier moves by less than a turn in it."""

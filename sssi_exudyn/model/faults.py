@@ -15,9 +15,9 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import Array
-from sssi_exudyn.quantity import checked, quantities, quantity
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.quantity import checked, quantities, quantity
 
 _CHOICE: Final = "chosen: beyond what instruments in working order show"
 

@@ -13,11 +13,11 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bvh import Bvh, joint_positions, world_rotations
-from sssi_exudyn.chain import JOINTS, SEGMENT, SEGMENTS, Axis, Geometry, Joint
-from sssi_exudyn.frames import BODY_FROM_BVH, Array, rotation_from_bvh
-from sssi_exudyn.limb import Limb, ball_joint_angles, fit_angles, turn_about
-from sssi_exudyn.rotations import nearest_rotation
+from sssi_exudyn.bodies.skier.chain import JOINTS, SEGMENT, SEGMENTS, Axis, Geometry, Joint
+from sssi_exudyn.core.frames import BODY_FROM_BVH, Array, rotation_from_bvh
+from sssi_exudyn.core.rotations import nearest_rotation
+from sssi_exudyn.motion.limb_angles import Limb, ball_joint_angles, fit_angles, turn_about
+from sssi_exudyn.recording.instruments.bvh import Bvh, joint_positions, world_rotations
 
 _SIDES: Final = (("r", "Right", -1.0), ("l", "Left", 1.0))
 

@@ -13,8 +13,8 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.chain import Axis, Joint, joint_rotation
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.skier.chain import Axis, Joint, joint_rotation
+from sssi_exudyn.core.frames import Array
 
 _ITERATIONS: Final = 50
 _STEP: Final = 0.5

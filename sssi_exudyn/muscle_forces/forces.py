@@ -16,13 +16,13 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.bones import Bones, Stance, stand
-from sssi_exudyn.bodies.muscle_curves import fibres
-from sssi_exudyn.bodies.muscle_paths import Paths, muscle_paths
-from sssi_exudyn.bodies.muscles import SkierMuscles, joint_shift
-from sssi_exudyn.chain import PRESCRIBED, SEGMENT, Geometry
-from sssi_exudyn.frames import Array
-from sssi_exudyn.static_optimisation import optimise
+from sssi_exudyn.bodies.muscles.bones import Bones, Stance, stand
+from sssi_exudyn.bodies.muscles.force_curves import fibres
+from sssi_exudyn.bodies.muscles.muscles import SkierMuscles, joint_shift
+from sssi_exudyn.bodies.muscles.paths import Paths, muscle_paths
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENT, Geometry
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.muscle_forces.static_optimisation import optimise
 
 MUSCLED: Final = tuple(name for name in PRESCRIBED if name.startswith(("hip_", "knee_", "ankle_", "lumbar_")))
 """The coordinates whose moments muscles make."""

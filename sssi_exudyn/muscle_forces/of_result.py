@@ -12,17 +12,17 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import CubicSpline
 
-from sssi_exudyn.bodies.muscles import LEG_GROUPS, LUMBAR_GROUPS, SIDES, SkierMuscles, skier_muscles
-from sssi_exudyn.chain import PRESCRIBED, SEGMENT, forward_kinematics
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import GRAVITY, Array, gravity_in_slope
-from sssi_exudyn.inverse_dynamics import joint_loads
-from sssi_exudyn.motion import spline_motion
-from sssi_exudyn.muscle_forces import JOINTS, LACKS, MUSCLED, MuscleForces, muscle_forces
-from sssi_exudyn.opensim_files import Storage, storage_text
-from sssi_exudyn.parts import Parts
-from sssi_exudyn.result_folder import MUSCLES, SERIES, SKELETON
-from sssi_exudyn.validation.run import Run
+from sssi_exudyn.bodies.muscles.muscles import LEG_GROUPS, LUMBAR_GROUPS, SIDES, SkierMuscles, skier_muscles
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENT, forward_kinematics
+from sssi_exudyn.bodies.skier.inverse_dynamics import joint_loads
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
+from sssi_exudyn.io.storage import Storage, storage_text
+from sssi_exudyn.motion.motion import spline_motion
+from sssi_exudyn.muscle_forces.forces import JOINTS, LACKS, MUSCLED, MuscleForces, muscle_forces
+from sssi_exudyn.results.folder import MUSCLES, SERIES, SKELETON
+from sssi_exudyn.results.stored import Run
+from sssi_exudyn.simulation.assembly import Parts
 
 LEAST_SAMPLES: Final = 6
 """A quintic spline needs as many."""

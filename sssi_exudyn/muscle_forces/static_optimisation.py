@@ -17,8 +17,8 @@ import numpy as np
 import osqp
 from scipy import sparse
 
-from sssi_exudyn.errors import SssiError
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.errors import SssiError
+from sssi_exudyn.core.frames import Array
 
 POWERS: Final = (2, 3)
 LEAST: Final = 0.01

@@ -11,9 +11,12 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.bvh import Bvh
-from sssi_exudyn.errors import InputError, SssiError
-from sssi_exudyn.estimate import (
+from sssi_exudyn.core.errors import InputError, SssiError
+from sssi_exudyn.core.frames import GRAVITY
+from sssi_exudyn.recording.instruments.bvh import Bvh
+from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.recording.instruments.insoles import Insoles
+from sssi_exudyn.recording.slope_and_heading import (
     Estimate,
     SlopeEstimate,
     estimate_heading,
@@ -22,9 +25,6 @@ from sssi_exudyn.estimate import (
     stance_at_fixes,
     track_of_skis,
 )
-from sssi_exudyn.frames import GRAVITY
-from sssi_exudyn.gps import Gps
-from sssi_exudyn.insoles import Insoles
 
 _LEG_SHARE: Final = 0.495
 """Thigh and shank, (0.4222 + 0.4403) m of 1.741 m of height: de Leva (1996), men."""

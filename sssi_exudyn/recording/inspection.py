@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from sssi_exudyn.crosscheck import estimate_setting
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import Array
-from sssi_exudyn.recording import Recording
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.recording.crosscheck import estimate_setting
+from sssi_exudyn.recording.recording import Recording
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from sssi_exudyn.channels import PLACES, Barometer, Imu, read_barometer, read_imu
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import inside, sha256
-from sssi_exudyn.quantity import quantities, quantity
-from sssi_exudyn.settings import Settings, check_keys, key_of, numbers_of, table_of, text_of
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.quantity import quantities, quantity
+from sssi_exudyn.io.files import inside, sha256
+from sssi_exudyn.io.settings import Settings, check_keys, key_of, numbers_of, table_of, text_of
+from sssi_exudyn.recording.instruments.imu import PLACES, Barometer, Imu, read_barometer, read_imu
 
 _DAY: Final = 86400.0
 

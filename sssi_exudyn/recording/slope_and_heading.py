@@ -11,10 +11,10 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.bvh import Bvh, joint_positions, world_rotations
-from sssi_exudyn.errors import SssiError
-from sssi_exudyn.frames import GRAVITY, Array
-from sssi_exudyn.gps import Gps
+from sssi_exudyn.core.errors import SssiError
+from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.recording.instruments.bvh import Bvh, joint_positions, world_rotations
+from sssi_exudyn.recording.instruments.gps import Gps
 
 Complex = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 

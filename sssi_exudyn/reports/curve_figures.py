@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from scipy.signal import find_peaks
 
-from sssi_exudyn.frames import GRAVITY, Array
-from sssi_exudyn.validation import plots
-from sssi_exudyn.validation.cycle import Cycle
-from sssi_exudyn.validation.panels import Key, Panel, Plot
-from sssi_exudyn.validation.run import Run
+from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.reports import plots
+from sssi_exudyn.reports.linked_turns import Cycle
+from sssi_exudyn.reports.panels import Key, Panel, Plot
+from sssi_exudyn.results.stored import Run
 
 RIGHT: Final = "-"
 LEFT: Final = "--"

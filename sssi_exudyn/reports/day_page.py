@@ -7,11 +7,11 @@ from html import escape
 from typing import Final
 from urllib.parse import quote
 
-from sssi_exudyn.model import Model
-from sssi_exudyn.validation.day import Weighed
-from sssi_exudyn.validation.diagnosis import STANDS_OUT, SURE, WORTH_NAMING, Number
-from sssi_exudyn.validation.page import Section, document, grid
-from sssi_exudyn.validation.told import doubt, saying
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.reports.html import Section, document, grid
+from sssi_exudyn.validation.diagnosis.day import Weighed
+from sssi_exudyn.validation.diagnosis.findings import STANDS_OUT, SURE, WORTH_NAMING, Number
+from sssi_exudyn.validation.diagnosis.sentences import doubt, saying
 
 _NOTHING: Final = "nothing"
 

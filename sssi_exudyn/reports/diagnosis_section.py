@@ -7,11 +7,11 @@ from html import escape
 import numpy as np
 from matplotlib.axes import Axes
 
-from sssi_exudyn.validation import plots
-from sssi_exudyn.validation.diagnosis import Diagnosis, Finding
-from sssi_exudyn.validation.locate import DIRECTIONS, MissingForce
-from sssi_exudyn.validation.page import Section, figure, table
-from sssi_exudyn.validation.search import Round
+from sssi_exudyn.reports import plots
+from sssi_exudyn.reports.html import Section, figure, table
+from sssi_exudyn.validation.diagnosis.findings import Diagnosis, Finding
+from sssi_exudyn.validation.diagnosis.missing_force import DIRECTIONS, MissingForce
+from sssi_exudyn.validation.diagnosis.search import Round
 
 _COLOURS = (plots.SIMULATED, plots.MEASURED, plots.OTHER)
 

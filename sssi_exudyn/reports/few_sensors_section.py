@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from sssi_exudyn.few_sensors import Completed
 from sssi_exudyn.fitting.fit import Fitted
 from sssi_exudyn.fitting.objective import Problem
-from sssi_exudyn.motion import Motion
-from sssi_exudyn.recording import Recording
-from sssi_exudyn.validation import plots
-from sssi_exudyn.validation.page import Section, figure, table
-from sssi_exudyn.validation.posture_share import SecondHalf, Shares, second_half, shares_of
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.few_sensors.complete import Completed
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.reports import plots
+from sssi_exudyn.reports.html import Section, figure, table
+from sssi_exudyn.validation.posture_uncertainty import SecondHalf, Shares, second_half, shares_of
 
 
 def counted(

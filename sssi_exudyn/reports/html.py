@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from html import escape
 from importlib import resources
 
-from sssi_exudyn.validation.plots import labelled
+from sssi_exudyn.reports.plots import labelled
 
 Row = tuple[str, str, str]
 """What it is, its value, what it means."""

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.turns import Turn, Turns
+from sssi_exudyn.analysis.turns import Turn, Turns
+from sssi_exudyn.core.frames import Array
 
 SAMPLES: Final = 100
 """Points a turn: 20 ms apart in a turn of 2 s, half a period of what a filter of 6 Hz leaves in eight."""

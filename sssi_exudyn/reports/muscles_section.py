@@ -9,13 +9,13 @@ import pandas as pd
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from sssi_exudyn.bodies.muscles import LEG_GROUPS, LUMBAR_GROUPS, SIDES
-from sssi_exudyn.frames import Array
-from sssi_exudyn.muscle_forces import JOINTS
-from sssi_exudyn.turns import PHASES
-from sssi_exudyn.validation.muscle_run import MuscleRun, contact_weights, figures, group_activation
-from sssi_exudyn.validation.page import Section, figure, grid
-from sssi_exudyn.validation.plots import COLOURS, svg
+from sssi_exudyn.analysis.turns import PHASES
+from sssi_exudyn.bodies.muscles.muscles import LEG_GROUPS, LUMBAR_GROUPS, SIDES
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.muscle_forces.forces import JOINTS
+from sssi_exudyn.muscle_forces.of_result import MuscleRun, contact_weights, figures, group_activation
+from sssi_exudyn.reports.html import Section, figure, grid
+from sssi_exudyn.reports.plots import COLOURS, svg
 
 TITLE = "Muscles"
 Mask = NDArray[np.bool_]

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sssi_exudyn.validation import plots
+from sssi_exudyn.reports import plots
 
 _WIDE = 4.0
 """Inches from which a panel shares its line with one other at most, narrower ones with two."""

@@ -12,8 +12,8 @@ from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sssi_exudyn.validation import plots
-from sssi_exudyn.validation.panels import Plot, panels_page
+from sssi_exudyn.reports import plots
+from sssi_exudyn.reports.panels import Plot, panels_page
 
 A4: Final = (8.27, 11.69)
 """in"""

@@ -13,20 +13,12 @@ from html import escape
 from typing import Any
 
 import matplotlib as mpl
-import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-
-from sssi_exudyn.frames import Array
-from sssi_exudyn.rotations import lowpass
-from sssi_exudyn.validation.metrics import at_times, pressure_ratio
 
 COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00")
 """Okabe and Ito's vermillion, blue, green, purple and orange; the page's ``--c1`` to ``--c5``."""
 MEASURED, SIMULATED, OTHER = COLOURS[:3]
-CUTOFF_HZ = 6.0
-"""The paper's filter of insole data (2.4)."""
 INK = "#010203"
 """Stands for the text's colour until the SVG is written; no plot uses it for anything else."""
 STYLE: dict[Any, Any] = {
@@ -39,27 +31,6 @@ STYLE: dict[Any, Any] = {
     "legend.frameon": False,
     "lines.linewidth": 1.6,
 } | dict.fromkeys(("text.color", "axes.edgecolor", "axes.labelcolor", "xtick.color", "ytick.color", "grid.color"), INK)
-
-
-def antenna_of(series: pd.DataFrame) -> Array:
-    """The simulated antenna (n, 3), east-north-up in metres, of a result's time series."""
-    return series[[f"antenna_{axis}_m" for axis in ("east", "north", "up")]].to_numpy(dtype=float)
-
-
-def distances(series: pd.DataFrame, times: Array, fixes: Array) -> Array:
-    """Horizontal distance (m,) in metres of the simulated antenna to GPS fixes (m, 3) at ``times`` (m,); NaN outside
-    the run.
-    """
-    simulated = at_times(series["time_s"].to_numpy(dtype=float), antenna_of(series), times)
-    return np.asarray(np.linalg.norm((simulated - fixes)[:, :2], axis=1))
-
-
-def filtered_ratio(time: Array, left: Array, right: Array) -> Array:
-    """Pressure ratio (n,) of measured loads (N), both filtered first as the paper does (2.4)."""
-    rate = 1.0 / float(np.median(np.diff(time)))
-    if rate > 2.0 * CUTOFF_HZ:
-        left, right = lowpass(left, rate, CUTOFF_HZ), lowpass(right, rate, CUTOFF_HZ)
-    return pressure_ratio(left, right)
 
 
 def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: float = 7.2) -> str:

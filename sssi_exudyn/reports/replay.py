@@ -17,8 +17,8 @@ import numpy as np
 import pandas as pd
 from scipy.integrate import cumulative_trapezoid
 
-from sssi_exudyn.bodies.ski import Ski
-from sssi_exudyn.chain import (
+from sssi_exudyn.bodies.ski.ski import Ski
+from sssi_exudyn.bodies.skier.chain import (
     COORDINATES,
     FEET,
     PARENT,
@@ -29,9 +29,9 @@ from sssi_exudyn.chain import (
     Poses,
     forward_kinematics,
 )
-from sssi_exudyn.frames import GRAVITY, Array, level_to_enu, slope_to_level
-from sssi_exudyn.model import Model
-from sssi_exudyn.result import SIDES
+from sssi_exudyn.core.frames import GRAVITY, Array, level_to_enu, slope_to_level
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.simulation.result import SIDES
 
 RATE: Final = 20.0
 """Frames a second; the page interpolates between them.  A hand that swings 0.3 m twice a second is then drawn up to

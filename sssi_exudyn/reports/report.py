@@ -11,20 +11,20 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from sssi_exudyn.chain import geometry_to_dict
-from sssi_exudyn.model import model_to_dict
-from sssi_exudyn.result_folder import write_result
-from sssi_exudyn.validation import tables
-from sssi_exudyn.validation.curve_figures import figure_5, figure_7, figure_8
-from sssi_exudyn.validation.cycle import cycle_of
-from sssi_exudyn.validation.page import Section, document, grid
-from sssi_exudyn.validation.panels import Plot, panels_html
-from sssi_exudyn.validation.printed import pdf_bytes
-from sssi_exudyn.validation.replay import packed, player, scene_of
-from sssi_exudyn.validation.run import Run
-from sssi_exudyn.validation.sentences import in_words
-from sssi_exudyn.validation.track_figures import figure_4, figure_6
-from sssi_exudyn.validation.turn_tables import each_turn, turns
+from sssi_exudyn.bodies.skier.chain import geometry_to_dict
+from sssi_exudyn.model.toml import model_to_dict
+from sssi_exudyn.reports import tables
+from sssi_exudyn.reports.curve_figures import figure_5, figure_7, figure_8
+from sssi_exudyn.reports.html import Section, document, grid
+from sssi_exudyn.reports.linked_turns import cycle_of
+from sssi_exudyn.reports.panels import Plot, panels_html
+from sssi_exudyn.reports.pdf import pdf_bytes
+from sssi_exudyn.reports.replay import packed, player, scene_of
+from sssi_exudyn.reports.sentences import in_words
+from sssi_exudyn.reports.track_figures import figure_4, figure_6
+from sssi_exudyn.reports.turn_tables import each_turn, turns
+from sssi_exudyn.results.folder import write_result
+from sssi_exudyn.results.stored import Run
 
 
 def render(runs: Sequence[Run], sections: Sequence[Section] = ()) -> str:

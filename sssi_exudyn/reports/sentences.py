@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from sssi_exudyn.validation.run import Run
+from sssi_exudyn.results.stored import Run
 
 WEDGE_DEG: Final = 5.0
 """Angle between the skis from which they make a wedge: between the paper's beginner (9°) and intermediate (2°)."""

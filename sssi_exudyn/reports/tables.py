@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sssi_exudyn.validation.run import Run
+from sssi_exudyn.results.stored import Run
 
 Summary = Mapping[str, Any]
 Entry = tuple[str, Callable[[Summary], str]]

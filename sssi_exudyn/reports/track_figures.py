@@ -8,14 +8,15 @@ from typing import Final
 import numpy as np
 from matplotlib.axes import Axes
 
-from sssi_exudyn.chain import SEGMENT
-from sssi_exudyn.frames import Array, slope_to_enu
-from sssi_exudyn.validation import plots
-from sssi_exudyn.validation.cycle import Cycle
+from sssi_exudyn.bodies.skier.chain import SEGMENT
+from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.reports import plots
+from sssi_exudyn.reports.linked_turns import Cycle
+from sssi_exudyn.reports.panels import Key, Panel, Plot
+from sssi_exudyn.reports.replay import poses_of
+from sssi_exudyn.results.stored import Run
+from sssi_exudyn.validation.agreement import distances, filtered_ratio
 from sssi_exudyn.validation.metrics import pressure_ratio
-from sssi_exudyn.validation.panels import Key, Panel, Plot
-from sssi_exudyn.validation.replay import poses_of
-from sssi_exudyn.validation.run import Run
 
 _KINDS: Final = ("trajectory", "distance to the GPS", "foot pressure ratio")
 _TRACK, _DISTANCE, _RATIO = _KINDS
@@ -49,7 +50,7 @@ def _against_measured(run: Run) -> dict[str, Panel]:
         when, sigma = seen["time_s"].to_numpy(), seen["gps_sigma_m"].to_numpy()
         enu = seen[["gps_east_m", "gps_north_m", "gps_up_m"]].to_numpy()
         fixes = enu @ slope_to_enu(run.model.inclination, run.model.fall_line_azimuth)
-        error = plots.distances(run.series, when, enu)
+        error = distances(run.series, when, enu)
 
         def track(axes: Axes) -> None:
             axes.plot(fixes[:, 0], fixes[:, 1], ".", color=plots.COLOURS[0], markersize=6.0)
@@ -70,7 +71,7 @@ def _against_measured(run: Run) -> dict[str, Panel]:
     if "left_insole_N" in within:
         whole = run.measured.dropna(subset=["left_insole_N"])
         felt = whole["time_s"].to_numpy()
-        measured = plots.filtered_ratio(felt, whole["left_insole_N"].to_numpy(), whole["right_insole_N"].to_numpy())
+        measured = filtered_ratio(felt, whole["left_insole_N"].to_numpy(), whole["right_insole_N"].to_numpy())
         shown = (felt >= run.time[0]) & (felt <= run.time[-1])
         ratio = pressure_ratio(*(run.series[f"{side}_sole_N"].to_numpy(dtype=float) for side in ("left", "right")))
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
-from sssi_exudyn.biomechanics import WHOLE
-from sssi_exudyn.turns import PHASES
-from sssi_exudyn.validation.run import Run
-from sssi_exudyn.validation.tables import Entry, Summary, Table, number, sheet, with_spread
+from sssi_exudyn.analysis.biomechanics import WHOLE
+from sssi_exudyn.analysis.turns import PHASES
+from sssi_exudyn.reports.tables import Entry, Summary, Table, number, sheet, with_spread
+from sssi_exudyn.results.stored import Run
 
 _TURNS: Final = (
     ("duration of a turn (s)", "each", "duration_s", 1.0),

@@ -6,23 +6,18 @@ full disk or an interrupt leaves the old result or the new one, a kill at the wo
 
 from __future__ import annotations
 
-import dataclasses
 import json
-import math
-import os
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import filelock
-import numpy as np
 import pandas as pd
 import tomli_w
 
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.writing import _replace_together, locked, plain, said_clearly, to_json
 
 FORMAT = 1
 SUMMARY, SERIES, MODEL, DIAGNOSIS, REPORT = (
@@ -36,7 +31,6 @@ TURNS: tuple[str, str] = ("turns.csv", "turns.parquet")
 OPENSIM = ("coordinates.mot", "snow_forces.mot", "joint_moments.sto", "markers.trc")
 MUSCLES = ("muscle_activations.sto", "muscle_forces.sto")
 MEASURED, SKELETON = "measured.parquet", "skeleton.json"
-_LOCK = ".lock"
 
 _FIGURES: Mapping[str, Any] = {
     "recording": None,
@@ -79,7 +73,7 @@ def write_result(
     summary : figures by group, completed by ``complete_summary``
     series : one row a sample (``SimulationResult.to_frame``)
     model : the complete model as a table (written as TOML)
-    measured : what the recording's instruments say, one row an instant (``validation.measured``)
+    measured : what the recording's instruments say, one row an instant (``results.measured``)
     skeleton : the skier's lengths (``chain.geometry_to_dict``)
     turns : one row a turn and phase (``biomechanics``)
     opensim : the texts of the files ``OPENSIM`` by name
@@ -195,102 +189,6 @@ def read_model(folder: Path) -> dict[str, Any]:
             return tomllib.loads(path.read_text(encoding="utf-8"))
         except ValueError as error:
             raise InputError(path, "", f"not TOML ({error})", "run again") from error
-
-
-@contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Hold ``folder`` (made when missing) against other processes.  May be nested within one thread.
-
-    Raises InputError when another process holds it, when it cannot be made, and when what is done meanwhile cannot be
-    written.
-    """
-    with said_clearly(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = filelock.FileLock(folder / _LOCK, timeout=0, is_singleton=True)
-        try:
-            lock.acquire()
-        except filelock.Timeout as error:
-            raise InputError(
-                folder, "", "another process is writing here", "wait for it, or choose another folder with --out"
-            ) from error
-    try:
-        with said_clearly(folder):
-            yield
-    finally:
-        lock.release()
-
-
-def held(folder: Path) -> bool:
-    """True while a process has ``folder`` ``locked``."""
-    if not (folder / _LOCK).exists():
-        return False
-    lock = filelock.FileLock(folder / _LOCK, timeout=0)
-    try:
-        lock.acquire()
-    except filelock.Timeout:
-        return True
-    lock.release()
-    return False
-
-
-@contextmanager
-def said_clearly(path: Path) -> Iterator[None]:
-    """Turn the operating system's refusals (read-only, full, missing, not a folder) into one clear InputError."""
-    try:
-        yield
-    except BrokenPipeError:  # whoever reads stderr or stdout has gone; that is no fault of ``path``
-        raise
-    except OSError as error:
-        raise InputError(
-            path, "", (error.strerror or str(error)).lower(), "check the path, its permissions and the space left"
-        ) from error
-
-
-def write_atomically(path: Path, content: str | bytes) -> None:
-    """Write one file whole or not at all, text as UTF-8.  Raises InputError where it cannot be written."""
-    written = content.encode() if isinstance(content, str) else content
-    with said_clearly(path):
-        _replace_together(path.parent, {path.name: lambda made: made.write_bytes(written)}, set())
-
-
-def to_json(value: Any) -> str:
-    """JSON text, readable by people too, of whatever ``plain`` takes."""
-    return json.dumps(plain(value), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def plain(value: Any) -> Any:
-    """What JSON can hold: dataclasses as mappings, NumPy's numbers and arrays as Python's, not finite as None."""
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        value = {entry.name: getattr(value, entry.name) for entry in dataclasses.fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [plain(entry) for entry in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value
-
-
-def _replace_together(folder: Path, writers: Mapping[str, Callable[[Path], object]], stale: set[str]) -> None:
-    """Write every file under another name, then move them all into place in the order given.
-
-    The last of them, which says that the others are whole, goes away before the first is moved: a kill in between
-    leaves no result that is half the old one.
-    """
-    made = {name: folder / f".{name}.{os.getpid()}" for name in writers}
-    try:
-        for name, write in writers.items():
-            write(made[name])
-        *others, last = writers
-        for name in (*stale, *([last] if others else [])):
-            (folder / name).unlink(missing_ok=True)
-        for name, path in made.items():
-            path.replace(folder / name)
-    finally:
-        for path in made.values():
-            path.unlink(missing_ok=True)
 
 
 def _merged(template: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:

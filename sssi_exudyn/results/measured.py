@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import pandas as pd
 
-from sssi_exudyn.gps import Gps
-from sssi_exudyn.insoles import Insoles
+from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.recording.instruments.insoles import Insoles
 
 
 def measured_table(gps: Gps | None, insoles: Insoles | None) -> pd.DataFrame | None:

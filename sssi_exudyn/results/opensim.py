@@ -8,35 +8,21 @@ positive; the pelvis turns about z (tilt), x (list), y (rotation) in this order.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.chain import SEGMENT, SEGMENTS, Geometry, forward_kinematics
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import Array, slope_to_level
-from sssi_exudyn.result import SIDES, SimulationResult
+from sssi_exudyn.bodies.skier.chain import SEGMENT, SEGMENTS, Geometry, forward_kinematics
+from sssi_exudyn.core.frames import Array, slope_to_level
+from sssi_exudyn.io.storage import GROUND_FROM_LEVEL, Storage, storage_text
+from sssi_exudyn.simulation.result import SIDES, SimulationResult
 
-GROUND_FROM_LEVEL: Final[Array] = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-"""Components (x forward, y left, z up) → (x forward, y up, z right)."""
 MARKER_RATE: Final = 100.0
 """Hz of the markers; a ``.trc`` has to be evenly sampled."""
 _EXTENDS: Final = ("knee_angle_r", "knee_angle_l")
 """Coordinates whose positive direction is the other one there."""
-
-
-@dataclass(frozen=True)
-class Storage:
-    """A table as ``.mot`` and ``.sto`` hold it: ``values`` (n, c) under ``columns``, the first of them time (s)."""
-
-    name: str
-    columns: tuple[str, ...]
-    values: Array
-    in_degrees: bool
 
 
 def coordinates(result: SimulationResult, inclination: float) -> Storage:
@@ -85,16 +71,6 @@ def snow_forces(result: SimulationResult, inclination: float) -> Storage:
     return _storage("snow_forces", result.time, columns, in_degrees=False)
 
 
-def storage_text(table: Storage) -> str:
-    """The table as OpenSim reads it (version 1 of the format)."""
-    head = (
-        f"{table.name}\nversion=1\nnRows={len(table.values)}\nnColumns={len(table.columns)}\n"
-        f"inDegrees={'yes' if table.in_degrees else 'no'}\nendheader\n"
-    )
-    rows = "\n".join("\t".join(f"{value:.10g}" for value in row) for row in table.values)
-    return f"{head}{chr(9).join(table.columns)}\n{rows}\n"
-
-
 def markers_text(result: SimulationResult, geometry: Geometry, inclination: float) -> str:
     """Joint centres, head's vertex and toe tips as markers in metres, ``MARKER_RATE`` a second, a ``.trc`` file."""
     times = np.arange(result.time[0], result.time[-1] + 1e-9, 1.0 / MARKER_RATE)
@@ -131,41 +107,6 @@ def opensim_texts(result: SimulationResult, geometry: Geometry, inclination: flo
         "joint_moments.sto": storage_text(moments(result)),
         "markers.trc": markers_text(result, geometry, inclination),
     }
-
-
-def read_storage(path: Path, text: str) -> Storage:
-    """Read a ``.mot`` or ``.sto`` strictly: the header's counts have to be those of the table.
-
-    Raises InputError with the line of the fault.
-    """
-    lines = text.splitlines()
-    ends = next((i for i, line in enumerate(lines) if line.strip().lower() == "endheader"), None)
-    if ends is None or ends + 1 >= len(lines):
-        raise InputError(path, "header", "no line 'endheader' with a table after it", "write it anew from OpenSim")
-    pairs = (line.partition("=") for line in lines[:ends])
-    head = {key.strip().lower(): value.strip() for key, found, value in pairs if found}
-    columns = tuple(lines[ends + 1].split())
-    rows: list[Sequence[float]] = []
-    for number, line in enumerate(lines[ends + 2 :], ends + 3):
-        if not line.strip():
-            continue
-        try:
-            row = [float(value) for value in line.split()]
-        except ValueError as error:
-            raise InputError(path, f"line {number}", f"not a number ({error})", "mend or delete it") from error
-        if len(row) != len(columns):
-            raise InputError(
-                path, f"line {number}", f"{len(row)} values under {len(columns)} columns", "mend or delete it"
-            )
-        rows.append(row)
-    for key, count in (("nrows", len(rows)), ("ncolumns", len(columns)), ("datarows", len(rows))):
-        if key in head and head[key] != str(count):
-            raise InputError(path, "header", f"{key} is {head[key]}, the table has {count}", f"write {count}")
-    if not rows or columns[0] != "time":
-        raise InputError(path, "table", "no rows, or the first column is not time", "write it anew from OpenSim")
-    return Storage(
-        lines[0].strip(), columns, np.array(rows, dtype=np.float64), head.get("indegrees", "no").lower() == "yes"
-    )
 
 
 def _storage(name: str, time: Array, columns: Mapping[str, Array], *, in_degrees: bool) -> Storage:

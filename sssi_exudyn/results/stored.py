@@ -10,12 +10,13 @@ from typing import Any
 
 import pandas as pd
 
-from sssi_exudyn.chain import Geometry, geometry_from_dict
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import Array, slope_to_enu
-from sssi_exudyn.model import Model
-from sssi_exudyn.model import read_model as read_model_file
-from sssi_exudyn.result_folder import (
+from sssi_exudyn.analysis.turns import LEAST_SAMPLES, Turns, find_turns
+from sssi_exudyn.bodies.skier.chain import Geometry, geometry_from_dict
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import read_model as read_model_file
+from sssi_exudyn.results.folder import (
     MODEL,
     SKELETON,
     complete_summary,
@@ -25,7 +26,6 @@ from sssi_exudyn.result_folder import (
     read_summary,
     read_turns,
 )
-from sssi_exudyn.turns import LEAST_SAMPLES, Turns, find_turns
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import importlib
 from pathlib import Path
 from types import ModuleType
 
-from sssi_exudyn.errors import InputError, SssiError
+from sssi_exudyn.core.errors import InputError, SssiError
 
 
 def library(name: str, path: Path) -> ModuleType:

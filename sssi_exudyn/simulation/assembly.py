@@ -8,17 +8,17 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bodies.anthropometry import SegmentInertia, body_inertia
-from sssi_exudyn.bodies.ski_mesh import BeamMesh, mesh
-from sssi_exudyn.bodies.ski_modes import damping_time
-from sssi_exudyn.contact import vectors
-from sssi_exudyn.contact.air import FrontalAreas
-from sssi_exudyn.contact.sections import Sections
-from sssi_exudyn.frames import Array
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Antenna, Motion, turned
-from sssi_exudyn.posture import Posture, posture_at
-from sssi_exudyn.sensors import antenna_shift, capture_yaw
+from sssi_exudyn.bodies.ski.mesh import BeamMesh, mesh
+from sssi_exudyn.bodies.ski.modes import damping_time
+from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia, body_inertia
+from sssi_exudyn.contact.backends import vectors
+from sssi_exudyn.contact.backends.sections import Sections
+from sssi_exudyn.contact.terms.air import FrontalAreas
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.faults import antenna_shift, capture_yaw
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import Antenna, Motion, turned
+from sssi_exudyn.simulation.posture_table import Posture, posture_at
 
 _STRETCH = 256
 """Instants whose posture is computed at once."""

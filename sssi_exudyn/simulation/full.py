@@ -17,18 +17,19 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
-from sssi_exudyn.chain import PRESCRIBED
-from sssi_exudyn.contact.backend import Backend, installed
-from sssi_exudyn.contact.kernel import LOAD
-from sssi_exudyn.errors import SimulationDiverged
-from sssi_exudyn.frames import GRAVITY, Array, gravity_in_slope
-from sssi_exudyn.model import Model, along_snow
-from sssi_exudyn.motion import Motion, antenna_offset
-from sssi_exudyn.parts import Parts, as_worn
-from sssi_exudyn.posture import Posture
-from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.simulation_record import Record, result_from_record
-from sssi_exudyn.simulation_system import System, build
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.contact.backends.backend import Backend, installed
+from sssi_exudyn.contact.backends.full_kernel import LOAD
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
+from sssi_exudyn.model.model import Model, along_snow
+from sssi_exudyn.motion.motion import Motion, antenna_offset
+from sssi_exudyn.simulation.assembly import Parts, as_worn
+from sssi_exudyn.simulation.posture_table import Posture
+from sssi_exudyn.simulation.recorder import Record
+from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.simulation.series import result_from_record
+from sssi_exudyn.simulation.system import System, build
 
 SETTLING = 0.6
 """s of standing still on the snow before the start: free ends of skis, which vibrate longest, are at rest to 0.1 mm."""
@@ -53,7 +54,7 @@ def simulate(
     """Simulate the full model from ``start`` to ``stop`` (recording's clock, s; the motion's ends if None).
 
     ``tree``: with the skeleton's tree, or with its mass carried by the pelvis; ``backend`` says how the force terms are
-    evaluated (see ``contact.backend``).  Either way the result is the same.
+    evaluated (see ``contact.backends.backend``).  Either way the result is the same.
 
     Raises SimulationDiverged, with the partial result, when the solver gives up.
     """

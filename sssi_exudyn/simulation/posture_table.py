@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sssi_exudyn.bodies.anthropometry import SegmentInertia
-from sssi_exudyn.chain import FEET, SEGMENT, forward_kinematics, jacobians, mean_jacobian, rates
-from sssi_exudyn.frames import Array
-from sssi_exudyn.motion import Motion
+from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia
+from sssi_exudyn.bodies.skier.chain import FEET, SEGMENT, forward_kinematics, jacobians, mean_jacobian, rates
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.motion.motion import Motion
 
 
 @dataclass(frozen=True)

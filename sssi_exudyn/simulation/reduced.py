@@ -7,25 +7,22 @@ large bending of the skis, their geometric stiffness, gyroscopic forces between 
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bodies.ski_modes import ModalSki, modal_ski
-from sssi_exudyn.contact import reduced_kernel
-from sssi_exudyn.contact.compiled import compile_kernel, parameter_values
+from sssi_exudyn.bodies.ski.modes import ModalSki, modal_ski
+from sssi_exudyn.contact.backends import reduced_kernel
+from sssi_exudyn.contact.backends.compiled import compile_kernel, parameter_values
 from sssi_exudyn.contact.registry import padded
-from sssi_exudyn.errors import SimulationDiverged
-from sssi_exudyn.frames import Array, gravity_in_slope, slope_to_level
-from sssi_exudyn.model import Model, along_snow
-from sssi_exudyn.motion import Motion, antenna_carrier, antenna_offset
-from sssi_exudyn.parts import Parts
-from sssi_exudyn.sensors import antenna_shift, capture_yaw
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.frames import Array, gravity_in_slope, slope_to_level
+from sssi_exudyn.model.faults import antenna_shift, capture_yaw
+from sssi_exudyn.model.model import Model, along_snow
+from sssi_exudyn.motion.motion import Motion, antenna_carrier, antenna_offset
+from sssi_exudyn.simulation.assembly import Parts
 
 MODES: Final = 12
 """Vibrations of each ski that are kept: up to 130 Hz for a slalom ski."""
@@ -259,51 +256,6 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
         foot_forward=at.foot_rotation[..., 0],
         edge_angle=edges,
     )
-
-
-STEPS: Final = {
-    "heading_offset": 1e-4,
-    "clock_offset": 1e-3,
-    "f": 1e-2,
-    "l": 1e-2,
-    "velocity_f": 1e-3,
-    "velocity_l": 1e-3,
-}
-"""Differences for the derivatives by the start's numbers, in their units."""
-_NEAR: Final = {"s": 0.01, "m": 0.05}
-"""Differences at most by unit: bounds of a place or an instant are those of a whole day, an effect's edge is sharp."""
-
-
-def sensitivities(
-    model: Model, prepared: Prepared, names: Sequence[str], observed: Callable[[Model, ReducedRun], Array]
-) -> tuple[Array, Array]:
-    """What is ``observed`` of a run, any shape (…), and its derivative (…, k) by the numbers of those names.
-
-    Forward differences: a term's or sensor's number is changed by 10⁻⁴ of the width of its bounds, inwards, a place or
-    an instant by no more than is near; what that leaves of curvature is less than the reduced model's own difference
-    from the full one.
-    """
-    changed, widths = [model], []
-    for name in names:
-        about, value = model.about(name), model.value(name)
-        owner, _, key = name.partition(".")
-        width = STEPS[key] if owner == "start" else min(1e-4 * (about.high - about.low), _NEAR.get(about.unit, np.inf))
-        widths.append(width if value + width <= about.high else -width)
-        changed.append(model.with_values({name: value + widths[-1]}))
-    first, *others = simulate_each(changed, prepared, observed)
-    columns = [(other - first) / width for other, width in zip(others, widths, strict=True)]
-    return first, np.stack(columns, axis=-1) if columns else np.zeros((*first.shape, 0))
-
-
-def simulate_each(
-    models: Sequence[Model], prepared: Prepared, observed: Callable[[Model, ReducedRun], Array]
-) -> list[Array]:
-    """What is ``observed`` of a run of each model, in threads: the compiled loop lets go of the interpreter's lock."""
-    every = [padded(model.terms) for model in models]
-    for terms in {tuple(type(term) for term in terms): terms for terms in every}.values():
-        compile_kernel(terms, reduced_kernel)  # once, before threads ask for it
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(lambda each: observed(each, simulate_reduced(each, prepared)), models))
 
 
 def _shares(

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
 
 SIDES = ("left", "right")
 _FREE = ("pelvis_f", "pelvis_l", "pelvis_n")

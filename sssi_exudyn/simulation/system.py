@@ -13,12 +13,12 @@ from exudyn.itemInterface import (
     NodePointGround,
 )
 
-from sssi_exudyn.bodies.beam import add_ski_beam
-from sssi_exudyn.bodies.skeleton import CarriedMass, Skeleton, add_carried_mass, add_skeleton
-from sssi_exudyn.contact.backend import Backend, CoupledMass, Forces, Instant, add_forces
-from sssi_exudyn.frames import Array, gravity_in_slope
-from sssi_exudyn.parts import Parts
-from sssi_exudyn.posture import Posture
+from sssi_exudyn.bodies.ski.beam import add_ski_beam
+from sssi_exudyn.bodies.skier.skeleton import CarriedMass, Skeleton, add_carried_mass, add_skeleton
+from sssi_exudyn.contact.backends.backend import Backend, CoupledMass, Forces, Instant, add_forces
+from sssi_exudyn.core.frames import Array, gravity_in_slope
+from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.posture_table import Posture
 
 
 def instant(posture: Posture, row: int, *, standing: bool = False) -> Instant:

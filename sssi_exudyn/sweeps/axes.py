@@ -10,13 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski import catalogue
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.bodies.ski.ski import catalogue
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.fitting.fit import FRICTION, NUISANCES
-from sssi_exudyn.settings import Settings, check_keys, text_of
-from sssi_exudyn.sweep_design import LISTED, Axis
-from sssi_exudyn.sweep_file import LARGEST, SweepFile, count_of, list_of, words_of
-from sssi_exudyn.sweep_parameters import SKIS, Parameter
+from sssi_exudyn.io.settings import Settings, check_keys, text_of
+from sssi_exudyn.sweeps.design import LISTED, Axis
+from sssi_exudyn.sweeps.file import LARGEST, SweepFile, count_of, list_of, words_of
+from sssi_exudyn.sweeps.parameters import SKIS, Parameter
 
 _FULL_ONLY: Final = ("step", "spectral_radius", "relative_tolerance", "absolute_tolerance")
 """Numbers of ``solver`` that the reduced model has no use for: it integrates in its own way."""

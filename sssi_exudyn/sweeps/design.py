@@ -10,9 +10,9 @@ from typing import Any, Final, Literal
 import numpy as np
 from scipy.stats import qmc
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.optional import needed_for
-from sssi_exudyn.sweep_parameters import Parameter
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.runtime.optional import needed_for
+from sssi_exudyn.sweeps.parameters import Parameter
 
 Kind = Literal["grid", "list", "latin_hypercube", "sobol", "sobol_indices", "morris"]
 LISTED: Final[tuple[Kind, ...]] = ("grid", "list")

@@ -25,10 +25,10 @@ from typing import Any, Final, Literal, TypeVar
 
 from sssi_exudyn.contact.registry import read_term
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.fitting.fit import METHODS, Method
-from sssi_exudyn.settings import Settings, check_keys, read_toml, table_of, text_of
-from sssi_exudyn.sweep_design import INDEXED, KINDS, LISTED, Design
+from sssi_exudyn.io.settings import Settings, check_keys, read_toml, table_of, text_of
+from sssi_exudyn.sweeps.design import INDEXED, KINDS, LISTED, Design
 
 Task = Literal["simulate", "fit"]
 Tier = Literal["reduced", "full"]

@@ -8,17 +8,17 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from sssi_exudyn.chain import PRESCRIBED
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import FRICTION, NUISANCES, Fitted, Method
-from sssi_exudyn.fitting.observe import seen_by_gps, track_of
-from sssi_exudyn.frames import Array
-from sssi_exudyn.model import Model
-from sssi_exudyn.recording import Recording
-from sssi_exudyn.reduced import ReducedRun
-from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.sweep_file import Task, Tier
+from sssi_exudyn.fitting.gps_observation import seen_by_gps, track_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.simulation.reduced import ReducedRun
+from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.sweeps.file import Task, Tier
+from sssi_exudyn.validation.agreement import judge_loads
 from sssi_exudyn.validation.metrics import LOAD_FLOOR, path_length, pressure_ratio, trajectory_error
-from sssi_exudyn.validation.validate import judge_loads
 
 AnyRun = ReducedRun | SimulationResult
 Figures = dict[str, float | None]

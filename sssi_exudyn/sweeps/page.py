@@ -8,13 +8,13 @@ from typing import Any, Final
 
 import pandas as pd
 
-from sssi_exudyn.sweep_design import Axis
-from sssi_exudyn.sweep_indices import MEANINGS, TOTAL, ranked
-from sssi_exudyn.sweep_plan import Plan
-from sssi_exudyn.sweep_plots import bars_svg, heat_svg, response_svg
-from sssi_exudyn.sweep_records import DONE, STATUSES
-from sssi_exudyn.sweep_table import origin_of
-from sssi_exudyn.validation.page import Section, document, figure, grid, table
+from sssi_exudyn.reports.html import Section, document, figure, grid, table
+from sssi_exudyn.sweeps.design import Axis
+from sssi_exudyn.sweeps.plan import Plan
+from sssi_exudyn.sweeps.plots import bars_svg, heat_svg, response_svg
+from sssi_exudyn.sweeps.records import DONE, STATUSES
+from sssi_exudyn.sweeps.sensitivity_indices import MEANINGS, TOTAL, ranked
+from sssi_exudyn.sweeps.table import origin_of
 
 PAGE: Final = "summary.html"
 _MOST_PARAMETERS: Final = 4

@@ -13,15 +13,16 @@ from typing import Any, Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski import Profile, Ski, read_ski
-from sssi_exudyn.chain import PRESCRIBED
+from sssi_exudyn.bodies.ski.ski import Profile, Ski, read_ski
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.fitting.recorded import model_of
-from sssi_exudyn.model import Model, Solver, Start
-from sssi_exudyn.motion import Motion, motion_from_recording
-from sssi_exudyn.quantity import Quantity, quantities
-from sssi_exudyn.recording import Equipment, Recording, Skier, Slope
-from sssi_exudyn.sensors import Sensor
+from sssi_exudyn.core.quantity import Quantity, quantities
+from sssi_exudyn.model.faults import Sensor
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model, Solver, Start
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.recording import Equipment, Recording, Skier, Slope
 
 SKIS: Final = "equipment.skis"
 """The one parameter that is a word: the name of a ski in the catalogue."""

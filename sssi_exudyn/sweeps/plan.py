@@ -6,19 +6,20 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from sssi_exudyn.cache import fingerprint
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.term import Term, parameters
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.fitting.fit import Method
-from sssi_exudyn.model import Model, read_model
-from sssi_exudyn.provenance import versions
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.sweep_axes import axes_of
-from sssi_exudyn.sweep_design import Axis, points_of
-from sssi_exudyn.sweep_figures import Column, columns_of, usual_outputs
-from sssi_exudyn.sweep_file import SweepFile, Task, Tier
-from sssi_exudyn.sweep_parameters import Parameter, parameters_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import read_model
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.runtime.cache import fingerprint
+from sssi_exudyn.runtime.provenance import versions
+from sssi_exudyn.sweeps.axes import axes_of
+from sssi_exudyn.sweeps.design import Axis, points_of
+from sssi_exudyn.sweeps.file import SweepFile, Task, Tier
+from sssi_exudyn.sweeps.outputs import Column, columns_of, usual_outputs
+from sssi_exudyn.sweeps.parameters import Parameter, parameters_of
 
 
 @dataclass(frozen=True)

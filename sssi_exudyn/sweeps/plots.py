@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.sweep_design import Axis
-from sssi_exudyn.sweep_indices import groups_of
-from sssi_exudyn.validation.plots import COLOURS, INK, svg
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.reports.plots import COLOURS, INK, svg
+from sssi_exudyn.sweeps.design import Axis
+from sssi_exudyn.sweeps.sensitivity_indices import groups_of
 
 _MOST_POINTS: Final = 400
 """Points in a plot; more hide each other and make the page large."""

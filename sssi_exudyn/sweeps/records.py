@@ -24,7 +24,7 @@ from typing import Any, Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sssi_exudyn.result_folder import said_clearly
+from sssi_exudyn.io.writing import said_clearly
 
 RECORDS: Final = "records"
 SERIES: Final = "series"

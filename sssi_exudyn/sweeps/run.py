@@ -11,19 +11,22 @@ from typing import Any
 
 import pyarrow as pa
 
-from sssi_exudyn.cache import fingerprint
-from sssi_exudyn.errors import InputError, SimulationDiverged, SssiError
+from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
 from sssi_exudyn.fitting.fit import fit, problem_of
-from sssi_exudyn.model import Model, read_model
-from sssi_exudyn.motion import Motion, motion_from_recording
-from sssi_exudyn.provenance import versions
-from sssi_exudyn.recording import Recording, read_recording
-from sssi_exudyn.reduced import Prepared, prepare, simulate_reduced
-from sssi_exudyn.simulation import simulate
-from sssi_exudyn.sweep_figures import AnyRun, Figures, figures_of_fit, figures_of_run, series_of_run
-from sssi_exudyn.sweep_parameters import changed, is_shape, numbers_of
-from sssi_exudyn.sweep_plan import Job, Run
-from sssi_exudyn.sweep_records import DONE, Record, claimed, is_recorded, write_record, write_series
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import read_model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.runtime.cache import fingerprint
+from sssi_exudyn.runtime.provenance import versions
+from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.reduced import Prepared, prepare, simulate_reduced
+from sssi_exudyn.sweeps.outputs import AnyRun, Figures, figures_of_fit, figures_of_run, series_of_run
+from sssi_exudyn.sweeps.parameters import changed, is_shape, numbers_of
+from sssi_exudyn.sweeps.plan import Job, Run
+from sssi_exudyn.sweeps.records import DONE, Record, claimed, is_recorded, write_record, write_series
 
 BUSY = "busy"
 _KEPT = 4

@@ -10,12 +10,12 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from pathlib import Path
 from typing import Final
 
-from sssi_exudyn.errors import SssiError
-from sssi_exudyn.sweep_plan import Job, Run
-from sssi_exudyn.sweep_pools import Crew, Pool, local_pool
-from sssi_exudyn.sweep_records import gather, write_record
-from sssi_exudyn.sweep_run import BUSY, crashed
-from sssi_exudyn.sweep_worker import perform
+from sssi_exudyn.core.errors import SssiError
+from sssi_exudyn.sweeps.plan import Job, Run
+from sssi_exudyn.sweeps.pools import Crew, Pool, local_pool
+from sssi_exudyn.sweeps.records import gather, write_record
+from sssi_exudyn.sweeps.run import BUSY, crashed
+from sssi_exudyn.sweeps.worker import perform
 
 _AHEAD: Final = 4
 """Runs handed out for each worker: enough that none waits, few enough that a sweep of any size fits in memory."""

@@ -13,10 +13,10 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.sweep_design import INDEXED, MORRIS_LEVELS, Axis, block_of, problem_of, salib
-from sssi_exudyn.sweep_plan import Plan
-from sssi_exudyn.sweep_records import DONE
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.sweeps.design import INDEXED, MORRIS_LEVELS, Axis, block_of, problem_of, salib
+from sssi_exudyn.sweeps.plan import Plan
+from sssi_exudyn.sweeps.records import DONE
 
 COLUMNS: Final = ["recording", "output", "index", "parameter", "other", "value", "confidence_95", "runs"]
 MEANINGS: Final = {

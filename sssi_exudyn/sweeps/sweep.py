@@ -17,17 +17,17 @@ from typing import Any, Final
 import pandas as pd
 import tomli_w
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.progress import Progress, Stage
-from sssi_exudyn.result_folder import held, locked, to_json, write_atomically
-from sssi_exudyn.sweep_drive import do_all
-from sssi_exudyn.sweep_file import SweepFile, read_sweep, sweep_from
-from sssi_exudyn.sweep_indices import indices_of
-from sssi_exudyn.sweep_page import PAGE, render_sweep
-from sssi_exudyn.sweep_plan import Plan, Run, planned
-from sssi_exudyn.sweep_pools import Cluster, pool_of
-from sssi_exudyn.sweep_records import DONE, STATUSES, Record, gather, last_records, tidy
-from sssi_exudyn.sweep_table import origin_of, same_versions, write_tables
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.writing import held, locked, to_json, write_atomically
+from sssi_exudyn.runtime.progress import Progress, Stage
+from sssi_exudyn.sweeps.file import SweepFile, read_sweep, sweep_from
+from sssi_exudyn.sweeps.page import PAGE, render_sweep
+from sssi_exudyn.sweeps.plan import Plan, Run, planned
+from sssi_exudyn.sweeps.pools import Cluster, pool_of
+from sssi_exudyn.sweeps.records import DONE, STATUSES, Record, gather, last_records, tidy
+from sssi_exudyn.sweeps.scheduler import do_all
+from sssi_exudyn.sweeps.sensitivity_indices import indices_of
+from sssi_exudyn.sweeps.table import origin_of, same_versions, write_tables
 
 FILE: Final = "sweep.toml"
 """The copy of a sweep's file in its folder, a whole sweep file itself."""

@@ -15,13 +15,13 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sssi_exudyn.cache import fingerprint
-from sssi_exudyn.provenance import provenance
-from sssi_exudyn.result_folder import plain, said_clearly, write_atomically
-from sssi_exudyn.sweep_figures import Column
-from sssi_exudyn.sweep_parameters import SKIS
-from sssi_exudyn.sweep_plan import Plan
-from sssi_exudyn.sweep_records import Record, series_path
+from sssi_exudyn.io.writing import plain, said_clearly, write_atomically
+from sssi_exudyn.runtime.cache import fingerprint
+from sssi_exudyn.runtime.provenance import provenance
+from sssi_exudyn.sweeps.outputs import Column
+from sssi_exudyn.sweeps.parameters import SKIS
+from sssi_exudyn.sweeps.plan import Plan
+from sssi_exudyn.sweeps.records import Record, series_path
 
 TABLE: Final = "runs.parquet"
 TIMINGS: Final = "timings.parquet"

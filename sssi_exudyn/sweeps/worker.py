@@ -6,14 +6,14 @@ import pickle
 import signal
 from pathlib import Path
 
-from sssi_exudyn.exudyn_build import take_fast_build
-from sssi_exudyn.workers import end_with_parent
+from sssi_exudyn.runtime.exudyn_build import take_fast_build
+from sssi_exudyn.runtime.workers import end_with_parent
 
 
 def perform(folder: Path, packed: bytes) -> str:
-    """``sweep_run.performed`` with the pickled job and run, and the build of Exudyn that the command line takes."""
+    """``sweeps.run.performed`` with the pickled job and run, and the build of Exudyn that the command line takes."""
     take_fast_build()
-    from sssi_exudyn.sweep_run import performed
+    from sssi_exudyn.sweeps.run import performed
 
     return performed(folder, *pickle.loads(packed))
 

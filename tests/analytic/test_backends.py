@@ -13,18 +13,18 @@ from gliding import model, standing
 from random_states import forces_of, random_state
 from term_examples import Everything, Ridge, UniformWind
 
-from sssi_exudyn.contact.air import AirDrag
-from sssi_exudyn.contact.backend import BACKENDS, Backend
-from sssi_exudyn.contact.friction import AnisotropicFriction
-from sssi_exudyn.contact.glide import SnowCompaction, SnowPatch
-from sssi_exudyn.contact.kernel import LOAD
-from sssi_exudyn.contact.penetration import HuntCrossley
-from sssi_exudyn.contact.pushes import PolePlant
+from sssi_exudyn.contact.backends.backend import BACKENDS, Backend
+from sssi_exudyn.contact.backends.full_kernel import LOAD
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.contact.terrain import SlopeChange, TerrainBump
-from sssi_exudyn.contact.wind import Gust
-from sssi_exudyn.parts import Parts
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.contact.terms.air import AirDrag
+from sssi_exudyn.contact.terms.body_forces import PolePlant
+from sssi_exudyn.contact.terms.friction import AnisotropicFriction
+from sssi_exudyn.contact.terms.friction_corrections import SnowCompaction, SnowPatch
+from sssi_exudyn.contact.terms.penetration import HuntCrossley
+from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
+from sssi_exudyn.contact.terms.wind import Gust
+from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.full import simulate
 
 PUBLISHED = (HuntCrossley(), AnisotropicFriction())
 REGISTERED = (

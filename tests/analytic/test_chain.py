@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.chain import (
+from sssi_exudyn.bodies.skier.chain import (
     COORDINATE,
     COORDINATES,
     JOINTS,
@@ -23,7 +23,7 @@ from sssi_exudyn.chain import (
     mean_jacobian,
     rates,
 )
-from sssi_exudyn.frames import Array, slope_to_level
+from sssi_exudyn.core.frames import Array, slope_to_level
 
 GEOMETRY = average_geometry(1.75)
 CROOKED = replace(

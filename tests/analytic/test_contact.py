@@ -9,14 +9,14 @@ from random_states import TREE, forces_of, random_state
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm, logm
 
-from sssi_exudyn.bodies.ski_mesh import mesh
-from sssi_exudyn.contact.backend import Instant
-from sssi_exudyn.contact.friction import AnisotropicFriction
-from sssi_exudyn.contact.kernel import LOAD, NODE
+from sssi_exudyn.bodies.ski.mesh import mesh
+from sssi_exudyn.contact.backends.backend import Instant
+from sssi_exudyn.contact.backends.full_kernel import LOAD, NODE
 from sssi_exudyn.contact.maths import FloatMath
-from sssi_exudyn.contact.penetration import HuntCrossley
 from sssi_exudyn.contact.term import PointState
-from sssi_exudyn.parts import Parts
+from sssi_exudyn.contact.terms.friction import AnisotropicFriction
+from sssi_exudyn.contact.terms.penetration import HuntCrossley
+from sssi_exudyn.simulation.assembly import Parts
 
 SNOW = HuntCrossley()
 FRICTION = AnisotropicFriction()

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from gliding import INCLINATION, model, standing
 
-from sssi_exudyn.chain import PRESCRIBED
-from sssi_exudyn.contact.air import AirDrag, FrontalAreas
-from sssi_exudyn.contact.friction import AnisotropicFriction
-from sssi_exudyn.contact.penetration import HuntCrossley
-from sssi_exudyn.errors import SimulationDiverged
-from sssi_exudyn.frames import GRAVITY
-from sssi_exudyn.quantity import quantities
-from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.contact.terms.air import AirDrag, FrontalAreas
+from sssi_exudyn.contact.terms.friction import AnisotropicFriction
+from sssi_exudyn.contact.terms.penetration import HuntCrossley
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.frames import GRAVITY
+from sssi_exudyn.core.quantity import quantities
+from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.result import SimulationResult
 
 SNOW = HuntCrossley()
 NO_SIGN = 1e-3

@@ -11,17 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sssi_exudyn.chain import COORDINATE, FEET, JOINTS, PARENT, PRESCRIBED, forward_kinematics, rates
-from sssi_exudyn.commands import model_of
-from sssi_exudyn.contact.air import AirDrag
-from sssi_exudyn.contact.kernel import NODE
-from sssi_exudyn.contact.penetration import HuntCrossley
-from sssi_exudyn.frames import gravity_in_slope
-from sssi_exudyn.motion import motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.simulation import Run, integrate
-from sssi_exudyn.simulation_record import result_from_record
+from sssi_exudyn.bodies.skier.chain import COORDINATE, FEET, JOINTS, PARENT, PRESCRIBED, forward_kinematics, rates
+from sssi_exudyn.contact.backends.full_kernel import NODE
+from sssi_exudyn.contact.terms.air import AirDrag
+from sssi_exudyn.contact.terms.penetration import HuntCrossley
+from sssi_exudyn.core.frames import gravity_in_slope
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.full import Run, integrate
+from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.simulation.series import result_from_record
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 STEP = 0.0025

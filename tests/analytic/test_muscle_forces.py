@@ -9,18 +9,18 @@ import pandas as pd
 import pytest
 import standing
 
-from sssi_exudyn.bodies.muscle_curves import fibres, force_length, force_velocity
-from sssi_exudyn.bodies.muscle_paths import muscle_paths
-from sssi_exudyn.bodies.muscles import skier_muscles
-from sssi_exudyn.chain import PRESCRIBED, SEGMENT
-from sssi_exudyn.frames import Array, slope_to_enu
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import spline_motion
-from sssi_exudyn.muscle_forces import JOINTS, MUSCLED, muscle_forces
-from sssi_exudyn.parts import Parts
-from sssi_exudyn.static_optimisation import LEAST, optimise
-from sssi_exudyn.validation.muscle_run import MuscleRun, figures, joint_forces, muscles_of
-from sssi_exudyn.validation.run import Run
+from sssi_exudyn.bodies.muscles.force_curves import fibres, force_length, force_velocity
+from sssi_exudyn.bodies.muscles.muscles import skier_muscles
+from sssi_exudyn.bodies.muscles.paths import muscle_paths
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENT
+from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import spline_motion
+from sssi_exudyn.muscle_forces.forces import JOINTS, MUSCLED, muscle_forces
+from sssi_exudyn.muscle_forces.of_result import MuscleRun, figures, joint_forces, muscles_of
+from sssi_exudyn.muscle_forces.static_optimisation import LEAST, optimise
+from sssi_exudyn.results.stored import Run
+from sssi_exudyn.simulation.assembly import Parts
 
 HALF = 142
 """Muscles of a side; the right ones come first."""

@@ -9,12 +9,12 @@ import osim_example
 import pytest
 from scipy.special import ellipeinc
 
-from sssi_exudyn.bodies.bones import Bone, Bones, Drive
-from sssi_exudyn.bodies.curves import line, polygon, spline
-from sssi_exudyn.bodies.muscle_paths import Muscle, MuscleModel, PathPoint, Surface, Wrap, muscle_paths
-from sssi_exudyn.bodies.osim import read_osim
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.muscles.bones import Bone, Bones, Drive
+from sssi_exudyn.bodies.muscles.curves import line, polygon, spline
+from sssi_exudyn.bodies.muscles.osim import read_osim
+from sssi_exudyn.bodies.muscles.paths import Muscle, MuscleModel, PathPoint, Surface, Wrap, muscle_paths
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
 
 ONE_BONE = Bones(
     (Bone("ground", None), Bone("arm", "ground", turns=(Drive(np.array([0.0, 0, 1]), line(1.0), "q"),))), ("q",)

@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sssi_exudyn.bodies.bones import stand
-from sssi_exudyn.bodies.muscle_paths import muscle_paths
-from sssi_exudyn.bodies.muscles import (
+from sssi_exudyn.bodies.muscles.bones import stand
+from sssi_exudyn.bodies.muscles.muscles import (
     LEG_GROUPS,
     LUMBAR_GROUPS,
     SIDES,
@@ -19,8 +18,9 @@ from sssi_exudyn.bodies.muscles import (
     own_geometry,
     skier_muscles,
 )
-from sssi_exudyn.chain import PRESCRIBED, SEGMENT, average_geometry, forward_kinematics
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.muscles.paths import muscle_paths
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENT, average_geometry, forward_kinematics
+from sssi_exudyn.core.frames import Array
 
 IN_A_LEG = {  # paper 2.2.1; the iliacus is counted to the leg's psoas major
     "gluteus_maximus": 3,

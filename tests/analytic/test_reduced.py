@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 from gliding import INCLINATION, model, standing
 
-from sssi_exudyn.commands import model_of
-from sssi_exudyn.contact.friction import AnisotropicFriction
-from sssi_exudyn.contact.penetration import HuntCrossley
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.term import TerrainTerm
-from sssi_exudyn.contact.terrain import SlopeChange, TerrainBump
-from sssi_exudyn.frames import GRAVITY
-from sssi_exudyn.motion import motion_from_recording
-from sssi_exudyn.parts import as_worn
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.reduced import STEP, prepare, simulate_reduced
-from sssi_exudyn.sensors import HeadingDrift, LeverArm
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.contact.terms.friction import AnisotropicFriction
+from sssi_exudyn.contact.terms.penetration import HuntCrossley
+from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
+from sssi_exudyn.core.frames import GRAVITY
+from sssi_exudyn.model.faults import HeadingDrift, LeverArm
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.assembly import as_worn
+from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.reduced import STEP, prepare, simulate_reduced
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

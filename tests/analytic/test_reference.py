@@ -9,18 +9,19 @@ from gliding import model as glider
 from gliding import standing
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bodies.ski_mesh import mesh
-from sssi_exudyn.bodies.ski_modes import modal_ski
-from sssi_exudyn.commands import model_of
-from sssi_exudyn.contact.backend import Forces
-from sssi_exudyn.contact.kernel import ACROSS, ALONG, LOAD, NODE
+from sssi_exudyn.bodies.ski.mesh import mesh
+from sssi_exudyn.bodies.ski.modes import modal_ski
+from sssi_exudyn.contact.backends.backend import Forces
+from sssi_exudyn.contact.backends.full_kernel import ACROSS, ALONG, LOAD, NODE
 from sssi_exudyn.contact.registry import PAPER_TERMS
-from sssi_exudyn.contact.wind import Wind
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion, motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.simulation import simulate
-from sssi_exudyn.simulation_system import instant
+from sssi_exudyn.contact.terms.wind import Wind
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.system import instant
 from sssi_exudyn.validation.reference import FlatModel, flat_ski, simulate_flat
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -14,9 +14,9 @@ from exudyn.itemInterface import (
 )
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bodies.anthropometry import body_inertia
-from sssi_exudyn.bodies.skeleton import add_skeleton
-from sssi_exudyn.chain import COORDINATES, SEGMENTS, average_geometry, forward_kinematics, rates
+from sssi_exudyn.bodies.skier.anthropometry import body_inertia
+from sssi_exudyn.bodies.skier.chain import COORDINATES, SEGMENTS, average_geometry, forward_kinematics, rates
+from sssi_exudyn.bodies.skier.skeleton import add_skeleton
 
 INCLINATION = 0.28
 

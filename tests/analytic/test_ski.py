@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import tomli_w
 
-from sssi_exudyn.bodies.ski import Profile, catalogue, read_ski, ski_from_table, ski_to_table, uniform_ski
-from sssi_exudyn.bodies.ski_mesh import mesh
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.bodies.ski.mesh import mesh
+from sssi_exudyn.bodies.ski.ski import Profile, catalogue, read_ski, ski_from_table, ski_to_table, uniform_ski
+from sssi_exudyn.core.errors import InputError
 
 ROUNDING = 1e-12  # relative; a few products of doubles
 

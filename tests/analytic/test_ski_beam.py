@@ -13,10 +13,10 @@ from scipy.optimize import curve_fit
 from scipy.spatial.transform import Rotation
 from ski_bench import FLAT, Bench, slalom
 
-from sssi_exudyn.bodies.beam import add_ski_beam
-from sssi_exudyn.bodies.ski import Ski, uniform_ski
-from sssi_exudyn.bodies.ski_mesh import mesh
-from sssi_exudyn.bodies.ski_modes import frame_matrices, modal_ski
+from sssi_exudyn.bodies.ski.beam import add_ski_beam
+from sssi_exudyn.bodies.ski.mesh import mesh
+from sssi_exudyn.bodies.ski.modes import frame_matrices, modal_ski
+from sssi_exudyn.bodies.ski.ski import Ski, uniform_ski
 
 BAR = uniform_ski("bar", length=1.65, width=0.07, thickness=0.01, young_modulus=1e10, mass=1.5)
 FLAT_SLALOM = dataclasses.replace(slalom(), height=FLAT)

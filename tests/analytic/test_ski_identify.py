@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 import tomli_w
 
-from sssi_exudyn.bodies.ski import Ski, integrate_pieces, read_ski, ski_from_table, ski_to_table
-from sssi_exudyn.bodies.ski_identify import identify_ski
-from sssi_exudyn.bodies.ski_measurements import Measurements, read_measurements
-from sssi_exudyn.bodies.ski_mesh import mesh
-from sssi_exudyn.bodies.ski_modes import frame_matrices, modal_ski
+from sssi_exudyn.bodies.ski.bench_tests import Measurements, read_measurements
+from sssi_exudyn.bodies.ski.identification import identify_ski
+from sssi_exudyn.bodies.ski.mesh import mesh
+from sssi_exudyn.bodies.ski.modes import frame_matrices, modal_ski
+from sssi_exudyn.bodies.ski.ski import Ski, integrate_pieces, read_ski, ski_from_table, ski_to_table
 from sssi_exudyn.cli import main
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.core.errors import InputError
 
 TRUE = dataclasses.replace(read_ski("slalom_165", "nowhere"), shear_modulus=8.37e9 / 2.6)
 LEFT, LOAD, RIGHT = 0.2, 0.5, 0.8  # of the length

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sssi_exudyn.bodies.anthropometry import body_inertia
-from sssi_exudyn.bvh import joint_positions, world_rotations
-from sssi_exudyn.chain import SEGMENTS, average_geometry
-from sssi_exudyn.frames import BODY_FROM_BVH, Array
-from sssi_exudyn.skiing_posture import JOINTS, Body, Coordinates, as_capture, solve_posture
+from sssi_exudyn.bodies.skier.anthropometry import body_inertia
+from sssi_exudyn.bodies.skier.chain import SEGMENTS, average_geometry
+from sssi_exudyn.core.frames import BODY_FROM_BVH, Array
+from sssi_exudyn.recording.few_sensors.posture_model import JOINTS, Body, Coordinates, as_capture, solve_posture
+from sssi_exudyn.recording.instruments.bvh import joint_positions, world_rotations
 
 HEIGHT, MASS, GEAR, BASE = 1.75, 75.0, 4.3, 0.13
 BODY = Body(HEIGHT, MASS, GEAR, BASE)

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sssi_exudyn.commands import model_of
-from sssi_exudyn.contact.pushes import PolePlant
-from sssi_exudyn.contact.wind import Gust
-from sssi_exudyn.motion import motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.simulation import antenna_path, simulate
+from sssi_exudyn.contact.terms.body_forces import PolePlant
+from sssi_exudyn.contact.terms.wind import Gust
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.full import antenna_path, simulate
+from sssi_exudyn.simulation.result import SimulationResult
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from term_examples import EXAMPLES, UniformWind
 
-from sssi_exudyn.contact import compiled
-from sssi_exudyn.contact.compiled import parameter_values
+from sssi_exudyn.contact.backends import compiled
+from sssi_exudyn.contact.backends.compiled import parameter_values
 from sssi_exudyn.contact.maths import FloatMath, Math, Number
 from sssi_exudyn.contact.registry import TERMS
 from sssi_exudyn.contact.term import BodyState, FootState, PlaceState, PointState, SegmentState
-from sssi_exudyn.frames import Array
-from sssi_exudyn.quantity import quantities
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.quantity import quantities
 
 State = Mapping[str, Number]
 CLASSES: tuple[type[Any], ...] = (*TERMS, *EXAMPLES)
@@ -232,7 +232,7 @@ def printed_by_exudyn() -> str:
     """JSON: for every class and every instance, the grid in Exudyn's symbols.  To be run in a process of its own."""
     import exudyn
 
-    from sssi_exudyn.contact.symbolic import SymbolicMath
+    from sssi_exudyn.contact.backends.symbolic import SymbolicMath
 
     exudyn.symbolic.SetRecording(True)
 

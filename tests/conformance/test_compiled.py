@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 from term_examples import Everything, Ridge, UniformWind
 
-from sssi_exudyn.contact.air import AirDrag
-from sssi_exudyn.contact.compiled import (
+from sssi_exudyn.contact.backends.compiled import (
     cache_folder,
     compile_body,
     compile_foot,
@@ -27,11 +26,12 @@ from sssi_exudyn.contact.compiled import (
     laws_source,
     parameter_values,
 )
-from sssi_exudyn.contact.friction import AnisotropicFriction
 from sssi_exudyn.contact.maths import FloatMath
-from sssi_exudyn.contact.penetration import HuntCrossley
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.term import FootState, PointState, SegmentState
+from sssi_exudyn.contact.terms.air import AirDrag
+from sssi_exudyn.contact.terms.friction import AnisotropicFriction
+from sssi_exudyn.contact.terms.penetration import HuntCrossley
 
 TEMPLATE = """
 from __future__ import annotations

@@ -28,13 +28,13 @@ from term_places import (
     switches,
 )
 
-from sssi_exudyn.contact.glide import SnowPatch
+from sssi_exudyn.contact.backends.tape import Tape, TapeMath
 from sssi_exudyn.contact.maths import ArrayMath, FloatMath
 from sssi_exudyn.contact.registry import PAPER_TERMS, TERMS, padded, read_term, term_named, terms_table
-from sssi_exudyn.contact.tape import Tape, TapeMath
 from sssi_exudyn.contact.term import KINDS, formula, parameters
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.quantity import quantities
+from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.quantity import quantities
 
 every_term = pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: cls.name)
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import test_conformance
 
-from sssi_exudyn.contact.air import AirDrag
-from sssi_exudyn.contact.friction import AnisotropicFriction
 from sssi_exudyn.contact.maths import Math, Number, Vector
-from sssi_exudyn.contact.penetration import HuntCrossley
 from sssi_exudyn.contact.term import FootState, PointState, SegmentState
+from sssi_exudyn.contact.terms.air import AirDrag
+from sssi_exudyn.contact.terms.friction import AnisotropicFriction
+from sssi_exudyn.contact.terms.penetration import HuntCrossley
 
 
 class Branching(HuntCrossley):

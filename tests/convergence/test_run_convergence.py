@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sssi_exudyn.commands import model_of
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion, motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.result import SimulationResult
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -86,7 +87,7 @@ def test_the_carved_turn_needs_more_resistance_across() -> None:
     for mu_n in (0.5, 0.9):
         run = simulate(model.with_values({"friction.mu_t": 0.19, "friction.mu_n": mu_n}), motion, stop=4.0)
         assert run.antenna is not None
-        from sssi_exudyn.fitting.observe import seen_by_gps, track_of
+        from sssi_exudyn.fitting.gps_observation import seen_by_gps, track_of
 
         track = track_of(recording.gps, model.fall_line_azimuth, 0.0, float(fixes[-1]))
         seen = seen_by_gps(model, run.time, run.antenna, track.time)[:, :2]

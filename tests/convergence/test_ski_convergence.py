@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from ski_bench import FLAT, Bench, slalom
 
-from sssi_exudyn.bodies.ski import Ski, uniform_ski
-from sssi_exudyn.bodies.ski_mesh import mesh
-from sssi_exudyn.bodies.ski_modes import modal_ski
+from sssi_exudyn.bodies.ski.mesh import mesh
+from sssi_exudyn.bodies.ski.modes import modal_ski
+from sssi_exudyn.bodies.ski.ski import Ski, uniform_ski
 
 ELEMENTS = (10, 20, 50, 100)
 BAR = uniform_ski("bar", length=1.65, width=0.07, thickness=0.01, young_modulus=1e10, mass=1.5)

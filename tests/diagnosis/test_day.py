@@ -9,17 +9,19 @@ import numpy as np
 import pytest
 from test_evidence import LEVELS, account, covariance
 
-from sssi_exudyn.commands import model_of
-from sssi_exudyn.contact.glide import SpeedDependentFriction
-from sssi_exudyn.motion import motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.validation.benchmark import base_of
-from sssi_exudyn.validation.benchmark_world import _as_known, recorded
-from sssi_exudyn.validation.day import Run, Weighed, day_to_dict, together, weigh_day
-from sssi_exudyn.validation.day_page import day_page, sentence_of_day
-from sssi_exudyn.validation.diagnosis import Number, OwnAccount, own_account
-from sssi_exudyn.validation.evidence import Freedom, log_evidence
-from sssi_exudyn.validation.search import Searcher, probabilities, setting_of
+from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFriction
+from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.reports.day_page import day_page, sentence_of_day
+from sssi_exudyn.simulation.reduced import prepare
+from sssi_exudyn.validation.benchmark.cases import _as_known, recorded
+from sssi_exudyn.validation.diagnosis.day import Run, Weighed, day_to_dict, together, weigh_day
+from sssi_exudyn.validation.diagnosis.diagnose import own_account
+from sssi_exudyn.validation.diagnosis.evidence import Freedom, log_evidence
+from sssi_exudyn.validation.diagnosis.findings import Number, OwnAccount
+from sssi_exudyn.validation.diagnosis.search import Searcher, probabilities, setting_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "intermediate"
 
@@ -75,7 +77,8 @@ def test_two_runs_tell_what_neither_does_alone() -> None:
     """Friction that rises with speed, as the benchmark's world records it on two stretches at different speeds."""
     recording = read_recording(EXAMPLE)
     motion = motion_from_recording(recording)
-    _, _, fitted = base_of(recording, motion, model_of(recording, motion))
+    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    fitted = problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
     law = SpeedDependentFriction(0.02, 10.0)
     own: list[OwnAccount] = []
     for number, after in enumerate((0.2, 8.0)):

@@ -10,27 +10,34 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sssi_exudyn.commands import model_of
-from sssi_exudyn.contact.glide import SnowPatch
-from sssi_exudyn.contact.pushes import UnexplainedForce
-from sssi_exudyn.contact.terrain import SlopeChange, TerrainBump
-from sssi_exudyn.contact.wind import Gust
-from sssi_exudyn.errors import SimulationDiverged
+from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
+from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
+from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
+from sssi_exudyn.contact.terms.wind import Gust
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.fitting.fit import fit_reduced, problem_of
 from sssi_exudyn.fitting.objective import Prior
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion, motion_from_recording
-from sssi_exudyn.recording import Recording, read_recording
-from sssi_exudyn.reduced import sensitivities, simulate_each, simulate_reduced
-from sssi_exudyn.validation import search
-from sssi_exudyn.validation.benchmark import base_of, scored, sealed, share
-from sssi_exudyn.validation.benchmark_page import benchmark_page
-from sssi_exudyn.validation.benchmark_world import Case, make, plan
-from sssi_exudyn.validation.diagnosis import _weighed_again, diagnose, diagnosis_to_dict
-from sssi_exudyn.validation.diagnosis_page import diagnosis_section
-from sssi_exudyn.validation.evidence import Freedom
-from sssi_exudyn.validation.hypotheses import BY_NAME, HYPOTHESES, Candidate, Probe, Scene
-from sssi_exudyn.validation.refit import Parameter, refit
-from sssi_exudyn.validation.search import Searcher, extended, responses_of, setting_of
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.reports.diagnosis_section import diagnosis_section
+from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.sensitivities import sensitivities, simulate_each
+from sssi_exudyn.validation.benchmark.cases import Case, make, plan
+from sssi_exudyn.validation.benchmark.page import benchmark_page
+from sssi_exudyn.validation.benchmark.run import sealed
+from sssi_exudyn.validation.benchmark.scores import scored, share
+from sssi_exudyn.validation.diagnosis import search
+from sssi_exudyn.validation.diagnosis.diagnose import _weighed_again, diagnose
+from sssi_exudyn.validation.diagnosis.evidence import Freedom
+from sssi_exudyn.validation.diagnosis.findings import diagnosis_to_dict
+from sssi_exudyn.validation.diagnosis.hypotheses import BY_NAME, HYPOTHESES
+from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, Probe, Scene
+from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
+from sssi_exudyn.validation.diagnosis.search import Searcher, extended, responses_of, setting_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "noise"}
@@ -40,7 +47,8 @@ KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "n
 def base() -> tuple[Recording, Motion, Model]:
     recording = read_recording(EXAMPLE)
     motion = motion_from_recording(recording)
-    return base_of(recording, motion, model_of(recording, motion))
+    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 
 
 def said_of(name: str, kind: str, strength: int, base: Any, seed: int) -> tuple[Any, dict[str, Any]]:

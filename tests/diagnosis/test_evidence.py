@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.noise import ExponentialNoise
-from sssi_exudyn.validation.evidence import (
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.validation.diagnosis.evidence import (
     Account,
     Freedom,
     NoiseLevels,
@@ -17,8 +17,8 @@ from sssi_exudyn.validation.evidence import (
     usual_levels,
     whitener,
 )
-from sssi_exudyn.validation.locate import discoveries
-from sssi_exudyn.validation.witness import Witnesses
+from sssi_exudyn.validation.diagnosis.missing_force import discoveries
+from sssi_exudyn.validation.measurements import Witnesses
 
 LEVELS = NoiseLevels(
     ExponentialNoise(0.02, 2.0),

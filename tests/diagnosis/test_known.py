@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.validation.known import compared, read_truth
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.validation.benchmark.known_answers import compared, read_truth
 
 
 def said(name: str, probability: float = 0.9, *others: str) -> dict[str, object]:

@@ -6,19 +6,19 @@ from typing import Any
 
 import numpy as np
 
-from sssi_exudyn.biomechanics import biomechanics, labelled, summary_of
-from sssi_exudyn.bodies.ski import read_ski
-from sssi_exudyn.chain import COORDINATES, PRESCRIBED, average_geometry
-from sssi_exudyn.frames import Array, slope_to_enu
-from sssi_exudyn.gps import Gps
-from sssi_exudyn.insoles import Insoles
-from sssi_exudyn.model import Model
-from sssi_exudyn.recording import Equipment, Skier
-from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.result_folder import complete_summary
-from sssi_exudyn.validation.measured import measured_table
-from sssi_exudyn.validation.run import Run
-from sssi_exudyn.validation.validate import judged
+from sssi_exudyn.analysis.biomechanics import biomechanics, labelled, summary_of
+from sssi_exudyn.bodies.ski.ski import read_ski
+from sssi_exudyn.bodies.skier.chain import COORDINATES, PRESCRIBED, average_geometry
+from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.recording.instruments.insoles import Insoles
+from sssi_exudyn.recording.recording import Equipment, Skier
+from sssi_exudyn.results.folder import complete_summary
+from sssi_exudyn.results.measured import measured_table
+from sssi_exudyn.results.stored import Run
+from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.validation.agreement import judged
 
 NAME = "little </script><b>hill</b> & more"
 INCLINATION, AZIMUTH = np.radians(15.0), np.radians(70.0)

@@ -7,8 +7,8 @@ from pathlib import Path
 import ezc3d
 import numpy as np
 
-from sssi_exudyn.chain import SEGMENT, Poses
-from sssi_exudyn.frames import Array
+from sssi_exudyn.bodies.skier.chain import SEGMENT, Poses
+from sssi_exudyn.core.frames import Array
 
 KNEE, ANKLE, DIAMETER = 0.11, 0.08, 0.014
 """m"""

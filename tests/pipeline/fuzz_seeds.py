@@ -13,8 +13,8 @@ from strapped import write_few
 from test_joint_angles import HEIGHT, chain_coordinates, mot
 from tiny import ANSWERS, Tiny
 
-from sssi_exudyn.chain import average_geometry, forward_kinematics
-from sssi_exudyn.recording import read_recording
+from sssi_exudyn.bodies.skier.chain import average_geometry, forward_kinematics
+from sssi_exudyn.recording.read import read_recording
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 KNOWN = replace(ANSWERS, gps_offset_s=0.0)

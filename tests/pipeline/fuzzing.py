@@ -165,7 +165,7 @@ class Guard:
             within = event == "os.remove" and arguments[1] != -1  # below a folder that was opened, as rmtree does
             if not within and not all(self._own(os.path.realpath(x)) for x in arguments if isinstance(x, str)):
                 self.seen.append(f"{event} {arguments}")
-        elif event == "subprocess.Popen" and "sssi_exudyn.c3d_points" not in str(arguments[1]):
+        elif event == "subprocess.Popen" and "sssi_exudyn.importing.c3d_points" not in str(arguments[1]):
             self.seen.append(f"{event} {arguments[1]}")
         elif event in ("os.system", "socket.connect", "pickle.find_class", "os.exec", "os.posix_spawn"):
             self.seen.append(f"{event} {arguments}")
@@ -178,12 +178,12 @@ def use(folder: Path, names: list[str], out: Path, imported: bool) -> None:
     """What the program does with a recording before it simulates."""
     from fuzz_seeds import KNOWN
 
-    from sssi_exudyn.commands import model_of
     from sssi_exudyn.fitting.fit import problem_of
-    from sssi_exudyn.importing import import_recording
-    from sssi_exudyn.inspection import format_inspection, inspect_recording
-    from sssi_exudyn.motion import motion_from_recording
-    from sssi_exudyn.recording import read_recording
+    from sssi_exudyn.importing.assemble import import_recording
+    from sssi_exudyn.model.from_recording import model_of
+    from sssi_exudyn.motion.from_recording import motion_from_recording
+    from sssi_exudyn.recording.inspection import format_inspection, inspect_recording
+    from sssi_exudyn.recording.read import read_recording
 
     sources = [folder / name for name in names]
     recording = import_recording(sources, out, KNOWN) if imported else read_recording(folder)
@@ -196,7 +196,7 @@ def use(folder: Path, names: list[str], out: Path, imported: bool) -> None:
 
 def judged(case: Path, names: list[str], imported: bool, guard: Guard | None) -> tuple[str, str]:
     """ "taken", "refused" or "finding", and what was said."""
-    from sssi_exudyn.errors import InputError
+    from sssi_exudyn.core.errors import InputError
 
     signal.signal(signal.SIGPROF, _alarm)
     signal.setitimer(signal.ITIMER_PROF, LIMIT_S)  # of computing: the machine may have other work too

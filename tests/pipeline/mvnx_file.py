@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.frames import Array
+from sssi_exudyn.core.frames import Array
 
 # segment, the joint at its origin, the segment that carries it, the joint's place there (m; x forward, y left, z up)
 SEGMENTS: tuple[tuple[str, str, str, tuple[float, float, float]], ...] = (

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sssi_exudyn.biomechanics import WHOLE, Biomechanics, biomechanics, headline, labelled, residual, technique
-from sssi_exudyn.chain import COORDINATE, COORDINATES, PRESCRIBED, average_geometry, forward_kinematics
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import GRAVITY, Array
-from sssi_exudyn.opensim_files import GROUND_FROM_LEVEL, coordinates, markers_text, opensim_texts, read_storage
-from sssi_exudyn.result import SimulationResult
+from sssi_exudyn.analysis.biomechanics import WHOLE, Biomechanics, biomechanics, headline, labelled, residual, technique
+from sssi_exudyn.bodies.skier.chain import COORDINATE, COORDINATES, PRESCRIBED, average_geometry, forward_kinematics
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.io.storage import GROUND_FROM_LEVEL, read_storage
+from sssi_exudyn.results.opensim import coordinates, markers_text, opensim_texts
+from sssi_exudyn.simulation.result import SimulationResult
 
 MASS = 80.0
 SPEED = 8.0

@@ -10,8 +10,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tiny import LEG, SKELETON, SPINE2, Tiny
 
-from sssi_exudyn.bvh import joint_positions, read_bvh, world_rotations
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.recording.instruments.bvh import joint_positions, read_bvh, world_rotations
 
 ORDERS = ["".join(order) for order in itertools.permutations("XYZ")]
 

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from sssi_exudyn import cli
-from sssi_exudyn.errors import InputError, SimulationDiverged
-from sssi_exudyn.result_folder import complete_summary
+from sssi_exudyn.core.errors import InputError, SimulationDiverged
+from sssi_exudyn.results.folder import complete_summary
 
 SUMMARY = complete_summary(
     {

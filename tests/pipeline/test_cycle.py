@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.turns import find_turns
-from sssi_exudyn.validation.curve_figures import spikes
-from sssi_exudyn.validation.cycle import SAMPLES, Cycle, cycle_of
+from sssi_exudyn.analysis.turns import find_turns
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.reports.curve_figures import spikes
+from sssi_exudyn.reports.linked_turns import SAMPLES, Cycle, cycle_of
 
 TIME = np.arange(0.0, 20.0, 0.01)
 PERIOD = 4.0

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sssi_exudyn.commands import model_of
-from sssi_exudyn.motion import motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.full import simulate
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 SECONDS = 0.3

@@ -11,13 +11,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 from strapped import LAG, truth, write_few
 
-from sssi_exudyn.attitude import aligned, attitude_of
-from sssi_exudyn.channels import Imu, read_barometer, read_imu
-from sssi_exudyn.course import find_lag, skiing_stretch
-from sssi_exudyn.errors import InputError, SssiError
-from sssi_exudyn.fitting.observe import first_guess
-from sssi_exudyn.motion import motion_from_recording
-from sssi_exudyn.recording import Recording, read_recording
+from sssi_exudyn.core.errors import InputError, SssiError
+from sssi_exudyn.model.from_recording import first_guess
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.few_sensors.attitude import aligned, attitude_of
+from sssi_exudyn.recording.few_sensors.course import find_lag, skiing_stretch
+from sssi_exudyn.recording.instruments.imu import Imu, read_barometer, read_imu
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.recording import Recording
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "intermediate"
 

@@ -7,17 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sssi_exudyn.cache import Cache
-from sssi_exudyn.commands import model_of
 from sssi_exudyn.fitting import fit as fitting
 from sssi_exudyn.fitting.fit import Method, fit, problem_of
+from sssi_exudyn.fitting.gps_observation import Track, seen_by_gps
 from sssi_exudyn.fitting.objective import Problem
-from sssi_exudyn.fitting.observe import Track, seen_by_gps
 from sssi_exudyn.fitting.optimise import minimise
-from sssi_exudyn.motion import Motion, motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.reduced import prepare, sensitivities, simulate_reduced
-from sssi_exudyn.simulation import antenna_path, simulate
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.runtime.cache import Cache
+from sssi_exudyn.simulation.full import antenna_path, simulate
+from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.sensitivities import sensitivities
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 TRUTH = {

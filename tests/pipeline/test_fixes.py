@@ -11,8 +11,8 @@ import pytest
 from fix_files import START, fit, nmea, phone
 from tiny import Columns, motion
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.gps import read_fixes
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.recording.instruments.gps import read_fixes
 
 
 def track(step: int = 1) -> Columns:

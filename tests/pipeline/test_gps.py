@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from tiny import Columns, csv, motion
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.gps import Gps, read_gps
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.recording.instruments.gps import Gps, read_gps
 
 OFFSET = np.array([0.0, 0.1, -0.16])
 

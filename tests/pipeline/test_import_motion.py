@@ -11,12 +11,12 @@ from mvnx_file import BEGAN, RATE, SEGMENTS, mvnx, orientations
 from scipy.spatial.transform import Rotation
 from tiny import Tiny
 
-from sssi_exudyn.bvh import Bvh, joint_positions, read_bvh, world_rotations
-from sssi_exudyn.bvh_text import bvh_text
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import Array, rotation_from_bvh
-from sssi_exudyn.import_motion import read_motion
-from sssi_exudyn.mvnx import JOINT_OF_SEGMENT
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array, rotation_from_bvh
+from sssi_exudyn.importing.bvh_writer import bvh_text
+from sssi_exudyn.importing.motion_formats import read_motion
+from sssi_exudyn.importing.mvnx import JOINT_OF_SEGMENT
+from sssi_exudyn.recording.instruments.bvh import Bvh, joint_positions, read_bvh, world_rotations
 
 PLACES = {name: np.array(place) for name, _, _, place in SEGMENTS}
 PARENTS = {name: parent for name, _, parent, _ in SEGMENTS}

@@ -9,12 +9,13 @@ import pandas as pd
 import pytest
 from strapped import LAG, strapped, truth
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import GRAVITY
-from sssi_exudyn.import_sensors import write_pressure
-from sssi_exudyn.importing import Answers, import_recording
-from sssi_exudyn.insoles import read_insoles
-from sssi_exudyn.recording import Recording, read_recording
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import GRAVITY
+from sssi_exudyn.importing.assemble import Answers, import_recording
+from sssi_exudyn.importing.sensor_logs import write_pressure
+from sssi_exudyn.recording.instruments.insoles import read_insoles
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.recording import Recording
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "intermediate"
 ANSWERS = Answers(

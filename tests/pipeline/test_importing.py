@@ -11,14 +11,14 @@ from fix_files import START, nmea
 from mvnx_file import SEGMENTS, mvnx
 from tiny import ANSWERS, OFFSET, Tiny
 
-from sssi_exudyn.bvh import read_bvh, world_rotations
 from sssi_exudyn.cli import main
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import rotation_from_bvh
-from sssi_exudyn.gps import read_gps
-from sssi_exudyn.importing import Answers, import_recording
-from sssi_exudyn.mvnx import JOINT_OF_SEGMENT
-from sssi_exudyn.recording import read_recording
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import rotation_from_bvh
+from sssi_exudyn.importing.assemble import Answers, import_recording
+from sssi_exudyn.importing.mvnx import JOINT_OF_SEGMENT
+from sssi_exudyn.recording.instruments.bvh import read_bvh, world_rotations
+from sssi_exudyn.recording.instruments.gps import read_gps
+from sssi_exudyn.recording.read import read_recording
 
 FILES = ("motion.bvh", "gps.csv", "insoles.csv")
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from tiny import Columns, csv, loads
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.insoles import read_insoles
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.recording.instruments.insoles import read_insoles
 
 
 def write(folder: Path, columns: Columns) -> Path:

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from tiny import TOML, Tiny
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.inspection import format_inspection, inspect_recording, plot_inspection
-from sssi_exudyn.recording import read_recording
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.recording.inspection import format_inspection, inspect_recording, plot_inspection
+from sssi_exudyn.recording.read import read_recording
 
 
 def test_figures_of_a_recording(tmp_path: Path) -> None:

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.anatomy import capture_in_body_axes
-from sssi_exudyn.bvh import read_bvh
-from sssi_exudyn.bvh_text import bvh_text
-from sssi_exudyn.chain import COORDINATES, PRESCRIBED, SEGMENT, average_geometry, forward_kinematics
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import Array
-from sssi_exudyn.import_motion import read_motion
-from sssi_exudyn.opensim_files import GROUND_FROM_LEVEL, Storage, storage_text
+from sssi_exudyn.bodies.skier.chain import COORDINATES, PRESCRIBED, SEGMENT, average_geometry, forward_kinematics
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.importing.bvh_writer import bvh_text
+from sssi_exudyn.importing.motion_formats import read_motion
+from sssi_exudyn.io.storage import GROUND_FROM_LEVEL, Storage, storage_text
+from sssi_exudyn.motion.capture_to_chain import capture_in_body_axes
+from sssi_exudyn.recording.instruments.bvh import read_bvh
 
 RATE, COUNT, HEIGHT = 60.0, 120, 1.75
 KNEES = ("knee_angle_r", "knee_angle_l")

@@ -12,9 +12,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sssi_exudyn.cache import Cache
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.result_folder import locked, read_summary, write_result
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.writing import locked
+from sssi_exudyn.results.folder import read_summary, write_result
+from sssi_exudyn.runtime.cache import Cache
 
 MODEL = {"format": 1}
 FILES = {"summary.json", "series.parquet", "model.toml", ".lock"}

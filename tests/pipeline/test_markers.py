@@ -10,11 +10,11 @@ from c3d_file import marker_places, write_c3d
 from scipy.spatial.transform import Rotation
 from test_joint_angles import COUNT, HEIGHT, RATE, chain_coordinates
 
-from sssi_exudyn.anatomy import Capture, capture_in_body_axes
-from sssi_exudyn.chain import SEGMENT, Poses, average_geometry, forward_kinematics
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import Array
-from sssi_exudyn.import_motion import read_motion
+from sssi_exudyn.bodies.skier.chain import SEGMENT, Poses, average_geometry, forward_kinematics
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.importing.motion_formats import read_motion
+from sssi_exudyn.motion.capture_to_chain import Capture, capture_in_body_axes
 
 SEGMENTS = {
     "LeftUpLeg": "femur_l", "RightUpLeg": "femur_r", "LeftLeg": "tibia_l", "RightLeg": "tibia_r",

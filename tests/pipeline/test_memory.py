@@ -5,7 +5,7 @@ from pathlib import Path
 
 from gliding import model, standing
 
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.simulation.full import simulate
 
 
 def resident() -> float:

@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from sssi_exudyn.validation.metrics import (
-    at_times,
-    path_length,
-    pressure_ratio,
-    ratio_agreement,
-    trajectory_error,
-)
+from sssi_exudyn.validation.metrics import at_times, path_length, pressure_ratio, ratio_agreement, trajectory_error
 
 
 def test_constant_offset_is_the_mean_distance() -> None:

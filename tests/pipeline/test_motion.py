@@ -10,23 +10,17 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.anatomy import capture_in_body_axes, chain_angles, segment_of_joint, skier_geometry
-from sssi_exudyn.bvh import Bvh
-from sssi_exudyn.chain import JOINTS, PRESCRIBED, SEGMENT, Geometry, average_geometry, forward_kinematics
-from sssi_exudyn.frames import BODY_FROM_BVH, Array, slope_to_level
-from sssi_exudyn.gps import Gps
-from sssi_exudyn.limb import ball_joint_angles, continuous, tait_bryan
-from sssi_exudyn.motion import (
-    Motion,
-    antenna_offset,
-    motion_from_recording,
-    relative_poses,
-    round_trip_table,
-    spline_motion,
-    turned,
-)
-from sssi_exudyn.recording import Equipment, Heading, Recording, Skier, Slope, read_recording
-from sssi_exudyn.rotations import angles_between, lowpass, smooth_rotations
+from sssi_exudyn.bodies.skier.chain import JOINTS, PRESCRIBED, SEGMENT, Geometry, average_geometry, forward_kinematics
+from sssi_exudyn.core.frames import BODY_FROM_BVH, Array, slope_to_level
+from sssi_exudyn.core.rotations import angles_between, lowpass, smooth_rotations
+from sssi_exudyn.motion.capture_to_chain import capture_in_body_axes, chain_angles, segment_of_joint, skier_geometry
+from sssi_exudyn.motion.from_recording import motion_from_recording, round_trip_table
+from sssi_exudyn.motion.limb_angles import ball_joint_angles, continuous, tait_bryan
+from sssi_exudyn.motion.motion import Motion, antenna_offset, relative_poses, spline_motion, turned
+from sssi_exudyn.recording.instruments.bvh import Bvh
+from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.recording import Equipment, Heading, Recording, Skier, Slope
 
 RATE = 60.0
 HEIGHT = 1.75

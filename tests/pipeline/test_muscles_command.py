@@ -13,15 +13,15 @@ import pytest
 import standing
 
 from sssi_exudyn import cli, commands
-from sssi_exudyn.biomechanics import labelled
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import slope_to_enu
-from sssi_exudyn.muscle_forces import JOINTS, MUSCLED
-from sssi_exudyn.opensim_files import read_storage
-from sssi_exudyn.report import write_run
-from sssi_exudyn.result_folder import complete_summary
-from sssi_exudyn.turns import Turn, Turns
-from sssi_exudyn.validation.run import Run
+from sssi_exudyn.analysis.biomechanics import labelled
+from sssi_exudyn.analysis.turns import Turn, Turns
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import slope_to_enu
+from sssi_exudyn.io.storage import read_storage
+from sssi_exudyn.muscle_forces.forces import JOINTS, MUSCLED
+from sssi_exudyn.reports.report import write_run
+from sssi_exudyn.results.folder import complete_summary
+from sssi_exudyn.results.stored import Run
 
 
 @pytest.fixture

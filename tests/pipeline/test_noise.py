@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.noise import (
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import (
     ExponentialNoise,
     autocorrelation_time,
     chi_square_per_dof,

@@ -10,16 +10,19 @@ import numpy as np
 import pytest
 from strapped import write_few
 
+from sssi_exudyn.core.noise import fit_noise
 from sssi_exudyn.fitting.fit import COARSE_STEP, Fitted, fit_reduced, problem_of
 from sssi_exudyn.fitting.objective import Problem, uncertainty
-from sssi_exudyn.fitting.recorded import model_of
-from sssi_exudyn.motion import Motion, motion_from_recording
-from sssi_exudyn.noise import fit_noise
-from sssi_exudyn.recording import Recording, read_recording
-from sssi_exudyn.reduced import prepare, sensitivities
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.reports.few_sensors_section import counted
+from sssi_exudyn.simulation.reduced import prepare
+from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.capture_error import USUAL, capture_errors
-from sssi_exudyn.validation.few_sensors_page import counted
-from sssi_exudyn.validation.posture_share import over_ground, shares_of
+from sssi_exudyn.validation.posture_uncertainty import over_ground, shares_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 TRUE_MU_T = 0.06

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from sssi_exudyn.progress import Progress
-from sssi_exudyn.provenance import provenance, versions
+from sssi_exudyn.runtime.progress import Progress
+from sssi_exudyn.runtime.provenance import provenance, versions
 
 
 class Terminal(io.StringIO):

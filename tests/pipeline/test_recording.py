@@ -13,9 +13,9 @@ import pandas as pd
 import pytest
 from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, TOML, Tiny, loads
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import MAX_BYTES
-from sssi_exudyn.recording import read_recording
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.files import MAX_BYTES
+from sssi_exudyn.recording.read import read_recording
 
 
 def caught(folder: Path) -> InputError:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, TOML, Tiny, motion
 
-from sssi_exudyn.errors import InputError, SssiError
-from sssi_exudyn.estimate import estimate_slope
-from sssi_exudyn.frames import Array, slope_to_enu
-from sssi_exudyn.recording import read_recording
+from sssi_exudyn.core.errors import InputError, SssiError
+from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.slope_and_heading import estimate_slope
 
 SLOPE = TOML[TOML.index("[slope]") : TOML.index("[motion]")]
 

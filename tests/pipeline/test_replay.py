@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from a_run import AZIMUTH, INCLINATION, MASS, SPEED, a_result, a_run
 
-from sssi_exudyn.chain import SEGMENT
-from sssi_exudyn.frames import GRAVITY, slope_to_level
-from sssi_exudyn.validation.plots import COLOURS
-from sssi_exudyn.validation.replay import RATE, STATIONS, packed, player, scene_of
-from sssi_exudyn.validation.run import Run
+from sssi_exudyn.bodies.skier.chain import SEGMENT
+from sssi_exudyn.core.frames import GRAVITY, slope_to_level
+from sssi_exudyn.reports.plots import COLOURS
+from sssi_exudyn.reports.replay import RATE, STATIONS, packed, player, scene_of
+from sssi_exudyn.results.stored import Run
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +84,7 @@ def test_every_segment_is_drawn(run: Run) -> None:
 
 
 def script(name: str) -> str:
-    return (resources.files("sssi_exudyn.validation") / name).read_text(encoding="utf-8")
+    return (resources.files("sssi_exudyn.reports") / name).read_text(encoding="utf-8")
 
 
 def test_script_and_page_speak_of_the_same_things(run: Run) -> None:

@@ -12,11 +12,11 @@ from a_run import GPS_BIAS, NAME, a_run
 from tiny import Tiny
 
 from sssi_exudyn import commands
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.report import render, write_run
-from sssi_exudyn.result_folder import read_measured, read_skeleton, read_summary
-from sssi_exudyn.validation.page import Section
-from sssi_exudyn.validation.run import read_run
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.reports.html import Section
+from sssi_exudyn.reports.report import render, write_run
+from sssi_exudyn.results.folder import read_measured, read_skeleton, read_summary
+from sssi_exudyn.results.stored import read_run
 
 
 class Outline(HTMLParser):

@@ -13,17 +13,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sssi_exudyn.errors import InputError, SimulationDiverged
-from sssi_exudyn.frames import slope_to_enu
-from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.result_folder import (
-    complete_summary,
-    locked,
-    read_model,
-    read_series,
-    read_summary,
-    write_result,
-)
+from sssi_exudyn.core.errors import InputError, SimulationDiverged
+from sssi_exudyn.core.frames import slope_to_enu
+from sssi_exudyn.io.writing import locked
+from sssi_exudyn.results.folder import complete_summary, read_model, read_series, read_summary, write_result
+from sssi_exudyn.simulation.result import SimulationResult
 
 MODEL = {"format": 1, "friction": {"mu_t": 0.1, "terms": ["penetration", "air"]}}
 SERIES = pd.DataFrame({"time_s": [0.0, 0.005], "left_load_N": [350.0, np.nan]})

@@ -9,14 +9,10 @@ import numpy as np
 import pytest
 import tomli_w
 
-from sssi_exudyn.commands import model_of
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.fitting.observe import mended, seen_by_gps
-from sssi_exudyn.model import model_to_dict, read_model
-from sssi_exudyn.motion import motion_from_recording
-from sssi_exudyn.quantity import quantities
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.sensors import (
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.quantity import quantities
+from sssi_exudyn.fitting.gps_observation import mended, seen_by_gps
+from sssi_exudyn.model.faults import (
     SENSORS,
     BootCuff,
     GpsJump,
@@ -26,6 +22,10 @@ from sssi_exudyn.sensors import (
     felt_by_insoles,
     gps_offset,
 )
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.toml import model_to_dict, read_model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 FAULTS = (

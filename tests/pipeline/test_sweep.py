@@ -19,13 +19,14 @@ import pyarrow.parquet as pq
 import pytest
 import tomli_w
 
-from sssi_exudyn import sweep_drive, sweeps
-from sssi_exudyn.errors import InputError, SssiError
-from sssi_exudyn.sweep_plan import planned
-from sssi_exudyn.sweep_pools import local_pool
-from sssi_exudyn.sweep_records import claimed, gather, last_records, read_records, write_record
-from sssi_exudyn.sweep_run import crashed
-from sssi_exudyn.sweep_worker import perform
+from sssi_exudyn.core.errors import InputError, SssiError
+from sssi_exudyn.sweeps import scheduler as sweep_drive
+from sssi_exudyn.sweeps import sweep as sweeps
+from sssi_exudyn.sweeps.plan import planned
+from sssi_exudyn.sweeps.pools import local_pool
+from sssi_exudyn.sweeps.records import claimed, gather, last_records, read_records, write_record
+from sssi_exudyn.sweeps.run import crashed
+from sssi_exudyn.sweeps.worker import perform
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROOT = EXAMPLES.parent
@@ -92,7 +93,7 @@ def test_finished_sweep_is_not_run_again(swept: Path, monkeypatch: pytest.Monkey
     assert (swept / "runs.parquet").read_bytes() == before
     with pytest.raises(InputError, match="another sweep"):
         sweeps.sweep(settings(duration_s=1.5), swept)
-    monkeypatch.setattr("sssi_exudyn.sweep_plan.versions", lambda: {"sssi_exudyn": "0"})
+    monkeypatch.setattr("sssi_exudyn.sweeps.plan.versions", lambda: {"sssi_exudyn": "0"})
     with pytest.raises(InputError, match="other versions"):
         sweeps.resume(swept)
 

@@ -15,10 +15,10 @@ import psutil
 import pytest
 import tomli_w
 
-from sssi_exudyn import sweeps
-from sssi_exudyn.errors import SssiError
-from sssi_exudyn.sweep_pools import pool_of, slurm_cluster
-from sssi_exudyn.sweep_records import read_records
+from sssi_exudyn.core.errors import SssiError
+from sssi_exudyn.sweeps import sweep as sweeps
+from sssi_exudyn.sweeps.pools import pool_of, slurm_cluster
+from sssi_exudyn.sweeps.records import read_records
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROOT = EXAMPLES.parent
@@ -102,7 +102,7 @@ def test_slurm_jobs_have_a_core_and_a_thread_each() -> None:
 
 
 def test_scheduler_that_does_not_answer_is_told_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sssi_exudyn.sweep_pools._PATIENCE", "1s")
+    monkeypatch.setattr("sssi_exudyn.sweeps.pools._PATIENCE", "1s")
     with pytest.raises(SssiError, match="no Dask scheduler answers"), pool_of("tcp://127.0.0.1:9", None)(1):
         pass
 

@@ -8,16 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sssi_exudyn.chain import PRESCRIBED
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.fitting.recorded import model_of
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion, motion_from_recording
-from sssi_exudyn.recording import Recording, read_recording
-from sssi_exudyn.sweep_design import Axis, Design, points_of
-from sssi_exudyn.sweep_file import read_sweep, sweep_from
-from sssi_exudyn.sweep_parameters import Parameter, changed, numbers_of, parameters_of
-from sssi_exudyn.sweep_plan import Plan, planned
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.sweeps.design import Axis, Design, points_of
+from sssi_exudyn.sweeps.file import read_sweep, sweep_from
+from sssi_exudyn.sweeps.parameters import Parameter, changed, numbers_of, parameters_of
+from sssi_exudyn.sweeps.plan import Plan, planned
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MU_T = {"name": "friction.mu_t", "values": [0.05, 0.1]}

@@ -10,18 +10,20 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sssi_exudyn import cli, sweep_run, sweeps
-from sssi_exudyn.chain import PRESCRIBED
-from sssi_exudyn.errors import SimulationDiverged
-from sssi_exudyn.fitting.recorded import model_of
-from sssi_exudyn.motion import motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.reduced import prepare, simulate_reduced
-from sssi_exudyn.sweep_file import sweep_from
-from sssi_exudyn.sweep_plan import Plan, planned
-from sssi_exudyn.sweep_records import last_records
-from sssi_exudyn.sweep_run import outcome_of, performed
-from sssi_exudyn.sweep_table import table_of
+from sssi_exudyn import cli
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.sweeps import run as sweep_run
+from sssi_exudyn.sweeps import sweep as sweeps
+from sssi_exudyn.sweeps.file import sweep_from
+from sssi_exudyn.sweeps.plan import Plan, planned
+from sssi_exudyn.sweeps.records import last_records
+from sssi_exudyn.sweeps.run import outcome_of, performed
+from sssi_exudyn.sweeps.table import table_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sssi_exudyn.sweep_file import sweep_from
-from sssi_exudyn.sweep_indices import groups_of, indices_of, ranked
-from sssi_exudyn.sweep_page import render_sweep
-from sssi_exudyn.sweep_plan import Plan, planned
-from sssi_exudyn.sweep_table import table_of
+from sssi_exudyn.sweeps.file import sweep_from
+from sssi_exudyn.sweeps.page import render_sweep
+from sssi_exudyn.sweeps.plan import Plan, planned
+from sssi_exudyn.sweeps.sensitivity_indices import groups_of, indices_of, ranked
+from sssi_exudyn.sweeps.table import table_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FIRST, SECOND, THIRD = "friction.mu_t", "friction.mu_n", "skier.mass"

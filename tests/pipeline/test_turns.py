@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.turns import PHASES, find_turns, radius, turns_of_course
+from sssi_exudyn.analysis.turns import PHASES, find_turns, radius, turns_of_course
+from sssi_exudyn.core.frames import Array
 
 STEP = 1.0 / 200.0
 TURN = 2.4

@@ -13,8 +13,8 @@ import numpy as np
 import pymap3d
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.frames import GRAVITY, Array, slope_to_enu
-from sssi_exudyn.importing import Answers
+from sssi_exudyn.core.frames import GRAVITY, Array, slope_to_enu
+from sssi_exudyn.importing.assemble import Answers
 
 INCLINATION_DEG, AZIMUTH_DEG, HEADING_DEG = 16.0, 70.0, 25.0
 ORIGIN = (46.8, 9.8, 2000.0)

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sssi_exudyn.contact.air import AirDrag, FrontalAreas
-from sssi_exudyn.contact.friction import AnisotropicFriction
 from sssi_exudyn.contact.maths import FloatMath
-from sssi_exudyn.contact.penetration import HuntCrossley
 from sssi_exudyn.contact.term import FootState, PointState, SegmentState
-from sssi_exudyn.quantity import quantities
+from sssi_exudyn.contact.terms.air import AirDrag, FrontalAreas
+from sssi_exudyn.contact.terms.friction import AnisotropicFriction
+from sssi_exudyn.contact.terms.penetration import HuntCrossley
+from sssi_exudyn.core.quantity import quantities
 
 MATH = FloatMath()
 DEPTHS = st.floats(-0.2, 0.2)

@@ -10,172 +10,43 @@ from __future__ import annotations
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Final
+from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.chain import PRESCRIBED
-from sssi_exudyn.contact.glide import (
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.contact.terms.friction_corrections import (
     EdgeDependentFriction,
     LoadDependentFriction,
     SnowCompaction,
     SpeedDependentFriction,
 )
-from sssi_exudyn.contact.maths import Math, Number, Vector
-from sssi_exudyn.contact.term import (
-    BodyState,
-    BodyTerm,
-    FootState,
-    FootTerm,
-    PlaceState,
-    Term,
-    TerrainTerm,
-    WindTerm,
+from sssi_exudyn.contact.terms.wind import DragArea, Wind
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.frames import Array, level_to_enu
+from sssi_exudyn.fitting.gps_observation import seen_by_gps
+from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor, felt_by_insoles
+from sssi_exudyn.model.from_recording import first_guess
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import Motion, spline_motion
+from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.recording.instruments.insoles import Insoles
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.validation.benchmark.concealed_terms import (
+    OneSkiSlow,
+    WorldBump,
+    WorldGust,
+    WorldPatch,
+    WorldPole,
+    WorldPush,
+    WorldSlope,
 )
-from sssi_exudyn.contact.wind import DragArea, Wind
-from sssi_exudyn.errors import SimulationDiverged
-from sssi_exudyn.fitting.observe import first_guess, seen_by_gps
-from sssi_exudyn.frames import Array, level_to_enu
-from sssi_exudyn.gps import Gps
-from sssi_exudyn.insoles import Insoles
-from sssi_exudyn.model import Model
-from sssi_exudyn.motion import Motion, spline_motion
-from sssi_exudyn.quantity import quantity
-from sssi_exudyn.recording import Recording
-from sssi_exudyn.sensors import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor, felt_by_insoles
-from sssi_exudyn.simulation import simulate
 
-_HERE: Final = "the benchmark's world"
 _ATTEMPTS: Final = 10
 STEP: Final = 0.004
 """s; the diagnosis' full model takes longer ones, its reduced model others."""
-
-
-def _any(meaning: str, unit: str = "1") -> Any:
-    return quantity(0.0, unit, low=-1e4, high=1e4, source=_HERE, meaning=meaning)
-
-
-def _ramp(math: Math, x: Number) -> Number:
-    """0 below 0, 1 above 1, a smooth step between."""
-    u = math.minimum(math.maximum(x, 0.0), 1.0)
-    return u * u * (3.0 - 2.0 * u)
-
-
-def _box(math: Math, x: Number, low: Number, high: Number, edge: float) -> Number:
-    return _ramp(math, (x - low) / edge + 0.5) - _ramp(math, (x - high) / edge + 0.5)
-
-
-@dataclass(frozen=True)
-class WorldPatch(FootTerm):
-    """Formula: more friction between f0 and f1, with smooth steps of 1 m."""
-
-    name: ClassVar[str] = "world_patch"
-    sources: ClassVar[tuple[str, ...]] = (_HERE,)
-    delta: float = _any("more friction")
-    f0: float = _any("begin", "m")
-    f1: float = _any("end", "m")
-
-    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
-        more = self.delta * _box(math, state.f, self.f0, self.f1, 1.0)
-        return -more * state.load * math.saturate(state.v_t, 0.1), 0.0
-
-
-@dataclass(frozen=True)
-class WorldGust(WindTerm):
-    """Formula: a wind that ramps up and down in 0.6 s."""
-
-    name: ClassVar[str] = "world_gust"
-    sources: ClassVar[tuple[str, ...]] = (_HERE,)
-    w_f: float = _any("down the slope", "m/s")
-    w_l: float = _any("to the left", "m/s")
-    t0: float = _any("begin", "s")
-    t1: float = _any("end", "s")
-
-    def velocity(self, math: Math, state: PlaceState) -> Vector:
-        blows = _box(math, state.t, self.t0 + 0.3, self.t1 - 0.3, 0.6)
-        return self.w_f * blows, self.w_l * blows, 0.0
-
-
-@dataclass(frozen=True)
-class WorldSlope(TerrainTerm):
-    """Formula: the slope's tangent changes by a smooth step over 8 m about f0."""
-
-    name: ClassVar[str] = "world_slope"
-    sources: ClassVar[tuple[str, ...]] = (_HERE,)
-    delta: float = _any("steeper", "rad")
-    f0: float = _any("where", "m")
-
-    def height(self, math: Math, f: Number, l: Number) -> tuple[Number, Number, Number]:  # noqa: E741
-        long = 8.0
-        x = (f - self.f0) / long + 0.5
-        u = math.minimum(math.maximum(x, 0.0), 1.0)
-        beyond = math.maximum(x - 1.0, 0.0)
-        return -self.delta * long * (u * u * u - 0.5 * u * u * u * u + beyond), -self.delta * _ramp(math, x), 0.0
-
-
-@dataclass(frozen=True)
-class WorldBump(TerrainTerm):
-    """Formula: half a cosine's square, ``reach`` to either side."""
-
-    name: ClassVar[str] = "world_bump"
-    sources: ClassVar[tuple[str, ...]] = (_HERE,)
-    rise: float = _any("height", "m")
-    f0: float = _any("where", "m")
-    reach: float = _any("half its length", "m")
-
-    def height(self, math: Math, f: Number, l: Number) -> tuple[Number, Number, Number]:  # noqa: E741
-        x = math.minimum(math.maximum((f - self.f0) / self.reach, -1.0), 1.0)
-        h = 0.5 * self.rise * (1.0 + math.cos(np.pi * x))
-        return h, -0.5 * self.rise * np.pi / self.reach * math.sin(np.pi * x), 0.0
-
-
-@dataclass(frozen=True)
-class WorldPush(BodyTerm):
-    """Formula: half a sine of force from t0 to t1."""
-
-    name: ClassVar[str] = "world_push"
-    sources: ClassVar[tuple[str, ...]] = (_HERE,)
-    force_f: float = _any("down the slope", "N")
-    force_l: float = _any("to the left", "N")
-    force_n: float = _any("up", "N")
-    t0: float = _any("begin", "s")
-    t1: float = _any("end", "s")
-
-    def force(self, math: Math, state: BodyState) -> Vector:
-        x = math.minimum(math.maximum((state.t - self.t0) / (self.t1 - self.t0), 0.0), 1.0)
-        share = math.sin(np.pi * x)
-        return self.force_f * share, self.force_l * share, self.force_n * share
-
-
-@dataclass(frozen=True)
-class WorldPole(BodyTerm):
-    """Formula: a triangle of force along the way and up, 0.2 s long."""
-
-    name: ClassVar[str] = "world_pole"
-    sources: ClassVar[tuple[str, ...]] = (_HERE,)
-    forward: float = _any("impulse", "N*s")
-    up: float = _any("impulse", "N*s")
-    t: float = _any("when", "s")
-
-    def force(self, math: Math, state: BodyState) -> Vector:
-        v_f, v_l, _ = state.velocity
-        pulse = math.maximum(0.0, 1.0 - math.absolute(state.t - self.t) / 0.1) / 0.1
-        along = self.forward * pulse / math.sqrt(v_f * v_f + v_l * v_l + 0.01)
-        return along * v_f, along * v_l, self.up * pulse
-
-
-@dataclass(frozen=True)
-class OneSkiSlow(FootTerm):
-    """Formula: more friction on one ski alone."""
-
-    name: ClassVar[str] = "one_ski_slow"
-    sources: ClassVar[tuple[str, ...]] = (_HERE,)
-    delta: float = _any("more friction")
-    side: float = _any("+1 left, -1 right")
-
-    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
-        share = 0.5 * (1.0 + self.side * state.side)
-        return -self.delta * share * state.load * math.saturate(state.v_t, 0.1), 0.0
 
 
 @dataclass(frozen=True)

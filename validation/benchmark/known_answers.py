@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sssi_exudyn.errors import InputError
+from sssi_exudyn.core.errors import InputError
 
 TRUTH = "truth.json"
 NOTHING = "none"

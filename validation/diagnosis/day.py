@@ -14,12 +14,13 @@ from typing import Any, Final
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.model import Model
-from sssi_exudyn.validation.diagnosis import Number, OwnAccount
-from sssi_exudyn.validation.evidence import Account, Freedom, NoiseLevels, log_volume, whitened
-from sssi_exudyn.validation.hypotheses import OF_A_DAY, added
-from sssi_exudyn.validation.search import INTERVAL_90, SIZES, probabilities, responses_of
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.diagnosis.evidence import Account, Freedom, NoiseLevels, log_volume, whitened
+from sssi_exudyn.validation.diagnosis.findings import Number, OwnAccount
+from sssi_exudyn.validation.diagnosis.hypotheses import OF_A_DAY
+from sssi_exudyn.validation.diagnosis.hypothesis import added
+from sssi_exudyn.validation.diagnosis.search import INTERVAL_90, SIZES, probabilities, responses_of
 
 SHARED: Final = ("friction.mu_t", "friction.mu_n")
 

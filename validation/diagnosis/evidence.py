@@ -18,10 +18,10 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import Bounds, minimize
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.noise import ExponentialNoise, whiten
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import ExponentialNoise, whiten
 from sssi_exudyn.validation.capture_error import USUAL
-from sssi_exudyn.validation.witness import Witnesses
+from sssi_exudyn.validation.measurements import Witnesses
 
 _LOAD_SHARE: Final = 0.03
 _DIFFERENCE_SHARE: Final = 0.05

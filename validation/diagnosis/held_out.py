@@ -6,10 +6,10 @@ import itertools
 
 import numpy as np
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.validation.evidence import Whitener
-from sssi_exudyn.validation.refit import Refit
-from sssi_exudyn.validation.witness import Witnesses
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.validation.diagnosis.evidence import Whitener
+from sssi_exudyn.validation.diagnosis.refit import Refit
+from sssi_exudyn.validation.measurements import Witnesses
 
 _FOLDS = 4
 """Parts of a run that has not as many transitions."""

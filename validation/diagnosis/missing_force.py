@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
-from sssi_exudyn.frames import Array
-from sssi_exudyn.validation.evidence import Account, NoiseLevels, whitened
-from sssi_exudyn.validation.hypotheses import Scene
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.validation.diagnosis.evidence import Account, NoiseLevels, whitened
+from sssi_exudyn.validation.diagnosis.hypothesis import Scene
 
 DIRECTIONS: Final = ("along", "across", "normal")
 _SIZE: Final = 60.0

@@ -13,13 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.optimise import minimise
-from sssi_exudyn.frames import Array
-from sssi_exudyn.model import Model
-from sssi_exudyn.reduced import Prepared, sensitivities, simulate_reduced
-from sssi_exudyn.validation.evidence import Whitener
-from sssi_exudyn.validation.witness import Witnesses
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.simulation.reduced import Prepared, simulate_reduced
+from sssi_exudyn.simulation.sensitivities import sensitivities
+from sssi_exudyn.validation.diagnosis.evidence import Whitener
+from sssi_exudyn.validation.measurements import Witnesses
 
 _ENOUGH = 0.1
 """Change of J, in units of χ²/2, that ends the search."""

@@ -16,19 +16,21 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sssi_exudyn.cache import Cache, fingerprint
-from sssi_exudyn.errors import SimulationDiverged
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.fitting.objective import Prior
-from sssi_exudyn.frames import Array
-from sssi_exudyn.model import Model, model_to_dict
-from sssi_exudyn.motion import Motion
-from sssi_exudyn.recording import Recording
-from sssi_exudyn.reduced import Prepared, prepare, sensitivities, simulate_each, simulate_reduced
-from sssi_exudyn.result import SimulationResult
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import model_to_dict
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.runtime.cache import Cache, fingerprint
+from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.reduced import Prepared, prepare, simulate_reduced
+from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.simulation.sensitivities import sensitivities, simulate_each
 from sssi_exudyn.validation.capture_error import antenna_responses, capture_errors, response
-from sssi_exudyn.validation.evidence import (
+from sssi_exudyn.validation.diagnosis.evidence import (
     Account,
     Freedom,
     NoiseLevels,
@@ -40,9 +42,10 @@ from sssi_exudyn.validation.evidence import (
     whitened,
     whitener,
 )
-from sssi_exudyn.validation.hypotheses import BY_NAME, HYPOTHESES, Candidate, Probe, Scene
-from sssi_exudyn.validation.refit import Parameter, Refit, arrays_of, refit, refit_of
-from sssi_exudyn.validation.witness import Witnesses, averages, witnesses_of
+from sssi_exudyn.validation.diagnosis.hypotheses import BY_NAME, HYPOTHESES
+from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, Probe, Scene
+from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit, arrays_of, refit, refit_of
+from sssi_exudyn.validation.measurements import Witnesses, averages, witnesses_of
 
 Made = Mapping[str, NDArray[np.generic]]
 """What a cache keeps."""

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from sssi_exudyn.model import Model
-from sssi_exudyn.validation.locate import MissingForce
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.diagnosis.missing_force import MissingForce
 
 if TYPE_CHECKING:
-    from sssi_exudyn.validation.diagnosis import Figures, Finding, Number
+    from sssi_exudyn.validation.diagnosis.findings import Figures, Finding, Number
 
 Numbers = dict[str, "Number"]
 

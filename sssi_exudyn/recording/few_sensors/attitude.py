@@ -16,9 +16,9 @@ from scipy.interpolate import BSpline
 from scipy.spatial.transform import Rotation
 from vqf import offlineVQF
 
-from sssi_exudyn.channels import Imu
-from sssi_exudyn.frames import Array
-from sssi_exudyn.rotations import nearest_rotation
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.rotations import nearest_rotation
+from sssi_exudyn.recording.instruments.imu import Imu
 
 DRIFT_SPACING: Final = 15.0
 """s between the knots of a heading's drift: several turns, so that what a turn does to it is kept."""

@@ -13,16 +13,24 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from sssi_exudyn.attitude import Aligned, Attitude, aligned, attitude_of
-from sssi_exudyn.bvh import Bvh, joint_positions, world_rotations
-from sssi_exudyn.channels import FEET, Barometer, Imu
-from sssi_exudyn.course import Course, Lag, find_lag, fused_course, skiing_stretch, velocity_of
-from sssi_exudyn.errors import SssiError
-from sssi_exudyn.estimate import SlopeEstimate, estimate_slope
-from sssi_exudyn.frames import BODY_FROM_BVH, GRAVITY, Array, level_to_enu
-from sssi_exudyn.gps import Gps
-from sssi_exudyn.rotations import lowpass
-from sssi_exudyn.skiing_posture import FLEXION, Body, Coordinates, Posture, about_x, as_capture, solve_posture
+from sssi_exudyn.core.errors import SssiError
+from sssi_exudyn.core.frames import BODY_FROM_BVH, GRAVITY, Array, level_to_enu
+from sssi_exudyn.core.rotations import lowpass
+from sssi_exudyn.recording.few_sensors.attitude import Aligned, Attitude, aligned, attitude_of
+from sssi_exudyn.recording.few_sensors.course import Course, Lag, find_lag, fused_course, skiing_stretch, velocity_of
+from sssi_exudyn.recording.few_sensors.posture_model import (
+    FLEXION,
+    Body,
+    Coordinates,
+    Posture,
+    about_x,
+    as_capture,
+    solve_posture,
+)
+from sssi_exudyn.recording.instruments.bvh import Bvh, joint_positions, world_rotations
+from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.recording.instruments.imu import FEET, Barometer, Imu
+from sssi_exudyn.recording.slope_and_heading import SlopeEstimate, estimate_slope
 
 _RATE: Final = 50.0
 """Hz of the made-up capture's frames, as inertial captures have at least."""

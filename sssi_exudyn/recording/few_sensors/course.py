@@ -16,11 +16,11 @@ from typing import Final
 import numpy as np
 from scipy.interpolate import BSpline
 
-from sssi_exudyn.errors import SssiError
-from sssi_exudyn.estimate import local_fit
-from sssi_exudyn.frames import Array
-from sssi_exudyn.gps import Gps
-from sssi_exudyn.rotations import lowpass
+from sssi_exudyn.core.errors import SssiError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.rotations import lowpass
+from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.recording.slope_and_heading import local_fit
 
 SLOWEST: Final = 1.0
 """m/s; below it a course is noise, and nobody skis."""

@@ -19,9 +19,9 @@ from typing import Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bvh import Bvh
-from sssi_exudyn.chain import SEGMENT, average_geometry
-from sssi_exudyn.frames import BODY_FROM_BVH, Array
+from sssi_exudyn.bodies.skier.chain import SEGMENT, average_geometry
+from sssi_exudyn.core.frames import BODY_FROM_BVH, Array
+from sssi_exudyn.recording.instruments.bvh import Bvh
 
 _HAT, _THIGH, _SHANK, _FOOT = 0.678, 0.100, 0.0465, 0.0145
 """Shares of the body's mass: head, arms and trunk; each thigh, shank and foot."""

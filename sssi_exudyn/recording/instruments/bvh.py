@@ -15,10 +15,10 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import read_text
-from sssi_exudyn.frames import Array
-from sssi_exudyn.table import numbers
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.files import read_text
+from sssi_exudyn.io.table import numbers
 
 _SIDES: Final = ("Right", "Left")
 LEGS: Final = tuple(side + part for side in _SIDES for part in ("UpLeg", "Leg", "Foot"))

@@ -14,10 +14,10 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pymap3d
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import Array
-from sssi_exudyn.markup import elements, text_below
-from sssi_exudyn.table import Table, read_table
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.markup import elements, text_below
+from sssi_exudyn.io.table import Table, read_table
 
 REQUIRED: Final = ("time_s", "latitude_deg", "longitude_deg", "altitude_m")
 OPTIONAL: Final = ("speed_mps", "course_deg", "sigma_m")

@@ -8,10 +8,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import read_bytes
-from sssi_exudyn.fixes import Fixes
-from sssi_exudyn.optional import library
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.files import read_bytes
+from sssi_exudyn.recording.instruments.fixes import Fixes
+from sssi_exudyn.runtime.optional import library
 
 _DEGREES: Final = 180.0 / 2**31
 """A semicircle, the format's unit of angle."""

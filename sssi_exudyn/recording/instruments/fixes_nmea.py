@@ -9,10 +9,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import read_text
-from sssi_exudyn.fixes import OPTIONAL, Fixes
-from sssi_exudyn.optional import library
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.files import read_text
+from sssi_exudyn.recording.instruments.fixes import OPTIONAL, Fixes
+from sssi_exudyn.runtime.optional import library
 
 _KNOT: Final = 1852.0 / 3600.0
 """m/s"""

@@ -14,12 +14,12 @@ from typing import Final
 import numpy as np
 import pymap3d
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.fixes import Fixes, fixes_csv, fixes_gpx
-from sssi_exudyn.fixes_fit import fixes_fit
-from sssi_exudyn.fixes_nmea import fixes_nmea
-from sssi_exudyn.frames import Array
-from sssi_exudyn.table import Clock, check_time, mend_clock
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.table import Clock, check_time, mend_clock
+from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_csv, fixes_gpx
+from sssi_exudyn.recording.instruments.fixes_fit import fixes_fit
+from sssi_exudyn.recording.instruments.fixes_nmea import fixes_nmea
 
 _BOUNDS: Final = {
     "altitude_m": (-500.0, 9000.0),

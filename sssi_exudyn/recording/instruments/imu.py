@@ -13,9 +13,9 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.frames import GRAVITY, Array
-from sssi_exudyn.table import Clock, Table, check_time, mend_clock, read_table
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.io.table import Clock, Table, check_time, mend_clock, read_table
 
 PLACES: Final = ("left_ski", "right_ski", "left_boot", "right_boot", "chest", "pelvis", "pocket")
 """Where a sensor may sit.  In a pocket it turns with the body, but nobody knows how it lies there."""

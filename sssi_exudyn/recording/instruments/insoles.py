@@ -9,10 +9,10 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.files import read_text
-from sssi_exudyn.frames import Array
-from sssi_exudyn.table import Table, check_time, mend_clock, read_table
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.files import read_text
+from sssi_exudyn.io.table import Table, check_time, mend_clock, read_table
 
 _CELL: Final = re.compile(r"(left|right)_(\d+)_N")
 _SHARE_STUCK: Final = 0.2

@@ -1,0 +1,1 @@
+"""Muscles: their table, paths over bones, force curves, OpenSim models."""

@@ -1,0 +1,1 @@
+"""A ski: profiles, mesh, beam, modes, identification from bench tests."""

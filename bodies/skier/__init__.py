@@ -1,0 +1,1 @@
+"""The skier: anthropometry, skeleton, kinematic chain, inverse dynamics."""

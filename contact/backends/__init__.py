@@ -1,0 +1,1 @@
+"""Force terms evaluated: compiled, NumPy, symbolic, plain Python."""

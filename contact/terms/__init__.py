@@ -1,0 +1,1 @@
+"""Force terms, one file a law."""

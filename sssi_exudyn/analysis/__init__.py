@@ -1,0 +1,1 @@
+"""Turns and what a skier does in them: joint angles, forces, moments, work."""

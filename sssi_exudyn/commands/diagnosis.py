@@ -1,0 +1,126 @@
+"""``sssi diagnose`` and ``sssi benchmark``."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sssi_exudyn.commands.recordings import _read
+from sssi_exudyn.commands.runs import _CACHE, _SILENT, _left
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.writing import locked, to_json, write_atomically
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.reports.day_page import day_page, sentence_of_day
+from sssi_exudyn.reports.diagnosis_section import diagnosis_section
+from sssi_exudyn.results.folder import DIAGNOSIS
+from sssi_exudyn.runtime.cache import Cache
+from sssi_exudyn.runtime.progress import Progress
+from sssi_exudyn.runtime.provenance import provenance
+from sssi_exudyn.validation.benchmark.known_answers import compared, read_truth
+from sssi_exudyn.validation.benchmark.run import base_of, run_benchmark
+from sssi_exudyn.validation.diagnosis.day import day_to_dict, weigh_day
+from sssi_exudyn.validation.diagnosis.diagnose import diagnose as find_missing
+from sssi_exudyn.validation.diagnosis.findings import Diagnosis, diagnosis_to_dict
+
+
+def diagnose(folder: Path, out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
+    """Find what physics was left out, or which instrument is at fault, and leave the extended model's run in ``out``;
+    what ``diagnosis.json`` holds.
+    """
+    told = diagnosis_to_dict(_diagnosed(folder, out, progress)[1])
+    shutil.rmtree(out / _CACHE, ignore_errors=True)
+    return told
+
+
+def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
+    """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and weigh them together;
+    what ``out``'s ``day.json`` holds.
+
+    Raises InputError where two folders have the same name.
+    """
+    names = [folder.resolve().name for folder in folders]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(out / name, "", "two recordings would leave their results here", "rename one's folder")
+    with locked(out):
+        found = {name: _diagnosed(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)}
+        with progress.stage("weigh together"):
+            weighed = weigh_day([diagnosis.own() for _, diagnosis in found.values()])
+        sentence = sentence_of_day(weighed, len(names), found[names[0]][1].model)
+        hashes = {f"{name}/{file}": made for name, (files, _) in found.items() for file, made in files.items()}
+        origin = provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0)
+        day = day_to_dict(names, weighed, sentence) | {"provenance": origin}
+        write_atomically(out / "day.json", to_json(day))
+        write_atomically(out / "report.html", day_page(names, weighed, sentence))
+        for name in names:  # kept until now, so that an interrupted day goes on where it was
+            shutil.rmtree(out / name / _CACHE, ignore_errors=True)
+        return day
+
+
+def _diagnosed(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, str], Diagnosis]:
+    """Diagnose into ``out``, the cache stays; hashes of what was read, and the answer."""
+    with locked(out):
+        recording, motion = _read(folder, progress)
+        if recording.gps is None:
+            raise InputError(
+                folder / "recording.toml", "[gps]", "there is no GPS to hold the simulation against", "add it"
+            )
+        with progress.stage("diagnose") as stage:
+            found = find_missing(
+                recording, motion, model_of(recording, motion), cache=Cache(out / _CACHE), say=stage.advance
+            )
+        assert found.result is not None
+        told = diagnosis_to_dict(found)
+        errors = np.sqrt(np.diag(found.fit.covariance))
+        parameters = {
+            name: {"value": float(value), "se": float(se)}
+            for p, value, se in zip(found.fit.parameters, found.fit.values, errors, strict=True)
+            for name in p.names
+        }
+        figures = {
+            "friction": {name: parameters[f"friction.{name}"] for name in ("mu_t", "mu_n")},
+            "fit": {"method": "diagnosis", "converged": True, "parameters": parameters},
+            "diagnosis": {key: told[key] for key in ("verdict", "sentence")},
+        }
+        settings = {"command": "diagnose"}
+        section = diagnosis_section(found)
+        _left(recording, motion, found.model, found.result, figures, out, settings, diagnosis=told, sections=[section])
+        return recording.hashes, found
+
+
+def diagnose_known(folder: Path, out: Path, *, progress: Progress = _SILENT) -> list[dict[str, str]]:
+    """Diagnose every recording in ``folder`` that its ``truth.json`` names, each into a folder of its own in ``out``;
+    what was said against what is hidden, a row a recording.  Those that ``out`` has already are not done again.
+    """
+    truth = read_truth(folder)
+    said = {}
+    for name in sorted(truth):
+        made = out / name
+        if not (made / DIAGNOSIS).is_file():
+            diagnose(folder / name, made, progress=progress)
+        said[name] = json.loads((made / DIAGNOSIS).read_text(encoding="utf-8"))
+    return compared(truth, said)
+
+
+def benchmark(
+    recordings: Sequence[Path], out: Path, *, cases: int, seed: int, full: int, progress: Progress = _SILENT
+) -> dict[str, Any]:
+    """Judge the diagnosis blindly on ``cases`` made from the movements of ``recordings``, the first ``full`` of them
+    with the full model, into ``out``; the scores.
+    """
+    with locked(out):
+        bases = []
+        for folder in recordings:
+            recording, motion = _read(folder, progress)
+            if recording.gps is None:
+                raise InputError(folder / "recording.toml", "[gps]", "there is no GPS to start from", "add it")
+            bases.append(base_of(recording, motion, model_of(recording, motion)))
+        with progress.stage("benchmark") as stage:
+            workers = os.cpu_count() or 1
+            return run_benchmark(out, bases, count=cases, seed=seed, full=full, workers=workers, say=stage.advance)

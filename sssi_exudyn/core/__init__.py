@@ -1,0 +1,1 @@
+"""Frames, quantities with units and bounds, rotations, noise models, errors."""

@@ -1,0 +1,1 @@
+"""Recordings out of files of other formats."""

@@ -1,0 +1,1 @@
+"""Files and tables: reading what comes from outside, writing what stays."""

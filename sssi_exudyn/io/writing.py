@@ -1,0 +1,115 @@
+"""Files and folders written whole or not at all, by one process at a time; values as JSON."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import filelock
+import numpy as np
+
+from sssi_exudyn.core.errors import InputError
+
+_LOCK = ".lock"
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold ``folder`` (made when missing) against other processes.  May be nested within one thread.
+
+    Raises InputError when another process holds it, when it cannot be made, and when what is done meanwhile cannot be
+    written.
+    """
+    with said_clearly(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = filelock.FileLock(folder / _LOCK, timeout=0, is_singleton=True)
+        try:
+            lock.acquire()
+        except filelock.Timeout as error:
+            raise InputError(
+                folder, "", "another process is writing here", "wait for it, or choose another folder with --out"
+            ) from error
+    try:
+        with said_clearly(folder):
+            yield
+    finally:
+        lock.release()
+
+
+def held(folder: Path) -> bool:
+    """True while a process has ``folder`` ``locked``."""
+    if not (folder / _LOCK).exists():
+        return False
+    lock = filelock.FileLock(folder / _LOCK, timeout=0)
+    try:
+        lock.acquire()
+    except filelock.Timeout:
+        return True
+    lock.release()
+    return False
+
+
+@contextmanager
+def said_clearly(path: Path) -> Iterator[None]:
+    """Turn the operating system's refusals (read-only, full, missing, not a folder) into one clear InputError."""
+    try:
+        yield
+    except BrokenPipeError:  # whoever reads stderr or stdout has gone; that is no fault of ``path``
+        raise
+    except OSError as error:
+        raise InputError(
+            path, "", (error.strerror or str(error)).lower(), "check the path, its permissions and the space left"
+        ) from error
+
+
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write one file whole or not at all, text as UTF-8.  Raises InputError where it cannot be written."""
+    written = content.encode() if isinstance(content, str) else content
+    with said_clearly(path):
+        _replace_together(path.parent, {path.name: lambda made: made.write_bytes(written)}, set())
+
+
+def to_json(value: Any) -> str:
+    """JSON text, readable by people too, of whatever ``plain`` takes."""
+    return json.dumps(plain(value), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def plain(value: Any) -> Any:
+    """What JSON can hold: dataclasses as mappings, NumPy's numbers and arrays as Python's, not finite as None."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        value = {entry.name: getattr(value, entry.name) for entry in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value
+
+
+def _replace_together(folder: Path, writers: Mapping[str, Callable[[Path], object]], stale: set[str]) -> None:
+    """Write every file under another name, then move them all into place in the order given.
+
+    The last of them, which says that the others are whole, goes away before the first is moved: a kill in between
+    leaves no result that is half the old one.
+    """
+    made = {name: folder / f".{name}.{os.getpid()}" for name in writers}
+    try:
+        for name, write in writers.items():
+            write(made[name])
+        *others, last = writers
+        for name in (*stale, *([last] if others else [])):
+            (folder / name).unlink(missing_ok=True)
+        for name, path in made.items():
+            path.replace(folder / name)
+    finally:
+        for path in made.values():
+            path.unlink(missing_ok=True)

@@ -1,0 +1,1 @@
+"""The model as pure data: skier, skis, force terms, instrument faults, start."""

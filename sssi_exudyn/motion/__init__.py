@@ -1,0 +1,1 @@
+"""From motion capture to the prescribed joint angles of the chain."""

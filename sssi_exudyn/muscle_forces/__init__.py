@@ -1,0 +1,1 @@
+"""Muscle forces that made the joint moments of a run."""

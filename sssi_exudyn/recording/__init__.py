@@ -1,0 +1,1 @@
+"""A recording: its files, its checks, what is estimated where it is silent."""

@@ -1,0 +1,1 @@
+"""A whole posture from few sensors: attitude, course, a model of how people ski."""

@@ -1,0 +1,1 @@
+"""One reader an instrument: motion capture, GPS, insoles, single inertial sensors."""

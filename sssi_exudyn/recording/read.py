@@ -1,0 +1,333 @@
+"""A recording from its folder: ``recording.toml`` and the files it names, each checked against the others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.core.errors import InputError, SssiError
+from sssi_exudyn.core.quantity import quantities, quantity
+from sssi_exudyn.io.files import inside, sha256
+from sssi_exudyn.io.settings import Settings, check_keys, key_of, numbers_of, read_toml, table_of, text_of, vector_of
+from sssi_exudyn.recording.crosscheck import (
+    Setting,
+    check_coordinates,
+    check_heading,
+    check_load,
+    check_size,
+    check_slope,
+    estimate_setting,
+)
+from sssi_exudyn.recording.few_sensors.complete import Ground, complete, ground_of, with_barometer
+from sssi_exudyn.recording.few_sensors.posture_model import JOINTS, Body
+from sssi_exudyn.recording.instruments.bvh import Bvh, read_bvh
+from sssi_exudyn.recording.instruments.gps import Gps, read_gps
+from sssi_exudyn.recording.instruments.insoles import Insoles, read_insoles
+from sssi_exudyn.recording.recording import _AZIMUTH, _STEEPEST, Equipment, Heading, Recording, Skier, Slope
+from sssi_exudyn.recording.sensor_tables import read_sensors
+from sssi_exudyn.recording.slope_and_heading import CAPTURE_HEADING_SIGMA
+
+FILE: Final = "recording.toml"
+_FEWEST_FIXES: Final = 4
+"""A track of fewer has no direction to start from."""
+_SHORTEST: Final = 1.0
+"""s; less than this of all instruments together is no run."""
+_DAY: Final = 86400.0
+
+_STEEP_PISTE: Final = float(np.deg2rad(40.0))
+"""rad; the steepest groomed pistes have 78 %, 38°."""
+
+
+@dataclass(frozen=True)
+class _MotionTable:
+    heading: float = quantity(
+        0.0, "rad", low=-_AZIMUTH, high=_AZIMUTH, source="full circle", meaning="azimuth of the BVH +z axis"
+    )
+    time_offset: float = quantity(
+        0.0, "s", low=-_DAY, high=_DAY, source="a day", meaning="added to the instrument's time"
+    )
+
+
+@dataclass(frozen=True)
+class _GpsTable:
+    sigma: float = quantity(
+        0.02, "m", low=1e-4, high=100.0, source="RTK to telephones", meaning="standard deviation of a horizontal fix"
+    )
+    time_offset: float = quantity(
+        0.0, "s", low=-_DAY, high=_DAY, source="a day", meaning="added to the instrument's time"
+    )
+
+
+@dataclass(frozen=True)
+class _InsolesTable:
+    time_offset: float = quantity(
+        0.0, "s", low=-_DAY, high=_DAY, source="a day", meaning="added to the instrument's time"
+    )
+
+
+def read_recording(folder: str | Path) -> Recording:
+    """Read the recording in ``folder``.
+
+    Raises InputError, with file, place and mend, for anything in the folder that cannot be used.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        what = "this is a file, not a recording's folder" if folder.exists() else "the folder does not exist"
+        raise InputError(folder, "", what, f"give the folder that holds {FILE}")
+    toml = folder / FILE
+    inside(folder, FILE, toml, "")
+    settings = read_toml(toml)
+    check_keys(
+        settings,
+        ("format", "name", "note", "skier", "equipment", "slope", "motion", "sensors", "barometer", "gps", "insoles"),
+        toml,
+        "",
+    )
+    if settings.get("format") != 1 or isinstance(settings["format"], bool):
+        raise InputError(toml, "format", f"{settings.get('format')!r} is not known", "write format = 1")
+    name = text_of(settings, "name", toml, "")
+    hashes = {FILE: sha256(toml)}
+    skier, notices = _read_skier(settings, toml)
+    equipment = _read_equipment(folder, settings, toml, hashes)
+    given_slope = _read_slope(settings, toml)
+    if "sensors" in settings:
+        return _of_few_sensors(folder, settings, toml, hashes, skier, equipment, given_slope, notices)
+    bvh, given_heading = _read_motion(folder, settings, toml, hashes)
+    check_size(bvh, skier.height, folder / text_of(settings["motion"], "file", toml, "[motion]"))
+    gps = _read_gps(folder, settings, toml, hashes, bvh.names)
+    insoles = _read_insoles(folder, settings, toml, hashes)
+    start, stop, cut = _overlap(toml, bvh, gps, insoles)
+    notices += bvh.notes + cut
+    if insoles is not None:
+        notices += insoles.notes + check_load(insoles, skier.mass, folder / settings["insoles"]["file"])
+    setting = Setting(None, None, ("there is no [gps]",))
+    if gps is not None:
+        notices += gps.notes
+        gps_path = folder / settings["gps"]["file"]
+        check_coordinates(bvh, gps, equipment.ankle_to_ski_base, gps_path)
+        setting = estimate_setting(bvh, gps, equipment.ankle_to_ski_base, given_heading)
+        if given_heading is not None:
+            notices += check_heading(given_heading, setting, toml)
+        if given_slope is not None:
+            notices += check_slope(given_slope.inclination, given_slope.fall_line_azimuth, setting, toml, gps_path)
+    slope, said_slope = _choose_slope(given_slope, setting, toml)
+    heading, said_heading = _choose_heading(given_heading, setting, toml)
+    return Recording(
+        name=name,
+        note=text_of(settings, "note", toml, "", default=""),
+        folder=folder,
+        skier=skier,
+        equipment=equipment,
+        slope=slope,
+        bvh=bvh,
+        heading=heading,
+        gps=gps,
+        insoles=insoles,
+        start=start,
+        stop=stop,
+        hashes=hashes,
+        notices=notices + said_slope + said_heading,
+    )
+
+
+def _of_few_sensors(
+    folder: Path,
+    settings: Settings,
+    toml: Path,
+    hashes: dict[str, str],
+    skier: Skier,
+    equipment: Equipment,
+    given: Slope | None,
+    notices: tuple[str, ...],
+) -> Recording:
+    """A recording without a capture: its posture is made of what its sensors tell."""
+    if "motion" in settings:
+        raise InputError(toml, "[[sensors]]", "there is a [motion] as well", "leave one of them")
+    imus, barometer = read_sensors(folder, settings, toml, hashes)
+    gps = _read_gps(folder, settings, toml, hashes, JOINTS)
+    if gps is None:
+        raise InputError(toml, "[gps]", "the table is missing", "few sensors need fixes beside them: add [gps]")
+    notices += gps.notes
+    if barometer is not None:
+        gps, said = with_barometer(gps, barometer)
+        notices += said
+    try:
+        setting = Setting(None, None if given else ground_of(gps, barometer is not None))
+    except SssiError as error:
+        setting = Setting(None, None, (str(error),))
+    slope, said_slope = _choose_slope(given, setting, toml)
+    body = Body(skier.height, skier.mass, equipment.boot_mass + equipment.ski_mass, equipment.ankle_to_ski_base)
+    try:
+        made = complete(imus, gps, Ground(slope.inclination, slope.fall_line_azimuth), body)
+    except SssiError as error:
+        raise InputError(
+            toml, "[[sensors]]", str(error), "give the run itself, with sensors and fixes on one clock"
+        ) from None
+    insoles = _read_insoles(folder, settings, toml, hashes)
+    start, stop, cut = _overlap(toml, made.bvh, made.gps, insoles)
+    if insoles is not None:
+        notices += insoles.notes + check_load(insoles, skier.mass, folder / settings["insoles"]["file"])
+    return Recording(
+        name=text_of(settings, "name", toml, ""),
+        note=text_of(settings, "note", toml, "", default=""),
+        folder=folder,
+        skier=skier,
+        equipment=equipment,
+        slope=slope,
+        bvh=made.bvh,
+        heading=Heading(slope.fall_line_azimuth, True, made.heading_sigma),
+        gps=made.gps,
+        insoles=insoles,
+        start=start,
+        stop=stop,
+        hashes=hashes,
+        notices=notices + said_slope + made.notes + cut,
+        completed=made,
+    )
+
+
+def _keys(cls: type, *others: str) -> tuple[str, ...]:
+    return (*(key_of(about) for about in quantities(cls).values()), *others)
+
+
+def _read_skier(settings: Settings, toml: Path) -> tuple[Skier, tuple[str, ...]]:
+    table = table_of(settings, "skier", toml)
+    check_keys(table, _keys(Skier, "sex"), toml, "[skier]")
+    sex = text_of(table, "sex", toml, "[skier]", default="male")
+    if sex not in ("male", "female"):
+        raise InputError(toml, "[skier] sex", f"{sex!r} has no anthropometric table", 'write "male" or "female"')
+    notices = () if "sex" in table else (f"{FILE}: [skier] sex is not given; the table for men is used",)
+    return Skier(sex=sex, **numbers_of(Skier, table, toml, "[skier]")), notices
+
+
+def _read_equipment(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> Equipment:
+    table = table_of(settings, "equipment", toml)
+    check_keys(table, _keys(Equipment, "skis"), toml, "[equipment]")
+    skis = text_of(table, "skis", toml, "[equipment]")
+    if "/" in skis or skis.endswith(".toml"):  # a ski file; other names are looked up in the catalogue
+        hashes[skis] = sha256(inside(folder, skis, toml, "[equipment] skis"))
+    return Equipment(skis=skis, **numbers_of(Equipment, table, toml, "[equipment]"))
+
+
+def _read_slope(settings: Settings, toml: Path) -> Slope | None:
+    if "slope" not in settings:
+        return None
+    table = table_of(settings, "slope", toml)
+    check_keys(table, _keys(Slope), toml, "[slope]")
+    numbers = numbers_of(Slope, table, toml, "[slope]")
+    return Slope(numbers["inclination"], numbers["fall_line_azimuth"])
+
+
+def _read_motion(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> tuple[Bvh, float | None]:
+    table = table_of(settings, "motion", toml)
+    check_keys(table, _keys(_MotionTable, "file"), toml, "[motion]")
+    numbers = numbers_of(_MotionTable, table, toml, "[motion]", optional=("heading", "time_offset"))
+    path = _instrument(folder, table, toml, "[motion]", hashes)
+    if path.suffix.lower() != ".bvh":
+        raise InputError(toml, "[motion] file", f"no reader for {path.suffix!r}", "export the motion as .bvh")
+    return read_bvh(path, numbers.get("time_offset", 0.0)), numbers.get("heading")
+
+
+def _read_gps(
+    folder: Path, settings: Settings, toml: Path, hashes: dict[str, str], joints: tuple[str, ...]
+) -> Gps | None:
+    if "gps" not in settings:
+        return None
+    table = table_of(settings, "gps", toml)
+    check_keys(table, _keys(_GpsTable, "file", "segment", "offset_m"), toml, "[gps]")
+    numbers = numbers_of(_GpsTable, table, toml, "[gps]", optional=("sigma", "time_offset"))
+    segment = text_of(table, "segment", toml, "[gps]")
+    if segment not in joints:
+        raise InputError(
+            toml, "[gps] segment", f"the motion has no joint {segment!r}", f"use one of: {', '.join(joints[:24])}"
+        )
+    return read_gps(
+        _instrument(folder, table, toml, "[gps]", hashes),
+        segment=segment,
+        offset=np.array(vector_of(table, "offset_m", toml, "[gps]", limit=1.0)),
+        sigma=numbers.get("sigma"),
+        time_offset=numbers.get("time_offset", 0.0),
+    )
+
+
+def _read_insoles(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> Insoles | None:
+    if "insoles" not in settings:
+        return None
+    table = table_of(settings, "insoles", toml)
+    check_keys(table, _keys(_InsolesTable, "file"), toml, "[insoles]")
+    numbers = numbers_of(_InsolesTable, table, toml, "[insoles]", optional=("time_offset",))
+    return read_insoles(_instrument(folder, table, toml, "[insoles]", hashes), numbers.get("time_offset", 0.0))
+
+
+def _instrument(folder: Path, table: Settings, toml: Path, place: str, hashes: dict[str, str]) -> Path:
+    """The instrument's file, under the name the user knows it by; its hash is noted."""
+    name = text_of(table, "file", toml, place)
+    hashes[name] = sha256(inside(folder, name, toml, f"{place} file"))
+    return folder / name
+
+
+def _overlap(toml: Path, bvh: Bvh, gps: Gps | None, insoles: Insoles | None) -> tuple[float, float, tuple[str, ...]]:
+    """First and last time that all instruments cover, and a notice where much of the motion is lost by that."""
+    spans = {"[motion]": bvh.time}
+    if gps is not None:
+        spans["[gps]"] = gps.time
+    if insoles is not None:
+        spans["[insoles]"] = insoles.time
+    start = max(float(time[0]) for time in spans.values())
+    stop = min(float(time[-1]) for time in spans.values())
+    told = ", ".join(f"{name} {time[0]:.2f} to {time[-1]:.2f} s" for name, time in spans.items())
+    if stop - start < _SHORTEST:
+        raise InputError(toml, "time_offset_s", f"the clocks do not overlap: {told}", "correct the time_offset_s")
+    if gps is not None:
+        within = int(np.count_nonzero((gps.time >= start) & (gps.time <= stop)))
+        if within < _FEWEST_FIXES:
+            problem = f"{within} fixes between {start:.2f} and {stop:.2f} s, where there is motion too: {told}"
+            raise InputError(toml, "[gps]", problem, f"at least {_FEWEST_FIXES} are needed; are its times in seconds?")
+    motion = float(bvh.time[-1] - bvh.time[0])
+    if stop - start < 0.9 * motion:
+        return start, stop, (f"all instruments together cover {start:.2f} to {stop:.2f} s only: {told}",)
+    return start, stop, ()
+
+
+def _choose_slope(given: Slope | None, setting: Setting, toml: Path) -> tuple[Slope, tuple[str, ...]]:
+    if given is not None:
+        return given, ()
+    found = setting.slope
+    if found is None or not np.deg2rad(1.0) < found.inclination.value < _STEEPEST:
+        steep = "" if found is None else f"it comes out at {np.rad2deg(found.inclination.value):.1f}°"
+        why = steep or "; ".join(setting.why_not)
+        raise InputError(toml, "[slope]", f"not given, and no estimate is possible: {why}", "give [slope]")
+    slope = Slope(
+        inclination=found.inclination.value,
+        fall_line_azimuth=found.azimuth.value % _AZIMUTH,
+        estimated=True,
+        sigma_inclination=found.inclination.sigma,
+        sigma_fall_line_azimuth=found.azimuth.sigma,
+    )
+    said = (
+        f"{FILE}: [slope] is not given; estimated: {np.rad2deg(slope.inclination):.2f} ±"
+        f" {np.rad2deg(slope.sigma_inclination):.2f}° towards {np.rad2deg(slope.fall_line_azimuth):.1f} ±"
+        f" {np.rad2deg(slope.sigma_fall_line_azimuth):.1f}°"
+    )
+    if slope.inclination > _STEEP_PISTE:
+        return slope, (said, f"{FILE}: that is steeper than pistes are: is the altitude in feet? Give [slope] if not")
+    return slope, (said,)
+
+
+def _choose_heading(given: float | None, setting: Setting, toml: Path) -> tuple[Heading, tuple[str, ...]]:
+    if given is not None:
+        return Heading(given, False, CAPTURE_HEADING_SIGMA), ()
+    found = setting.heading
+    if found is None:
+        raise InputError(
+            toml,
+            "[motion] heading_deg",
+            f"not given, and no estimate is possible: {'; '.join(setting.why_not)}",
+            "give it (azimuth of the BVH +z axis, clockwise from north)",
+        )
+    value = found.value % _AZIMUTH
+    said = f"{FILE}: heading_deg is not given; estimated: {np.rad2deg(value):.1f} ± {np.rad2deg(found.sigma):.1f}°"
+    return Heading(value, True, found.sigma), (said,)

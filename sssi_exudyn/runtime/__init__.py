@@ -1,0 +1,1 @@
+"""How the program runs: cache, compilation, progress, provenance, workers."""

@@ -1,0 +1,1 @@
+"""Model and motion in, time series out: the full model and the reduced one."""

@@ -1,0 +1,1 @@
+"""Many runs with other parameters, on one machine or a cluster."""

@@ -1,0 +1,1 @@
+"""The diagnosis judged on cases whose answers are known."""

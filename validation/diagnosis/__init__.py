@@ -1,0 +1,1 @@
+"""What physics was left out, or which instrument is wrong."""
