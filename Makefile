@@ -15,7 +15,10 @@ demo: $(VENV)/.installed
 test: $(VENV)/.installed-dev
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
 
+# Without the links to the model folders mypy would check half of the files, and pass.
 check: $(VENV)/.installed-dev
+	@for name in bodies contact fitting validation; do test -d sssi_exudyn/$$name || \
+	  { echo "sssi_exudyn/$$name: the symbolic link to $$name/ is missing; git config core.symlinks true && git checkout -- sssi_exudyn" >&2; exit 1; }; done
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy

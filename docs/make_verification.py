@@ -41,19 +41,19 @@ COVERED = """## Which test proves what
 
 | what | against | test |
 |---|---|---|
-| tip deflection, three-point bending, free-free and held frequencies, torsion, roll-up, camber and shovel | Timoshenko, closed forms, eigenvalues | `tests/analytic/test_ski.py`, `test_ski_beam.py` |
+| tip deflection, three-point bending, free-free and held frequencies, torsion, roll-up, camber and shovel | Timoshenko, closed forms, eigenvalues | `tests/bodies/ski/test_ski.py`, `test_ski_beam.py` |
 | order in the number of elements | 10, 20, 50, 100 elements | `tests/convergence/test_ski_convergence.py` |
-| damping as declared | decay of a free vibration | `tests/analytic/test_ski_beam.py` |
-| a ski from bench tests, with intervals | synthetic tests with noise | `tests/analytic/test_ski_identify.py` |
-| forces of all terms at random states, every back end | NumPy with matrix logarithms, 1e-9; each other, 1e-12 | `tests/analytic/test_contact.py` |
-| rebound, off the snow, number of contact points | reference equation, nothing, each other | `tests/analytic/test_contact.py`, `tests/convergence` |
-| block on a slope, side slip, terminal speed, power of friction | g(sin α − μ cos α), closed forms | `tests/analytic/test_glide.py`, `tests/properties` |
-| joint moments from multipliers | Newton-Euler recursion that shares nothing | `tests/analytic/test_inverse_dynamics.py` |
-| the model without the tree | the full tree: path and all 28 moments | `tests/analytic/test_without_tree.py` |
-| masses, inertias, free fall, pendulum | de Leva 1996, closed forms | `tests/analytic/test_anthropometry.py`, `test_skeleton.py` |
-| symmetric posture, symmetric loads | each other | `tests/analytic/test_glide.py` |
+| damping as declared | decay of a free vibration | `tests/bodies/ski/test_beam.py` |
+| a ski from bench tests, with intervals | synthetic tests with noise | `tests/bodies/ski/test_identification.py` |
+| forces of all terms at random states, every back end | NumPy with matrix logarithms, 1e-9; each other, 1e-12 | `tests/contact/test_full_kernel.py` |
+| rebound, off the snow, number of contact points | reference equation, nothing, each other | `tests/contact/test_full_kernel.py`, `tests/convergence` |
+| block on a slope, side slip, terminal speed, power of friction | g(sin α − μ cos α), closed forms | `tests/simulation/test_full.py`, `tests/properties` |
+| joint moments from multipliers | Newton-Euler recursion that shares nothing | `tests/bodies/skier/test_inverse_dynamics.py` |
+| the model without the tree | the full tree: path and all 28 moments | `tests/simulation/test_without_tree.py` |
+| masses, inertias, free fall, pendulum | de Leva 1996, closed forms | `tests/bodies/skier/test_anthropometry.py`, `test_skeleton.py` |
+| symmetric posture, symmetric loads | each other | `tests/simulation/test_full.py` |
 | step, elements, heading, clock | each other, with the observed order | `tests/convergence/test_run_convergence.py` |
-| the whole model | a flat one in one file, other beams and integrator | `tests/analytic/test_reference.py` |
+| the whole model | a flat one in one file, other beams and integrator | `tests/validation/test_reference.py` |
 | torsional stiffness matters little; a carved turn needs more resistance across | halved and doubled GJ; μ_n | `tests/convergence/test_run_convergence.py` |
 """
 

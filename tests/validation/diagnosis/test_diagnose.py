@@ -39,7 +39,7 @@ from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, Probe, Scene
 from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
 from sssi_exudyn.validation.diagnosis.search import Searcher, extended, responses_of, setting_of
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "beginner"
 KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "noise"}
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from c3d_file import marker_places, write_c3d
 from scipy.spatial.transform import Rotation
-from test_joint_angles import COUNT, HEIGHT, RATE, chain_coordinates
+from swinging import COUNT, HEIGHT, RATE, chain_coordinates
 
 from sssi_exudyn.bodies.skier.chain import SEGMENT, Poses, average_geometry, forward_kinematics
 from sssi_exudyn.core.errors import InputError

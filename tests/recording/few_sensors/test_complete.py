@@ -20,7 +20,7 @@ from sssi_exudyn.recording.instruments.imu import Imu, read_barometer, read_imu
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "intermediate"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "intermediate"
 
 
 @pytest.fixture(scope="module")

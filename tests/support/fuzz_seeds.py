@@ -10,7 +10,7 @@ from c3d_file import marker_places, write_c3d
 from fix_files import START, fit, nmea, phone
 from mvnx_file import mvnx, orientations
 from strapped import write_few
-from test_joint_angles import HEIGHT, chain_coordinates, mot
+from swinging import HEIGHT, chain_coordinates, mot
 from tiny import ANSWERS, Tiny
 
 from sssi_exudyn.bodies.skier.chain import average_geometry, forward_kinematics

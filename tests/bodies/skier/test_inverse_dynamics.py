@@ -23,7 +23,7 @@ from sssi_exudyn.simulation.full import Run, integrate
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.simulation.series import result_from_record
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "beginner"
 STEP = 0.0025
 
 

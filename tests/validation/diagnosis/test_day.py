@@ -23,7 +23,7 @@ from sssi_exudyn.validation.diagnosis.evidence import Freedom, log_evidence
 from sssi_exudyn.validation.diagnosis.findings import Number, OwnAccount
 from sssi_exudyn.validation.diagnosis.search import Searcher, probabilities, setting_of
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "intermediate"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "intermediate"
 
 
 def test_runs_that_share_nothing_are_weighed_apart() -> None:

@@ -1,6 +1,6 @@
 """The fuzzer: files are spoilt at random, and what the program then does is judged.
 
-    python tests/pipeline/fuzzing.py --count 10000 --seed 1 [--real FOLDER]
+    python tests/support/fuzzing.py --count 10000 --seed 1 [--real FOLDER]
 
 Allowed is to take the recording, or one InputError with file, problem and mend on one line.  Everything else is a
 finding: another error, more than ten seconds of computing, more than a gigabyte, a file written or opened that is none
@@ -329,5 +329,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    sys.path.insert(0, str(Path(__file__).parents[1]))
     main()
