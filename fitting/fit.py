@@ -17,7 +17,7 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, fit_noise
-from sssi_exudyn.fitting.gps_observation import mended, track_of
+from sssi_exudyn.fitting.gps_observation import corrected_fixes, track_of
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, uncertainty, weight_of
 from sssi_exudyn.fitting.optimise import Optimum, minimise
 from sssi_exudyn.model.from_recording import first_guess
@@ -103,7 +103,7 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     if recording.gps is None:
         raise ValueError("the recording has no GPS")
     track = track_of(recording.gps, model.fall_line_azimuth, motion.start, motion.stop)
-    guess = first_guess(mended(recording.gps, model), motion, model.inclination, model.fall_line_azimuth)
+    guess = first_guess(corrected_fixes(recording.gps, model), motion, model.inclination, model.fall_line_azimuth)
     known = model.start
     start = replace(guess, heading_offset=known.heading_offset, clock_offset=known.clock_offset)
     model = replace(model, start=start).with_values(START_VALUES)

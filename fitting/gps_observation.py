@@ -60,7 +60,7 @@ def seen_by_gps(model: Model, time: Array, antenna: Array, fixes: Array) -> Arra
     return seen + gps_offset(model.sensors, fixes)
 
 
-def mended(gps: Gps, model: Model) -> Gps:
+def corrected_fixes(gps: Gps, model: Model) -> Gps:
     """The fixes as they would be without the GPS faults that the model has."""
     azimuth = model.fall_line_azimuth
     offset = gps_offset(model.sensors, gps.time) @ level_to_enu(azimuth).T

@@ -54,7 +54,7 @@ def parser() -> argparse.ArgumentParser:
     written.add_argument("--out", type=Path, metavar="DIR", required=True, help="folder the result is left in")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
 
-    inspect = commands.add_parser("inspect", parents=[common, recorded], help="what a recording holds and what ails it")
+    inspect = commands.add_parser("inspect", parents=[common, recorded], help="what a recording holds, its problems")
     inspect.add_argument("--out", type=Path, metavar="PICTURE", help="draw it too (.png, .svg or .pdf)")
     _add_import(commands.add_parser("import", parents=[common], help="a recording out of files of other formats"))
     simulate = commands.add_parser("simulate", parents=[common, recorded, written], help="one run of a model")

@@ -20,7 +20,7 @@ from sssi_exudyn.core.frames import Array, slope_to_level
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.reduced import Prepared, simulate_reduced
-from sssi_exudyn.validation.measurements import Witnesses
+from sssi_exudyn.validation.measurements import Measurements
 
 SPACING: Final = 1.5
 """s between the supports of an error that wanders; its correlation time is twice that."""
@@ -97,17 +97,17 @@ def with_error(prepared: Prepared, error: CaptureError, size: float) -> Prepared
     return replace(prepared, foot_rotation=np.ascontiguousarray(rotation), foot_spin=spin)
 
 
-def response(model: Model, prepared: Prepared, witnesses: Witnesses, error: CaptureError, base: Array) -> Array:
+def response(model: Model, prepared: Prepared, measurements: Measurements, error: CaptureError, base: Array) -> Array:
     """(N,) change of what the instruments would say, a radian of segments' error."""
     size = _PROBE if error.kind != "height" else 0.5 * _PROBE
     run = simulate_reduced(model, with_error(prepared, error, size))
-    return np.asarray((witnesses.predicted(model, run) - base) / size * error.scale)
+    return np.asarray((measurements.predicted(model, run) - base) / size * error.scale)
 
 
-def antenna_responses(motion: Motion, model: Model, witnesses: Witnesses) -> Array:
+def antenna_responses(motion: Motion, model: Model, measurements: Measurements) -> Array:
     """(N, 3·k) what the torso's errors about its three axes do to the antenna's place, a radian, hat by hat."""
     assert motion.antenna is not None
-    time = witnesses.fixes
+    time = measurements.fixes
     poses, _ = relative_poses(motion, time)
     torso = motion.antenna.segment
     arm = poses.rotation[:, torso] @ motion.antenna.offset
@@ -119,7 +119,7 @@ def antenna_responses(motion: Motion, model: Model, witnesses: Witnesses) -> Arr
         moved = np.cross(poses.rotation[:, torso, :, axis], arm) @ slope_to_level(model.inclination).T
         for centre in centres:
             hat = np.maximum(0.0, 1.0 - np.abs(time - centre) / (centres[1] - centres[0]))
-            column = np.zeros(len(witnesses.measured))
+            column = np.zeros(len(measurements.measured))
             column[: 3 * len(time)] = scale * (moved * hat[:, None]).T.ravel()
             columns.append(column)
     return np.stack(columns, axis=1)

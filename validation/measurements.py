@@ -36,7 +36,7 @@ class Run(Protocol):
 
 
 @dataclass(frozen=True)
-class Witnesses:
+class Measurements:
     """The measurements that a simulation from ``start`` to ``stop`` is held against.
 
     fixes : (n,) s;  place : (n, 3) m in the level frame;  gps_sigma : m, of a horizontal fix as its instrument says
@@ -72,7 +72,7 @@ class Witnesses:
         return _stacked(place, felt_by_insoles(model.sensors, averages(run.time, run.sole_force, self.windows)))
 
 
-def witnesses_of(recording: Recording, model: Model, start: float, stop: float) -> Witnesses:
+def measurements_of(recording: Recording, model: Model, start: float, stop: float) -> Measurements:
     """The instruments of a recording between ``start`` and ``stop`` (s).  Raises ValueError without a GPS."""
     gps, insoles = recording.gps, recording.insoles
     if gps is None:
@@ -84,7 +84,7 @@ def witnesses_of(recording: Recording, model: Model, start: float, stop: float) 
         first, last = max(start, insoles.time[0]) + _MARGIN, min(stop, insoles.time[-1]) - _MARGIN
         windows = np.arange(first, last, INTERVAL)
         loads = averages(insoles.time, np.stack([insoles.left, insoles.right], axis=1), windows)
-    return Witnesses(gps.time[inside], place, float(np.median(gps.sigma[inside])), windows, loads)
+    return Measurements(gps.time[inside], place, float(np.median(gps.sigma[inside])), windows, loads)
 
 
 def averages(time: Array, values: Array, windows: Array) -> Array:

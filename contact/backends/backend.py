@@ -43,7 +43,7 @@ def installed(backend: Backend) -> Backend:
     if backend == "fastest":
         return "numpy" if FAULT else "compiled"
     if backend == "compiled" and FAULT:
-        raise InputError("backend", "compiled", f"Numba does not work ({FAULT})", "mend it, or use numpy or symbolic")
+        raise InputError("backend", "compiled", f"Numba does not work ({FAULT})", "fix it, or use numpy or symbolic")
     return backend
 
 

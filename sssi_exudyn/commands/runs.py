@@ -22,7 +22,7 @@ from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
 from sssi_exudyn.fitting.fit import fit as fit_problem
-from sssi_exudyn.fitting.gps_observation import mended
+from sssi_exudyn.fitting.gps_observation import corrected_fixes
 from sssi_exudyn.io.writing import locked, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
@@ -130,8 +130,8 @@ def report(results: Sequence[Path], out: Path) -> Path:
     names = [run.name for run in runs]
     for index, (run, result) in enumerate(zip(runs, results, strict=True)):
         if names.count(run.name) > 1:  # two results of one recording
-            told_apart = {**run.summary, "recording": f"{run.name} ({result.resolve().name})"}
-            runs[index] = replace(run, summary=told_apart)
+            distinguished = {**run.summary, "recording": f"{run.name} ({result.resolve().name})"}
+            runs[index] = replace(run, summary=distinguished)
     write_atomically(out, render(runs) if out.suffix == ".html" else render_pdf(runs))
     return out
 
@@ -187,7 +187,7 @@ def _left(
     series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
     found = biomechanics(result, model.skier.mass)
     series = labelled(series, found.turns)
-    gps = recording.gps and mended(recording.gps, model)
+    gps = recording.gps and corrected_fixes(recording.gps, model)
     summary = complete_summary(
         {
             "recording": recording.name,

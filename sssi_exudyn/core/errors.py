@@ -10,23 +10,23 @@ class SssiError(Exception):
 
 
 class InputError(SssiError):
-    """Bad input: names the file, the place in it, what is wrong and how to mend it.
+    """Bad input: names the file, the place in it, what is wrong and how to fix it.
 
     Parameters
     ----------
     file : path of the offending file (or folder)
     place : where in it, e.g. ``"line 12"``, ``"[gps] sigma_m"``, ``""`` for the whole file
     problem : what is wrong
-    mend : what the user can do about it
+    fix : what the user can do about it
     """
 
-    def __init__(self, file: str | Path, place: str, problem: str, mend: str) -> None:
-        self.file, self.place, self.problem, self.mend = str(file), place, problem, mend
+    def __init__(self, file: str | Path, place: str, problem: str, fix: str) -> None:
+        self.file, self.place, self.problem, self.fix = str(file), place, problem, fix
         where = f"{file}: {place}" if place else f"{file}"
-        super().__init__(f"{where}: {problem}; {mend}")
+        super().__init__(f"{where}: {problem}; {fix}")
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:  # so that it comes back whole from another process
-        return type(self), (self.file, self.place, self.problem, self.mend)
+        return type(self), (self.file, self.place, self.problem, self.fix)
 
 
 class SimulationDiverged(SssiError):

@@ -20,7 +20,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.importing.bvh_writer import bvh_text
 from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
 from sssi_exudyn.importing.sensor_logs import BAROMETER, PRESSURE, placed, write_pressure, write_sensors
-from sssi_exudyn.io.writing import locked, said_clearly
+from sssi_exudyn.io.writing import clear_errors, locked
 from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes
 from sssi_exudyn.recording.instruments.gps import READERS, gps_from_fixes, read_fixes
 from sssi_exudyn.recording.instruments.insoles import is_insoles, read_insoles
@@ -101,7 +101,7 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
     missing, an ``out`` that holds a recording already, and all that ``read_recording`` says of the result.
     """
     sources = _sorted(files)
-    with locked(out), said_clearly(out):
+    with locked(out), clear_errors(out):
         if (out / FILE).exists():
             raise InputError(out / FILE, "", "there is a recording already", "choose another folder with --out")
         made = out / ".import"
@@ -249,5 +249,5 @@ def _checked(made: Path, sources: _Sources) -> Recording:
         name = Path(error.file).name
         source = sources.of(name)
         if source is not None:
-            raise InputError(source, error.place, error.problem, error.mend) from None
-        raise InputError("sssi import", error.place, error.problem, f"{error.mend} (by its option)") from None
+            raise InputError(source, error.place, error.problem, error.fix) from None
+        raise InputError("sssi import", error.place, error.problem, f"{error.fix} (by its option)") from None

@@ -42,7 +42,7 @@ def write_sensors(files: Sequence[tuple[str, Path]], folder: Path) -> list[dict[
     """Write ``sensors/<place>.csv`` for every (place, file) into ``folder``; the tables ``[[sensors]]`` of its
     ``recording.toml``.
 
-    Raises InputError for two sensors on one place and what ails a file.
+    Raises InputError for two sensors on one place and for faulty files.
     """
     (folder / "sensors").mkdir()
     tables: list[dict[str, str]] = []
@@ -60,7 +60,7 @@ def write_sensors(files: Sequence[tuple[str, Path]], folder: Path) -> list[dict[
                 read_imu(folder / name, place)
                 tables.append({"file": name, "on": place})
         except InputError as error:
-            raise InputError(path, error.place, error.problem, error.mend) from None
+            raise InputError(path, error.place, error.problem, error.fix) from None
     return tables
 
 
@@ -103,7 +103,7 @@ def write_pressure(path: Path, folder: Path, mass: float) -> None:
     try:
         read_insoles(folder / "insoles.csv")
     except InputError as error:
-        raise InputError(path, error.place, error.problem, error.mend) from None
+        raise InputError(path, error.place, error.problem, error.fix) from None
 
 
 def _known(path: Path) -> dict[str, Array]:

@@ -1,6 +1,6 @@
 """Files of a recording: found only inside its folder, bounded in size, decoded and hashed; nothing is trusted.
 
-Every function raises InputError, with a mend, instead of the operating system's errors.
+Every function raises InputError, with a fix, instead of the operating system's errors.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ def inside(folder: Path, name: str, file: Path, place: str) -> Path:
         about = path.stat()
     except OSError as error:
         reason = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read ({error.strerror})"
-        mend = f"put it there or correct {place} in {file.name}" if place else "give the recording's folder"
-        raise InputError(folder / name, "", f"the file {reason}", mend) from None
+        fix = f"put it there or correct {place} in {file.name}" if place else "give the recording's folder"
+        raise InputError(folder / name, "", f"the file {reason}", fix) from None
     if not stat.S_ISREG(about.st_mode):
         raise InputError(folder / name, "", "this is not a file", f"correct {place} in {file}")
     if about.st_size == 0:

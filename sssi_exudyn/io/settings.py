@@ -59,8 +59,8 @@ def check_keys(table: Settings, known: Iterable[str], path: Path, place: str) ->
     for key in table:
         if key not in names:
             near = difflib.get_close_matches(key, names, 1)
-            mend = f"did you mean {near[0]!r}?" if near else f"use of: {', '.join(names)}"
-            raise InputError(path, f"{place} {key}".strip(), "unknown key", mend)
+            fix = f"did you mean {near[0]!r}?" if near else f"use of: {', '.join(names)}"
+            raise InputError(path, f"{place} {key}".strip(), "unknown key", fix)
 
 
 def numbers_of(cls: type, table: Settings, path: Path, place: str, optional: Collection[str] = ()) -> dict[str, float]:
@@ -115,12 +115,12 @@ def _number(value: object, about: Quantity, path: Path, place: str) -> float:
     low, high = about.low / factor, about.high / factor
     slack = 1e-9 * max(abs(low), abs(high))  # bounds went through degrees and back
     if not low - slack <= number <= high + slack:
-        mend = "correct the value or its unit"
+        fix = "correct the value or its unit"
         for name, size in _MISTAKEN.get(unit, {}).items():
             if low <= number * size <= high:
-                mend = f"{number:g} {name} would be {number * size:.3g} {unit}: give {unit}"
+                fix = f"{number:g} {name} would be {number * size:.3g} {unit}: give {unit}"
                 break
-        raise InputError(path, place, f"{number:g} is outside {low:g} to {high:g} {unit}", mend)
+        raise InputError(path, place, f"{number:g} is outside {low:g} to {high:g} {unit}", fix)
     return number * factor
 
 

@@ -55,10 +55,10 @@ def read_storage(path: Path, text: str) -> Storage:
         try:
             row = [float(value) for value in line.split()]
         except ValueError as error:
-            raise InputError(path, f"line {number}", f"not a number ({error})", "mend or delete it") from error
+            raise InputError(path, f"line {number}", f"not a number ({error})", "fix or delete it") from error
         if len(row) != len(columns):
             raise InputError(
-                path, f"line {number}", f"{len(row)} values under {len(columns)} columns", "mend or delete it"
+                path, f"line {number}", f"{len(row)} values under {len(columns)} columns", "fix or delete it"
             )
         rows.append(row)
     for key, count in (("nrows", len(rows)), ("ncolumns", len(columns)), ("datarows", len(rows))):

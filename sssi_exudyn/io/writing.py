@@ -26,7 +26,7 @@ def locked(folder: Path) -> Iterator[None]:
     Raises InputError when another process holds it, when it cannot be made, and when what is done meanwhile cannot be
     written.
     """
-    with said_clearly(folder):
+    with clear_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
         lock = filelock.FileLock(folder / _LOCK, timeout=0, is_singleton=True)
         try:
@@ -36,7 +36,7 @@ def locked(folder: Path) -> Iterator[None]:
                 folder, "", "another process is writing here", "wait for it, or choose another folder with --out"
             ) from error
     try:
-        with said_clearly(folder):
+        with clear_errors(folder):
             yield
     finally:
         lock.release()
@@ -56,7 +56,7 @@ def held(folder: Path) -> bool:
 
 
 @contextmanager
-def said_clearly(path: Path) -> Iterator[None]:
+def clear_errors(path: Path) -> Iterator[None]:
     """Turn the operating system's refusals (read-only, full, missing, not a folder) into one clear InputError."""
     try:
         yield
@@ -71,7 +71,7 @@ def said_clearly(path: Path) -> Iterator[None]:
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Write one file whole or not at all, text as UTF-8.  Raises InputError where it cannot be written."""
     written = content.encode() if isinstance(content, str) else content
-    with said_clearly(path):
+    with clear_errors(path):
         _replace_together(path.parent, {path.name: lambda made: made.write_bytes(written)}, set())
 
 

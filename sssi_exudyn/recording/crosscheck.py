@@ -85,7 +85,7 @@ def check_coordinates(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, path: Path) 
             path,
             "latitude_deg, longitude_deg",
             "the skis turn left where the track turns right: latitude and longitude look swapped",
-            "swap the two columns back, or mend a lost sign",
+            "swap the two columns back, or fix a lost sign",
         )
 
 

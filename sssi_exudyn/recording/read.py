@@ -71,7 +71,7 @@ class _InsolesTable:
 def read_recording(folder: str | Path) -> Recording:
     """Read the recording in ``folder``.
 
-    Raises InputError, with file, place and mend, for anything in the folder that cannot be used.
+    Raises InputError, with file, place and fix, for anything in the folder that cannot be used.
     """
     folder = Path(folder)
     if not folder.is_dir():

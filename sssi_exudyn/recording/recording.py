@@ -1,7 +1,7 @@
 """A recording: the folder of one run, read, checked and brought onto one clock.
 
 ``recording.toml`` says who skied, on what, where, and how each instrument sat.  Whatever is wrong in the folder is one
-InputError that names the file, the place and the mend; whatever could be mended is a notice.
+InputError that names the file, the place and the fix; whatever could be corrected is a notice.
 """
 
 from __future__ import annotations

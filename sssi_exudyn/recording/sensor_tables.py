@@ -28,7 +28,7 @@ def read_sensors(
 ) -> tuple[tuple[Imu, ...], Barometer | None]:
     """Read every file that the tables name, and note its hash in ``hashes``.
 
-    Raises InputError for tables that are none, unknown or doubled places, and whatever ails a file.
+    Raises InputError for tables that are none, unknown or doubled places, and faulty files.
     """
     tables = settings["sensors"]
     if not isinstance(tables, list) or not tables or not all(isinstance(table, Mapping) for table in tables):

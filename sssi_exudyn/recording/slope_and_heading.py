@@ -1,6 +1,6 @@
 """Slope and heading from the recording itself, where nobody measured them; and the same as a check where somebody did.
 
-Slope: a robust plane through the track of the feet.  Heading: two witnesses that err differently, the course against
+Slope: a robust plane through the track of the feet.  Heading: two measurements that err differently, the course against
 the direction of the skis and the acceleration against the body's lean, weighted by their uncertainties.
 """
 
@@ -140,7 +140,7 @@ def estimate_slope(track: Array, sigma: float) -> SlopeEstimate:
 def estimate_heading(stance: Stance, gps: Gps) -> Estimate:
     """The azimuth of the BVH +z axis, rad, clockwise from north.
 
-    Two witnesses are combined by their uncertainties:
+    Two measurements are combined by their uncertainties:
 
     * The skis point where the skier goes: course minus ski direction, speed-weighted.  Skis skid, so the regression
       carries two terms that change sign from a left to a right turn (lateral acceleration, direction of travel across

@@ -93,7 +93,7 @@ def _noise_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
 
 
 def _error_svg(diagnosis: Diagnosis) -> str:
-    witnesses, blocks = diagnosis.witnesses, diagnosis.witnesses.blocks
+    measurements, blocks = diagnosis.measurements, diagnosis.measurements.blocks
 
     def draw(axes: Axes) -> None:
         for finding in diagnosis.findings:
@@ -105,7 +105,7 @@ def _error_svg(diagnosis: Diagnosis) -> str:
             shown.append(("after", diagnosis.residual_after, plots.SIMULATED, "-"))
         for label, residual, colour, style in shown:
             distance = np.hypot(residual[blocks["x"]], residual[blocks["y"]])
-            axes.plot(witnesses.fixes, distance, color=colour, linestyle=style, label=label)
+            axes.plot(measurements.fixes, distance, color=colour, linestyle=style, label=label)
         axes.set(xlabel="time (s)", ylabel="distance (m)", ylim=(0.0, None))
 
     return plots.svg("diagnosis-error", draw)

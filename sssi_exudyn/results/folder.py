@@ -17,7 +17,7 @@ import pandas as pd
 import tomli_w
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.writing import _replace_together, locked, plain, said_clearly, to_json
+from sssi_exudyn.io.writing import _replace_together, clear_errors, locked, plain, to_json
 
 FORMAT = 1
 SUMMARY, SERIES, MODEL, DIAGNOSIS, REPORT = (
@@ -103,7 +103,7 @@ def write_result(
     for name, content in (opensim or {}).items():
         writers[name] = partial(Path.write_text, data=content, encoding="utf-8")
     writers[SUMMARY] = lambda path: path.write_text(text, encoding="utf-8")
-    with locked(folder), said_clearly(folder):
+    with locked(folder), clear_errors(folder):
         stale = {MEASURED, SKELETON, DIAGNOSIS, REPORT, *TURNS, *OPENSIM, *MUSCLES} - writers.keys()
         for name in writers:  # what a kill left half written
             for left in folder.glob(f".{name}.*"):
@@ -121,14 +121,14 @@ def amend_result(folder: Path, summary: Mapping[str, Any], series: pd.DataFrame,
     for name, content in texts.items():
         writers[name] = partial(Path.write_text, data=content, encoding="utf-8")
     writers[SUMMARY] = lambda path: path.write_text(text, encoding="utf-8")
-    with locked(folder), said_clearly(folder):
+    with locked(folder), clear_errors(folder):
         _replace_together(folder, writers, set())
 
 
 def read_report(folder: Path) -> str | None:
     """The page of a result folder; None where the result has none.  Raises InputError when it cannot be read."""
     path = folder / REPORT
-    with said_clearly(path):
+    with clear_errors(path):
         return path.read_text(encoding="utf-8") if path.exists() else None
 
 
@@ -142,7 +142,7 @@ def read_summary(folder: Path) -> dict[str, Any]:
 
 
 def _read_json(path: Path) -> dict[str, Any]:
-    with said_clearly(path):
+    with clear_errors(path):
         try:
             table = json.loads(path.read_text(encoding="utf-8"))
         except ValueError as error:
@@ -174,7 +174,7 @@ def read_skeleton(folder: Path) -> dict[str, Any] | None:
 
 
 def _read_parquet(path: Path) -> pd.DataFrame:
-    with said_clearly(path):
+    with clear_errors(path):
         try:
             return pd.read_parquet(path)
         except ValueError as error:  # pyarrow's ArrowInvalid is one
@@ -184,7 +184,7 @@ def _read_parquet(path: Path) -> pd.DataFrame:
 def read_model(folder: Path) -> dict[str, Any]:
     """The model's table of a result folder.  Raises InputError when there is none or it is not TOML."""
     path = folder / MODEL
-    with said_clearly(path):
+    with clear_errors(path):
         try:
             return tomllib.loads(path.read_text(encoding="utf-8"))
         except ValueError as error:

@@ -43,7 +43,7 @@ def axes_of(file: SweepFile, declared: Mapping[str, Parameter]) -> tuple[Axis, .
             continue
         if name not in declared:
             near = difflib.get_close_matches(name, declared, 1)
-            raise InputError(file.path, f"{place} name", f"nothing declares {name!r}", _mend(name, near, declared))
+            raise InputError(file.path, f"{place} name", f"nothing declares {name!r}", _fix_for(name, near, declared))
         _check_effect(file, name, place)
         axes.append(_axis(declared[name], table, file, place))
     if file.design.kind == "list" and len({len(axis.levels) for axis in axes}) > 1:
@@ -58,7 +58,7 @@ def axes_of(file: SweepFile, declared: Mapping[str, Parameter]) -> tuple[Axis, .
     return tuple(axes)
 
 
-def _mend(name: str, near: Sequence[str], declared: Mapping[str, Parameter]) -> str:
+def _fix_for(name: str, near: Sequence[str], declared: Mapping[str, Parameter]) -> str:
     if near:
         return f"did you mean {near[0]!r}?"
     part = name.partition(".")[0]

@@ -79,7 +79,7 @@ class SweepFile:
 
 
 def read_sweep(path: Path) -> SweepFile:
-    """The sweep in a TOML file.  Raises InputError, with file, place and mend, for whatever is wrong in it."""
+    """The sweep in a TOML file.  Raises InputError, with file, place and fix, for whatever is wrong in it."""
     return sweep_from(read_toml(path), path)
 
 

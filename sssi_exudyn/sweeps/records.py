@@ -24,7 +24,7 @@ from typing import Any, Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sssi_exudyn.io.writing import said_clearly
+from sssi_exudyn.io.writing import clear_errors
 
 RECORDS: Final = "records"
 SERIES: Final = "series"
@@ -56,7 +56,7 @@ def write_record(folder: Path, record: Record) -> None:
     name = f"{record['key']}-{record['attempt']}.{uuid.uuid4().hex[:8]}.json"
     path = folder / RECORDS / name
     made = path.with_name(f".{name}")
-    with said_clearly(path):
+    with clear_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         made.write_text(json.dumps(record, allow_nan=False), encoding="utf-8")
         made.replace(path)
@@ -75,7 +75,7 @@ def series_path(folder: Path, key: str) -> Path:
 def write_series(folder: Path, key: str, series: pa.Table) -> None:
     """Keep a run's time series.  Raises InputError where it cannot be written."""
     path = series_path(folder, key)
-    with said_clearly(path):
+    with clear_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         made = path.with_name(f".{path.name}.{os.getpid()}")
         pq.write_table(series, made, compression="zstd")
@@ -125,7 +125,7 @@ def gather(folder: Path, only: Collection[str] | None = None) -> None:
     if not texts:
         return
     made = folder / RECORDS / f".{_GATHERED}{uuid.uuid4().hex}.parquet"
-    with said_clearly(made):
+    with clear_errors(made):
         table = pa.table({"name": list(texts), "record": list(texts.values())})
         pq.write_table(table, made, compression="zstd")
         made.replace(made.with_name(made.name.removeprefix(".")))

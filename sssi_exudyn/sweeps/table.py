@@ -15,7 +15,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sssi_exudyn.io.writing import plain, said_clearly, write_atomically
+from sssi_exudyn.io.writing import clear_errors, plain, write_atomically
 from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.sweeps.outputs import Column
@@ -146,6 +146,6 @@ def _dtype(column: Column) -> str:
 
 def _write(path: Path, table: pa.Table) -> None:
     made = path.with_name(f".{path.name}")
-    with said_clearly(path):
+    with clear_errors(path):
         pq.write_table(table, made, compression="zstd")
         made.replace(path)

@@ -65,7 +65,7 @@ def test_broken_tables_are_one_clear_line(tmp_path: Path, fault: str) -> None:
         read_motion(path, HEIGHT)
     assert info.value.file == str(path)
     assert problem in info.value.problem
-    assert info.value.mend
+    assert info.value.fix
 
 
 def test_lengths_are_asked_for(tmp_path: Path) -> None:

@@ -74,7 +74,7 @@ def fails(path: Path, height: float | None = HEIGHT) -> str:
     with pytest.raises(InputError) as info:
         read_motion(path, height)
     assert info.value.file == str(path)
-    assert info.value.mend
+    assert info.value.fix
     return f"{info.value.place}: {info.value.problem}"
 
 

@@ -122,7 +122,7 @@ def test_broken_mvnx_is_one_clear_line(tmp_path: Path, fault: str) -> None:
     assert info.value.file == str(path)
     assert place in info.value.place
     assert problem in info.value.problem
-    assert info.value.mend
+    assert info.value.fix
 
 
 def test_written_bvh_reads_back(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import tomli_w
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantities
-from sssi_exudyn.fitting.gps_observation import mended, seen_by_gps
+from sssi_exudyn.fitting.gps_observation import corrected_fixes, seen_by_gps
 from sssi_exudyn.model.faults import (
     SENSORS,
     BootCuff,
@@ -62,7 +62,7 @@ def test_mended_fixes_are_where_the_antenna_was() -> None:
     model = model.with_values({"start.clock_offset": 0.2})
     gps = recording.gps
     assert gps is not None
-    found = mended(gps, model)
+    found = corrected_fixes(gps, model)
     assert np.allclose(gps.time - found.time, 0.2)
     jumped = (gps.time >= 3.0) & (gps.time < 4.0)
     moved = np.linalg.norm(gps.enu - found.enu, axis=1)

@@ -19,12 +19,12 @@ from sssi_exudyn.recording.read import read_recording
 
 
 def caught(folder: Path) -> InputError:
-    """The one clear line a folder gives; every one names a file and a mend."""
+    """The one clear line a folder gives; every one names a file and a fix."""
     with pytest.raises(InputError) as info:
         read_recording(folder)
     error = info.value
     assert error.file
-    assert error.mend
+    assert error.fix
     assert "\n" not in str(error)
     return error
 
@@ -138,7 +138,7 @@ def test_times_in_nanoseconds_leave_one_fix_beside_the_motion(tmp_path: Path) ->
     error = caught(folder)
     assert error.place == "[gps]"
     assert "1 fixes between" in error.problem
-    assert "seconds?" in error.mend
+    assert "seconds?" in error.fix
 
 
 @pytest.mark.parametrize("name", ["recording.toml", "motion.bvh", "gps.csv", "insoles.csv"])

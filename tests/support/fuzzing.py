@@ -2,7 +2,7 @@
 
     python tests/support/fuzzing.py --count 10000 --seed 1 [--real FOLDER]
 
-Allowed is to take the recording, or one InputError with file, problem and mend on one line.  Everything else is a
+Allowed is to take the recording, or one InputError with file, problem and fix on one line.  Everything else is a
 finding: another error, more than ten seconds of computing, more than a gigabyte, a file written or opened that is none
 of the recording's, a process or a connection.  The work is done in a process of its own, so that a crash is a finding
 too.
@@ -206,7 +206,7 @@ def judged(case: Path, names: list[str], imported: bool, guard: Guard | None) ->
         use(case / "in", names, case / "out", imported)
         verdict = ("taken", "")
     except InputError as error:
-        good = error.file and error.problem and error.mend and "\n" not in str(error) and str(error).isprintable()
+        good = error.file and error.problem and error.fix and "\n" not in str(error) and str(error).isprintable()
         verdict = ("refused" if good else "finding", str(error)[:500])
     except TooSlow:
         verdict = ("finding", "more than ten seconds\n" + traceback.format_exc()[-1500:])

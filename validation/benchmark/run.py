@@ -90,7 +90,7 @@ def _baselines(weighed: Round) -> dict[str, str]:
     account = weighed.account
     count = len(account.residual)
     scale = np.ones(count)
-    for place in account.witnesses.blocks.values():
+    for place in account.measurements.blocks.values():
         if place.stop > place.start:
             scale[place] = np.std(account.residual[place]) or 1.0
     y, x = account.residual / scale, account.free.columns / scale[:, None]

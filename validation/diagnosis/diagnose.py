@@ -39,11 +39,11 @@ from sssi_exudyn.validation.diagnosis.missing_force import MissingForce, missing
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search import INTERVAL_90, Progress, Round, Searcher, Verdict, setting_of
 from sssi_exudyn.validation.diagnosis.sentences import sentence_of
-from sssi_exudyn.validation.measurements import Witnesses
+from sssi_exudyn.validation.measurements import Measurements
 
 MOST_FINDINGS: Final = 3
 ONCE_MORE: Final = 0.05
-"""The same once something has been found: a second finding has to be surer, as the first is no exact model."""
+"""The same once something has been found: a second finding has to be more certain, as the first is no exact model."""
 
 
 Accepted = tuple[Round, Verdict, Refit]
@@ -160,9 +160,9 @@ def _told(
     rounds: list[Round],
     accepted: list[Accepted],
 ) -> Diagnosis:
-    witnesses = searcher.setting.witnesses
+    measurements = searcher.setting.measurements
     tracks = [searcher.of_the_track(fit) for fit in (first, *(fit for _, _, fit in accepted))]
-    folds = folds_of(witnesses, rounds[0].scene.transitions)
+    folds = folds_of(measurements, rounds[0].scene.transitions)
     shown = _figures(searcher, tracks, folds)
     missing, left = (
         missing_force(each.account, searcher.levels, each.scene, each.responses["unexplained_force"])
@@ -171,8 +171,8 @@ def _told(
     findings = []
     for (each, best, _), (fit, _), before, after in zip(accepted, tracks[:-1], shown[:-1], shown[1:], strict=True):
         columns = placebos(each.scene, each.responses["unexplained_force"])
-        residual = witnesses.measured - fit.predicted
-        errors = held_out_errors(fit, residual, witnesses, tracks[-1][1], folds, columns)
+        residual = measurements.measured - fit.predicted
+        errors = held_out_errors(fit, residual, measurements, tracks[-1][1], folds, columns)
         findings.append(_finding(each, best, final, missing, before, after, errors))
     verdict = _verdict(findings)
     return Diagnosis(
@@ -188,9 +188,9 @@ def _told(
         left=left,
         rounds=tuple(rounds),
         figures=tuple(shown),
-        witnesses=witnesses,
-        residual_before=witnesses.measured - tracks[0][0].predicted,
-        residual_after=witnesses.measured - tracks[-1][0].predicted,
+        measurements=measurements,
+        residual_before=measurements.measured - tracks[0][0].predicted,
+        residual_after=measurements.measured - tracks[-1][0].predicted,
         own=partial(own_account, searcher, final, accepted),
     )
 
@@ -202,7 +202,7 @@ def figures_as_it_is(recording: Recording, motion: Motion, model: Model) -> Figu
     """
     searcher = Searcher(setting_of(recording, motion, model), lambda _fraction, _detail: None)
     fit = searcher.first()
-    folds = folds_of(searcher.setting.witnesses, searcher.scene(fit).transitions)
+    folds = folds_of(searcher.setting.measurements, searcher.scene(fit).transitions)
     return _figures(searcher, [searcher.of_the_track(fit)], folds)[0]
 
 
@@ -210,15 +210,15 @@ def _figures(
     searcher: Searcher, tracks: list[tuple[Refit, Whitener]], folds: list[tuple[float, float]]
 ) -> list[Figures]:
     """Of each fit of the track; what the last of them leaves is the noise that all are held against."""
-    witnesses, covariance = searcher.setting.witnesses, tracks[-1][1]
+    measurements, covariance = searcher.setting.measurements, tracks[-1][1]
 
     def figures(fit: Refit) -> Figures:
-        residual = witnesses.measured - fit.predicted
+        residual = measurements.measured - fit.predicted
         return Figures(
-            track_error(residual, witnesses),
-            held_out_error(fit, residual, witnesses, covariance, folds),
-            misfit(residual, witnesses, covariance, len(fit.values)),
-            _memory(residual, witnesses, searcher.levels),
+            track_error(residual, measurements),
+            held_out_error(fit, residual, measurements, covariance, folds),
+            misfit(residual, measurements, covariance, len(fit.values)),
+            _memory(residual, measurements, searcher.levels),
         )
 
     return [figures(fit) for fit, _ in tracks]
@@ -303,8 +303,8 @@ def _where(window: tuple[float, float], weighed: Round) -> Where:
     return Where(window[0], window[1], (distance[0], distance[1]), tuple(p for p in PHASES if p in met))
 
 
-def _memory(residual: Array, witnesses: Witnesses, levels: NoiseLevels) -> float:
+def _memory(residual: Array, measurements: Measurements, levels: NoiseLevels) -> float:
     """Correlation of neighbours in the track's residual once the noise's own memory is taken out."""
-    blocks = witnesses.blocks
-    pairs = [whiten(witnesses.fixes, residual[blocks[name]], levels.gps) for name in ("x", "y")]
+    blocks = measurements.blocks
+    pairs = [whiten(measurements.fixes, residual[blocks[name]], levels.gps) for name in ("x", "y")]
     return float(np.mean([np.corrcoef(e[:-1], e[1:])[0, 1] for e in pairs]))

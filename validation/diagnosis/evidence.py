@@ -21,7 +21,7 @@ from scipy.optimize import Bounds, minimize
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, whiten
 from sssi_exudyn.validation.capture_error import USUAL
-from sssi_exudyn.validation.measurements import Witnesses
+from sssi_exudyn.validation.measurements import Measurements
 
 _LOAD_SHARE: Final = 0.03
 _DIFFERENCE_SHARE: Final = 0.05
@@ -39,7 +39,7 @@ class NoiseLevels:
     capture: float
 
     def of(self, block: str) -> ExponentialNoise:
-        """Of a block of the witnesses."""
+        """Of a block of the measurements."""
         by_block = {"x": self.gps, "y": self.gps, "height": self.height, "load": self.load}
         return by_block.get(block, self.difference)
 
@@ -65,10 +65,10 @@ _FARTHEST: Final = 3.0
 """Standard deviations from the usual within which a noise level is sought."""
 
 
-def usual_levels(witnesses: Witnesses) -> NoiseLevels:
+def usual_levels(measurements: Measurements) -> NoiseLevels:
     """What instruments of the stated quality usually show."""
-    sigma = witnesses.gps_sigma
-    load = max(float(witnesses.loads.sum(axis=1).mean()) if len(witnesses.loads) else 0.0, 1.0)
+    sigma = measurements.gps_sigma
+    load = max(float(measurements.loads.sum(axis=1).mean()) if len(measurements.loads) else 0.0, 1.0)
     return NoiseLevels(
         gps=ExponentialNoise(1.1 * sigma, 2.5),
         height=ExponentialNoise(1.4 * sigma, 1.5),
@@ -97,7 +97,7 @@ class Account:
     residual : (N,);  free : parameters of the fit;  capture : errors of the capture, for one radian
     """
 
-    witnesses: Witnesses
+    measurements: Measurements
     residual: Array
     free: Freedom
     capture: Array
@@ -106,27 +106,27 @@ class Account:
 def whitened(account: Account, levels: NoiseLevels, columns: Array) -> Array:
     """Columns (N, c) as they are in units of independent noise."""
     out = np.empty_like(columns)
-    for name, place in account.witnesses.blocks.items():
+    for name, place in account.measurements.blocks.items():
         if place.stop > place.start:
-            out[place] = whiten(account.witnesses.time_of(name), columns[place], levels.of(name))
+            out[place] = whiten(account.measurements.time_of(name), columns[place], levels.of(name))
     return out
 
 
 def log_volume(account: Account, levels: NoiseLevels) -> float:
     """Σ log of the whitening's divisors: what turns a density of whitened numbers into one of the measured ones."""
     total = 0.0
-    for name, place in account.witnesses.blocks.items():
+    for name, place in account.measurements.blocks.items():
         if place.stop > place.start:
-            time = account.witnesses.time_of(name)
+            time = account.measurements.time_of(name)
             noise = levels.of(name)
             decay = np.diff(time) / noise.correlation_time
             total += len(time) * np.log(noise.sigma) + 0.5 * float(np.sum(np.log(-np.expm1(-2.0 * decay))))
     return total
 
 
-def prior_of_levels(witnesses: Witnesses, levels: NoiseLevels) -> float:
+def prior_of_levels(measurements: Measurements, levels: NoiseLevels) -> float:
     """log of how usual such noise is, but for a constant."""
-    apart = (levels.vector - usual_levels(witnesses).vector) / _SPREAD
+    apart = (levels.vector - usual_levels(measurements).vector) / _SPREAD
     return float(-0.5 * apart @ apart)
 
 
@@ -148,9 +148,9 @@ def best_levels(account: Account, start: NoiseLevels, extra: Freedom | None = No
 
     def minus(logs: Array) -> float:
         levels = NoiseLevels.from_vector(logs)
-        return -log_evidence(account, levels, extra) - prior_of_levels(account.witnesses, levels)
+        return -log_evidence(account, levels, extra) - prior_of_levels(account.measurements, levels)
 
-    usual = usual_levels(account.witnesses).vector
+    usual = usual_levels(account.measurements).vector
     farthest = Bounds(usual - _FARTHEST * _SPREAD, usual + _FARTHEST * _SPREAD)
     searches = [
         minimize(minus, begin, method="L-BFGS-B", bounds=farthest, options={"maxiter": 40, "ftol": 1e-7, "eps": 1e-3})
@@ -179,8 +179,8 @@ def whitener(account: Account, levels: NoiseLevels, kept: Array | None = None) -
     """
     size = len(account.residual)
     covariance = np.zeros((size, size))
-    for name, place in account.witnesses.blocks.items():
-        time, noise = account.witnesses.time_of(name), levels.of(name)
+    for name, place in account.measurements.blocks.items():
+        time, noise = account.measurements.time_of(name), levels.of(name)
         apart = np.abs(time[:, None] - time[None, :])
         covariance[place, place] = noise.sigma**2 * np.exp(-apart / noise.correlation_time)
     errors = levels.capture * account.capture

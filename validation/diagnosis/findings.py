@@ -16,7 +16,7 @@ from sssi_exudyn.validation.diagnosis.hypothesis import Scene
 from sssi_exudyn.validation.diagnosis.missing_force import MissingForce
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search import Round
-from sssi_exudyn.validation.measurements import Witnesses
+from sssi_exudyn.validation.measurements import Measurements
 
 STANDS_OUT: Final = 0.2
 """Probability of nothing missing above which nothing is said to be missing."""
@@ -98,7 +98,7 @@ class Diagnosis:
     noise : of the instruments, under the final model
     rounds : all that was weighed, round by round
     figures : of the fit without anything added, and with each finding after the other
-    residual_before, residual_after : (N,) of the witnesses
+    residual_before, residual_after : (N,) of the measurements
     own : gives what other runs of its day are weighed with, which takes another fit
     """
 
@@ -114,7 +114,7 @@ class Diagnosis:
     left: MissingForce
     rounds: tuple[Round, ...]
     figures: tuple[Figures, ...]
-    witnesses: Witnesses
+    measurements: Measurements
     residual_before: Array
     residual_after: Array
     own: Callable[[], OwnAccount]

@@ -9,15 +9,15 @@ import numpy as np
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.diagnosis.evidence import Whitener
 from sssi_exudyn.validation.diagnosis.refit import Refit
-from sssi_exudyn.validation.measurements import Witnesses
+from sssi_exudyn.validation.measurements import Measurements
 
 _FOLDS = 4
 """Parts of a run that has not as many transitions."""
 
 
-def folds_of(witnesses: Witnesses, transitions: Array) -> list[tuple[float, float]]:
+def folds_of(measurements: Measurements, transitions: Array) -> list[tuple[float, float]]:
     """The turns between transitions (s), or equal parts where there are fewer than three of them."""
-    begin, end = float(witnesses.fixes[0]), float(witnesses.fixes[-1])
+    begin, end = float(measurements.fixes[0]), float(measurements.fixes[-1])
     inner = transitions[(transitions > begin + 0.5) & (transitions < end - 0.5)]
     if len(inner) < _FOLDS - 1:
         inner = np.linspace(begin, end, _FOLDS + 1)[1:-1]
@@ -26,7 +26,7 @@ def folds_of(witnesses: Witnesses, transitions: Array) -> list[tuple[float, floa
 
 
 def held_out_error(
-    fit: Refit, residual: Array, witnesses: Witnesses, covariance: Whitener, folds: list[tuple[float, float]]
+    fit: Refit, residual: Array, measurements: Measurements, covariance: Whitener, folds: list[tuple[float, float]]
 ) -> float:
     """Mean horizontal error (m) at the fixes of each fold, predicted by a fit to everything outside of it.
 
@@ -36,13 +36,13 @@ def held_out_error(
     covariance : of everything that is noise, by its Cholesky factor
     """
     nothing = np.zeros((len(residual), 1))
-    return float(held_out_errors(fit, residual, witnesses, covariance, folds, nothing)[0])
+    return float(held_out_errors(fit, residual, measurements, covariance, folds, nothing)[0])
 
 
 def held_out_errors(
     fit: Refit,
     residual: Array,
-    witnesses: Witnesses,
+    measurements: Measurements,
     covariance: Whitener,
     folds: list[tuple[float, float]],
     more: Array,
@@ -51,9 +51,9 @@ def held_out_errors(
     whose usual size is one.
     """
     whole = covariance.lower @ covariance.lower.T
-    blocks = witnesses.blocks
-    time = np.concatenate([witnesses.time_of(name) for name in blocks])
-    n, k, c = len(witnesses.fixes), len(fit.values), more.shape[1]
+    blocks = measurements.blocks
+    time = np.concatenate([measurements.time_of(name) for name in blocks])
+    n, k, c = len(measurements.fixes), len(fit.values), more.shape[1]
     prior = np.diag(np.concatenate([fit.scales**-2.0, [1.0]]))
     pulls = np.concatenate([fit.pulls, [0.0]])
     errors = np.full((n, c), np.nan)
@@ -61,7 +61,7 @@ def held_out_errors(
         outside = (time < begin) | (time >= end)
         lower = np.linalg.cholesky(whole[np.ix_(outside, outside)])
         table = np.linalg.solve(lower, np.column_stack([residual, fit.sensitivity, more])[outside])
-        inside = (witnesses.fixes >= begin) & (witnesses.fixes < end)
+        inside = (measurements.fixes >= begin) & (measurements.fixes < end)
         for i in range(c):
             slopes = np.column_stack([table[:, 1 : k + 1], table[:, k + 1 + i]])
             step = np.linalg.solve(slopes.T @ slopes + prior, slopes.T @ table[:, 0] - prior @ pulls)
@@ -70,14 +70,14 @@ def held_out_errors(
     return np.asarray(np.nanmean(errors, axis=0))
 
 
-def track_error(residual: Array, witnesses: Witnesses) -> float:
+def track_error(residual: Array, measurements: Measurements) -> float:
     """Mean horizontal error (m) at the fixes."""
-    return float(np.mean(np.hypot(residual[witnesses.blocks["x"]], residual[witnesses.blocks["y"]])))
+    return float(np.mean(np.hypot(residual[measurements.blocks["x"]], residual[measurements.blocks["y"]])))
 
 
-def misfit(residual: Array, witnesses: Witnesses, covariance: Whitener, parameters: int) -> float:
+def misfit(residual: Array, measurements: Measurements, covariance: Whitener, parameters: int) -> float:
     """χ² of the horizontal track per degree of freedom under the noise as it is."""
-    track = slice(0, witnesses.blocks["y"].stop)
+    track = slice(0, measurements.blocks["y"].stop)
     whole = covariance.lower @ covariance.lower.T
     lower = np.linalg.cholesky(whole[track, track])
     y = np.linalg.solve(lower, residual[track])

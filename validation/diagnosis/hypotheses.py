@@ -221,7 +221,7 @@ class GpsJumps(Hypothesis):
         return []
 
     def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
-        time, found = scene.witnesses.fixes, []
+        time, found = scene.measurements.fixes, []
         n = len(time)
         step = max(1, n // 80)
         edges = [*range(0, n, step), n]

@@ -17,7 +17,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
 from sssi_exudyn.simulation.sensitivities import STEPS
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
-from sssi_exudyn.validation.measurements import Witnesses
+from sssi_exudyn.validation.measurements import Measurements
 
 CELL: Final = 0.4
 """s; the finest division of a run in the search for a place."""
@@ -32,7 +32,7 @@ class Scene:
     model: Model
     prepared: Prepared
     run: ReducedRun
-    witnesses: Witnesses
+    measurements: Measurements
     base: Array
 
     @property

@@ -1,4 +1,4 @@
-"""Refit a model, extended or not, to all witnesses at once, under the noise as it is.
+"""Refit a model, extended or not, to all measurements at once, under the noise as it is.
 
     J = ½ ‖W (measured − predicted)‖² + ½ Σ ((p − p₀)/s)²
 
@@ -20,7 +20,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced import Prepared, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.diagnosis.evidence import Whitener
-from sssi_exudyn.validation.measurements import Witnesses
+from sssi_exudyn.validation.measurements import Measurements
 
 _ENOUGH = 0.1
 """Change of J, in units of χ²/2, that ends the search."""
@@ -101,7 +101,7 @@ def refit(
     model: Model,
     parameters: tuple[Parameter, ...],
     prepared: Prepared,
-    witnesses: Witnesses,
+    measurements: Measurements,
     whiten: Whitener,
     offset: Array,
 ) -> Refit:
@@ -109,14 +109,16 @@ def refit(
 
     Raises SimulationDiverged when the model cannot be simulated at all.
     """
-    measured = witnesses.measured
+    measured = measurements.measured
     means = np.array([p.prior.mean for p in parameters])
     sigmas = np.array([p.prior.sigma for p in parameters])
     bounds = np.array([model.bounds(p.names[0]) for p in parameters])
     values = np.array([model.value(p.names[0]) for p in parameters])
     objective = np.inf
     for _ in range(_ROUNDS):
-        predicted, sensitivity = _responses(with_parameters(model, parameters, values), prepared, witnesses, parameters)
+        predicted, sensitivity = _responses(
+            with_parameters(model, parameters, values), prepared, measurements, parameters
+        )
         slopes = whiten(sensitivity)
         curvature = np.asarray(slopes.T @ slopes + np.diag(sigmas**-2.0))
         kept = {values.tobytes(): predicted}
@@ -126,7 +128,7 @@ def refit(
             key = at.tobytes()
             if key not in kept:
                 changed = with_parameters(model, parameters, at)
-                kept[key] = witnesses.predicted(changed, simulate_reduced(changed, prepared))
+                kept[key] = measurements.predicted(changed, simulate_reduced(changed, prepared))
             residual = whiten(measured - kept[key] - offset)
             pull = (at - means) / sigmas
             return 0.5 * float(residual @ residual + pull @ pull), -slopes.T @ residual + pull / sigmas
@@ -135,7 +137,7 @@ def refit(
         before, objective, values = min(objective, evaluate(values)[0]), found.objective, found.values
         if before - objective < _WORTH_A_ROUND:
             break
-    predicted, sensitivity = _responses(with_parameters(model, parameters, values), prepared, witnesses, parameters)
+    predicted, sensitivity = _responses(with_parameters(model, parameters, values), prepared, measurements, parameters)
     slopes = whiten(sensitivity)
     return Refit(
         with_parameters(model, parameters, values),
@@ -149,17 +151,17 @@ def refit(
 
 
 def _responses(
-    model: Model, prepared: Prepared, witnesses: Witnesses, parameters: tuple[Parameter, ...]
+    model: Model, prepared: Prepared, measurements: Measurements, parameters: tuple[Parameter, ...]
 ) -> tuple[Array, Array]:
     """Prediction (N,) and sensitivity (N, k)."""
     single = [p.names[0] for p in parameters if len(p.names) == 1]
-    base, slopes = sensitivities(model, prepared, single, witnesses.predicted)
+    base, slopes = sensitivities(model, prepared, single, measurements.predicted)
     columns, taken = [], 0
     for p in parameters:
         if len(p.names) == 1:
             columns.append(slopes[:, taken])
             taken += 1
         else:
-            tied = sensitivities(model, prepared, p.names, witnesses.predicted)[1]
+            tied = sensitivities(model, prepared, p.names, measurements.predicted)[1]
             columns.append(tied.sum(axis=1))
     return base, np.stack(columns, axis=1)

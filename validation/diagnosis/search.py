@@ -45,7 +45,7 @@ from sssi_exudyn.validation.diagnosis.evidence import (
 from sssi_exudyn.validation.diagnosis.hypotheses import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, Probe, Scene
 from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit, arrays_of, refit, refit_of
-from sssi_exudyn.validation.measurements import Witnesses, averages, witnesses_of
+from sssi_exudyn.validation.measurements import Measurements, averages, measurements_of
 
 Made = Mapping[str, NDArray[np.generic]]
 """What a cache keeps."""
@@ -75,7 +75,7 @@ what sets two names apart counts for half.
 """
 TEMPER: Final = 0.6
 """Log evidence is worth this share of what it says: the world is none of our models, and errors that none of them
-knows make differences look surer than they are.  Calibrated by the blind benchmark.
+knows make differences look more certain than they are.  Calibrated by the blind benchmark.
 """
 INTERVAL_90: Final = 1.6449 / TEMPER**0.5
 """Standard deviations to either side that hold the true number in nine of ten cases: what errors that no model knows
@@ -104,7 +104,7 @@ class Setting:
     model: Model
     parameters: tuple[Parameter, ...]
     prepared: Prepared
-    witnesses: Witnesses
+    measurements: Measurements
 
 
 @dataclass(frozen=True)
@@ -167,21 +167,21 @@ def setting_of(recording: Recording, motion: Motion, model: Model) -> Setting:
         model,
         parameters,
         prepare(model, motion, step=STEP),
-        witnesses_of(recording, model, motion.start, motion.stop),
+        measurements_of(recording, model, motion.start, motion.stop),
     )
 
 
-def known_beforehand(witnesses: Witnesses, sole: Array, later: Array) -> tuple[Freedom, Array]:
+def known_beforehand(measurements: Measurements, sole: Array, later: Array) -> tuple[Freedom, Array]:
     """What varies with the instruments' mounting: the height's origin, the cuff's share and how well the clocks agree;
     and the mean effect (N,) of the cuff.
 
     sole : (m, 2) N, the soles' forces;  later : (N,) what changes when the GPS' clock is a second late
     """
-    size = len(witnesses.measured)
+    size = len(measurements.measured)
     height, cuff = np.zeros(size), np.zeros(size)
-    height[witnesses.blocks["height"]] = 1.0
-    cuff[witnesses.blocks["load"]] = -sole.sum(axis=1)
-    cuff[witnesses.blocks["difference"]] = -(sole[:, 0] - sole[:, 1])
+    height[measurements.blocks["height"]] = 1.0
+    cuff[measurements.blocks["load"]] = -sole.sum(axis=1)
+    cuff[measurements.blocks["difference"]] = -(sole[:, 0] - sole[:, 1])
     columns = np.column_stack([height, cuff, later])
     return Freedom(columns, np.array([_HEIGHT, CUFF.sigma, _CLOCKS])), CUFF.mean * cuff
 
@@ -196,8 +196,8 @@ class Searcher:
 
     def __post_init__(self) -> None:
         setting = self.setting
-        self.whole = fingerprint(model_to_dict(setting.model), setting.motion, setting.witnesses.measured)
-        self.levels = usual_levels(setting.witnesses)
+        self.whole = fingerprint(model_to_dict(setting.model), setting.motion, setting.measurements.measured)
+        self.levels = usual_levels(setting.measurements)
         self._mounted(setting.model)
         self.beyond = np.zeros_like(self.cuff)
         self.capture = np.zeros((len(self.cuff), 0))
@@ -206,9 +206,11 @@ class Searcher:
     def _mounted(self, model: Model) -> None:
         """What the instruments' mounting does, from the soles' forces in a run of that model."""
         run = simulate_reduced(model, self.setting.prepared)
-        sole = averages(run.time, run.sole_force, self.setting.witnesses.windows)
-        later = sensitivities(model, self.setting.prepared, ["start.clock_offset"], self.setting.witnesses.predicted)[1]
-        self.mounting, self.cuff = known_beforehand(self.setting.witnesses, sole, later[:, 0])
+        sole = averages(run.time, run.sole_force, self.setting.measurements.windows)
+        later = sensitivities(
+            model, self.setting.prepared, ["start.clock_offset"], self.setting.measurements.predicted
+        )[1]
+        self.mounting, self.cuff = known_beforehand(self.setting.measurements, sole, later[:, 0])
 
     @property
     def offset(self) -> Array:
@@ -234,7 +236,7 @@ class Searcher:
         gets wrong counts as noise.  The noise's covariance is that of what such a fit leaves.
         """
         kept, self.capture = self.capture, np.zeros((len(self.cuff), 0))
-        found = self.fitted(fit.model, fit.parameters, usual_levels(self.setting.witnesses))
+        found = self.fitted(fit.model, fit.parameters, usual_levels(self.setting.measurements))
         levels = best_levels(self.account(found), self.levels)[0]
         covariance = self.covariance(levels)
         self.capture = kept
@@ -263,7 +265,7 @@ class Searcher:
         """(N,) by the full model."""
 
         def run() -> dict[str, Array]:
-            return {"predicted": self.setting.witnesses.predicted(model, simulate(model, self.setting.motion))}
+            return {"predicted": self.setting.measurements.predicted(model, simulate(model, self.setting.motion))}
 
         key = fingerprint("full model", self.whole, model_to_dict(model))
         return np.asarray(self._made(key, run)["predicted"], dtype=np.float64)
@@ -291,7 +293,9 @@ class Searcher:
         setting = self.setting
 
         def run() -> Refit:
-            return refit(model, parameters, setting.prepared, setting.witnesses, self.covariance(levels), self.offset)
+            return refit(
+                model, parameters, setting.prepared, setting.measurements, self.covariance(levels), self.offset
+            )
 
         if self.cache is None:
             return run()
@@ -304,14 +308,14 @@ class Searcher:
 
     def account(self, fit: Refit) -> Account:
         """Measurements less prediction about a fit, as if every parameter still stood at what was known beforehand."""
-        residual = self.setting.witnesses.measured - fit.predicted + fit.sensitivity @ fit.pulls
+        residual = self.setting.measurements.measured - fit.predicted + fit.sensitivity @ fit.pulls
         return self._account(residual, self.mounting.with_more(fit.sensitivity, fit.scales))
 
     def scene(self, base: Refit) -> Scene:
         """The fitted model and its run, as hypotheses see it."""
         setting = self.setting
         run = simulate_reduced(base.model, setting.prepared)
-        return Scene(base.model, setting.prepared, run, setting.witnesses, base.predicted - self.offset)
+        return Scene(base.model, setting.prepared, run, setting.measurements, base.predicted - self.offset)
 
     def round(self, base: Refit) -> Round:
         """Weigh every hypothesis on the fitted model ``base``."""
@@ -331,7 +335,7 @@ class Searcher:
         return Round(ranked, account, base, scene, responses)
 
     def _account(self, residual: Array, free: Freedom) -> Account:
-        return Account(self.setting.witnesses, residual, free, self.capture)
+        return Account(self.setting.measurements, residual, free, self.capture)
 
     def _captured(self, base: Refit) -> Array:
         setting = self.setting
@@ -342,9 +346,9 @@ class Searcher:
             before = base.predicted - self.offset
             with ThreadPoolExecutor() as pool:
                 columns = list(
-                    pool.map(lambda e: response(base.model, setting.prepared, setting.witnesses, e, before), errors)
+                    pool.map(lambda e: response(base.model, setting.prepared, setting.measurements, e, before), errors)
                 )
-            torso = antenna_responses(setting.motion, base.model, setting.witnesses)
+            torso = antenna_responses(setting.motion, base.model, setting.measurements)
             return {"columns": np.column_stack([*columns, torso])}
 
         kept = self._made(key, run)
@@ -456,7 +460,7 @@ def responses_of(scene: Scene, probes: list[Probe]) -> Array:
 
     def seen(several: list[Probe]) -> list[Array]:
         try:
-            return simulate_each([p.model for p in several], scene.prepared, scene.witnesses.predicted)
+            return simulate_each([p.model for p in several], scene.prepared, scene.measurements.predicted)
         except SimulationDiverged:
             if len(several) == 1:
                 return [scene.base]

@@ -261,15 +261,15 @@ def _read_motion_header(path: Path, lines: list[str], motion: int) -> tuple[int,
 def _check_joints(path: Path, tree: _Tree) -> None:
     missing = [name for name in REQUIRED_JOINTS if name not in tree.names]
     if missing:
-        mend = "export with Axis Studio's names, or rename the joints to them"
+        fix = "export with Axis Studio's names, or rename the joints to them"
         renamed = recording_names(tree.names)
         if set(REQUIRED_JOINTS) <= {renamed.get(name, name) for name in tree.names}:
-            mend = "let sssi import rename them"
+            fix = "let sssi import rename them"
         raise InputError(
             path,
             "HIERARCHY",
             f"missing joints: {', '.join(missing)}; found: {', '.join(tree.names[:24])}",
-            mend,
+            fix,
         )
     if tree.names[0] != "Hips":
         raise InputError(path, "HIERARCHY", f"the root is {tree.names[0]!r}, not 'Hips'", "export with Hips as root")

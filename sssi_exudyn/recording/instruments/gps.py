@@ -83,7 +83,7 @@ def read_fixes(path: Path) -> Fixes:
 
 
 def read_gps(path: Path, *, segment: str, offset: Array, sigma: float | None, time_offset: float = 0.0) -> Gps:
-    """Read fixes with the reader of the file's suffix, checked and mended.
+    """Read fixes with the reader of the file's suffix, checked and with short gaps filled.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def gps_from_fixes(
     sigma: float | None,
     time_offset: float = 0.0,
 ) -> Gps:
-    """Check fixes, turn them to east-north-up and mend their gaps; parameters are those of ``read_gps``.
+    """Check fixes, turn them to east-north-up and fix their gaps; parameters are those of ``read_gps``.
 
     Raises InputError for coordinates out of range, constant or swapped, time that stands still or runs back, a jump no
     skier can make, a speed in another unit, and a missing standard deviation.
@@ -230,12 +230,12 @@ def _stride(time: Array) -> int:
 
 
 def _linear(clock: Clock, values: Array) -> Array:
-    """Values of the kept samples on the mended clock, straight across gaps."""
+    """Values of the kept samples on the even clock, straight across gaps."""
     return np.interp(clock.time, clock.time[~clock.bridged], values)
 
 
 def _bridge(clock: Clock, enu: Array) -> Array:
-    """Fixes on the mended clock: across a gap a cubic through its neighbourhood, by least squares.
+    """Fixes on the even clock: across a gap a cubic through its neighbourhood, by least squares.
 
     A straight line would cut the corner of a turn by a·t²/8 = 0.6 m in a second; a spline through the last two noisy
     fixes would swing.

@@ -152,7 +152,7 @@ def test_broken_files_are_named_with_place_and_mend(tmp_path: Path, fault: str) 
     assert str(path) in str(caught.value)
     assert place in caught.value.place
     assert problem in caught.value.problem
-    assert caught.value.mend
+    assert caught.value.fix
     assert "\n" not in str(caught.value)
 
 

@@ -112,7 +112,7 @@ def test_broken_files_are_one_clear_line(tmp_path: Path, fault: str) -> None:
         read_fixes(path)
     assert info.value.file == str(path)
     assert problem in info.value.problem
-    assert info.value.mend
+    assert info.value.fix
     assert "\n" not in str(info.value)
 
 

@@ -165,7 +165,7 @@ def test_faulty_columns_are_named_with_place_and_mend(tmp_path: Path, fault: str
     assert str(path) in str(caught.value)
     assert place in caught.value.place
     assert problem in caught.value.problem
-    assert caught.value.mend
+    assert caught.value.fix
     assert "\n" not in str(caught.value)
 
 
@@ -198,7 +198,7 @@ def test_broken_text_is_named_with_its_line(tmp_path: Path, fault: str) -> None:
     with pytest.raises(InputError) as caught:
         read(path)
     assert caught.value.place.startswith(place)
-    assert caught.value.mend
+    assert caught.value.fix
 
 
 def test_text_in_another_encoding(tmp_path: Path) -> None:
@@ -248,7 +248,7 @@ def test_faulty_gpx_is_named_with_place_and_mend(tmp_path: Path, fault: str) -> 
     with pytest.raises(InputError) as caught:
         read(path)
     assert caught.value.place.startswith(place)
-    assert caught.value.mend
+    assert caught.value.fix
 
 
 def test_unknown_format_and_missing_sigma(tmp_path: Path) -> None:

@@ -110,4 +110,4 @@ def test_faulty_files_are_named_with_place_and_mend(tmp_path: Path, fault: str) 
     assert str(path) in str(caught.value)
     assert place in caught.value.place
     assert problem in caught.value.problem
-    assert caught.value.mend
+    assert caught.value.fix

@@ -104,9 +104,9 @@ def test_two_runs_tell_what_neither_does_alone() -> None:
 def test_probabilities_of_explanations() -> None:
     odds = probabilities(["", "wind", "gust"], np.zeros(3))
     assert odds == pytest.approx([0.5, 0.25, 0.25])
-    surer = probabilities(["", "wind", "gust"], np.array([0.0, 10.0, 0.0]))
-    assert surer.sum() == pytest.approx(1.0)
-    assert surer[1] > 0.95
+    more_certain = probabilities(["", "wind", "gust"], np.array([0.0, 10.0, 0.0]))
+    assert more_certain.sum() == pytest.approx(1.0)
+    assert more_certain[1] > 0.95
     # the same beside what has been found, whose form nobody knows to a per cent
     beside = probabilities(["", "wind", "gust"], np.array([0.0, 10.0, 0.0]), explained=600.0)
     assert odds[1] < beside[1] < 0.75

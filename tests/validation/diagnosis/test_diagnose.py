@@ -87,11 +87,11 @@ def test_linear_responses_are_those_of_the_terms(base: Any) -> None:
     recording, motion, model = base
     setting = setting_of(recording, replace(motion, stop=motion.start + 5.0), model)
     run = simulate_reduced(setting.model, setting.prepared)
-    start = setting.witnesses.predicted(setting.model, run)
-    scene = Scene(setting.model, setting.prepared, run, setting.witnesses, start)
+    start = setting.measurements.predicted(setting.model, run)
+    scene = Scene(setting.model, setting.prepared, run, setting.measurements, start)
     for hypothesis in HYPOTHESES:
         probes = hypothesis.probes(scene)
-        seen = simulate_each([p.model for p in probes], setting.prepared, setting.witnesses.predicted)
+        seen = simulate_each([p.model for p in probes], setting.prepared, setting.measurements.predicted)
         columns = [(each - start) / p.size for each, p in zip(seen, probes, strict=True)]
         responses = np.stack(columns, axis=1) if columns else np.zeros((len(start), 0))
         candidates = hypothesis.candidates(scene, responses)
@@ -101,8 +101,8 @@ def test_linear_responses_are_those_of_the_terms(base: Any) -> None:
         size = 0.1 * candidate.free.scales[0]
         names = candidate.amplitudes[0]
         changed = candidate.model.with_values({name: candidate.model.value(name) + size for name in names})
-        moved = simulate_each([changed], setting.prepared, setting.witnesses.predicted)[0] - start
-        track = slice(0, setting.witnesses.blocks["height"].stop)
+        moved = simulate_each([changed], setting.prepared, setting.measurements.predicted)[0] - start
+        track = slice(0, setting.measurements.blocks["height"].stop)
         expected = size * candidate.free.columns[track, 0]
         # a third of the largest change, or 3 mm: cells of 0.4 s for the shapes that are put together, and the
         # curvature of what a few of the terms do
@@ -283,9 +283,9 @@ def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
         return replace(setting.model, terms=(*setting.model.terms, part))
 
     true = pushed(150.0, begin, begin + 0.5)
-    seen = setting.witnesses.predicted(true, simulate_reduced(true, setting.prepared))
+    seen = setting.measurements.predicted(true, simulate_reduced(true, setting.prepared))
     # nothing but the push: what is left of the measurements is taken out again
-    offset = setting.witnesses.measured - seen
+    offset = setting.measurements.measured - seen
     amplitudes = [Parameter((f"unexplained_force.force_{axis}",), Prior(0.0, 100.0)) for axis in "fl"]
     places = [
         Parameter((f"unexplained_force.{key}",), Prior(t, 0.4)) for key, t in (("t0", begin - 0.3), ("t1", begin + 0.5))
@@ -293,7 +293,7 @@ def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
     searcher = Searcher(setting, lambda *_: None)
     noise = searcher.covariance(searcher.levels)
     start = pushed(0.0, begin - 0.3, begin + 0.5)
-    fit = refit(start, (*amplitudes, *places), setting.prepared, setting.witnesses, noise, offset)
+    fit = refit(start, (*amplitudes, *places), setting.prepared, setting.measurements, noise, offset)
     force_f, force_l, t0, t1 = fit.values
     # fits stop within a twentieth of the standard errors; priors draw by a few per cent
     assert abs(0.5 * (t0 + t1) - begin - 0.25) < 0.02
@@ -308,8 +308,8 @@ def test_derivatives_by_instants_are_taken_nearby(base: Any) -> None:
     t0 = motion.start + 2.0
     part = Gust(w_f=-10.0, w_l=3.0, t0=t0, t1=t0 + 1.5)
     gusty = replace(setting.model, terms=(*setting.model.terms, part))
-    predicted = setting.witnesses.predicted
-    track = slice(0, setting.witnesses.blocks["y"].stop)
+    predicted = setting.measurements.predicted
+    track = slice(0, setting.measurements.blocks["y"].stop)
     slope = sensitivities(gusty, setting.prepared, ["gust.t0"], predicted)[1][track, 0]
     ahead, behind = (
         predicted(each, simulate_reduced(each, setting.prepared))[track]
@@ -326,9 +326,9 @@ def test_a_turned_capture_is_told_by_the_fit_s_own_derivatives(base: Any) -> Non
     searcher = Searcher(setting, lambda *_: None)
     turned = setting.model.with_values({"start.heading_offset": 0.06})
     names = ["start.heading_offset", "start.clock_offset"]
-    seen, slopes = sensitivities(turned, setting.prepared, names, setting.witnesses.predicted)
+    seen, slopes = sensitivities(turned, setting.prepared, names, setting.measurements.predicted)
     run = simulate_reduced(turned, setting.prepared)
-    scene = Scene(turned, setting.prepared, run, setting.witnesses, seen)
+    scene = Scene(turned, setting.prepared, run, setting.measurements, seen)
     for name, column in zip(("heading_misalignment", "gps_delay"), slopes.T, strict=True):
         response = responses_of(scene, BY_NAME[name].probes(scene))[:, 0]
         whitened = searcher.covariance(searcher.levels)(np.column_stack([response, column]))
@@ -362,7 +362,7 @@ def test_a_probe_that_cannot_be_simulated_moves_nothing(base: Any) -> None:
     setting = setting_of(recording, replace(motion, stop=motion.start + 4.0), model)
     run = simulate_reduced(setting.model, setting.prepared)
     scene = Scene(
-        setting.model, setting.prepared, run, setting.witnesses, setting.witnesses.predicted(setting.model, run)
+        setting.model, setting.prepared, run, setting.measurements, setting.measurements.predicted(setting.model, run)
     )
     parts = (TerrainBump(0.05, model.start.f + 6.0, 4.0), TerrainBump(-2.0, model.start.f + 6.0, 1.0))
     gentle, hard = (Probe(replace(setting.model, terms=(*setting.model.terms, part)), part.rise) for part in parts)

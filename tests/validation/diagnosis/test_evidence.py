@@ -18,7 +18,7 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     whitener,
 )
 from sssi_exudyn.validation.diagnosis.missing_force import discoveries
-from sssi_exudyn.validation.measurements import Witnesses
+from sssi_exudyn.validation.measurements import Measurements
 
 LEVELS = NoiseLevels(
     ExponentialNoise(0.02, 2.0),
@@ -29,9 +29,9 @@ LEVELS = NoiseLevels(
 )
 
 
-def instruments(fixes: int = 12, windows: int = 7) -> Witnesses:
+def instruments(fixes: int = 12, windows: int = 7) -> Measurements:
     rng = np.random.default_rng(1)
-    return Witnesses(
+    return Measurements(
         0.1 * np.arange(fixes),
         rng.normal(size=(fixes, 3)),
         0.02,
@@ -41,13 +41,13 @@ def instruments(fixes: int = 12, windows: int = 7) -> Witnesses:
 
 
 def account(seed: int = 2) -> Account:
-    witnesses = instruments()
-    size = len(witnesses.measured)
+    measurements = instruments()
+    size = len(measurements.measured)
     rng = np.random.default_rng(seed)
     scale = np.ones(size)
-    scale[witnesses.blocks["load"].start :] = 500.0
+    scale[measurements.blocks["load"].start :] = 500.0
     return Account(
-        witnesses,
+        measurements,
         0.03 * scale * rng.normal(size=size),
         Freedom(scale[:, None] * rng.normal(size=(size, 3)), np.array([0.1, 0.02, 0.5])),
         scale[:, None] * rng.normal(size=(size, 4)),
@@ -58,8 +58,8 @@ def covariance(given: Account) -> Array:
     """By its definition."""
     size = len(given.residual)
     found = np.zeros((size, size))
-    for name, place in given.witnesses.blocks.items():
-        time, noise = given.witnesses.time_of(name), LEVELS.of(name)
+    for name, place in given.measurements.blocks.items():
+        time, noise = given.measurements.time_of(name), LEVELS.of(name)
         found[place, place] = noise.sigma**2 * np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
     capture = LEVELS.capture * given.capture
     return found + capture @ capture.T
@@ -103,16 +103,16 @@ def test_whitener_makes_the_noise_white() -> None:
 
 
 def test_noise_levels_are_found() -> None:
-    witnesses = instruments(fixes=400, windows=400)
+    measurements = instruments(fixes=400, windows=400)
     rng = np.random.default_rng(7)
-    residual = np.zeros(len(witnesses.measured))
-    for name, place in witnesses.blocks.items():
-        time, noise = witnesses.time_of(name), LEVELS.of(name)
+    residual = np.zeros(len(measurements.measured))
+    for name, place in measurements.blocks.items():
+        time, noise = measurements.time_of(name), LEVELS.of(name)
         cov = noise.sigma**2 * np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
         residual[place] = np.linalg.cholesky(cov) @ rng.normal(size=len(time))
     size = len(residual)
-    given = Account(witnesses, residual, Freedom(np.zeros((size, 0)), np.zeros(0)), np.zeros((size, 0)))
-    found, _ = best_levels(given, usual_levels(witnesses))
+    given = Account(measurements, residual, Freedom(np.zeros((size, 0)), np.zeros(0)), np.zeros((size, 0)))
+    found, _ = best_levels(given, usual_levels(measurements))
     # 40 s of noise that remembers for 2 s are some 20 independent samples an axis: its σ is told to 20 %
     assert found.gps.sigma == pytest.approx(LEVELS.gps.sigma, rel=0.4)
     assert found.load.sigma == pytest.approx(LEVELS.load.sigma, rel=0.15)
