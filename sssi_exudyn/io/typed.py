@@ -1,0 +1,51 @@
+"""Frozen dataclasses as JSON files: written whole, read back with every field checked against its declared type.
+
+One way of doing it for all results: ``summary.json``, ``diagnosis.json`` and whatever else holds figures.  Keys that a
+reader does not know are passed over, so that files may be extended.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.writing import clear_errors, plain
+
+T = TypeVar("T")
+
+LARGEST_JSON = 50_000_000
+"""Bytes of a JSON file that is read at most."""
+
+
+def read_json(path: Path, kind: type[T]) -> T:
+    """The object of type ``kind`` in the JSON file ``path``.
+
+    Raises InputError for a file that is missing, no regular file, too large or no JSON, and for a field that is
+    missing or of another type, with its place (``$.findings[0].name``).
+    """
+    with clear_errors(path):
+        if path.exists() and not path.is_file():
+            raise InputError(path, "", "this is not a file", "give the folder of a result")
+        if path.stat().st_size > LARGEST_JSON:
+            raise InputError(path, "", f"larger than {LARGEST_JSON / 1e6:.0f} MB", "run again")
+        content = path.read_bytes()
+    try:
+        return msgspec.json.decode(content, type=kind)
+    except msgspec.ValidationError as error:
+        problem, _, place = str(error).partition(" - at ")
+        raise InputError(path, place.strip("`"), problem[:1].lower() + problem[1:], "run again") from None
+    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+        raise InputError(path, "", f"not JSON ({error})", "run again") from None
+
+
+def convert(value: Any, kind: type[T]) -> T:
+    """Plain data (mappings, lists, numbers) as an object of type ``kind``.  Raises ValueError where they do not fit."""
+    return msgspec.convert(plain(value), type=kind)
+
+
+def json_schema(kind: type) -> dict[str, Any]:
+    """The JSON Schema (2020-12) of what a file of that type holds."""
+    return msgspec.json.schema(kind)
