@@ -21,7 +21,7 @@ from sssi_exudyn.contact.terms.penetration import HuntCrossley
 from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.terms.wind import DragArea, Gust, Wind
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.core.quantity import checked, quantities
+from sssi_exudyn.core.quantity import build_checked, quantities
 
 TERMS: Final[tuple[type[Term], ...]] = (
     HuntCrossley,
@@ -74,7 +74,7 @@ def read_term(name: str, values: Mapping[str, object], file: str | Path, place: 
     if name not in [cls.name for cls in TERMS]:
         known = ", ".join(cls.name for cls in TERMS)
         raise InputError(file, place, f"no force term is named {name!r}", f"use one of: {known}")
-    return checked(term_named(name), values, file, place)
+    return build_checked(term_named(name), values, file, place)
 
 
 def terms_table() -> list[dict[str, str | float]]:

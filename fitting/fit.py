@@ -194,7 +194,7 @@ def _kept_search(
     if cache is None:
         return fit_reduced(problem, prepared, say, tolerance=tolerance)
     about = (problem.names, problem.priors, problem.weight, problem.track, model_to_dict(problem.model))
-    kept = cache.made(fingerprint("reduced search", tolerance, *about, motion), search)
+    kept = cache.get_or_make(fingerprint("reduced search", tolerance, *about, motion), search)
     return Optimum(
         values=np.asarray(kept["values"], dtype=np.float64),
         objective=float(kept["objective"]),
@@ -232,7 +232,7 @@ def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache 
         time, antenna = antenna_path(model, motion)
         return {"time": time, "antenna": antenna}
 
-    kept = cache.made(key, run) if cache else run()
+    kept = cache.get_or_make(key, run) if cache else run()
     return problem.residual(model, np.asarray(kept["time"]), np.asarray(kept["antenna"]))
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from sssi_exudyn.core.errors import InputError, SssiError
-from sssi_exudyn.runtime.progress import Progress, on_stderr
+from sssi_exudyn.runtime.progress import Progress, progress_on_stderr
 
 BACKENDS = ("fastest", "compiled", "numpy", "symbolic", "python")
 """Who evaluates the force terms: machine code, arrays, Exudyn's expressions, or the interpreter as the reference."""
@@ -194,7 +194,7 @@ def _call(options: argparse.Namespace) -> str:
     from sssi_exudyn.io.writing import to_json
     from sssi_exudyn.terminal import format_csv, format_summary, format_table
 
-    progress = on_stderr()
+    progress = progress_on_stderr()
     summary: Mapping[str, Any]
     match options.command:
         case "inspect":

@@ -13,7 +13,7 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array, level_to_enu
 from sssi_exudyn.fitting.gps_observation import seen_by_gps
-from sssi_exudyn.model.faults import felt_by_insoles
+from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.recording import Recording
 
@@ -69,7 +69,7 @@ class Measurements:
         """(N,) what the instruments would say of a simulated run."""
         assert run.antenna is not None
         place = seen_by_gps(model, run.time, run.antenna, self.fixes)
-        return _stacked(place, felt_by_insoles(model.sensors, averages(run.time, run.sole_force, self.windows)))
+        return _stacked(place, insole_readings(model.sensors, averages(run.time, run.sole_force, self.windows)))
 
 
 def measurements_of(recording: Recording, model: Model, start: float, stop: float) -> Measurements:

@@ -87,9 +87,9 @@ def flat_ski(parts: Parts, modes: int = MODES) -> FlatSki:
         return np.asarray(found - found[held], dtype=np.float64)
 
     mass = at_nodes(cut.element_mass)
-    about_x, about_y = (at_nodes(cut.section_inertia[:, axis] * cut.element_length) for axis in range(2))
+    rotation_about_x, about_y = (at_nodes(cut.section_inertia[:, axis] * cut.element_length) for axis in range(2))
     rising = np.gradient(raised, x)
-    inertia_w, inertia_t = np.empty(2 * n), np.diag(about_x)
+    inertia_w, inertia_t = np.empty(2 * n), np.diag(rotation_about_x)
     inertia_w[0::2], inertia_w[1::2] = mass, about_y
     aside = np.apply_along_axis(from_middle, 0, np.diag(-rising))  # where the ski rises, twist moves it sideways
     inertia_t += aside.T @ (mass[:, None] * aside)
@@ -124,7 +124,7 @@ def flat_ski(parts: Parts, modes: int = MODES) -> FlatSki:
         place=cut.node_position + parts.ski_in_foot,
         shape=shape,
         twist=turn,
-        turning_mass=about_x,
+        turning_mass=rotation_about_x,
         edge_place=np.stack([at, half, ski.height(s)], axis=1) + parts.ski_in_foot,
         edge_shape=edge_shape,
         edge_length=np.tile(cut.contact_length, 2),

@@ -32,7 +32,7 @@ import numpy as np
 from sssi_exudyn.bodies.ski.ski import PROFILES
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.quantity import checked, quantity
+from sssi_exudyn.core.quantity import build_checked, quantity
 from sssi_exudyn.io.files import inside, read_text
 from sssi_exudyn.io.table import read_table
 
@@ -93,7 +93,7 @@ def read_measurements(folder: str | Path) -> Measurements:
     values |= {
         key: _number(sections["bending"], f"{key}_m", 1.0, file, "[bending]") for key in ("left", "load", "right")
     }
-    measured = checked(Measurements, values, file, "")
+    measured = build_checked(Measurements, values, file, "")
     _check(measured, file)
     return measured
 

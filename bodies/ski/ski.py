@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.quantity import checked, quantities, quantity
+from sssi_exudyn.core.quantity import build_checked, quantities, quantity
 from sssi_exudyn.io.files import inside, read_text
 
 CATALOGUE: Final = Path(__file__).with_name("skis.toml")
@@ -197,7 +197,7 @@ def ski_from_table(name: str, table: object, file: str | Path) -> Ski:
     for key in [*keys, "source", *PROFILES]:
         if keys.get(key, key) not in numbers:
             raise InputError(file, place, f"{key} is missing", "add it")
-    ski = checked(Ski, numbers, file, place)
+    ski = build_checked(Ski, numbers, file, place)
     if not 0.0 < ski.boot_centre < ski.length:
         raise InputError(file, f"{place} boot_centre_m", "lies off the ski", "measure it from the tail, in metres")
     return ski

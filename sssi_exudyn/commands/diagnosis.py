@@ -14,7 +14,7 @@ import numpy as np
 from sssi_exudyn.commands.recordings import _read
 from sssi_exudyn.commands.runs import _CACHE, _SILENT, _left
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.writing import locked, to_json, write_atomically
+from sssi_exudyn.io.writing import folder_lock, to_json, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.reports.diagnosis_section import diagnosis_section
@@ -48,7 +48,7 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SI
     for name in names:
         if names.count(name) > 1:
             raise InputError(out / name, "", "two recordings would leave their results here", "rename one's folder")
-    with locked(out):
+    with folder_lock(out):
         found = {name: _diagnosed(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)}
         with progress.stage("weigh together"):
             weighed = weigh_day([diagnosis.own() for _, diagnosis in found.values()])
@@ -65,7 +65,7 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SI
 
 def _diagnosed(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, str], Diagnosis]:
     """Diagnose into ``out``, the cache stays; hashes of what was read, and the answer."""
-    with locked(out):
+    with folder_lock(out):
         recording, motion = _read(folder, progress)
         if recording.gps is None:
             raise InputError(
@@ -114,7 +114,7 @@ def benchmark(
     """Judge the diagnosis blindly on ``cases`` made from the movements of ``recordings``, the first ``full`` of them
     with the full model, into ``out``; the scores.
     """
-    with locked(out):
+    with folder_lock(out):
         bases = []
         for folder in recordings:
             recording, motion = _read(folder, progress)

@@ -9,7 +9,7 @@ from typing import Any
 from sssi_exudyn.bodies.muscles.muscles import muscles_table
 from sssi_exudyn.commands.runs import _CACHE, _SILENT, run
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.writing import clear_errors, locked
+from sssi_exudyn.io.writing import clear_errors, folder_lock
 from sssi_exudyn.muscle_forces.of_result import figures as muscle_figures
 from sssi_exudyn.muscle_forces.of_result import muscles_of, storages, with_muscles
 from sssi_exudyn.reports.html import added
@@ -30,10 +30,10 @@ def muscles(folder: Path, out: Path | None, *, power: int = 2, progress: Progres
             raise InputError(folder, "", "this is not a result", "give a result's folder, or a recording's and --out")
         run(folder, out, progress=progress)
     elif out is not None and out.resolve() != folder.resolve():
-        with locked(folder), locked(out), clear_errors(out):
+        with folder_lock(folder), folder_lock(out), clear_errors(out):
             shutil.copytree(folder, out, ignore=shutil.ignore_patterns(".*", _CACHE), dirs_exist_ok=True)
     made = out or folder
-    with locked(made), progress.stage("muscles") as stage:
+    with folder_lock(made), progress.stage("muscles") as stage:
         result = read_run(made)
         found = muscles_of(result, made, power)
         stage.advance(1.0, f"{len(found.time)} samples")

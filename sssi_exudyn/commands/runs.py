@@ -23,7 +23,7 @@ from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
 from sssi_exudyn.fitting.fit import fit as fit_problem
 from sssi_exudyn.fitting.gps_observation import corrected_fixes
-from sssi_exudyn.io.writing import locked, write_atomically
+from sssi_exudyn.io.writing import folder_lock, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
@@ -60,7 +60,7 @@ def simulate(
     """Simulate a recording once, with ``model`` (a ``model.toml``) or with default friction, into ``out``; its
     summary.
     """
-    with locked(out):
+    with folder_lock(out):
         recording, motion = _read(folder, progress)
         chosen = read_model(model) if model else model_of(recording, motion)
         settings = {"command": "simulate", "backend": backend}
@@ -78,7 +78,7 @@ def fit(
     """Fit friction (and, with ``joint``, start and heading) to the GPS track, into ``out``; the summary of the fitted
     run.  ``model`` (a ``model.toml``) has what else acts, such as what a diagnosis found.
     """
-    with locked(out):
+    with folder_lock(out):
         recording, motion = _read(folder, progress)
         if recording.gps is None:
             raise InputError(folder / "recording.toml", "[gps]", "there is no GPS to fit to", "add it, or use simulate")
@@ -110,7 +110,7 @@ def run(folder: Path, out: Path, *, progress: Progress = _SILENT) -> dict[str, A
 
 def validate(folder: Path, result: Path, out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
     """Judge the run in the folder ``result`` against the recording's GPS and insoles, into ``out``; the new summary."""
-    with locked(out), progress.stage("validate"):
+    with folder_lock(out), progress.stage("validate"):
         recording = read_recording(folder)
         run = read_run(result)
         summary = complete_summary({**run.summary, **judged(run.series, recording.gps, recording.insoles)})

@@ -1,6 +1,6 @@
-"""Noise that remembers: residuals whose neighbours resemble each other carry less news than their number suggests.
+"""Autocorrelated noise: residuals whose neighbours resemble each other count for less than their number.
 
-A GPS fix is wrong in nearly the same direction for seconds.  The model here is the stationary process with an
+The error of a GPS fix keeps nearly the same direction for seconds.  The model here is the stationary process with an
 exponential correlation, cov(t, t') = σ² exp(−|t − t'|/T) (Ornstein-Uhlenbeck; sampled evenly it is AR(1)).  It is
 Markov, so each sample needs only the one before, at any spacing:
 
@@ -77,7 +77,7 @@ def chi_square_per_dof(time: Array, residual: Array, noise: ExponentialNoise, pa
 def autocorrelation_time(residual: Array) -> float:
     """Integrated autocorrelation time τ = 1 + 2 Σ ρ_k of evenly spaced samples (n,), in samples; at least 1.
 
-    White noise has 1, AR(1) has (1 + φ)/(1 − φ).  A constant residual has n: it says one thing n times.
+    White noise has 1, AR(1) has (1 + φ)/(1 − φ).  A constant residual has n.
     """
     n = len(residual)
     centred = residual - np.mean(residual)

@@ -39,7 +39,7 @@ class Quantity:
 
 def quantity(
     default: float, unit: str, *, low: float, high: float, source: str, meaning: str
-) -> Any:  # Any: a dataclass field stands where the annotation says float
+) -> Any:  # Any: a dataclass field stands where a float is annotated
     """Declare a dataclass field that is a number with unit, bounds and source.
 
     Raises ValueError when the default lies outside its own bounds.
@@ -63,7 +63,7 @@ def _number(default: Any) -> float:
     return float(default)
 
 
-def checked(cls: type[T], values: Mapping[str, object], file: str | Path, place: str) -> T:
+def build_checked(cls: type[T], values: Mapping[str, object], file: str | Path, place: str) -> T:
     """Build the dataclass ``cls`` from a mapping read from ``file``, each number held against its bounds.
 
     Raises InputError for an unknown key, a value that is not a number, or one outside its bounds.

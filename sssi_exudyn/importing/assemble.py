@@ -1,6 +1,6 @@
 """Files as instruments and apps write them, made into a recording's folder.
 
-What no file says (who skied, on what, where the antenna sat) comes as ``Answers``; what is missing of it is an
+What no file holds (who skied, on what, where the antenna sat) comes as ``Answers``; what is missing of it is an
 InputError that names the option to give.  The folder appears only once it reads as a recording.
 """
 
@@ -19,8 +19,8 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.importing.bvh_writer import bvh_text
 from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
-from sssi_exudyn.importing.sensor_logs import BAROMETER, PRESSURE, placed, write_pressure, write_sensors
-from sssi_exudyn.io.writing import clear_errors, locked
+from sssi_exudyn.importing.sensor_logs import BAROMETER, PRESSURE, split_place, write_pressure, write_sensors
+from sssi_exudyn.io.writing import clear_errors, folder_lock
 from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes
 from sssi_exudyn.recording.instruments.gps import READERS, gps_from_fixes, read_fixes
 from sssi_exudyn.recording.instruments.insoles import is_insoles, read_insoles
@@ -36,7 +36,7 @@ _DIGITS: Final = {"time_s": 6, "latitude_deg": 9, "longitude_deg": 9}
 
 @dataclass(frozen=True)
 class Answers:
-    """What files do not say, in the units of ``recording.toml``; None where it is not known.
+    """What files do not hold, in the units of ``recording.toml``; None where it is not known.
 
     The command line has an option of the same name for each, such as ``--mass-kg``.
 
@@ -94,14 +94,14 @@ def option_of(name: str) -> str:
 
 def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Recording:
     """Make the recording folder ``out`` out of ``files``: one motion capture, and where there are, one file of fixes
-    and one of insoles, told apart by suffix and header; or, instead of the capture, single sensors' files, each given
+    and one of insoles, recognised by suffix and header; or, instead of the capture, single sensors' files, each given
     with its place (``import_sensors``).
 
     Raises InputError for files that no reader takes, two of a kind, whatever a reader refuses, answers that are
-    missing, an ``out`` that holds a recording already, and all that ``read_recording`` says of the result.
+    missing, an ``out`` that holds a recording already, and what ``read_recording`` refuses of the result.
     """
-    sources = _sorted(files)
-    with locked(out), clear_errors(out):
+    sources = _sort_sources(files)
+    with folder_lock(out), clear_errors(out):
         if (out / FILE).exists():
             raise InputError(out / FILE, "", "there is a recording already", "choose another folder with --out")
         made = out / ".import"
@@ -109,7 +109,7 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
         made.mkdir()
         try:
             _write(made, sources, answers)
-            recording = _checked(made, sources)
+            recording = _read_back(made, sources)
             for name in (MOTION, SENSORS, GPS, INSOLES, FILE):  # the file that makes it a recording comes last
                 if (made / name).exists():
                     (made / name).replace(out / name)
@@ -118,11 +118,11 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
     return replace(recording, folder=out)
 
 
-def _sorted(files: Sequence[Path]) -> _Sources:
+def _sort_sources(files: Sequence[Path]) -> _Sources:
     found: dict[str, Path] = {}
-    sensors = tuple(one for one in map(placed, files) if one is not None)
+    sensors = tuple(one for one in map(split_place, files) if one is not None)
     for path in files:
-        if placed(path) is not None:
+        if split_place(path) is not None:
             continue
         kind = _kind(path)
         if kind in found:
@@ -153,17 +153,17 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
         bvh, began = read_motion(sources.motion, answers.height_m)
         (made / MOTION).write_text(bvh_text(bvh), encoding="utf-8")
     fixes = None if sources.gps is None else read_fixes(sources.gps)
-    _ask(sources, fixes, began, answers)
+    _check_answers(sources, fixes, began, answers)
     given = (sources.motion, *(path for _, path in sources.sensors), sources.gps, sources.insoles)
     settings: dict[str, Any] = {
         "format": 1,
         "name": answers.name or sources.first.stem,
         "note": f"imported from {', '.join(path.name for path in given if path is not None)}",
-        "skier": _known({"mass_kg": answers.mass_kg, "height_m": answers.height_m, "sex": answers.sex}),
+        "skier": _without_none({"mass_kg": answers.mass_kg, "height_m": answers.height_m, "sex": answers.sex}),
         "equipment": {name: getattr(answers, name) for name in _NEEDED[2:]},
     }
     if sources.motion is not None:
-        settings["motion"] = _known({"file": MOTION, "heading_deg": answers.heading_deg})
+        settings["motion"] = _without_none({"file": MOTION, "heading_deg": answers.heading_deg})
     else:
         settings["sensors"] = write_sensors(sources.sensors, made)
     for place, path in sources.sensors:
@@ -181,13 +181,13 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
         settings["gps"] = _gps_table(sources.gps, fixes, began, answers)
         (made / GPS).write_text(_csv(fixes.columns), encoding="utf-8")
     if sources.insoles is not None:
-        read_insoles(sources.insoles)  # its faults are said of this file, not of the copy
+        read_insoles(sources.insoles)  # errors name this file, not the copy
         settings["insoles"] = {"file": INSOLES}
         shutil.copyfile(sources.insoles, made / INSOLES)
     (made / FILE).write_text(tomli_w.dumps(settings), encoding="utf-8")
 
 
-def _ask(sources: _Sources, fixes: Fixes | None, began: float | None, answers: Answers) -> None:
+def _check_answers(sources: _Sources, fixes: Fixes | None, began: float | None, answers: Answers) -> None:
     """Raise InputError that names every option that is needed and not given."""
     needed = list(_NEEDED)
     if answers.slope_deg is not None or answers.fall_line_deg is not None:
@@ -203,7 +203,7 @@ def _ask(sources: _Sources, fixes: Fixes | None, began: float | None, answers: A
     missing = [option_of(name) for name in dict.fromkeys(needed) if getattr(answers, name) is None]
     if missing:
         raise InputError(
-            sources.first, "", f"no file says {', '.join(missing)}", "give these options (sssi import --help)"
+            sources.first, "", f"no file holds {', '.join(missing)}", "give these options (sssi import --help)"
         )
 
 
@@ -214,12 +214,12 @@ def _gps_table(path: Path, fixes: Fixes, began: float | None, answers: Answers) 
     elif not fixes.common_clock and fixes.began is not None and began is not None:
         offset = fixes.began - began
         if abs(offset) > _DAY:
-            apart = f"by their clocks the fixes begin {offset / _DAY:.4g} days after the capture"
-            raise InputError(path, "", apart, "give --gps-offset-s")
+            difference = f"by their clocks the fixes begin {offset / _DAY:.4g} days after the capture"
+            raise InputError(path, "", difference, "give --gps-offset-s")
     where = np.array(answers.antenna_offset_m)
-    # its faults are said of this file and its places, not of the copy
+    # errors name this file and its places, not the copy
     gps_from_fixes(path, fixes, segment=str(answers.antenna_joint), offset=where, sigma=answers.gps_sigma_m)
-    return _known(
+    return _without_none(
         {
             "file": GPS,
             "segment": answers.antenna_joint,
@@ -230,7 +230,7 @@ def _gps_table(path: Path, fixes: Fixes, began: float | None, answers: Answers) 
     )
 
 
-def _known(table: dict[str, Any]) -> dict[str, Any]:
+def _without_none(table: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in table.items() if value is not None}
 
 
@@ -241,7 +241,7 @@ def _csv(columns: dict[str, Array]) -> str:
     return "\n".join([",".join(names), *(row % tuple(line) for line in values.tolist())]) + "\n"
 
 
-def _checked(made: Path, sources: _Sources) -> Recording:
+def _read_back(made: Path, sources: _Sources) -> Recording:
     """The recording, read as any other; an error speaks of the file that the user gave."""
     try:
         return read_recording(made)

@@ -1,4 +1,4 @@
-"""Points of C3D files, read in a process of its own: the library is native code, and files come from strangers.
+"""Points of C3D files, read in a process of its own: the library is native code, and files are untrusted.
 
 Run as a module it reads the file it is given and writes an ``.npz`` to stdout.
 """
@@ -47,7 +47,7 @@ class Points:
 def read_points(path: Path) -> Points:
     """Read a C3D file.  Raises InputError where the library is missing, or the file is damaged or without points."""
     library("ezc3d", path)
-    read_bytes(path)  # missing, empty or too large: said as of any file
+    read_bytes(path)  # missing, empty or too large: refused as any file
     paths = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     try:
         done = subprocess.run(

@@ -73,7 +73,7 @@ def capture_of(
     local = np.stack(
         [np.swapaxes(world[parent], -1, -2) @ world[name] if parent else world[name] for name, parent in TREE], axis=1
     )
-    even, turned, root, said = even_frames(path, time, local, np.zeros((len(time), 3)))
+    even, turned, root, done = even_frames(path, time, local, np.zeros((len(time), 3)))
     names = tuple(name for name, _ in TREE)
     zero = np.zeros(3)
     offsets = [BODY_FROM_BVH.T @ hanging_from_t_pose(parent) @ place.get(name, zero) for name, parent in TREE]
@@ -85,7 +85,7 @@ def capture_of(
         time=even,
         rotations=turned,
         root_position=root,
-        notes=(*notes, *said),
+        notes=(*notes, *done),
     )
 
 

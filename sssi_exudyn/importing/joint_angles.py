@@ -63,7 +63,7 @@ def read_joint_angles(path: Path, height: float | None) -> Bvh:
     trunk, angles beyond reason, and time that stands still or runs back.
     """
     if height is None:
-        raise InputError(path, "", "no file says --height-m, and angles have no lengths", "give this option")
+        raise InputError(path, "", "no file holds --height-m, and angles have no lengths", "give this option")
     table = read_storage(path, read_text(path))
     at = {name.rsplit("/", 2)[-2] if name.endswith("/value") else name: i for i, name in enumerate(table.columns)}
     missing = [name for name in _NEEDED if name not in at]

@@ -23,7 +23,7 @@ from sssi_exudyn.recording.instruments.bvh import Bvh
 _TRUNK: Final = ("CLAV", "STRN", "C7", "T10", "LASI", "RASI", "LFHD", "RFHD", "LBHD", "RBHD")
 _SIDED: Final = ("THI", "KNE", "TIB", "ANK", "HEE", "TOE", "SHO", "ELB", "WRA", "WRB", "FIN")
 _MARKER: Final = 0.014
-"""m; the usual diameter, where the file does not say it."""
+"""m; the usual diameter, where the file does not hold it."""
 _SHOULDER: Final = 0.05
 """m from the acromion's marker down to the shoulder's centre: a usual "shoulder offset" of Plug-in Gait."""
 _STRAIGHT: Final = 0.1
@@ -40,7 +40,7 @@ def read_markers(path: Path, height: float | None) -> Bvh:
     refuses, missing markers, missing widths of knees and ankles, and a skier who does not stand up.
     """
     if height is None:
-        raise InputError(path, "", "no file says --height-m", "give this option")
+        raise InputError(path, "", "no file holds --height-m", "give this option")
     points = read_points(path)
     at, time, notes = _markers(path, points)
     at = _upright(path, at)
@@ -101,8 +101,8 @@ def _reach(path: Path, points: Points, part: str) -> dict[str, float]:
         name = f"{letter}{part}Width"
         width = points.sizes.get(name)
         if width is None or not _WIDTHS[0] < width < _WIDTHS[1]:
-            told = "is missing" if width is None else f"{width:.3g} m is no width of a joint"
-            raise InputError(path, f"PROCESSING:{name}", told, "measure it, and export it with the subject")
+            problem = "is missing" if width is None else f"{width:.3g} m is no width of a joint"
+            raise InputError(path, f"PROCESSING:{name}", problem, "measure it, and export it with the subject")
         found[letter] = 0.5 * (width + points.sizes.get("MarkerDiameter", _MARKER))
     return found
 
@@ -163,18 +163,18 @@ def _arm(at: Places, letter: str, word: str, rotation: Places, joint: Places, ti
 def _lengths(rotation: Places, joint: Places, tips: Places, height: float) -> tuple[Places, Places]:
     """Mean places of the joints in the segments that carry them, and far ends of the segments (m)."""
 
-    def seen(carrier: str, name: str, places: Places) -> Array:
+    def mean_place(carrier: str, name: str, places: Places) -> Array:
         return mean_in(rotation[carrier], joint[carrier], places[name])
 
-    neck = seen("Spine", "Neck", joint)
-    place = {"Spine": seen("Hips", "Spine", joint), **trunk_places(neck)}
+    neck = mean_place("Spine", "Neck", joint)
+    place = {"Spine": mean_place("Hips", "Spine", joint), **trunk_places(neck)}
     ends = {"Head": np.asarray(average_geometry(height).segment_end[SEGMENT["head"]])}
     for _, word in SIDES:
         for carrier, name in (("UpLeg", "Leg"), ("Leg", "Foot"), ("Arm", "ForeArm"), ("ForeArm", "Hand")):
-            place[word + name] = seen(word + carrier, word + name, joint)
-        place[f"{word}UpLeg"] = seen("Hips", f"{word}UpLeg", joint)
-        place[f"{word}Arm"] = seen("Spine", f"{word}Arm", joint) - neck
-        ends |= {f"{word}{part}": seen(f"{word}{part}", f"{word}{part}", tips) for part in ("Foot", "Hand")}
+            place[word + name] = mean_place(word + carrier, word + name, joint)
+        place[f"{word}UpLeg"] = mean_place("Hips", f"{word}UpLeg", joint)
+        place[f"{word}Arm"] = mean_place("Spine", f"{word}Arm", joint) - neck
+        ends |= {f"{word}{part}": mean_place(f"{word}{part}", f"{word}{part}", tips) for part in ("Foot", "Hand")}
     return place, ends
 
 

@@ -17,7 +17,7 @@ Read = tuple[Bvh, float | None]
 
 
 def read_motion(path: Path, height: float | None) -> Read:
-    """The capture, and the UTC of its time 0 (s since 1970; None where the file does not say).
+    """The capture, and the UTC of its time 0 (s since 1970; None where the file does not have it).
 
     Parameters
     ----------

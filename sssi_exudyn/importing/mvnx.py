@@ -38,7 +38,7 @@ _RATES: Final = (20.0, 2000.0)
 
 @dataclass
 class _Parts:
-    """What the file has said so far."""
+    """What has been read of the file so far."""
 
     rate: float = 0.0
     segments: list[str] = field(default_factory=list)
@@ -53,7 +53,7 @@ class _Parts:
 def read_mvnx(path: Path) -> tuple[Bvh, float | None]:
     """Read a capture of one subject; time counts from the first frame.
 
-    Returns the capture and the UTC of its first frame (s since 1970; None where the file does not say).
+    Returns the capture and the UTC of its first frame (s since 1970; None where the file does not have it).
 
     Raises InputError for XML that ``elements`` refuses, missing segments, joints or frames, quaternions that are none,
     and frames out of order.
@@ -62,18 +62,18 @@ def read_mvnx(path: Path) -> tuple[Bvh, float | None]:
     for element in elements(path, ("segment", "joint", "frame"), heads=("subject",)):
         match local_name(element):
             case "subject":
-                _take_subject(path, parts, element)
+                _add_subject(path, parts, element)
             case "segment":
-                _take_segment(path, parts, element)
+                _add_segment(path, parts, element)
             case "joint":
                 ends = text_below(element, "connector1"), text_below(element, "connector2")
                 parts.joints.append((ends[0] or "", ends[1] or ""))
             case "frame" if element.get("type", "normal") == "normal":
-                _take_frame(path, parts, element)
+                _add_frame(path, parts, element)
     return _assemble(path, parts), parts.began
 
 
-def _take_subject(path: Path, parts: _Parts, element: Element) -> None:
+def _add_subject(path: Path, parts: _Parts, element: Element) -> None:
     if parts.rate:
         raise InputError(path, "subject", "a second subject", "export one skier alone")
     (parts.rate,) = _floats(path, "subject frameRate", element.get("frameRate"), 1)
@@ -81,7 +81,7 @@ def _take_subject(path: Path, parts: _Parts, element: Element) -> None:
         raise InputError(path, "subject frameRate", f"{parts.rate:g} Hz is no capture's", "export the capture again")
 
 
-def _take_segment(path: Path, parts: _Parts, element: Element) -> None:
+def _add_segment(path: Path, parts: _Parts, element: Element) -> None:
     label = element.get("label", "")
     parts.segments.append(label)
     for point in element.iter():
@@ -91,7 +91,7 @@ def _take_segment(path: Path, parts: _Parts, element: Element) -> None:
             parts.points[name] = _floats(path, f"point {name}", place, 3)
 
 
-def _take_frame(path: Path, parts: _Parts, element: Element) -> None:
+def _add_frame(path: Path, parts: _Parts, element: Element) -> None:
     number = len(parts.index)
     place = f"frame {element.get('index', number)}"
     try:

@@ -8,11 +8,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.io.table import mend_clock
+from sssi_exudyn.io.table import bridge_gaps
 
 
 def even_frames(path: Path, time: Array, rotations: Array, root: Array) -> tuple[Array, Array, Array, tuple[str, ...]]:
-    """Frames at even steps: short gaps bridged, of a run that long gaps split the longest part (see ``mend_clock``).
+    """Frames at even steps: short gaps bridged, of a run that long gaps split the longest part (see ``bridge_gaps``).
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def even_frames(path: Path, time: Array, rotations: Array, root: Array) -> tuple
     Returns time, rotations and root at even steps, and what was done, in words.  Raises InputError where no stretch is
     long enough.
     """
-    clock = mend_clock(path, time)
+    clock = bridge_gaps(path, time)
     kept = time[clock.keep]
     count = len(clock.time)
     even = np.linspace(clock.time[0], clock.time[-1], count)

@@ -32,7 +32,7 @@ _CHANNELS: Final = ("time_s", "acceleration_", "rate_", "orientation_", "pressur
 _SIDES: Final = {"L": "left", "R": "right"}
 
 
-def placed(file: Path) -> tuple[str, Path] | None:
+def split_place(file: Path) -> tuple[str, Path] | None:
     """A place and the file of its sensor, where they are written as ``PLACE=FILE``; None for a file alone."""
     place, is_placed, name = str(file).partition("=")
     return (place, Path(name)) if is_placed and place in (*PLACES, BAROMETER, PRESSURE) else None
@@ -52,8 +52,8 @@ def write_sensors(files: Sequence[tuple[str, Path]], folder: Path) -> list[dict[
         name = f"sensors/{place}.csv"
         if (folder / name).exists():
             raise InputError(path, "", f"there is a sensor on {place!r} already", "give one of them")
-        _write(folder / name, _known(path))
-        try:  # faults are said of the file that was given
+        _write(folder / name, _channels(path))
+        try:  # errors name the file that was given
             if place == BAROMETER:
                 read_barometer(folder / name)
             else:
@@ -106,7 +106,7 @@ def write_pressure(path: Path, folder: Path, mass: float) -> None:
         raise InputError(path, error.place, error.problem, error.fix) from None
 
 
-def _known(path: Path) -> dict[str, Array]:
+def _channels(path: Path) -> dict[str, Array]:
     """The channels of a logger's table under the names of a recording; samples that repeat a time are left out."""
     lines = [(number, line.split(",")) for number, line in enumerate(read_text(path).split("\n"), 1) if line.strip()]
     names = [_NAMES.get(name.split("(")[0].strip(), name.strip()) for name in lines[0][1]]

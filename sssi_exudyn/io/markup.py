@@ -1,4 +1,4 @@
-"""XML from strangers: element by element, without DTD, entities or external references, and bounded.
+"""Untrusted XML: element by element, without DTD, entities or external references, and bounded.
 
 A file is never held as one tree: what was not asked for is dropped as soon as it ends.
 """
@@ -62,7 +62,7 @@ def elements(path: Path, names: Collection[str], heads: Collection[str] = ()) ->
         raise InputError(path, f"line {error.position[0]}", "broken XML", "export the file again") from None
     except DefusedXmlException:
         raise InputError(path, "", "a DTD or entities are not accepted", "export the file without them") from None
-    except (LookupError, ValueError):  # an encoding nobody knows
+    except (LookupError, ValueError):  # an unknown encoding
         raise InputError(path, "", "the encoding cannot be read", "save the file as UTF-8") from None
 
 

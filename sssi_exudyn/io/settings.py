@@ -54,7 +54,7 @@ def table_of(settings: Settings, name: str, path: Path) -> Settings:
 
 
 def check_keys(table: Settings, known: Iterable[str], path: Path, place: str) -> None:
-    """Raise InputError for a key nobody reads, with the nearest one that is read."""
+    """Raise InputError for an unknown key, with the nearest known one."""
     names = sorted(known)
     for key in table:
         if key not in names:

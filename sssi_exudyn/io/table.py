@@ -129,7 +129,7 @@ def check_time(path: Path, time: Array, places: tuple[str, ...]) -> None:
     )
 
 
-def mend_clock(path: Path, time: Array) -> Clock:
+def bridge_gaps(path: Path, time: Array) -> Clock:
     """Find the gaps in rising ``time`` (n,) s: short ones get new sample times, long ones split the run.
 
     A gap is an interval of more than one and a half median ones.  It is short where up to ``SHORT_GAP`` is missing, or

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.writing import clear_errors, plain
+from sssi_exudyn.io.writing import clear_errors, to_plain
 
 T = TypeVar("T")
 
@@ -43,7 +43,7 @@ def read_json(path: Path, kind: type[T]) -> T:
 
 def convert(value: Any, kind: type[T]) -> T:
     """Plain data (mappings, lists, numbers) as an object of type ``kind``.  Raises ValueError where they do not fit."""
-    return msgspec.convert(plain(value), type=kind)
+    return msgspec.convert(to_plain(value), type=kind)
 
 
 def json_schema(kind: type) -> dict[str, Any]:

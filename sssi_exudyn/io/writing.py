@@ -20,7 +20,7 @@ _LOCK = ".lock"
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
+def folder_lock(folder: Path) -> Iterator[None]:
     """Hold ``folder`` (made when missing) against other processes.  May be nested within one thread.
 
     Raises InputError when another process holds it, when it cannot be made, and when what is done meanwhile cannot be
@@ -42,7 +42,7 @@ def locked(folder: Path) -> Iterator[None]:
         lock.release()
 
 
-def held(folder: Path) -> bool:
+def is_locked(folder: Path) -> bool:
     """True while a process has ``folder`` ``locked``."""
     if not (folder / _LOCK).exists():
         return False
@@ -60,7 +60,7 @@ def clear_errors(path: Path) -> Iterator[None]:
     """Turn the operating system's refusals (read-only, full, missing, not a folder) into one clear InputError."""
     try:
         yield
-    except BrokenPipeError:  # whoever reads stderr or stdout has gone; that is no fault of ``path``
+    except BrokenPipeError:  # the reader of stderr or stdout has gone: no fault of ``path``
         raise
     except OSError as error:
         raise InputError(
@@ -77,19 +77,19 @@ def write_atomically(path: Path, content: str | bytes) -> None:
 
 def to_json(value: Any) -> str:
     """JSON text, readable by people too, of whatever ``plain`` takes."""
-    return json.dumps(plain(value), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json.dumps(to_plain(value), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def plain(value: Any) -> Any:
+def to_plain(value: Any) -> Any:
     """What JSON can hold: dataclasses as mappings, NumPy's numbers and arrays as Python's, not finite as None."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {entry.name: getattr(value, entry.name) for entry in dataclasses.fields(value)}
     if isinstance(value, Mapping):
-        return {str(key): plain(entry) for key, entry in value.items()}
+        return {str(key): to_plain(entry) for key, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
+        return to_plain(value.tolist())
     if isinstance(value, list | tuple):
-        return [plain(entry) for entry in value]
+        return [to_plain(entry) for entry in value]
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value
@@ -98,7 +98,7 @@ def plain(value: Any) -> Any:
 def _replace_together(folder: Path, writers: Mapping[str, Callable[[Path], object]], stale: set[str]) -> None:
     """Write every file under another name, then move them all into place in the order given.
 
-    The last of them, which says that the others are whole, goes away before the first is moved: a kill in between
+    The last of them, which marks the others as whole, is removed before the first is moved: a kill in between
     leaves no result that is half the old one.
     """
     made = {name: folder / f".{name}.{os.getpid()}" for name in writers}

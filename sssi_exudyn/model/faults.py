@@ -17,7 +17,7 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.quantity import checked, quantities, quantity
+from sssi_exudyn.core.quantity import build_checked, quantities, quantity
 
 _CHOICE: Final = "chosen: beyond what instruments in working order show"
 
@@ -57,7 +57,7 @@ class InsoleSensor(Sensor):
     """A fault in the forces that the insoles report."""
 
     @abstractmethod
-    def felt(self, sole: Array) -> Array:
+    def reading(self, sole: Array) -> Array:
         """(n, 2) N reported of the force square to the soles ``sole`` (n, 2) N, left and right."""
 
 
@@ -100,7 +100,7 @@ class HeadingDrift(CaptureSensor):
 
 @dataclass(frozen=True)
 class LeverArm(CaptureSensor):
-    """An antenna that does not sit where the recording says.
+    """An antenna that does not sit where the recording has it.
 
     Formula: place = assumed + (forward, left, up)   in the frame of the segment that carries it
     """
@@ -129,7 +129,7 @@ class InsoleGain(InsoleSensor):
     left: float = quantity(0.0, "1", low=-0.9, high=2.0, source=_CHOICE, meaning="relative error of the left gain")
     right: float = quantity(0.0, "1", low=-0.9, high=2.0, source=_CHOICE, meaning="of the right gain")
 
-    def felt(self, sole: Array) -> Array:
+    def reading(self, sole: Array) -> Array:
         return np.asarray(sole * [1.0 + self.left, 1.0 + self.right])
 
 
@@ -145,7 +145,7 @@ class BootCuff(InsoleSensor):
 
     share: float = quantity(0.0, "1", low=-0.5, high=0.9, source=_CHOICE, meaning="share of the load in the cuff")
 
-    def felt(self, sole: Array) -> Array:
+    def reading(self, sole: Array) -> Array:
         return np.asarray((1.0 - self.share) * sole)
 
 
@@ -165,7 +165,7 @@ def read_sensor(name: str, values: Mapping[str, object], file: str | Path, place
     """
     for cls in SENSORS:
         if cls.name == name:
-            return checked(cls, values, file, place)
+            return build_checked(cls, values, file, place)
     known = ", ".join(cls.name for cls in SENSORS)
     raise InputError(file, place, f"no sensor model is named {name!r}", f"use one of: {known}")
 
@@ -179,15 +179,6 @@ def gps_offset(sensors: Iterable[Sensor], time: Array) -> Array:
     return total
 
 
-def capture_yaw(sensors: Iterable[Sensor], time: Array) -> Array:
-    """(n,) rad: by how much all faults together turn the capture at ``time`` (n,)."""
-    total = np.zeros(np.shape(time))
-    for sensor in sensors:
-        if isinstance(sensor, CaptureSensor):
-            total = total + sensor.yaw(time)
-    return total
-
-
 def antenna_shift(sensors: Iterable[Sensor]) -> Array:
     """(3,) m: the antenna's place less the assumed one, by all faults."""
     total = np.zeros(3)
@@ -197,9 +188,9 @@ def antenna_shift(sensors: Iterable[Sensor]) -> Array:
     return total
 
 
-def felt_by_insoles(sensors: Iterable[Sensor], sole: Array) -> Array:
+def insole_readings(sensors: Iterable[Sensor], sole: Array) -> Array:
     """(n, 2) N that the insoles report of the forces ``sole`` (n, 2) square to the soles."""
     for sensor in sensors:
         if isinstance(sensor, InsoleSensor):
-            sole = sensor.felt(sole)
+            sole = sensor.reading(sole)
     return sole

@@ -17,7 +17,7 @@ from sssi_exudyn.recording.slope_and_heading import COARSE
 
 
 def model_of(recording: Recording, motion: Motion) -> Model:
-    """The paper's model of a recorded skier, with default friction, started as the GPS says."""
+    """The paper's model of a recorded skier, with default friction, started from the GPS."""
     model = Model(
         name=recording.name,
         skier=recording.skier,

@@ -18,7 +18,7 @@ from sssi_exudyn.contact.term import Term, terrain_height
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import Quantity, quantities, quantity
-from sssi_exudyn.model.faults import Sensor
+from sssi_exudyn.model.faults import CaptureSensor, Sensor
 from sssi_exudyn.recording.recording import Equipment, Skier
 
 _CHOICE = "chosen; see docs/verification.md for what it does to the result"
@@ -114,6 +114,13 @@ class Model:
         """Least and greatest value that the number of that name may have."""
         about = self.about(name)
         return about.low, about.high
+
+    def capture_yaw(self, time: Array) -> Array:
+        """(n,) rad: by how much the capture is turned to the left at ``time`` (n,) s: the heading offset and what the
+        capture's faults add to it, a straight line in time.
+        """
+        faults = [sensor.yaw(time) for sensor in self.sensors if isinstance(sensor, CaptureSensor)]
+        return np.asarray(sum(faults, np.full(np.shape(time), self.start.heading_offset)))
 
     def snow(self, places: Array) -> tuple[Array, Array]:
         """Heights (n,) m of the snow over the slope's plane at places (n, ≥ 2) m, and its slopes there (n, 2)."""

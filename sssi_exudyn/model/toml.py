@@ -14,7 +14,7 @@ from sssi_exudyn.bodies.ski.ski import read_ski
 from sssi_exudyn.contact.registry import read_term
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.core.quantity import checked
+from sssi_exudyn.core.quantity import build_checked
 from sssi_exudyn.model.faults import read_sensor, values_of
 from sssi_exudyn.model.model import Model, Solver, Start
 from sssi_exudyn.recording.recording import Equipment, Skier
@@ -75,7 +75,7 @@ def read_model(path: Path) -> Model:
     terms = data.get("term")
     if not isinstance(terms, list) or not terms:
         raise InputError(path, "[[term]]", "there is no term", "give at least penetration, friction and air")
-    equipment = checked(
+    equipment = build_checked(
         Equipment,
         {
             "skis": gear.get("skis"),
@@ -88,7 +88,7 @@ def read_model(path: Path) -> Model:
     )
     return Model(
         name=str(data.get("name", path.stem)),
-        skier=checked(
+        skier=build_checked(
             Skier,
             {
                 "mass": number("skier", "mass_kg"),
@@ -108,8 +108,8 @@ def read_model(path: Path) -> Model:
             )
             for i, entry in enumerate(terms)
         ),
-        start=checked(Start, start, path, "[start]"),
-        solver=checked(Solver, table("solver"), path, "[solver]"),
+        start=build_checked(Start, start, path, "[start]"),
+        solver=build_checked(Solver, table("solver"), path, "[solver]"),
         sensors=tuple(
             read_sensor(
                 str(entry.get("name")), {k: v for k, v in entry.items() if k != "name"}, path, f"[[sensor]] {i + 1}"

@@ -2,7 +2,7 @@
 
 The capture has three angles in every joint, the chain only those that a skier in boots has, so its angles are a
 weighted least-squares fit (`limb`).  What the skis see comes first, the foot's orientation and place relative to the
-pelvis: the standard deviations below say what a deviation is worth.
+pelvis: the standard deviations below weigh the deviations.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ _ARM_SIGMA: Final[Array] = np.radians([1.0, 1.0, 1.0])
 """Upper arm, forearm and hand count alike: they carry mass and little else."""
 _UNMEASURED: Final[Array] = np.full(3, np.inf)
 _LUMBAR_SIGMA: Final = 0.05
-"""m; how far the functional lumbar joint may lie from the anatomical one where the motion does not say."""
+"""m; how far the functional lumbar joint may lie from the anatomical one where the motion does not show it."""
 _TOE_LENGTH: Final = 0.2 * 0.152
 """Toes over body height: a foot of 0.152 (Drillis & Contini 1966), of which the toes are a fifth."""
 
@@ -100,7 +100,7 @@ def segment_of_joint(bvh: Bvh, joint: str) -> str:
 
 
 def hanging_from_t_pose(name: str) -> Array:
-    """T-pose axes ← anatomical axes: an arm hangs a right angle below the T-pose; other joints: identity."""
+    """T-pose axes ← anatomical axes: a hanging arm is a right angle below the T-pose; other joints: identity."""
     for _, word, left in _SIDES:
         if name.startswith(word) and any(part in name for part in ("Arm", "ForeArm", "Hand")):
             return np.asarray(Rotation.from_euler("x", left * np.pi / 2).as_matrix())
@@ -242,7 +242,7 @@ def _arm(capture: Capture, side: str) -> Limb:
     joints = _joints(f"humerus_{side}", f"ulna_{side}", f"radius_{side}", f"hand_{side}")
     measured = [capture.joint(f"{segment}_{side}") for segment in ("humerus", "radius", "radius", "hand")]
     to_torso = np.swapaxes(capture.rotation[:, capture.joint("torso")], -1, -2)[:, None]
-    # The capture has one forearm: it tells of the radius; the ulna, before pronation, is not compared.
+    # The capture has one forearm, compared with the radius; the ulna, before pronation, is not compared.
     return Limb(
         joints=joints,
         offset=np.zeros((len(joints), 3)),

@@ -93,7 +93,7 @@ def tait_bryan(rotation: Array, axes: tuple[int, int, int]) -> Array:
     return np.stack([a, b, c], axis=-1)
 
 
-def continuous(angles: Array) -> Array:
+def unwrap_angles(angles: Array) -> Array:
     """Tait-Bryan angles (n, 3) without jumps: each frame takes the equivalent triple nearest to the frame before.
 
     (a, b, c) and (a + π, π − b, c + π) are the same rotation, as are angles that differ by whole turns.
@@ -111,7 +111,7 @@ def ball_joint_angles(joint: Joint, rotation: Array) -> Array:
     """The three angles (n, 3) of a joint with three rotations from its rotation (n, 3, 3), continuous over time."""
     directions = np.array([axis for _, axis in joint.rotations])
     first, second, third = (int(index) for index in np.argmax(np.abs(directions), axis=1))
-    return continuous(tait_bryan(rotation, (first, second, third)) * directions.sum(axis=1))
+    return unwrap_angles(tait_bryan(rotation, (first, second, third)) * directions.sum(axis=1))
 
 
 def turn_about(axis: Axis, rotation: Array) -> Array:

@@ -56,7 +56,7 @@ class Motion:
     antenna : where the GPS antenna sits; None without a GPS
     round_trip : agreement with the capture, one row a captured segment
     start, stop : the part of the clock that all instruments cover, s
-    foot_sigma : how unsure the feet are where most of the posture was assumed; None for a whole capture
+    foot_sigma : standard deviations of the feet where most of the posture was assumed; None for a whole capture
     """
 
     geometry: Geometry
@@ -120,7 +120,7 @@ def antenna_carrier(motion: Motion, time: Array) -> tuple[Array, Array]:
     return poses.rotation[..., motion.antenna.segment, :, :], moving.angular_velocity[..., motion.antenna.segment, :]
 
 
-def turned(motion: Motion, yaw: Callable[[Array], Array]) -> Motion:
+def turn_motion(motion: Motion, yaw: Callable[[Array], Array]) -> Motion:
     """The same motion turned about gravity by ``yaw`` ((n,) s → (n,) rad), a straight line in time, to the left when
     positive.
 

@@ -1,4 +1,4 @@
-"""Instruments and notes held against each other: what one of them says wrongly, another one gives away.
+"""Instruments and settings checked against each other: an error in one of them shows in another.
 
 What makes a simulation meaningless raises InputError; what is merely odd is a notice.
 """
@@ -34,15 +34,17 @@ _FEET: Final = 1.0 / 0.3048
 
 
 @dataclass(frozen=True)
-class Setting:
-    """What motion and fixes together say of heading and slope; None where they cannot say it, and why."""
+class SlopeAndHeading:
+    """Heading and slope as estimated from motion and fixes; None where no estimate is possible, and why."""
 
     heading: Estimate | None
     slope: SlopeEstimate | None
     why_not: tuple[str, ...] = ()
 
 
-def estimate_setting(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, heading: float | None = None) -> Setting:
+def estimate_slope_and_heading(
+    bvh: Bvh, gps: Gps, ankle_to_ski_base: float, heading: float | None = None
+) -> SlopeAndHeading:
     """Estimate heading and slope.
 
     Parameters
@@ -52,7 +54,7 @@ def estimate_setting(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, heading: floa
     """
     stance = stance_at_fixes(bvh, gps, ankle_to_ski_base)
     if len(stance.time) < 5:
-        return Setting(None, None, ("fewer than five fixes lie within the motion capture",))
+        return SlopeAndHeading(None, None, ("fewer than five fixes lie within the motion capture",))
     why_not: list[str] = []
     found: Estimate | None = None
     slope: SlopeEstimate | None = None
@@ -65,21 +67,21 @@ def estimate_setting(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, heading: floa
         slope = estimate_slope(track_of_skis(stance, gps, azimuth), float(np.median(gps.sigma)))
     except SssiError as error:
         why_not.append(str(error))
-    return Setting(found, slope, tuple(why_not))
+    return SlopeAndHeading(found, slope, tuple(why_not))
 
 
 def check_coordinates(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, path: Path) -> None:
     """Raise InputError when the skis follow the track only with latitude and longitude exchanged.
 
-    Exchanged, left turns become right turns; the turning of the skis tells.
+    Exchanged, left turns become right turns, which the turning of the skis shows.
     """
     stance = stance_at_fixes(bvh, gps, ankle_to_ski_base)
     if len(stance.time) < 5:
         return
     as_is = ski_direction_misfit(stance, gps)
     swapped = ski_direction_misfit(stance, gps, swap=True)
-    # skidding lets skis stray from the course, but with it: mirrored, a true track fits three times worse, not better.
-    # 0.03 is a stray of 14°, below which a run is too straight to tell
+    # skidding turns skis from the course, but along with it: mirrored, a true track fits three times worse, not better.
+    # 0.03 is a deviation of 14°, below which a run is too straight to decide
     if as_is > 0.03 and swapped < 0.4 * as_is:
         raise InputError(
             path,
@@ -89,31 +91,33 @@ def check_coordinates(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, path: Path) 
         )
 
 
-def check_heading(given: float, setting: Setting, path: Path) -> tuple[str, ...]:
-    """Hold ``heading_deg`` (``given``, rad) against its estimate; returns notices."""
+def check_heading(given: float, setting: SlopeAndHeading, path: Path) -> tuple[str, ...]:
+    """Compare ``heading_deg`` (``given``, rad) with its estimate; returns notices."""
     if setting.heading is None:
         return ()
-    apart, sigma = _apart(given, setting.heading.value), setting.heading.sigma
+    difference, sigma = _angle_between(given, setting.heading.value), setting.heading.sigma
     found = f"{_deg(setting.heading.value) % 360.0:.1f} ± {_deg(sigma):.1f}"
-    told = f"heading_deg is {_deg(given):.1f}, course and skis say {found}"
-    if apart > max(np.deg2rad(45.0), 6.0 * sigma):  # skis across or against their own course
+    problem = f"heading_deg is {_deg(given):.1f}, the estimate from course and skis is {found}"
+    if difference > max(np.deg2rad(45.0), 6.0 * sigma):  # skis across or against their own course
         raise InputError(
             path,
             "[motion] heading_deg",
-            told,
+            problem,
             "correct it (clockwise from north), or leave it out to have it estimated",
         )
-    if apart > max(np.deg2rad(10.0), 4.0 * sigma):
-        return (f"{path.name}: [motion] heading_deg: {told}; check it, or leave it out to have it estimated",)
+    if difference > max(np.deg2rad(10.0), 4.0 * sigma):
+        return (f"{path.name}: [motion] heading_deg: {problem}; check it, or leave it out to have it estimated",)
     return ()
 
 
-def check_slope(inclination: float, azimuth: float, setting: Setting, path: Path, gps_path: Path) -> tuple[str, ...]:
-    """Hold ``[slope]`` (rad) against the plane through the track; returns notices."""
+def check_slope(
+    inclination: float, azimuth: float, setting: SlopeAndHeading, path: Path, gps_path: Path
+) -> tuple[str, ...]:
+    """Compare ``[slope]`` (rad) with the plane through the track; returns notices."""
     if setting.slope is None:
         return ()
     found, fall = setting.slope.inclination, setting.slope.azimuth
-    if _apart(azimuth, fall.value) > max(np.deg2rad(60.0), 6.0 * fall.sigma):
+    if _angle_between(azimuth, fall.value) > max(np.deg2rad(60.0), 6.0 * fall.sigma):
         raise InputError(
             path,
             "[slope] fall_line_azimuth_deg",
@@ -121,11 +125,11 @@ def check_slope(inclination: float, azimuth: float, setting: Setting, path: Path
             "correct it (downhill, clockwise from north), or leave [slope] out to have it estimated",
         )
     ratio = np.tan(found.value) / np.tan(max(inclination, 1e-3))
-    if abs(ratio / _FEET - 1.0) < 0.15:  # a slope known to 15 % still tells feet from metres
+    if abs(ratio / _FEET - 1.0) < 0.15:  # a slope known to 15 % still distinguishes feet from metres
         raise InputError(
             gps_path,
             "column altitude_m",
-            f"the track is {ratio:.2f} times as steep as [slope] says: the altitude looks like feet",
+            f"the track is {ratio:.2f} times as steep as [slope]: the altitude looks like feet",
             "give the altitude in metres",
         )
     notices = []
@@ -134,7 +138,7 @@ def check_slope(inclination: float, azimuth: float, setting: Setting, path: Path
             f"{path.name}: [slope] inclination_deg is {_deg(inclination):.1f}, the track falls by"
             f" {_deg(found.value):.1f} ± {_deg(found.sigma):.1f}; check it, or leave [slope] out to have it estimated"
         )
-    if _apart(azimuth, fall.value) > max(np.deg2rad(10.0), 4.0 * fall.sigma):
+    if _angle_between(azimuth, fall.value) > max(np.deg2rad(10.0), 4.0 * fall.sigma):
         notices.append(
             f"{path.name}: [slope] fall_line_azimuth_deg is {_deg(azimuth):.1f}, the track falls towards"
             f" {_deg(fall.value) % 360.0:.1f} ± {_deg(fall.sigma):.1f}; check it"
@@ -160,7 +164,7 @@ def check_size(bvh: Bvh, height: float, path: Path) -> None:
 
 
 def check_load(insoles: Insoles, mass: float, path: Path) -> tuple[str, ...]:
-    """Hold the mean force under both feet against the weight of ``mass`` kg; returns notices."""
+    """Compare the mean force under both feet with the weight of ``mass`` kg; returns notices."""
     weights = float(np.mean(insoles.left + insoles.right)) / (mass * GRAVITY)
     # boots' cuffs carry part of the weight, never nine tenths of it; turns add less than that again
     if 0.1 < weights < 3.0:
@@ -168,7 +172,7 @@ def check_load(insoles: Insoles, mass: float, path: Path) -> tuple[str, ...]:
     return (f"{path.name}: the feet carry {weights:.2g} times the skier's weight on average; check the unit (newtons)",)
 
 
-def _apart(one: float, other: float) -> float:
+def _angle_between(one: float, other: float) -> float:
     return abs(float(np.angle(np.exp(1j * (one - other)))))
 
 

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.recording.crosscheck import estimate_setting
+from sssi_exudyn.recording.crosscheck import estimate_slope_and_heading
 from sssi_exudyn.recording.recording import Recording
 
 
@@ -29,8 +29,8 @@ class Instrument:
 
 
 @dataclass(frozen=True)
-class Compared:
-    """A number that is used, and what the recording itself says of it (None where it cannot)."""
+class Comparison:
+    """A number that is used, and its estimate from the recording itself (None where there is none)."""
 
     name: str
     used_deg: float
@@ -54,7 +54,7 @@ class Inspection:
     fix_sigma_m: float | None
     mean_load_N: float | None
     dead_cells: tuple[str, ...]
-    setting: tuple[Compared, ...]
+    setting: tuple[Comparison, ...]
     notices: tuple[str, ...]
 
 
@@ -151,8 +151,8 @@ def _instrument(name: str, time: Array) -> Instrument:
     )
 
 
-def _compare(recording: Recording) -> tuple[Compared, ...]:
-    """Slope and heading as used, beside what motion and fixes say."""
+def _compare(recording: Recording) -> tuple[Comparison, ...]:
+    """Slope and heading as used, beside the estimates from motion and fixes."""
     slope, heading = recording.slope, recording.heading
     used = (
         ("inclination", slope.inclination, not slope.estimated),
@@ -162,7 +162,7 @@ def _compare(recording: Recording) -> tuple[Compared, ...]:
     estimates: list[tuple[float, float] | None] = [None, None, None]
     if recording.gps is not None:
         given = None if heading.estimated else heading.value
-        setting = estimate_setting(recording.bvh, recording.gps, recording.equipment.ankle_to_ski_base, given)
+        setting = estimate_slope_and_heading(recording.bvh, recording.gps, recording.equipment.ankle_to_ski_base, given)
         if setting.slope is not None:
             inclination, azimuth = setting.slope.inclination, setting.slope.azimuth
             estimates[0] = (inclination.value, inclination.sigma)
@@ -170,7 +170,7 @@ def _compare(recording: Recording) -> tuple[Compared, ...]:
         if setting.heading is not None:
             estimates[2] = (setting.heading.value % (2.0 * np.pi), setting.heading.sigma)
     return tuple(
-        Compared(
+        Comparison(
             name,
             float(np.rad2deg(value)),
             was_given,

@@ -13,15 +13,15 @@ from sssi_exudyn.core.quantity import quantities, quantity
 from sssi_exudyn.io.files import inside, sha256
 from sssi_exudyn.io.settings import Settings, check_keys, key_of, numbers_of, read_toml, table_of, text_of, vector_of
 from sssi_exudyn.recording.crosscheck import (
-    Setting,
+    SlopeAndHeading,
     check_coordinates,
     check_heading,
     check_load,
     check_size,
     check_slope,
-    estimate_setting,
+    estimate_slope_and_heading,
 )
-from sssi_exudyn.recording.few_sensors.complete import Ground, complete, ground_of, with_barometer
+from sssi_exudyn.recording.few_sensors.complete import Ground, complete, ground_of, use_barometer_heights
 from sssi_exudyn.recording.few_sensors.posture_model import JOINTS, Body
 from sssi_exudyn.recording.instruments.bvh import Bvh, read_bvh
 from sssi_exudyn.recording.instruments.gps import Gps, read_gps
@@ -94,7 +94,7 @@ def read_recording(folder: str | Path) -> Recording:
     equipment = _read_equipment(folder, settings, toml, hashes)
     given_slope = _read_slope(settings, toml)
     if "sensors" in settings:
-        return _of_few_sensors(folder, settings, toml, hashes, skier, equipment, given_slope, notices)
+        return _read_few_sensors(folder, settings, toml, hashes, skier, equipment, given_slope, notices)
     bvh, given_heading = _read_motion(folder, settings, toml, hashes)
     check_size(bvh, skier.height, folder / text_of(settings["motion"], "file", toml, "[motion]"))
     gps = _read_gps(folder, settings, toml, hashes, bvh.names)
@@ -103,18 +103,18 @@ def read_recording(folder: str | Path) -> Recording:
     notices += bvh.notes + cut
     if insoles is not None:
         notices += insoles.notes + check_load(insoles, skier.mass, folder / settings["insoles"]["file"])
-    setting = Setting(None, None, ("there is no [gps]",))
+    setting = SlopeAndHeading(None, None, ("there is no [gps]",))
     if gps is not None:
         notices += gps.notes
         gps_path = folder / settings["gps"]["file"]
         check_coordinates(bvh, gps, equipment.ankle_to_ski_base, gps_path)
-        setting = estimate_setting(bvh, gps, equipment.ankle_to_ski_base, given_heading)
+        setting = estimate_slope_and_heading(bvh, gps, equipment.ankle_to_ski_base, given_heading)
         if given_heading is not None:
             notices += check_heading(given_heading, setting, toml)
         if given_slope is not None:
             notices += check_slope(given_slope.inclination, given_slope.fall_line_azimuth, setting, toml, gps_path)
-    slope, said_slope = _choose_slope(given_slope, setting, toml)
-    heading, said_heading = _choose_heading(given_heading, setting, toml)
+    slope, slope_notices = _choose_slope(given_slope, setting, toml)
+    heading, heading_notices = _choose_heading(given_heading, setting, toml)
     return Recording(
         name=name,
         note=text_of(settings, "note", toml, "", default=""),
@@ -129,11 +129,11 @@ def read_recording(folder: str | Path) -> Recording:
         start=start,
         stop=stop,
         hashes=hashes,
-        notices=notices + said_slope + said_heading,
+        notices=notices + slope_notices + heading_notices,
     )
 
 
-def _of_few_sensors(
+def _read_few_sensors(
     folder: Path,
     settings: Settings,
     toml: Path,
@@ -143,7 +143,7 @@ def _of_few_sensors(
     given: Slope | None,
     notices: tuple[str, ...],
 ) -> Recording:
-    """A recording without a capture: its posture is made of what its sensors tell."""
+    """A recording without a capture: its posture is completed from its sensors."""
     if "motion" in settings:
         raise InputError(toml, "[[sensors]]", "there is a [motion] as well", "leave one of them")
     imus, barometer = read_sensors(folder, settings, toml, hashes)
@@ -152,13 +152,13 @@ def _of_few_sensors(
         raise InputError(toml, "[gps]", "the table is missing", "few sensors need fixes beside them: add [gps]")
     notices += gps.notes
     if barometer is not None:
-        gps, said = with_barometer(gps, barometer)
-        notices += said
+        gps, done = use_barometer_heights(gps, barometer)
+        notices += done
     try:
-        setting = Setting(None, None if given else ground_of(gps, barometer is not None))
+        setting = SlopeAndHeading(None, None if given else ground_of(gps, barometer is not None))
     except SssiError as error:
-        setting = Setting(None, None, (str(error),))
-    slope, said_slope = _choose_slope(given, setting, toml)
+        setting = SlopeAndHeading(None, None, (str(error),))
+    slope, slope_notices = _choose_slope(given, setting, toml)
     body = Body(skier.height, skier.mass, equipment.boot_mass + equipment.ski_mass, equipment.ankle_to_ski_base)
     try:
         made = complete(imus, gps, Ground(slope.inclination, slope.fall_line_azimuth), body)
@@ -184,7 +184,7 @@ def _of_few_sensors(
         start=start,
         stop=stop,
         hashes=hashes,
-        notices=notices + said_slope + made.notes + cut,
+        notices=notices + slope_notices + made.notes + cut,
         completed=made,
     )
 
@@ -278,21 +278,21 @@ def _overlap(toml: Path, bvh: Bvh, gps: Gps | None, insoles: Insoles | None) -> 
         spans["[insoles]"] = insoles.time
     start = max(float(time[0]) for time in spans.values())
     stop = min(float(time[-1]) for time in spans.values())
-    told = ", ".join(f"{name} {time[0]:.2f} to {time[-1]:.2f} s" for name, time in spans.items())
+    spans_text = ", ".join(f"{name} {time[0]:.2f} to {time[-1]:.2f} s" for name, time in spans.items())
     if stop - start < _SHORTEST:
-        raise InputError(toml, "time_offset_s", f"the clocks do not overlap: {told}", "correct the time_offset_s")
+        raise InputError(toml, "time_offset_s", f"the clocks do not overlap: {spans_text}", "correct the time_offset_s")
     if gps is not None:
         within = int(np.count_nonzero((gps.time >= start) & (gps.time <= stop)))
         if within < _FEWEST_FIXES:
-            problem = f"{within} fixes between {start:.2f} and {stop:.2f} s, where there is motion too: {told}"
+            problem = f"{within} fixes between {start:.2f} and {stop:.2f} s, where there is motion too: {spans_text}"
             raise InputError(toml, "[gps]", problem, f"at least {_FEWEST_FIXES} are needed; are its times in seconds?")
     motion = float(bvh.time[-1] - bvh.time[0])
     if stop - start < 0.9 * motion:
-        return start, stop, (f"all instruments together cover {start:.2f} to {stop:.2f} s only: {told}",)
+        return start, stop, (f"all instruments together cover {start:.2f} to {stop:.2f} s only: {spans_text}",)
     return start, stop, ()
 
 
-def _choose_slope(given: Slope | None, setting: Setting, toml: Path) -> tuple[Slope, tuple[str, ...]]:
+def _choose_slope(given: Slope | None, setting: SlopeAndHeading, toml: Path) -> tuple[Slope, tuple[str, ...]]:
     if given is not None:
         return given, ()
     found = setting.slope
@@ -307,17 +307,17 @@ def _choose_slope(given: Slope | None, setting: Setting, toml: Path) -> tuple[Sl
         sigma_inclination=found.inclination.sigma,
         sigma_fall_line_azimuth=found.azimuth.sigma,
     )
-    said = (
+    notice = (
         f"{FILE}: [slope] is not given; estimated: {np.rad2deg(slope.inclination):.2f} ±"
         f" {np.rad2deg(slope.sigma_inclination):.2f}° towards {np.rad2deg(slope.fall_line_azimuth):.1f} ±"
         f" {np.rad2deg(slope.sigma_fall_line_azimuth):.1f}°"
     )
     if slope.inclination > _STEEP_PISTE:
-        return slope, (said, f"{FILE}: that is steeper than pistes are: is the altitude in feet? Give [slope] if not")
-    return slope, (said,)
+        return slope, (notice, f"{FILE}: that is steeper than pistes are: is the altitude in feet? Give [slope] if not")
+    return slope, (notice,)
 
 
-def _choose_heading(given: float | None, setting: Setting, toml: Path) -> tuple[Heading, tuple[str, ...]]:
+def _choose_heading(given: float | None, setting: SlopeAndHeading, toml: Path) -> tuple[Heading, tuple[str, ...]]:
     if given is not None:
         return Heading(given, False, CAPTURE_HEADING_SIGMA), ()
     found = setting.heading
@@ -329,5 +329,5 @@ def _choose_heading(given: float | None, setting: Setting, toml: Path) -> tuple[
             "give it (azimuth of the BVH +z axis, clockwise from north)",
         )
     value = found.value % _AZIMUTH
-    said = f"{FILE}: heading_deg is not given; estimated: {np.rad2deg(value):.1f} ± {np.rad2deg(found.sigma):.1f}°"
-    return Heading(value, True, found.sigma), (said,)
+    notice = f"{FILE}: heading_deg is not given; estimated: {np.rad2deg(value):.1f} ± {np.rad2deg(found.sigma):.1f}°"
+    return Heading(value, True, found.sigma), (notice,)

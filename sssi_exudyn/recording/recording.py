@@ -1,6 +1,6 @@
 """A recording: the folder of one run, read, checked and brought onto one clock.
 
-``recording.toml`` says who skied, on what, where, and how each instrument sat.  Whatever is wrong in the folder is one
+``recording.toml`` holds who skied, on what, where, and how each instrument sat.  Whatever is wrong in the folder is one
 InputError that names the file, the place and the fix; whatever could be corrected is a notice.
 """
 

@@ -1,4 +1,4 @@
-"""Slope and heading from the recording itself, where nobody measured them; and the same as a check where somebody did.
+"""Slope and heading estimated from the recording itself: used where they are not given, a check where they are.
 
 Slope: a robust plane through the track of the feet.  Heading: two measurements that err differently, the course against
 the direction of the skis and the acceleration against the body's lean, weighted by their uncertainties.
@@ -19,7 +19,7 @@ from sssi_exudyn.recording.instruments.gps import Gps
 Complex = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 
 CAPTURE_HEADING_SIGMA: Final = float(np.deg2rad(1.0))
-"""rad; how far an inertial capture's own heading strays, however well its mean is known."""
+"""rad; how far an inertial capture's own heading wanders, however well its mean is known."""
 _TRAVERSE_SIGMA: Final = float(np.tan(np.deg2rad(20.0)))
 """Tangent of the angle by which the way from start to end of a run usually departs from the fall line."""
 COARSE: Final = 0.5
@@ -93,7 +93,7 @@ def track_of_skis(stance: Stance, gps: Gps, heading: float) -> Array:
 
     ``heading`` is the azimuth of the BVH +z axis, rad.
     """
-    horizontal = _turned(_level(stance.antenna), heading)
+    horizontal = _rotate(_level(stance.antenna), heading)
     above = np.column_stack([horizontal.imag, horizontal.real, stance.antenna[:, 1]])
     return gps.enu[stance.fixes] - above
 
@@ -102,9 +102,9 @@ def estimate_slope(track: Array, sigma: float) -> SlopeEstimate:
     """Fit the plane u = c + g·(e, n) through a track by robust least squares.
 
     Heights are Huber-weighted and their noise is taken to be correlated as their residuals are, so that a drifting
-    altitude widens the uncertainty.  A narrow track hardly tells the gradient across it; there a prior takes over: the
+    altitude widens the uncertainty.  A narrow track hardly shows the gradient across it; there a prior takes over: the
     way from start to end departs from the fall line by 20° (one sigma).  A drift of the height from start to end cannot
-    be told from the slope and shows in no residual: it is added from ``sigma``.
+    be distinguished from the slope and shows in no residual: it is added from ``sigma``.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def estimate_heading(stance: Stance, gps: Gps) -> Estimate:
       carries two terms that change sign from a left to a right turn (lateral acceleration, direction of travel across
       the run); the constant that remains is the heading.
     * The body leans into the turn along the horizontal acceleration: the direction of one in the world and of the
-      other in the capture differ by the heading.  It knows nothing of skidding and is blind on a straight run.
+      other in the capture differ by the heading.  It does not depend on skidding, but fails on a straight run.
 
     Raises SssiError when the skier hardly moves.
     """
@@ -158,14 +158,14 @@ def estimate_heading(stance: Stance, gps: Gps) -> Estimate:
         raise SssiError(f"the skier hardly ever moves faster than {_SLOW:g} m/s")
     heading = float(np.angle(np.sum(velocity * np.conj(skis))))
     for _ in range(3):  # the antenna's swing about the feet has to be turned by the heading that is sought
-        of_feet = velocity - _turned(swing, heading)
+        of_feet = velocity - _rotate(swing, heading)
         heading = float(np.angle(np.sum((of_feet * np.conj(skis))[fast])))
     by_course = _heading_by_course(stance.time[fast], of_feet[fast], skis[fast], heading)
     by_lean = _heading_by_lean(stance, acceleration, skis, heading)
     weights = np.array([by_course.sigma**-2, by_lean.sigma**-2])
-    apart = _wrapped(by_lean.value - by_course.value)
-    value = by_course.value + apart * weights[1] / weights.sum()
-    return Estimate(_wrapped(value), float(np.hypot(weights.sum() ** -0.5, CAPTURE_HEADING_SIGMA)))
+    difference = _wrap(by_lean.value - by_course.value)
+    value = by_course.value + difference * weights[1] / weights.sum()
+    return Estimate(_wrap(value), float(np.hypot(weights.sum() ** -0.5, CAPTURE_HEADING_SIGMA)))
 
 
 def ski_direction_misfit(stance: Stance, gps: Gps, swap: bool = False) -> float:
@@ -173,7 +173,7 @@ def ski_direction_misfit(stance: Stance, gps: Gps, swap: bool = False) -> float:
 
     Parameters
     ----------
-    swap : True to judge the track with east and north exchanged, as swapped coordinates would have it
+    swap : True to compare the track with east and north exchanged, as swapped coordinates would have it
     """
     velocity, _ = _motion_of_antenna(stance, gps)
     if swap:
@@ -196,11 +196,11 @@ def _heading_by_lean(stance: Stance, acceleration: Array, skis: Complex, heading
     """a_h/(g + a_u) = exp(i·heading)·(k·lean + (p + i·q)·skis); k: how the load is shared, p, q: off balance."""
     pull = (acceleration[:, 1] + 1j * acceleration[:, 0]) / (GRAVITY + acceleration[:, 2])
     lean = _level(stance.body) / stance.body[:, 1]
-    sides = [1j * _turned(lean, heading), _turned(lean, heading), _turned(skis, heading), 1j * _turned(skis, heading)]
+    sides = [1j * _rotate(lean, heading), _rotate(lean, heading), _rotate(skis, heading), 1j * _rotate(skis, heading)]
     columns = np.column_stack([np.r_[side.real, side.imag] for side in sides])
     fitted, covariance = _robust_fit(columns, np.r_[pull.real, pull.imag], np.ones(len(columns)))
-    # k·exp(i·d) = fitted[1] + i·fitted[0]: d is what the first guess of the heading lacks
-    along = float(np.hypot(fitted[0], fitted[1])) + 1e-9  # a body that never leans tells nothing
+    # k·exp(i·d) = fitted[1] + i·fitted[0]: d is the error of the first guess of the heading
+    along = float(np.hypot(fitted[0], fitted[1])) + 1e-9  # a body that never leans shows nothing
     side = np.array([fitted[1], -fitted[0]]) / along**2
     sigma = float(np.sqrt(side @ covariance[:2, :2] @ side))
     return Estimate(heading + float(np.arctan2(fitted[0], fitted[1])), min(sigma, float(np.pi)))
@@ -248,7 +248,7 @@ def _robust_fit(columns: Array, data: Array, weights: Array) -> tuple[Array, Arr
     total = weights * robust
     variance = float(np.sum(total * residual**2) / np.sum(total)) * len(data) / (len(data) - columns.shape[1])
     normal = columns.T @ (columns * (total / total.mean())[:, None])
-    normal += 1e-9 * np.trace(normal) * np.eye(len(normal))  # what the data cannot tell at all comes out very uncertain
+    normal += 1e-9 * np.trace(normal) * np.eye(len(normal))  # what the data do not determine comes out very uncertain
     covariance: Array = variance * _correlation(residual) * np.linalg.inv(normal)
     return fitted, covariance
 
@@ -276,7 +276,7 @@ def _level(vectors: Array) -> Complex:
     return vectors[..., 2] - 1j * vectors[..., 0]
 
 
-def _turned(vectors: Complex, heading: float) -> Complex:
+def _rotate(vectors: Complex, heading: float) -> Complex:
     """forward + i·right in the capture → north + i·east."""
     turned: Complex = vectors * np.exp(1j * heading)
     return turned
@@ -287,6 +287,6 @@ def _unit(vectors: Complex) -> Complex:
     return unit
 
 
-def _wrapped(angle: float) -> float:
+def _wrap(angle: float) -> float:
     """The same angle within ±π."""
     return float(np.angle(np.exp(1j * angle)))

@@ -17,7 +17,7 @@ import pandas as pd
 import tomli_w
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.writing import _replace_together, clear_errors, locked, plain, to_json
+from sssi_exudyn.io.writing import _replace_together, clear_errors, folder_lock, to_json, to_plain
 
 FORMAT = 1
 SUMMARY, SERIES, MODEL, DIAGNOSIS, REPORT = (
@@ -49,7 +49,7 @@ _FIGURES: Mapping[str, Any] = {
 
 def complete_summary(figures: Mapping[str, Any]) -> dict[str, Any]:
     """A summary of format 1 from the figures there are: missing and not-a-number ones become null, others stay."""
-    return {"format": FORMAT, **_merged(_FIGURES, plain(figures))}
+    return {"format": FORMAT, **_merged(_FIGURES, to_plain(figures))}
 
 
 def write_result(
@@ -103,7 +103,7 @@ def write_result(
     for name, content in (opensim or {}).items():
         writers[name] = partial(Path.write_text, data=content, encoding="utf-8")
     writers[SUMMARY] = lambda path: path.write_text(text, encoding="utf-8")
-    with locked(folder), clear_errors(folder):
+    with folder_lock(folder), clear_errors(folder):
         stale = {MEASURED, SKELETON, DIAGNOSIS, REPORT, *TURNS, *OPENSIM, *MUSCLES} - writers.keys()
         for name in writers:  # what a kill left half written
             for left in folder.glob(f".{name}.*"):
@@ -121,7 +121,7 @@ def amend_result(folder: Path, summary: Mapping[str, Any], series: pd.DataFrame,
     for name, content in texts.items():
         writers[name] = partial(Path.write_text, data=content, encoding="utf-8")
     writers[SUMMARY] = lambda path: path.write_text(text, encoding="utf-8")
-    with locked(folder), clear_errors(folder):
+    with folder_lock(folder), clear_errors(folder):
         _replace_together(folder, writers, set())
 
 

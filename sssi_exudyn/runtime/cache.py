@@ -25,6 +25,7 @@ _NAMES: Final = {
     "sssi_exudyn.model.model": "sssi_exudyn.model",
     "sssi_exudyn.model.faults": "sssi_exudyn.sensors",
     "sssi_exudyn.recording.recording": "sssi_exudyn.recording",
+    "sssi_exudyn.recording.few_sensors.complete": "sssi_exudyn.few_sensors",
     "sssi_exudyn.motion.motion": "sssi_exudyn.motion",
     "sssi_exudyn.bodies.skier.chain": "sssi_exudyn.chain",
     "sssi_exudyn.bodies.ski.ski": "sssi_exudyn.bodies.ski",
@@ -45,7 +46,7 @@ def fingerprint(*parts: object) -> str:
 
     Parts are None, bool, int, float, str, bytes, NumPy arrays and scalars, dataclasses, and tuples, lists and mappings
     of those.  Floats are taken bit for bit.  Raises TypeError for anything else, since what has no content to hash
-    (functions, open files, paths of this machine) would make a key that lies.
+    (functions, open files, paths of this machine) would make a wrong key.
     """
     digest = hashlib.sha256()
     for piece in _pieces(parts):
@@ -68,7 +69,7 @@ class Cache:
         except (OSError, ValueError, EOFError, zipfile.BadZipFile):
             return None
 
-    def made(self, key: str, make: Callable[[], Mapping[str, NDArray[np.generic]]]) -> Arrays:
+    def get_or_make(self, key: str, make: Callable[[], Mapping[str, NDArray[np.generic]]]) -> Arrays:
         """The arrays kept under ``key``, or those that ``make`` gives, which are then kept.
 
         Raises OSError where the folder cannot be written.

@@ -19,7 +19,7 @@ def library(name: str, path: Path) -> ModuleType:
         ) from None
 
 
-def needed_for(what: str, name: str, extra: str) -> ModuleType:
+def import_for(what: str, name: str, extra: str) -> ModuleType:
     """The module ``name``, which ``what`` needs; raises SssiError where it is not installed."""
     try:
         return importlib.import_module(name)

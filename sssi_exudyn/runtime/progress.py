@@ -1,4 +1,4 @@
-"""How long steps say where they are: one line a stage on stderr, so that stdout stays a result.
+"""Progress of long steps: one line a stage on stderr, so that stdout stays a result.
 
 On a terminal the line of the running stage is rewritten in place; elsewhere (a log, a pipe) only its end is written.
 """
@@ -32,7 +32,7 @@ class Stage:
         self._begin = self.clock()
 
     def advance(self, fraction: float | None, detail: str = "") -> None:
-        """Say how far it is.
+        """Report how far it is.
 
         Parameters
         ----------
@@ -66,7 +66,7 @@ class Progress:
 
     @contextmanager
     def stage(self, name: str) -> Iterator[Stage]:
-        """One stage; left by an error or an interrupt it says that it stopped."""
+        """One stage; left by an error or an interrupt it ends with "stopped"."""
         stage = Stage(name, self.stream, self.clock)
         stage.advance(None)
         try:
@@ -77,6 +77,6 @@ class Progress:
         stage.end("done")
 
 
-def on_stderr() -> Progress:
+def progress_on_stderr() -> Progress:
     """The progress that the command line shows."""
     return Progress(sys.stderr)

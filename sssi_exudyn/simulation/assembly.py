@@ -15,9 +15,9 @@ from sssi_exudyn.contact.backends import vectors
 from sssi_exudyn.contact.backends.sections import Sections
 from sssi_exudyn.contact.terms.air import FrontalAreas
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.model.faults import antenna_shift, capture_yaw
+from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.motion.motion import Antenna, Motion, turned
+from sssi_exudyn.motion.motion import Antenna, Motion, turn_motion
 from sssi_exudyn.simulation.posture_table import Posture, posture_at
 
 _STRETCH = 256
@@ -26,7 +26,7 @@ _STRETCH = 256
 
 def as_worn(model: Model, motion: Motion) -> Motion:
     """The motion as it was, if the capture's faults are those of the model: turned, and the antenna where it sat."""
-    moved = turned(motion, lambda time: model.start.heading_offset + capture_yaw(model.sensors, time))
+    moved = turn_motion(motion, model.capture_yaw)
     if motion.antenna is None:
         return moved
     antenna = Antenna(motion.antenna.segment, motion.antenna.offset + antenna_shift(model.sensors))

@@ -19,7 +19,7 @@ from sssi_exudyn.contact.backends.compiled import compile_kernel, parameter_valu
 from sssi_exudyn.contact.registry import padded
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, gravity_in_slope, slope_to_level
-from sssi_exudyn.model.faults import antenna_shift, capture_yaw
+from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.motion.motion import Motion, antenna_carrier, antenna_offset
 from sssi_exudyn.simulation.assembly import Parts
@@ -114,7 +114,7 @@ class Prepared:
 
         The yaw is a straight line in time, so its rate is a constant spin about gravity.
         """
-        yaw = model.start.heading_offset + capture_yaw(model.sensors, self.time)
+        yaw = model.capture_yaw(self.time)
         rate = float(yaw[-1] - yaw[0]) / float(self.time[-1] - self.time[0])
         lever = antenna_shift(model.sensors)
         if not (np.any(yaw) or np.any(lever)):

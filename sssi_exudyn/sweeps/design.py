@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.runtime.optional import needed_for
+from sssi_exudyn.runtime.optional import import_for
 from sssi_exudyn.sweeps.parameters import Parameter
 
 Kind = Literal["grid", "list", "latin_hypercube", "sobol", "sobol_indices", "morris"]
@@ -68,7 +68,7 @@ def problem_of(axes: Sequence[Axis]) -> dict[str, Any]:
 
 def salib(what: str) -> Any:
     """SALib's module of that name, such as ``analyze.morris``.  Raises SssiError where it is not installed."""
-    return needed_for("sensitivity analysis", f"SALib.{what}", "sweep")
+    return import_for("sensitivity analysis", f"SALib.{what}", "sweep")
 
 
 def block_of(design: Design, count: int) -> int:

@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any, Final, Literal
 
 from sssi_exudyn.core.errors import SssiError
-from sssi_exudyn.runtime.optional import needed_for
+from sssi_exudyn.runtime.optional import import_for
 from sssi_exudyn.sweeps.worker import prepare_worker
 
 Cluster = Literal["local", "slurm"]
@@ -93,7 +93,7 @@ def _one_thread_each() -> Iterator[None]:
 @contextmanager
 def _dask(address: Any, _workers: int) -> Iterator[Crew]:
     """Whatever workers the scheduler has; its client loses its futures when the scheduler goes away."""
-    dask = needed_for("a scheduler or a cluster", "distributed", "sweep")
+    dask = import_for("a scheduler or a cluster", "distributed", "sweep")
     with _quiet():
         try:
             client = dask.Client(address, timeout=_PATIENCE)
@@ -133,7 +133,7 @@ class _Seen:
 
 @contextmanager
 def _dask_local(workers: int) -> Iterator[Crew]:
-    dask = needed_for("a cluster", "distributed", "sweep")
+    dask = import_for("a cluster", "distributed", "sweep")
     with (
         _quiet(),
         _one_thread_each(),
@@ -160,7 +160,7 @@ def _dask_slurm(workers: int) -> Iterator[Crew]:
 
 def slurm_cluster() -> Any:
     """A ``SLURMCluster`` without jobs yet; what the user's configuration leaves open is one core of ``_MEMORY``."""
-    jobqueue = needed_for("a cluster of jobs", "dask_jobqueue", "sweep")
-    told = needed_for("a cluster of jobs", "dask.config", "sweep").get("jobqueue.slurm", {})
+    jobqueue = import_for("a cluster of jobs", "dask_jobqueue", "sweep")
+    told = import_for("a cluster of jobs", "dask.config", "sweep").get("jobqueue.slurm", {})
     cores = told.get("cores") or 1
     return jobqueue.SLURMCluster(cores=cores, processes=cores, memory=told.get("memory") or f"{cores * _MEMORY} GB")

@@ -18,7 +18,7 @@ import pandas as pd
 import tomli_w
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.writing import held, locked, to_json, write_atomically
+from sssi_exudyn.io.writing import folder_lock, is_locked, to_json, write_atomically
 from sssi_exudyn.runtime.progress import Progress, Stage
 from sssi_exudyn.sweeps.file import SweepFile, read_sweep, sweep_from
 from sssi_exudyn.sweeps.page import PAGE, render_sweep
@@ -95,7 +95,7 @@ def status(out: Path) -> dict[str, Any]:
     origin = _origin(out)
     records, repeated = last_records(out)
     found = _counts(origin, records, repeated)
-    running = held(out)
+    running = is_locked(out)
     rate = _rate(records)
     left = found["left"] / rate if running and rate else None
     return found | {"running": running, "per_minute": 60.0 * rate if rate else None, "time_left_s": left}
@@ -114,7 +114,7 @@ def _go_on(
     pool = pool_of(scheduler, cluster)
     plan = planned(file)
     out = out.resolve()
-    with locked(out):
+    with folder_lock(out):
         origin = _begun(plan, out)
         gather(out)
         records, _ = last_records(out)

@@ -15,7 +15,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from sssi_exudyn.io.writing import clear_errors, plain, write_atomically
+from sssi_exudyn.io.writing import clear_errors, to_plain, write_atomically
 from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.sweeps.outputs import Column
@@ -74,7 +74,7 @@ def write_tables(folder: Path, plan: Plan, records: Mapping[str, Record]) -> pd.
             )
             for column in columns
         ],
-        metadata={"sssi_sweep": json.dumps(plain(origin_of(plan)), ensure_ascii=False, sort_keys=True)},
+        metadata={"sssi_sweep": json.dumps(to_plain(origin_of(plan)), ensure_ascii=False, sort_keys=True)},
     )
     _write(
         folder / TABLE,

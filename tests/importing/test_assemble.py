@@ -60,7 +60,7 @@ def test_without_fixes_slope_and_heading_are_asked_for(tmp_path: Path) -> None:
         import_recording(files(tmp_path)[:1], tmp_path / "out", answers)
 
 
-def test_faults_are_said_of_the_file_that_was_given_and_nothing_is_left(tmp_path: Path) -> None:
+def test_errors_name_the_file_that_was_given_and_nothing_is_left(tmp_path: Path) -> None:
     tiny = Tiny()
     tiny.gps["latitude_deg"][40] = 46.9
     sources = files(tmp_path, tiny)
@@ -71,7 +71,7 @@ def test_faults_are_said_of_the_file_that_was_given_and_nothing_is_left(tmp_path
     assert {path.name for path in (tmp_path / "out").iterdir()} == {".lock"}
 
 
-def test_what_only_the_whole_shows_is_said_of_the_given_file_too(tmp_path: Path) -> None:
+def test_what_only_the_whole_recording_shows_names_the_given_file_too(tmp_path: Path) -> None:
     sources = files(tmp_path)
     with pytest.raises(InputError) as info:
         import_recording(sources, tmp_path / "out", replace(ANSWERS, height_m=1.0))
@@ -101,7 +101,7 @@ def test_clocks_that_files_do_not_share_are_asked_for(tmp_path: Path) -> None:
     log = tmp_path / "track.nmea"
     log.write_text(nmea(Tiny().gps), encoding="utf-8")
     answers = replace(ANSWERS, gps_sigma_m=None)  # the log has it
-    with pytest.raises(InputError, match="no file says --gps-offset-s;"):
+    with pytest.raises(InputError, match="no file holds --gps-offset-s;"):
         import_recording([motion, log], tmp_path / "out", answers)
     import_recording([motion, log], tmp_path / "out", replace(answers, gps_offset_s=0.25))
     found, asked = read_recording(tmp_path / "out"), read_gps(csv, segment="Spine2", offset=OFFSET, sigma=0.02)

@@ -19,8 +19,8 @@ from sssi_exudyn.model.faults import (
     HeadingDrift,
     InsoleGain,
     LeverArm,
-    felt_by_insoles,
     gps_offset,
+    insole_readings,
 )
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.toml import model_to_dict, read_model
@@ -56,7 +56,7 @@ def test_a_models_file_keeps_its_faults(tmp_path: Path) -> None:
         read_model(path)
 
 
-def test_mended_fixes_are_where_the_antenna_was() -> None:
+def test_corrected_fixes_are_where_the_antenna_was() -> None:
     recording = read_recording(EXAMPLE)
     model = replace(model_of(recording, motion_from_recording(recording)), sensors=FAULTS)
     model = model.with_values({"start.clock_offset": 0.2})
@@ -82,6 +82,6 @@ def test_a_late_clock_sees_the_past() -> None:
 
 
 def test_insoles_feel_what_their_faults_leave() -> None:
-    felt = felt_by_insoles(FAULTS, np.array([[100.0, 200.0]]))
+    felt = insole_readings(FAULTS, np.array([[100.0, 200.0]]))
     np.testing.assert_allclose(felt, [[100.0 * 1.2 * 0.9, 200.0 * 0.9]], rtol=1e-12)  # rounding
     assert not np.any(gps_offset((), np.arange(3.0)))

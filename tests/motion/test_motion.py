@@ -15,8 +15,8 @@ from sssi_exudyn.core.frames import BODY_FROM_BVH, Array, slope_to_level
 from sssi_exudyn.core.rotations import angles_between, lowpass, smooth_rotations
 from sssi_exudyn.motion.capture_to_chain import capture_in_body_axes, chain_angles, segment_of_joint, skier_geometry
 from sssi_exudyn.motion.from_recording import motion_from_recording, round_trip_table
-from sssi_exudyn.motion.limb_angles import ball_joint_angles, continuous, tait_bryan
-from sssi_exudyn.motion.motion import Motion, antenna_offset, relative_poses, spline_motion, turned
+from sssi_exudyn.motion.limb_angles import ball_joint_angles, tait_bryan, unwrap_angles
+from sssi_exudyn.motion.motion import Motion, antenna_offset, relative_poses, spline_motion, turn_motion
 from sssi_exudyn.recording.instruments.bvh import Bvh
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.read import read_recording
@@ -167,7 +167,7 @@ def test_heading_offset_turns_the_skier_about_gravity(geometry: Geometry) -> Non
     motion = spline_motion(geometry, np.radians(16.0), np.arange(120) / RATE, skiing(2.0))
     time, delta = np.linspace(0.1, 1.8, 7), np.radians(3.0)
     before, _ = relative_poses(motion, time)
-    after, _ = relative_poses(turned(motion, lambda t: delta + 0.0 * t), time)
+    after, _ = relative_poses(turn_motion(motion, lambda t: delta + 0.0 * t), time)
     tilt = slope_to_level(motion.inclination)
     turn = tilt.T @ Rotation.from_euler("z", delta).as_matrix() @ tilt
     # 1e-12: rounding; B-splines add up to one to rounding only.
@@ -178,7 +178,7 @@ def test_heading_offset_turns_the_skier_about_gravity(geometry: Geometry) -> Non
 def test_a_drifting_heading_is_a_line_in_time(geometry: Geometry) -> None:
     motion = spline_motion(geometry, np.radians(16.0), np.arange(120) / RATE, skiing(2.0))
     time = np.linspace(motion.start, motion.stop, 9)
-    before, after = motion.evaluate(time), turned(motion, lambda t: 0.02 * (t - 0.7)).evaluate(time)
+    before, after = motion.evaluate(time), turn_motion(motion, lambda t: 0.02 * (t - 0.7)).evaluate(time)
     yaw = PRESCRIBED.index("pelvis_rotation")
     # a spline whose coefficients are a line at Greville's abscissae is that line, to rounding
     np.testing.assert_allclose(after[0][:, yaw] - before[0][:, yaw], 0.02 * (time - 0.7), atol=1e-12)
@@ -268,7 +268,7 @@ def test_angles_continue_over_half_turns() -> None:
     rotation = Rotation.from_euler("YXZ", angles).as_matrix()
     principal = tait_bryan(rotation, (1, 0, 2))
     assert np.abs(np.diff(principal, axis=0)).max() > 3.0
-    np.testing.assert_allclose(continuous(principal), angles, atol=1e-12)  # rounding near the turning point
+    np.testing.assert_allclose(unwrap_angles(principal), angles, atol=1e-12)  # rounding near the turning point
     hip = JOINTS[SEGMENT["femur_l"]]
     signs = np.array([-1.0, -1.0, -1.0])  # the left hip's axes are −y, −x, −z
     np.testing.assert_allclose(ball_joint_angles(hip, rotation), signs * angles, atol=1e-12)

@@ -117,13 +117,13 @@ SETTINGS: dict[str, tuple[Callable[[str], str], str, str]] = {
     "skis climb out": (instead('"slalom_165"', '"../ski.toml"'), "[equipment] skis", "out of the recording's folder"),
     "video as motion": (instead('"motion.bvh"', '"gps.csv"'), "[motion] file", "no reader"),
     "clocks apart": (instead('"gps.csv"', '"gps.csv"\ntime_offset_s = 3600'), "time_offset_s", "do not overlap"),
-    "backwards": (instead("heading_deg = 25.0", "heading_deg = 205.0"), "[motion] heading_deg", "skis say"),
+    "backwards": (instead("heading_deg = 25.0", "heading_deg = 205.0"), "[motion] heading_deg", "course and skis"),
     "uphill": (instead("azimuth_deg = 70.0", "azimuth_deg = 250.0"), "fall_line_azimuth_deg", "falls towards"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("fault", SETTINGS)
-def test_faulty_settings_are_named_with_place_and_mend(tmp_path: Path, fault: str) -> None:
+def test_faulty_settings_are_named_with_place_and_fix(tmp_path: Path, fault: str) -> None:
     change, place, problem = SETTINGS[fault]
     assert change(TOML) != TOML
     error = caught(Tiny(toml=change(TOML)).write(tmp_path / "run"))

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.writing import locked
+from sssi_exudyn.io.writing import folder_lock
 from sssi_exudyn.results.folder import read_summary, write_result
 from sssi_exudyn.runtime.cache import Cache
 
@@ -85,14 +85,14 @@ def test_a_cache_that_cannot_be_written_is_one_clear_line(tmp_path: Path, monkey
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(np, "savez", full)
-    with pytest.raises(InputError, match="no space left") as info, locked(tmp_path):
-        Cache(tmp_path / "cache").made("key", lambda: {"x": np.zeros(3)})
+    with pytest.raises(InputError, match="no space left") as info, folder_lock(tmp_path):
+        Cache(tmp_path / "cache").get_or_make("key", lambda: {"x": np.zeros(3)})
     assert info.value.file == str(tmp_path)
     assert list((tmp_path / "cache").iterdir()) == []
 
 
 def test_a_reader_that_goes_away_is_no_fault_of_the_folder(tmp_path: Path) -> None:
-    with pytest.raises(BrokenPipeError), locked(tmp_path):
+    with pytest.raises(BrokenPipeError), folder_lock(tmp_path):
         raise BrokenPipeError
 
 
@@ -103,8 +103,8 @@ def test_what_was_made_is_not_made_again(tmp_path: Path) -> None:
         made.append(1)
         return {"x": np.array([0.1, -0.0]), "why": np.asarray("converged: the objective no longer changes")}
 
-    first = Cache(tmp_path).made("key", make)
-    again = Cache(tmp_path).made("key", make)
+    first = Cache(tmp_path).get_or_make("key", make)
+    again = Cache(tmp_path).get_or_make("key", make)
     assert len(made) == 1
     assert first["x"].tobytes() == again["x"].tobytes()
     assert str(again["why"]) == "converged: the objective no longer changes"

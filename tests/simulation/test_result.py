@@ -15,7 +15,7 @@ import pytest
 
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import slope_to_enu
-from sssi_exudyn.io.writing import locked
+from sssi_exudyn.io.writing import folder_lock
 from sssi_exudyn.results.folder import complete_summary, read_model, read_series, read_summary, write_result
 from sssi_exudyn.simulation.result import SimulationResult
 
@@ -57,7 +57,7 @@ def some_result(n: int = 4) -> SimulationResult:
 
 
 def hold(folder: Path, held: Any, release: Any) -> None:
-    with locked(folder):
+    with folder_lock(folder):
         held.set()
         release.wait(30.0)
 
@@ -171,7 +171,7 @@ def test_two_processes_do_not_write_one_folder(tmp_path: Path) -> None:
 
 
 def test_one_process_may_hold_a_folder_and_write_into_it(tmp_path: Path) -> None:
-    with locked(tmp_path):
+    with folder_lock(tmp_path):
         write_result(tmp_path, {"recording": "a"}, SERIES, MODEL)
         write_result(tmp_path, {"recording": "b"}, SERIES, MODEL)
     assert read_summary(tmp_path)["recording"] == "b"

@@ -26,7 +26,7 @@ from sssi_exudyn.contact.terms.wind import DragArea, Wind
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, level_to_enu
 from sssi_exudyn.fitting.gps_observation import seen_by_gps
-from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor, felt_by_insoles
+from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor, insole_readings
 from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion, spline_motion
@@ -403,7 +403,7 @@ def _insoles(rng: np.random.Generator, recording: Recording, world: Model, time:
     if recording.insoles is None:
         return None
     at = np.arange(time[0], time[-1], 0.02)
-    felt = felt_by_insoles(world.sensors, np.stack([np.interp(at, time, s) for s in sole.T], axis=1))
+    felt = insole_readings(world.sensors, np.stack([np.interp(at, time, s) for s in sole.T], axis=1))
     cuff = float(rng.normal(0.06, 0.01))
     gains = 1.0 + rng.normal(0.0, 0.01, 2)
     read = (1.0 - cuff) * gains * felt + rng.normal(0.0, 12.0, felt.shape)

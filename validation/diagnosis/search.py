@@ -259,7 +259,7 @@ class Searcher:
 
     def _made(self, key: str, make: Callable[[], Made]) -> Made:
         """What the cache has under ``key``, or else what ``make`` gives."""
-        return self.cache.made(key, make) if self.cache else make()
+        return self.cache.get_or_make(key, make) if self.cache else make()
 
     def _predicted_in_full(self, model: Model) -> Array:
         """(N,) by the full model."""
@@ -303,7 +303,7 @@ class Searcher:
         key = fingerprint(
             "refit", self.whole, model_to_dict(model), parameters, levels, self.offset, self.capture, self.mounting
         )
-        kept = self.cache.made(key, lambda: arrays_of(run()))
+        kept = self.cache.get_or_make(key, lambda: arrays_of(run()))
         return refit_of(kept, model, parameters)
 
     def account(self, fit: Refit) -> Account:

@@ -47,16 +47,16 @@ class Attitude:
 
 
 def attitude_of(imu: Imu, acceleration: Array | None = None) -> Attitude:
-    """Fuse a sensor's channels; the device's own orientation goes before the filter's.
+    """Fuse a sensor's channels; the device's own orientation is preferred to the filter's.
 
     Parameters
     ----------
-    acceleration : (n, 3) m/s² of the sensor in its own axes, where something else knows it; it is taken off the
+    acceleration : (n, 3) m/s² of the sensor in its own axes, where it is known otherwise; it is subtracted from the
         specific force, so that gravity is left
     """
     if imu.orientation is not None:
         rotation = Rotation.from_quat(imu.orientation, scalar_first=True).as_matrix()
-        return Attitude(imu.time, rotation, _about_up(rotation, imu.rate), np.zeros(3), 0.0)
+        return Attitude(imu.time, rotation, _rate_about_up(rotation, imu.rate), np.zeros(3), 0.0)
     assert imu.force is not None  # its reader asks for one of both
     force = imu.force if acceleration is None else imu.force - acceleration
     found = offlineVQF(np.ascontiguousarray(imu.rate), np.ascontiguousarray(force), None, imu.step)
@@ -64,13 +64,13 @@ def attitude_of(imu: Imu, acceleration: Array | None = None) -> Attitude:
     return Attitude(
         imu.time,
         rotation,
-        _about_up(rotation, imu.rate - found["bias"]),
+        _rate_about_up(rotation, imu.rate - found["bias"]),
         np.asarray(np.mean(found["bias"], axis=0)),
         float(np.median(found["biasSigma"])),
     )
 
 
-def _about_up(rotation: Array, rate: Array) -> Array:
+def _rate_about_up(rotation: Array, rate: Array) -> Array:
     return np.asarray(np.einsum("nj,nj->n", rotation[:, 2, :], rate))
 
 
@@ -96,7 +96,7 @@ def slow_curve(time: Array, values: Array, weights: Array, spacing: float) -> BS
 
 
 @dataclass(frozen=True)
-class Aligned:
+class Alignment:
     """A segment's rotation as a sensor on it shows it.
 
     rotation : (n, 3, 3) segment → level frame
@@ -111,7 +111,7 @@ class Aligned:
     misfit: float
 
 
-def aligned(time: Array, rotation: Array, expected: Array, weights: Array) -> Aligned:
+def align_sensor(time: Array, rotation: Array, expected: Array, weights: Array) -> Alignment:
     """Find how a sensor sits on its segment, and its heading, from how the segment is expected to be on average.
 
     In ``rotation(t) = turn(a(t)) · expected(t) · mountingᵀ`` the mounting is constant and a(t) slow; both are found in
@@ -127,29 +127,31 @@ def aligned(time: Array, rotation: Array, expected: Array, weights: Array) -> Al
     # the first headings: the course's less the sensor's own, whatever its axes are, from where they agree best
     swing = slow_curve(at, _headings(seen, wanted, weight), weight, DRIFT_SPACING)
     firsts = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    first = max(firsts, key=lambda c: float(np.linalg.norm(_together(swing(at) + c, seen, wanted, weight), "nuc")))
+    first = max(firsts, key=lambda c: float(np.linalg.norm(_mean_mounting(swing(at) + c, seen, wanted, weight), "nuc")))
     turn = swing(at) + first
     for _ in range(_ROUNDS):
-        mounting = nearest_rotation(_together(turn, seen, wanted, weight))
+        mounting = nearest_rotation(_mean_mounting(turn, seen, wanted, weight))
         # the turn about up that brings what is seen nearest to what is expected, sample by sample
         cross = wanted @ np.swapaxes(seen @ mounting, -1, -2)
         best = np.unwrap(np.arctan2(cross[:, 1, 0] - cross[:, 0, 1], cross[:, 0, 0] + cross[:, 1, 1]))
         slow = slow_curve(at, best, weight, DRIFT_SPACING)
         turn = slow(at)
     turn = slow(time)
-    found = _turns(turn) @ rotation @ mounting
+    found = _rotations_about_up(turn) @ rotation @ mounting
     apart = np.linalg.norm(found - expected, axis=(-2, -1)) / np.sqrt(2.0)
     misfit = float(np.sqrt(np.average(apart**2, weights=weights)))
-    return Aligned(found, mounting, float(np.ptp(turn)), misfit)
+    return Alignment(found, mounting, float(np.ptp(turn)), misfit)
 
 
-def _together(turn: Array, rotation: Array, expected: Array, weights: Array) -> Array:
+def _mean_mounting(turn: Array, rotation: Array, expected: Array, weights: Array) -> Array:
     """(3, 3) mean of (turn · rotation)ᵀ · expected: near the mounting, the nearer a rotation the better they agree."""
-    return np.asarray(np.einsum("n,nji,njk->ik", weights, _turns(turn) @ rotation, expected) / weights.sum())
+    return np.asarray(
+        np.einsum("n,nji,njk->ik", weights, _rotations_about_up(turn) @ rotation, expected) / weights.sum()
+    )
 
 
 def _headings(rotation: Array, expected: Array, weights: Array) -> Array:
-    """(n,) rad: by how much expected heading and the sensor's have come apart since the first sample."""
+    """(n,) rad: by how much the expected heading and the sensor's differ since the first sample."""
 
     def heading(matrices: Array) -> Array:
         """Of the turn about up between neighbours, summed."""
@@ -160,5 +162,5 @@ def _headings(rotation: Array, expected: Array, weights: Array) -> Array:
     return np.asarray(heading(expected) - heading(rotation))
 
 
-def _turns(angle: Array) -> Array:
+def _rotations_about_up(angle: Array) -> Array:
     return Rotation.from_euler("z", angle[:, None]).as_matrix()

@@ -2,7 +2,8 @@
 
 Course and speed come from the fixes, sharpened by the best yaw rate; edge angles from sensors on skis or boots, else
 from the lean that the turn's radius and speed ask for; the trunk's lean from a sensor on the chest, else from balance.
-Everything else is the posture model's (`skiing_posture`).  `Completed` says which is which, and how unsure.
+Everything else comes from `posture_model`.  `Completed` lists what was measured and what was assumed, with standard
+deviations.
 """
 
 from __future__ import annotations
@@ -16,15 +17,15 @@ from scipy.spatial.transform import Rotation, Slerp
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import BODY_FROM_BVH, GRAVITY, Array, level_to_enu
 from sssi_exudyn.core.rotations import lowpass
-from sssi_exudyn.recording.few_sensors.attitude import Aligned, Attitude, aligned, attitude_of
+from sssi_exudyn.recording.few_sensors.attitude import Alignment, Attitude, align_sensor, attitude_of
 from sssi_exudyn.recording.few_sensors.course import Course, Lag, find_lag, fused_course, skiing_stretch, velocity_of
 from sssi_exudyn.recording.few_sensors.posture_model import (
     FLEXION,
     Body,
     Coordinates,
-    Posture,
-    about_x,
-    as_capture,
+    SkiingPosture,
+    capture_from_posture,
+    rotation_about_x,
     solve_posture,
 )
 from sssi_exudyn.recording.instruments.bvh import Bvh, joint_positions, world_rotations
@@ -76,7 +77,7 @@ class Completed:
     measured, assumed : coordinates of the posture, in words
     sigma : of the feet
     steered : whether the skis' own heading was measured, not only where they went
-    lag : of the receiver, None where no sensor tells
+    lag : of the receiver, None where no sensor shows it
     course, edge, lean, unbalanced : what the posture was solved from and how well it balances, at ``bvh.time``
     start, stop : s, the skiing
     notes : what was done, in words
@@ -112,9 +113,9 @@ class Ground:
 
 
 def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Completed:
-    """Fill in what the sensors do not tell of a skier's posture.
+    """Complete a skier's posture beyond what the sensors measured.
 
-    Raises SssiError where sensors and fixes do not overlap, or nobody skis.
+    Raises SssiError where sensors and fixes do not overlap, or where there is no skiing.
     """
     attitudes = [attitude_of(imu) for imu in imus]
     best, lag = _best_lag(attitudes, gps)
@@ -134,17 +135,17 @@ def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Com
         moved = np.column_stack([np.interp(gps.time, time, column) for column in swing.T])
         course = fused_course(gps, velocity - moved, time, yaw)
         pull = course.acceleration @ level_to_enu(ground.azimuth)
-        frames, lean = _on_the_snow(course.azimuth, pull, ground)
-        seen = {imu.place: _seen(imu, course, frames, lean, pull) for imu in imus if imu.place != "pocket"}
+        frames, lean = _snow_frames(course.azimuth, pull, ground)
+        seen = {imu.place: _segment_attitude(imu, course, frames, lean, pull) for imu in imus if imu.place != "pocket"}
         feet = [next((seen[place] for place in places if place in seen), None) for places in FEET.values()]
-        frames, lean = _on_the_snow(course.azimuth + _steering(feet, frames), pull, ground)
+        frames, lean = _snow_frames(course.azimuth + _steering(feet, frames), pull, ground)
         trunk = lowpass(_roll(seen["chest"], frames), _RATE, _EDGE_CUTOFF) if "chest" in seen else None
         coordinates = Coordinates(frames, _edges(feet, frames, lean), lean, trunk)
         posture = solve_posture(coordinates, body)
-        bvh = as_capture(posture, frames, time, body.height)
+        bvh = capture_from_posture(posture, frames, time, body.height)
         swing = _swing(bvh, gps, body, ground.azimuth)
-    measured, assumed, sigma = _told_apart(feet, trunk, course, lag)
-    notes += _said(imus, attitudes, seen, lag, course, posture)
+    measured, assumed, sigma = _sources_of_posture(feet, trunk, course, lag)
+    notes += _describe(imus, attitudes, seen, lag, course, posture)
     return Completed(
         bvh=bvh,
         gps=gps,
@@ -163,14 +164,14 @@ def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Com
     )
 
 
-def with_barometer(gps: Gps, barometer: Barometer) -> tuple[Gps, tuple[str, ...]]:
+def use_barometer_heights(gps: Gps, barometer: Barometer) -> tuple[Gps, tuple[str, ...]]:
     """The fixes with the barometer's heights, which wander less, and what was done in words."""
     inside = (gps.time >= barometer.time[0]) & (gps.time <= barometer.time[-1])
     if not np.all(inside):
         return gps, ("the barometer does not cover the fixes; their own heights are used",)
     height = np.interp(gps.time, barometer.time, barometer.altitude)
-    apart = gps.enu[:, 2] - height
-    scatter = float(np.std(apart))
+    difference = gps.enu[:, 2] - height
+    scatter = float(np.std(difference))
     enu = np.column_stack([gps.enu[:, :2], height - height[0]])
     return replace(gps, enu=enu), (
         f"heights are the barometer's; the receiver's scatter about them by {scatter:.1f} m",
@@ -195,7 +196,7 @@ def _best_lag(attitudes: list[Attitude], gps: Gps) -> tuple[int, Lag | None]:
     return best, lags[best] if lags[best].correlation > _LAG_CLEAR else None
 
 
-def _on_the_snow(azimuth: Array, pull: Array, ground: Ground) -> tuple[Array, Array]:
+def _snow_frames(azimuth: Array, pull: Array, ground: Ground) -> tuple[Array, Array]:
     """(n, 3, 3) forward, left, normal → level frame for skis that point to ``azimuth`` (n,), and the lean (n,) of the
     force that the snow has to give for the acceleration ``pull`` (n, 3), level frame; positive to the right.
     """
@@ -209,16 +210,16 @@ def _on_the_snow(azimuth: Array, pull: Array, ground: Ground) -> tuple[Array, Ar
     return frames, -np.arctan2(force[:, 1], force[:, 2])
 
 
-def _seen(imu: Imu, course: Course, frames: Array, lean: Array, pull: Array) -> Aligned:
+def _segment_attitude(imu: Imu, course: Course, frames: Array, lean: Array, pull: Array) -> Alignment:
     """How the segment that a sensor sits on is turned, at the course's times.
 
     The skier's acceleration ``pull`` (level frame) is taken off before the filter, once it is known how the sensor is
     turned.
     """
     share = 0.5 if imu.place in ("chest", "pelvis") else 1.0  # trunks lean less than legs
-    expected = frames @ about_x(share * lean)
+    expected = frames @ rotation_about_x(share * lean)
     weights = np.minimum(course.speed / 3.0, 1.0) ** 2  # slow skis point anywhere
-    found = aligned(course.time, _at(course.time, attitude_of(imu)), expected, weights)
+    found = align_sensor(course.time, _at(course.time, attitude_of(imu)), expected, weights)
     if imu.orientation is not None:
         return found
     sensor = np.einsum("nij,kj->nik", found.rotation, found.mounting)
@@ -226,7 +227,7 @@ def _seen(imu: Imu, course: Course, frames: Array, lean: Array, pull: Array) -> 
     outside = (imu.time < course.time[0]) | (imu.time > course.time[-1])
     known = np.column_stack([np.interp(imu.time, course.time, column) for column in of_sensor.T])
     known[outside] = 0.0
-    return aligned(course.time, _at(course.time, attitude_of(imu, known)), expected, weights)
+    return align_sensor(course.time, _at(course.time, attitude_of(imu, known)), expected, weights)
 
 
 def _at(time: Array, attitude: Attitude) -> Array:
@@ -235,7 +236,7 @@ def _at(time: Array, attitude: Attitude) -> Array:
     return np.asarray(between(np.clip(time, attitude.time[0], attitude.time[-1])).as_matrix())
 
 
-def _steering(feet: list[Aligned | None], frames: Array) -> Array:
+def _steering(feet: list[Alignment | None], frames: Array) -> Array:
     """(n,) rad clockwise: how much farther the skis point than the course, mean of those that were measured."""
     seen = [np.swapaxes(frames, -1, -2) @ foot.rotation for foot in feet if foot is not None]
     if not seen:
@@ -244,7 +245,7 @@ def _steering(feet: list[Aligned | None], frames: Array) -> Array:
     return -lowpass(turned, _RATE, _EDGE_CUTOFF)
 
 
-def _edges(feet: list[Aligned | None], frames: Array, lean: Array) -> Array:
+def _edges(feet: list[Alignment | None], frames: Array, lean: Array) -> Array:
     """(n, 2) rad of roll: measured, as the other foot's where one was, else square to the snow's force."""
     seen = [None if foot is None else _roll(foot, frames) for foot in feet]
     known = [each for each in seen if each is not None]
@@ -253,7 +254,7 @@ def _edges(feet: list[Aligned | None], frames: Array, lean: Array) -> Array:
     return np.clip(lowpass(both, _RATE, _EDGE_CUTOFF), -_LARGEST_EDGE, _LARGEST_EDGE)
 
 
-def _roll(segment: Aligned, frames: Array) -> Array:
+def _roll(segment: Alignment, frames: Array) -> Array:
     """(n,) rad of turn about the way of travel, by how far the segment's left axis rises over the snow."""
     rising = np.einsum("ni,ni->n", frames[:, :, 2], segment.rotation[:, :, 1])
     return np.asarray(np.arcsin(np.clip(rising, -1.0, 1.0)))
@@ -272,10 +273,10 @@ def _swing(bvh: Bvh, gps: Gps, body: Body, azimuth: float) -> Array:
     return np.asarray(moving[:, [1, 0]])
 
 
-def _told_apart(
-    feet: list[Aligned | None], trunk: Array | None, course: Course, lag: Lag | None
+def _sources_of_posture(
+    feet: list[Alignment | None], trunk: Array | None, course: Course, lag: Lag | None
 ) -> tuple[tuple[str, ...], tuple[str, ...], FootSigma]:
-    """What of the posture was measured and what assumed, and how sure the feet are."""
+    """What of the posture was measured, what was assumed, and the standard deviations of the feet."""
     edged = any(foot is not None for foot in feet)
     measured = ["speed and course: fixes" + (", and a yaw rate between them" if lag is not None else "")]
     assumed = []
@@ -307,13 +308,13 @@ def _told_apart(
     return tuple(measured), tuple(assumed), sigma
 
 
-def _said(
+def _describe(
     imus: tuple[Imu, ...],
     attitudes: list[Attitude],
-    seen: dict[str, Aligned],
+    seen: dict[str, Alignment],
     lag: Lag | None,
     course: Course,
-    posture: Posture,
+    posture: SkiingPosture,
 ) -> list[str]:
     notes = []
     if lag is None:

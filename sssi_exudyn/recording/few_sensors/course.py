@@ -1,7 +1,7 @@
 """Where a skier goes, from slow fixes and a fast yaw rate: lag of the receiver's clock, course, speed, acceleration.
 
 A receiver filters its course and gives it late (a telephone by more than a second); a gyroscope on the body is prompt
-but turns with the body, not with the course.  Both tell of the same turns: the lag is where they agree best, and
+but turns with the body, not with the course.  Both show the same turns: the lag is where they agree best, and
 
     course(t) = gain · ∫ yaw rate dt + slow(t)
 
@@ -23,13 +23,13 @@ from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.slope_and_heading import local_fit
 
 SLOWEST: Final = 1.0
-"""m/s; below it a course is noise, and nobody skis."""
+"""m/s; below it a course is noise and there is no skiing."""
 _SLOW_SHARE: Final = 0.25
 """Of the run's high speed (its 95th percentile) below which somebody who skis as fast as that stands or walks."""
 _REST: Final = 5.0
 """s for which a skier may be slower on a run."""
 _LAGS: Final = (-1.0, 4.0)
-"""s between which a receiver's lag is sought: telephones filter over up to 2 s, clocks may be a second apart."""
+"""s between which a receiver's lag is sought: telephones filter over up to 2 s, clocks may differ by a second."""
 _LAG_STEP: Final = 0.02
 _LEAD: Final = 0.2
 """s by which the skis turn before the course does where they skid: 0.15 and 0.24 s in recordings with a known lag."""
@@ -73,7 +73,7 @@ class Course:
 def skiing_stretch(time: Array, speed: Array) -> tuple[float, float]:
     """First and last time (s) of the longest stretch at a skier's speed, short rests included.
 
-    Raises SssiError when nobody skis for five seconds.
+    Raises SssiError when there is no skiing for five seconds.
     """
     moving = time[speed > max(SLOWEST, _SLOW_SHARE * float(np.percentile(speed, 95.0)))]
     if len(moving) > 1:
@@ -82,7 +82,7 @@ def skiing_stretch(time: Array, speed: Array) -> tuple[float, float]:
         best = int(np.argmax(stops - starts))
         if stops[best] - starts[best] >= 5.0:
             return float(starts[best]), float(stops[best])
-    raise SssiError(f"nobody moves faster than {SLOWEST:g} m/s for five seconds")
+    raise SssiError(f"the fixes are never faster than {SLOWEST:g} m/s for five seconds")
 
 
 def velocity_of(gps: Gps) -> Array:
@@ -156,7 +156,7 @@ def fused_course(gps: Gps, velocity: Array, time: Array, yaw_rate: Array | None,
     inside = (gps.time >= time[0]) & (gps.time <= time[-1])
     at = gps.time[inside]
     basis = BSpline.design_matrix(at, knots, 3).toarray()
-    weight = np.minimum(speed[inside] / 3.0, 1.0)  # a course is as sure as the speed is large
+    weight = np.minimum(speed[inside] / 3.0, 1.0)  # a course is the more certain, the faster the skier
     known = course[inside]
     if gain is not None:
         known = known - gain * columns[inside].sum(axis=1)

@@ -1,6 +1,6 @@
 """A skier's posture from few coordinates: where the skis point, how they are edged, how the body leans to balance.
 
-What few sensors tell of a skier is the heading, at best the edge angles and the trunk's lean.  The rest follows from
+What few sensors measure of a skier is the heading, at best the edge angles and the trunk's lean.  The rest follows from
 how people ski: skis lie on the snow; the boots let a leg bend in the foot's own plane only; the hips stay a hip's width
 apart across the shins; the longer leg, the outside one, has an ordinary flexion; and the body balances in roll: the
 line to the centre of mass from where the load acts, between the skis but nearer to the outside one, points along the
@@ -104,7 +104,7 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Posture:
+class SkiingPosture:
     """The solved posture: rotations (n, 3, 3) of the segments to the snow's frame, feet and legs (left, right).
 
     trunk_lean : (n,) rad, its roll
@@ -120,7 +120,7 @@ class Posture:
     unbalanced: Array
 
 
-def solve_posture(at: Coordinates, body: Body) -> Posture:
+def solve_posture(at: Coordinates, body: Body) -> SkiingPosture:
     """The posture that has these coordinates and balances as well as its joints allow."""
     lengths = _lengths(body.height)
     mean = at.edge.mean(axis=1)
@@ -136,7 +136,7 @@ def solve_posture(at: Coordinates, body: Body) -> Posture:
     # hips stand middle ± half a hip's width over the snow, ankles on the foot's own axis over the sole
     middle = np.min((straight + body.ankle_to_ski_base) * np.cos(at.edge) + sole - above, axis=1)
     along = (middle[:, None] + above - sole) / np.cos(at.edge) - body.ankle_to_ski_base
-    thigh_pitch, shank_pitch = _bent(along, behind, lengths)
+    thigh_pitch, shank_pitch = _leg_pitch(along, behind, lengths)
     foot = _about("x", at.edge)
     shank, thigh = foot @ _about("y", shank_pitch), foot @ _about("y", thigh_pitch)
     forward = _trunk_pitch(body, lengths, straight, behind)
@@ -157,10 +157,10 @@ def solve_posture(at: Coordinates, body: Body) -> Posture:
             lean = 0.5 * (low + high)
             left = miss(lean) > 0.0
             low, high = np.where(left, lean, low), np.where(left, high, lean)
-    return Posture(pelvis, _torso(lean, forward), thigh, shank, foot, lean, miss(lean))
+    return SkiingPosture(pelvis, _torso(lean, forward), thigh, shank, foot, lean, miss(lean))
 
 
-def as_capture(posture: Posture, snow: Array, time: Array, height: float) -> Bvh:
+def capture_from_posture(posture: SkiingPosture, snow: Array, time: Array, height: float) -> Bvh:
     """The posture as a motion capture of an average skier of ``height`` (m) would show it; the capture's +z axis is
     the level frame's forward one.
 
@@ -215,7 +215,7 @@ def _lengths(height: float) -> _Lengths:
     )
 
 
-def _bent(along: Array, behind: float, lengths: _Lengths) -> tuple[Array, Array]:
+def _leg_pitch(along: Array, behind: float, lengths: _Lengths) -> tuple[Array, Array]:
     """Pitch (n, 2) of thigh and shank in the foot's plane, forward positive, that bring the hip ``along`` m up and
     ``behind`` m forward of the ankle; a leg that does not reach is straight.
     """
@@ -234,7 +234,7 @@ def _trunk_pitch(body: Body, lengths: _Lengths, straight: float, behind: float) 
     """rad by which the trunk leans forward, so that the centre of mass of a skier who stands straight is over the
     ankles, which is over the middle of the skis.
     """
-    thigh, shank = _bent(np.full((1, 2), straight), behind, lengths)
+    thigh, shank = _leg_pitch(np.full((1, 2), straight), behind, lengths)
     foot = np.tile(np.eye(3), (1, 2, 1, 1))
     low, high = 0.0, float(np.radians(80.0))
     for _ in range(40):
@@ -270,7 +270,7 @@ def _about(axis: str, angles: Array) -> Array:
     return np.asarray(flat.reshape(*np.shape(angles), 3, 3))
 
 
-def about_x(angles: Array) -> Array:
+def rotation_about_x(angles: Array) -> Array:
     """Rotations (n, 3, 3) about the forward axis by ``angles`` (n,), to the right when positive."""
     return _about("x", angles)
 

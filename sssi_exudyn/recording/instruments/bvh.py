@@ -157,7 +157,7 @@ def joint_positions(bvh: Bvh, world: Array) -> Array:
 
 
 def _read_hierarchy(path: Path, lines: list[str], renamed: Mapping[str, str]) -> tuple[_Tree, int]:
-    """The tree and the number (from 1) of the line that says MOTION."""
+    """The tree and the number (from 1) of the line ``MOTION``."""
     if not lines or lines[0].strip().upper() != "HIERARCHY":
         raise InputError(path, "line 1", "a BVH file starts with HIERARCHY", "export the motion as BVH")
     tree, pending = _Tree(), ""
@@ -321,7 +321,7 @@ def _assemble(path: Path, tree: _Tree, values: Array, time: Array) -> Bvh:
             root_position = position
         elif np.max(np.abs(position - offsets[joint])) > 1e-4:  # the file's last digit is 0.01 mm
             moved.append(name)
-        _judge_constant(path, name, constant, frozen, notes)
+        _check_constant(path, name, constant, frozen, notes)
     if len(frozen) > 0:
         notes.append(f"{path.name}: {', '.join(frozen)} never moves; check the sensors there if that is no surprise")
     if moved:
@@ -332,8 +332,8 @@ def _assemble(path: Path, tree: _Tree, values: Array, time: Array) -> Bvh:
     return Bvh(tuple(tree.names), tuple(tree.parents), offsets, tree.ends, time, rotations, root_position, tuple(notes))
 
 
-def _judge_constant(path: Path, name: str, constant: list[str], frozen: list[str], notes: list[str]) -> None:
-    """A joint that never moves: an error where the skis hang on it, a note elsewhere; fingers may rest."""
+def _check_constant(path: Path, name: str, constant: list[str], frozen: list[str], notes: list[str]) -> None:
+    """A joint that never moves: an error where it carries the skis, a note elsewhere; fingers may rest."""
     if name not in REQUIRED_JOINTS or not constant:
         return
     if len(constant) == 3 and name in ("Hips", *LEGS):

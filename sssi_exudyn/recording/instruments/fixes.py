@@ -39,7 +39,7 @@ _RADIUS: Final = float(np.sqrt(-2.0 * np.log(1.0 - 0.68)))
 """A telephone's accuracy is the radius around 68 % of fixes (Android, Location.getHorizontalAccuracyMeters), in
 standard deviations of one direction."""
 _WORST: Final = 100.0
-"""m; a fix less exact says nothing of a run."""
+"""m; a less exact fix is useless for a run."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Fixes:
     ----------
     columns : (n,) each: ``REQUIRED`` and those of ``OPTIONAL`` that the receiver wrote; units in the names
     places : where in the file each fix stands, for messages
-    began : UTC of ``time_s`` = 0, s since 1970; None where the file does not say
+    began : UTC of ``time_s`` = 0, s since 1970; None where the file does not have it
     common_clock : ``time_s`` counts on the recording's clock already
     notes : what was noticed, in words
     """
@@ -112,7 +112,7 @@ def _fixes_phone(path: Path, table: Table) -> Fixes:
     columns = {ours: table.columns[theirs][good] for theirs, ours in _PHONE.items()}
     columns["sigma_m"] = columns["sigma_m"] / _RADIUS
     for name in ("speed_mps", "course_deg"):
-        if np.any(columns[name] < 0.0):  # the telephone's word for "not known"
+        if np.any(columns[name] < 0.0):  # the telephone's mark for an unknown value
             del columns[name]
     began = None
     if "time" in table.columns:  # ns since 1970

@@ -52,7 +52,7 @@ def fixes_nmea(path: Path) -> Fixes:
             continue
         log.sentences += 1
         try:
-            _take(log, pynmea2.parse(line[at:].strip(), check=True), number)
+            _add_sentence(log, pynmea2.parse(line[at:].strip(), check=True), number)
         except pynmea2.SentenceTypeError:
             continue
         except (pynmea2.ParseError, ValueError, TypeError, AttributeError):  # fields that are no numbers, or missing
@@ -71,26 +71,28 @@ def fixes_nmea(path: Path) -> Fixes:
     return _columns(path, log)
 
 
-def _take(log: _Log, said: Any, number: int) -> None:  # Any: the library makes its classes from a table
-    kind = said.sentence_type
-    if kind not in ("GGA", "RMC", "GST") or not isinstance(said.timestamp, time):
+def _add_sentence(log: _Log, sentence: Any, number: int) -> None:  # Any: the library makes its classes from a table
+    kind = sentence.sentence_type
+    if kind not in ("GGA", "RMC", "GST") or not isinstance(sentence.timestamp, time):
         return
-    clock = said.timestamp
+    clock = sentence.timestamp
     moment = clock.hour * 3600.0 + clock.minute * 60.0 + clock.second + 1e-6 * clock.microsecond + 86400.0 * log.days
     if log.moments and moment < log.moments[-1] - 43200.0:  # past midnight
         log.days += 1
         moment += 86400.0
     if kind == "GST":
-        log.spread[moment] = float(np.hypot(float(said.std_dev_latitude), float(said.std_dev_longitude)) / np.sqrt(2.0))
+        log.spread[moment] = float(
+            np.hypot(float(sentence.std_dev_latitude), float(sentence.std_dev_longitude)) / np.sqrt(2.0)
+        )
     elif kind == "RMC":
-        if log.first_day is None and isinstance(said.datestamp, date):
-            log.first_day = said.datestamp - timedelta(days=log.days)
-        if said.status == "A":
-            log.speed_course[moment] = (_KNOT * float(said.spd_over_grnd), float(said.true_course))
-    elif not said.gps_qual:
+        if log.first_day is None and isinstance(sentence.datestamp, date):
+            log.first_day = sentence.datestamp - timedelta(days=log.days)
+        if sentence.status == "A":
+            log.speed_course[moment] = (_KNOT * float(sentence.spd_over_grnd), float(sentence.true_course))
+    elif not sentence.gps_qual:
         log.without_fix += 1
     else:
-        place = (float(said.latitude), float(said.longitude), float(said.altitude))
+        place = (float(sentence.latitude), float(sentence.longitude), float(sentence.altitude))
         log.moments.append(moment)
         log.lines.append(number)
         log.places.append(place)

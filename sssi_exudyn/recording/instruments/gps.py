@@ -16,7 +16,7 @@ import pymap3d
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.io.table import Clock, check_time, mend_clock
+from sssi_exudyn.io.table import Clock, bridge_gaps, check_time
 from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_csv, fixes_gpx
 from sssi_exudyn.recording.instruments.fixes_fit import fixes_fit
 from sssi_exudyn.recording.instruments.fixes_nmea import fixes_nmea
@@ -28,7 +28,7 @@ _BOUNDS: Final = {
     "sigma_m": (1e-4, 100.0),
 }
 _FASTEST: Final = 75.0
-"""m/s; nobody has skied faster (record of speed skiing 255 km/h = 70.8 m/s)."""
+"""m/s; above the fastest skier (record of speed skiing 255 km/h = 70.8 m/s)."""
 _TURN_ACCELERATION: Final = 5.0
 """m/s²; what a skier's acceleration may be in a gap, for the uncertainty of an interpolated fix."""
 _UNITS: Final = {"km/h": 3.6, "mph": 2.237, "knots": 1.944, "feet per second": 3.281}
@@ -89,7 +89,7 @@ def read_gps(path: Path, *, segment: str, offset: Array, sigma: float | None, ti
     ----------
     path : the file
     segment, offset : where the antenna sits (see Gps)
-    sigma : m, standard deviation of a horizontal fix; the file's own column goes before it
+    sigma : m, standard deviation of a horizontal fix; the file's own column is preferred to it
     time_offset : s, added to the file's times
 
     Raises InputError for a suffix without reader, whatever the reader refuses, and the faults described in
@@ -123,9 +123,11 @@ def gps_from_fixes(
     elif sigma is not None:
         spread = np.full(len(lat), sigma)
     else:
-        raise InputError(path, "", "nothing says how exact a fix is", "give sigma_m in [gps], e.g. 0.02 for RTK")
+        raise InputError(
+            path, "", "the standard deviation of a fix is not given", "give sigma_m in [gps], e.g. 0.02 for RTK"
+        )
     _check_travel(path, columns, enu, spread, places)
-    clock = mend_clock(path, columns["time_s"])
+    clock = bridge_gaps(path, columns["time_s"])
     keep = clock.keep
     speed, course = columns.get("speed_mps"), columns.get("course_deg")
     turned = None if course is None else np.unwrap(np.deg2rad(course[keep]))
@@ -212,14 +214,14 @@ def _check_travel(path: Path, columns: dict[str, Array], enu: Array, sigma: Arra
         )
     if "speed_mps" in columns:
         length = float(np.sum(np.linalg.norm(np.diff(enu[:: _stride(time)], axis=0), axis=1)))
-        told = float(np.sum(0.5 * (columns["speed_mps"][1:] + columns["speed_mps"][:-1]) * intervals))
+        speed_length = float(np.sum(0.5 * (columns["speed_mps"][1:] + columns["speed_mps"][:-1]) * intervals))
         for unit, factor in _UNITS.items():
             # the narrowest pair of units, mph and knots, is 15 % apart
-            if length > 0.0 and abs(told / length / factor - 1.0) < 0.07:
+            if length > 0.0 and abs(speed_length / length / factor - 1.0) < 0.07:
                 raise InputError(
                     path,
                     "column speed_mps",
-                    f"it is {told / length:.2f} times the speed of the fixes: it looks like {unit}",
+                    f"it is {speed_length / length:.2f} times the speed of the fixes: it looks like {unit}",
                     "convert it to m/s, or leave the column out",
                 )
 

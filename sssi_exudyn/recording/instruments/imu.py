@@ -15,10 +15,10 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
-from sssi_exudyn.io.table import Clock, Table, check_time, mend_clock, read_table
+from sssi_exudyn.io.table import Clock, Table, bridge_gaps, check_time, read_table
 
 PLACES: Final = ("left_ski", "right_ski", "left_boot", "right_boot", "chest", "pelvis", "pocket")
-"""Where a sensor may sit.  In a pocket it turns with the body, but nobody knows how it lies there."""
+"""Where a sensor may sit.  In a pocket it turns with the body, but its mounting is unknown."""
 FEET: Final = {"left": ("left_ski", "left_boot"), "right": ("right_ski", "right_boot")}
 """The places that move rigidly with each foot."""
 _RATE: Final = tuple(f"rate_{axis}_radps" for axis in "xyz")
@@ -109,7 +109,7 @@ def read_imu(path: Path, place: str, time_offset: float = 0.0) -> Imu:
     notes = clock.notes + ((f"{path.name}: columns not used: {', '.join(unknown)}",) if unknown else ())
     quaternion = None
     if orientation:
-        quaternion = _at(even, time, clock, _continuous(path, table))
+        quaternion = _at(even, time, clock, _without_sign_jumps(path, table))
         quaternion = quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)
     return Imu(
         name=path.name,
@@ -158,7 +158,7 @@ def _require(path: Path, table: Table, names: tuple[str, ...]) -> None:
 def _clock(path: Path, table: Table) -> tuple[Array, Clock]:
     time = table.columns["time_s"]
     check_time(path, time, tuple(f"line {line}" for line in table.lines))
-    return time, mend_clock(path, time)
+    return time, bridge_gaps(path, time)
 
 
 def _columns(table: Table, names: tuple[str, ...]) -> Array:
@@ -170,7 +170,7 @@ def _at(times: Array, time: Array, clock: Clock, values: Array) -> Array:
     return np.column_stack([np.interp(times, time[clock.keep], column[clock.keep]) for column in values.T])
 
 
-def _continuous(path: Path, table: Table) -> Array:
+def _without_sign_jumps(path: Path, table: Table) -> Array:
     """Quaternions (n, 4) without jumps of sign."""
     found = _columns(table, _ORIENTATION)
     size = np.linalg.norm(found, axis=1)

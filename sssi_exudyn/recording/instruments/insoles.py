@@ -12,7 +12,7 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.files import read_text
-from sssi_exudyn.io.table import Table, check_time, mend_clock, read_table
+from sssi_exudyn.io.table import Table, bridge_gaps, check_time, read_table
 
 _CELL: Final = re.compile(r"(left|right)_(\d+)_N")
 _SHARE_STUCK: Final = 0.2
@@ -63,7 +63,7 @@ def read_insoles(path: Path, time_offset: float = 0.0) -> Insoles:
     values = np.column_stack([table.columns[name] for name in left + right])
     _check_forces(path, table, left + right, values)
     dead = _dead(path, left, values[:, : len(left)]) + _dead(path, right, values[:, len(left) :])
-    clock = mend_clock(path, time)
+    clock = bridge_gaps(path, time)
     kept = time[clock.keep]
     cells = np.column_stack([np.interp(clock.time, kept, column[clock.keep]) for column in values.T])
     living = {name: name not in dead for name in left + right}

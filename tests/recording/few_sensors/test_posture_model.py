@@ -8,7 +8,13 @@ import pytest
 from sssi_exudyn.bodies.skier.anthropometry import body_inertia
 from sssi_exudyn.bodies.skier.chain import SEGMENTS, average_geometry
 from sssi_exudyn.core.frames import BODY_FROM_BVH, Array
-from sssi_exudyn.recording.few_sensors.posture_model import JOINTS, Body, Coordinates, as_capture, solve_posture
+from sssi_exudyn.recording.few_sensors.posture_model import (
+    JOINTS,
+    Body,
+    Coordinates,
+    capture_from_posture,
+    solve_posture,
+)
 from sssi_exudyn.recording.instruments.bvh import joint_positions, world_rotations
 
 HEIGHT, MASS, GEAR, BASE = 1.75, 75.0, 4.3, 0.13
@@ -20,7 +26,7 @@ def postures(edge: Array, lean: Array) -> tuple[Array, Array]:
     """World rotations (n, J, 3, 3) and places (n, J, 3) m from the hips, snow's frame, body axes."""
     snow = np.tile(np.eye(3), (len(lean), 1, 1))
     solved = solve_posture(Coordinates(snow, np.stack([edge, edge], axis=1), lean), BODY)
-    bvh = as_capture(solved, snow, np.arange(len(lean)) / 50.0, HEIGHT)
+    bvh = capture_from_posture(solved, snow, np.arange(len(lean)) / 50.0, HEIGHT)
     world = world_rotations(bvh)
     return BODY_FROM_BVH @ world @ BODY_FROM_BVH.T, joint_positions(bvh, world) @ BODY_FROM_BVH.T
 

@@ -142,7 +142,7 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_broken_files_are_named_with_place_and_mend(tmp_path: Path, fault: str) -> None:
+def test_broken_files_are_named_with_place_and_fix(tmp_path: Path, fault: str) -> None:
     change, place, problem = FAULTS[fault]
     text = Tiny().bvh()
     assert change(text) != text

@@ -157,7 +157,7 @@ FAULTS: dict[str, tuple[Callable[[Columns], Columns], str, str]] = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_faulty_columns_are_named_with_place_and_mend(tmp_path: Path, fault: str) -> None:
+def test_faulty_columns_are_named_with_place_and_fix(tmp_path: Path, fault: str) -> None:
     change, place, problem = FAULTS[fault]
     path = write_csv(tmp_path, change(motion()[1]))
     with pytest.raises(InputError) as caught:
@@ -239,7 +239,7 @@ GPX_FAULTS = {
 
 
 @pytest.mark.parametrize("fault", GPX_FAULTS)
-def test_faulty_gpx_is_named_with_place_and_mend(tmp_path: Path, fault: str) -> None:
+def test_faulty_gpx_is_named_with_place_and_fix(tmp_path: Path, fault: str) -> None:
     change, place = GPX_FAULTS[fault]
     path = write_gpx(tmp_path, motion()[1])
     text = path.read_text(encoding="utf-8")

@@ -102,7 +102,7 @@ FAULTS: dict[str, tuple[Callable[[Columns], Columns], str, str]] = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_faulty_files_are_named_with_place_and_mend(tmp_path: Path, fault: str) -> None:
+def test_faulty_files_are_named_with_place_and_fix(tmp_path: Path, fault: str) -> None:
     change, place, problem = FAULTS[fault]
     path = write(tmp_path, change(loads(4)))
     with pytest.raises(InputError) as caught:
