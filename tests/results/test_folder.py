@@ -23,8 +23,8 @@ _MAIN = """
 import os, resource, signal, sys
 from pathlib import Path
 import pandas as pd
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.result_folder import write_result
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.results.folder import write_result
 folder, fault, number = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
 rows = pd.DataFrame({"time_s": [float(i) for i in range(5000)]})
 def stops(place):
