@@ -28,7 +28,7 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.reduced import prepare
 from sssi_exudyn.validation.benchmark.cases import Recorded, other_day, recorded
 from sssi_exudyn.validation.diagnosis.day import weigh_day
-from sssi_exudyn.validation.diagnosis.diagnose import own_account
+from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
 from sssi_exudyn.validation.diagnosis.search import Searcher, setting_of
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "intermediate"
@@ -70,7 +70,7 @@ def day(case: tuple[str, int]) -> str:
     own = []
     for made in runs_of(law, seed):
         searcher = Searcher(setting_of(*made), lambda _fraction, _detail: None)
-        own.append(own_account(searcher, searcher.first()))
+        own.append(separate_fit(searcher, searcher.first()))
     alone = [{each.name or "nothing": each.probability for each in weigh_day([one])}[law] for one in own]
     together = weigh_day(own)
     said = ", ".join(f"{each.name or 'nothing'} {each.probability:.2f}" for each in together if each.probability > 0.05)

@@ -14,7 +14,7 @@ import numpy as np
 from sssi_exudyn.commands.recordings import _read
 from sssi_exudyn.commands.runs import _CACHE, _SILENT, _left
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.writing import folder_lock, to_json, write_atomically
+from sssi_exudyn.io.writing import folder_lock, to_json, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.reports.diagnosis_section import diagnosis_section
@@ -26,16 +26,17 @@ from sssi_exudyn.validation.benchmark.known_answers import compared, read_truth
 from sssi_exudyn.validation.benchmark.run import base_of, run_benchmark
 from sssi_exudyn.validation.diagnosis.day import day_to_dict, weigh_day
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose as find_missing
-from sssi_exudyn.validation.diagnosis.findings import Diagnosis, diagnosis_to_dict
+from sssi_exudyn.validation.diagnosis.result import Diagnosis
+from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
 
 def diagnose(folder: Path, out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
     """Find what physics was left out, or which instrument is at fault, and leave the extended model's run in ``out``;
     what ``diagnosis.json`` holds.
     """
-    told = diagnosis_to_dict(_diagnosed(folder, out, progress)[1])
+    found = _diagnosed(folder, out, progress)[1]
     shutil.rmtree(out / _CACHE, ignore_errors=True)
-    return told
+    return _mapping(found.diagnosis)
 
 
 def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
@@ -51,7 +52,7 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SI
     with folder_lock(out):
         found = {name: _diagnosed(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)}
         with progress.stage("weigh together"):
-            weighed = weigh_day([diagnosis.own() for _, diagnosis in found.values()])
+            weighed = weigh_day([each.separate_fit() for _, each in found.values()])
         sentence = sentence_of_day(weighed, len(names), found[names[0]][1].model)
         hashes = {f"{name}/{file}": made for name, (files, _) in found.items() for file, made in files.items()}
         origin = provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0)
@@ -63,7 +64,7 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SI
         return day
 
 
-def _diagnosed(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, str], Diagnosis]:
+def _diagnosed(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, str], SearchResult]:
     """Diagnose into ``out``, the cache stays; hashes of what was read, and the answer."""
     with folder_lock(out):
         recording, motion = _read(folder, progress)
@@ -76,7 +77,7 @@ def _diagnosed(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, s
                 recording, motion, model_of(recording, motion), cache=Cache(out / _CACHE), say=stage.advance
             )
         assert found.result is not None
-        told = diagnosis_to_dict(found)
+        diagnosis = found.diagnosis
         errors = np.sqrt(np.diag(found.fit.covariance))
         parameters = {
             name: {"value": float(value), "se": float(se)}
@@ -86,12 +87,20 @@ def _diagnosed(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, s
         figures = {
             "friction": {name: parameters[f"friction.{name}"] for name in ("mu_t", "mu_n")},
             "fit": {"method": "diagnosis", "converged": True, "parameters": parameters},
-            "diagnosis": {key: told[key] for key in ("verdict", "sentence")},
+            "diagnosis": {"verdict": diagnosis.verdict, "sentence": diagnosis.sentence},
         }
         settings = {"command": "diagnose"}
-        section = diagnosis_section(found)
-        _left(recording, motion, found.model, found.result, figures, out, settings, diagnosis=told, sections=[section])
+        sections = [diagnosis_section(diagnosis)]
+        written = _mapping(diagnosis)
+        _left(
+            recording, motion, found.model, found.result, figures, out, settings, diagnosis=written, sections=sections
+        )
         return recording.hashes, found
+
+
+def _mapping(diagnosis: Diagnosis) -> dict[str, Any]:
+    """What ``diagnosis.json`` holds."""
+    return dict(to_plain(diagnosis))
 
 
 def diagnose_known(folder: Path, out: Path, *, progress: Progress = _SILENT) -> list[dict[str, str]]:

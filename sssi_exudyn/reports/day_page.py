@@ -10,7 +10,8 @@ from urllib.parse import quote
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.reports.html import Section, document, grid
 from sssi_exudyn.validation.diagnosis.day import Weighed
-from sssi_exudyn.validation.diagnosis.findings import STANDS_OUT, SURE, WORTH_NAMING, Number
+from sssi_exudyn.validation.diagnosis.result import Alternative, Number
+from sssi_exudyn.validation.diagnosis.search_result import STANDS_OUT, SURE, WORTH_NAMING
 from sssi_exudyn.validation.diagnosis.sentences import doubt, saying
 
 _NOTHING: Final = "nothing"
@@ -26,7 +27,7 @@ def sentence_of_day(weighed: Sequence[Weighed], runs: int, model: Model) -> str:
     numbers = {name.partition(".")[2]: number for name, number in best.numbers.items()}
     what = saying(best.name, numbers, model) if best.name else "nothing is missing that acts on all alike"
     others = [
-        (each.name or _NOTHING, each.probability)
+        Alternative(each.name or _NOTHING, each.probability)
         for each in weighed
         if each is not best and each.probability >= WORTH_NAMING
     ]

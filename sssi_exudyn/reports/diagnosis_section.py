@@ -8,118 +8,152 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.html import Section, figure, table
-from sssi_exudyn.validation.diagnosis.findings import Diagnosis, Finding
-from sssi_exudyn.validation.diagnosis.missing_force import DIRECTIONS, MissingForce
-from sssi_exudyn.validation.diagnosis.search import Round
+from sssi_exudyn.reports.html import Row, Section, figure, table
+from sssi_exudyn.validation.diagnosis.missing_force import DIRECTIONS
+from sssi_exudyn.validation.diagnosis.result import (
+    Change,
+    Diagnosis,
+    Finding,
+    ForceOverTime,
+    LatentForce,
+    Noise,
+    Posterior,
+    TrackDistance,
+)
 
 _COLOURS = (plots.SIMULATED, plots.MEASURED, plots.OTHER)
 
 
 def diagnosis_section(diagnosis: Diagnosis) -> Section:
-    """What was missing, as a section of the page."""
-    parts = [
-        f"<p>{escape(diagnosis.sentence)}</p>\n",
-        figure(
-            _error_svg(diagnosis),
-            "Horizontal distance between simulated antenna and GPS, before and after; the band is the noise's σ"
-            + (", shaded where something was found" if diagnosis.findings else ""),
-        ),
-        figure(
-            _force_svg(diagnosis.missing, "missing"),
-            "Force that the model lacks, with twice its standard deviation; dots stand out from what noise shows",
-        ),
-    ]
-    if diagnosis.findings:
-        parts.append(
-            figure(_force_svg(diagnosis.left, "left"), "The same once everything that was found is in the model")
-        )
+    """What was missing, as a section of the page; figures that the diagnosis has no data of are left out."""
+    parts = [f"<p>{escape(diagnosis.sentence)}</p>\n"]
+    if diagnosis.track_distance is not None:
+        parts.append(figure(_distance_svg(diagnosis, diagnosis.track_distance), _distance_caption(diagnosis)))
+    if diagnosis.latent_force is not None:
+        parts.append(_forces(diagnosis, diagnosis.latent_force))
     parts += [_finding(finding) for finding in diagnosis.findings]
-    parts.append(_weighed(diagnosis.rounds[0]))
-    parts.append(table("Noise as it is", _noise_rows(diagnosis)))
+    if diagnosis.weighed:
+        parts.append(_hypotheses(diagnosis.weighed[0]))
+    parts.append(table("Noise of the instruments", _noise_rows(diagnosis.noise)))
     return Section("What was left out", "".join(parts))
 
 
+def _captions(diagnosis: Diagnosis) -> str:
+    return " and ".join(finding.caption or finding.name.replace("_", " ") for finding in diagnosis.findings)
+
+
+def _distance_caption(diagnosis: Diagnosis) -> str:
+    noise = "the band is the standard deviation of the GPS noise"
+    if not diagnosis.findings:
+        return f"Horizontal distance between simulated antenna and GPS; {noise}"
+    shaded = "; shaded while it acts" if any(finding.where for finding in diagnosis.findings) else ""
+    return (
+        f"Horizontal distance between simulated antenna and GPS, before, and after with {_captions(diagnosis)} in the "
+        f"model{shaded}; {noise}"
+    )
+
+
+def _forces(diagnosis: Diagnosis, force: LatentForce) -> str:
+    before = figure(
+        _force_svg(force.before, "missing"),
+        "Force that the model lacks, with twice its standard deviation; dots stand out from what noise shows",
+    )
+    if not diagnosis.findings:
+        return before
+    return before + figure(_force_svg(force.after, "left"), f"The same with {_captions(diagnosis)} in the model")
+
+
 def _finding(finding: Finding) -> str:
-    before, after = finding.before, finding.after
-    rows = [
+    evidence = finding.evidence
+    rows: list[Row] = [
         (name, f"{n.value:.4g} {'' if n.unit == '1' else n.unit}", f"90 % interval {n.low:.4g} to {n.high:.4g}")
         for name, n in finding.parameters.items()
     ]
-    rows += [
-        ("mean error (m)", f"{after.trajectory_error:.3f}", f"{before.trajectory_error:.3f} before"),
-        ("on turns not fitted (m)", f"{after.held_out_error:.3f}", f"{before.held_out_error:.3f} before"),
-        (
-            "the same, placebos (m)",
-            f"{np.median(finding.placebos):.3f}",
-            f"median of {len(finding.placebos)} forces drawn at random in its place; the best of them "
-            f"{np.min(finding.placebos):.3f}",
-        ),
-        ("χ² per degree of freedom", f"{after.chi2_per_dof:.2f}", f"{before.chi2_per_dof:.2f} before; 1 is noise"),
-        ("memory of what is left", f"{after.whiteness:+.2f}", f"{before.whiteness:+.2f} before; 0 is noise"),
-    ]
+    rows.append(_change("mean error (m)", evidence.trajectory_error_m, ".3f"))
+    rows.append(_change("on turns not fitted (m)", evidence.held_out_error_m, ".3f"))
+    placebos = evidence.placebo_held_out_error_m
+    if placebos is not None:
+        count = f"{len(placebos.each)} forces" if placebos.each else "forces"
+        meaning = f"median of {count} drawn at random in its place; the best of them {placebos.least:.3f}"
+        rows.append(("the same, placebos (m)", f"{placebos.median:.3f}", meaning))
+    rows.append(_change("χ² per degree of freedom", evidence.chi2_per_dof, ".2f", "; 1 is noise"))
+    if evidence.residual_memory is not None:
+        rows.append(_change("autocorrelation of the residual", evidence.residual_memory, "+.2f", "; 0 is noise"))
     if finding.where is not None:
         where = finding.where
-        place = f"{where.distance[0]:.1f} m to {where.distance[1]:.1f} m of the path; {', '.join(where.phases)}"
-        rows.insert(0, ("when", f"{where.t0:.1f} s to {where.t1:.1f} s", place))
+        place = f"{where.distance_m[0]:.1f} m to {where.distance_m[1]:.1f} m of the path; {', '.join(where.phase)}"
+        rows.insert(0, ("when", f"{where.t0_s:.1f} s to {where.t1_s:.1f} s", place))
     return table(f"{finding.name.replace('_', ' ')} ({finding.probability:.0%})", rows)
 
 
-def _weighed(weighed: Round) -> str:
+def _change(what: str, change: Change, form: str, scale: str = "") -> Row:
+    before, after = ("–" if value is None else format(value, form) for value in (change.before, change.after))
+    return what, after, f"{before} before{scale}"
+
+
+def _hypotheses(posteriors: tuple[Posterior, ...]) -> str:
     """Every hypothesis with its probability, the most probable first."""
-    none = weighed.nothing.log_evidence
-    rows = [
+    nothing = next((each.log_evidence for each in posteriors if each.name == "nothing"), None)
+
+    def meaning(each: Posterior) -> str:
+        if each.name == "nothing":
+            return ""
+        if each.log_evidence is None or nothing is None:
+            return "not possible"
+        against = f"log evidence {each.log_evidence - nothing:+.1f} against nothing"
+        return f"{against}; refitted" if each.refitted else against
+
+    rows: list[Row] = [
         (
-            (v.name or "nothing is missing").replace("_", " "),
-            f"{v.probability:.1%}",
-            ""
-            if not v.name
-            else f"log evidence {v.log_evidence - none:+.1f} against nothing" + ("" if v.fit is None else "; refitted"),
+            "nothing is missing" if each.name == "nothing" else each.name.replace("_", " "),
+            f"{each.probability:.1%}",
+            meaning(each),
         )
-        for v in weighed.verdicts
+        for each in posteriors
     ]
-    return table("Every hypothesis weighed", rows)
+    return table("Probability of every hypothesis", rows)
 
 
-def _noise_rows(diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
-    noise = diagnosis.noise
-    return [
-        ("GPS (m)", f"{noise.gps.sigma:.3f}", f"remembers for {noise.gps.correlation_time:.1f} s"),
-        ("GPS height (m)", f"{noise.height.sigma:.3f}", f"remembers for {noise.height.correlation_time:.1f} s"),
-        ("insoles, total (N)", f"{noise.load.sigma:.0f}", ""),
-        ("insoles, left less right (N)", f"{noise.difference.sigma:.0f}", ""),
-        ("capture (°)", f"{np.degrees(noise.capture):.2f}", "of each segment's orientation, wandering over seconds"),
-    ]
+def _noise_rows(noise: Noise) -> list[Row]:
+    rows: list[Row] = [("GPS (m)", f"{noise.gps_sigma_m:.3f}", f"correlated over {noise.gps_correlation_s:.1f} s")]
+    if noise.height_sigma_m is not None:
+        seconds = noise.height_correlation_s
+        meaning = "" if seconds is None else f"correlated over {seconds:.1f} s"
+        rows.append(("GPS height (m)", f"{noise.height_sigma_m:.3f}", meaning))
+    if noise.load_sigma_N is not None:
+        rows.append(("insoles, total (N)", f"{noise.load_sigma_N:.0f}", ""))
+    if noise.difference_sigma_N is not None:
+        rows.append(("insoles, left less right (N)", f"{noise.difference_sigma_N:.0f}", ""))
+    if noise.capture_sigma_deg is not None:
+        meaning = "of each segment's orientation, correlated over seconds"
+        rows.append(("capture (°)", f"{noise.capture_sigma_deg:.2f}", meaning))
+    return rows
 
 
-def _error_svg(diagnosis: Diagnosis) -> str:
-    measurements, blocks = diagnosis.measurements, diagnosis.measurements.blocks
-
+def _distance_svg(diagnosis: Diagnosis, distance: TrackDistance) -> str:
     def draw(axes: Axes) -> None:
         for finding in diagnosis.findings:
             if finding.where is not None:
-                axes.axvspan(finding.where.t0, finding.where.t1, color=plots.OTHER, alpha=0.15, linewidth=0)
-        axes.axhspan(0.0, diagnosis.noise.gps.sigma, color=plots.MEASURED, alpha=0.2, linewidth=0, label="GPS σ")
-        shown = [("before", diagnosis.residual_before, plots.MEASURED, "--")]
+                axes.axvspan(finding.where.t0_s, finding.where.t1_s, color=plots.OTHER, alpha=0.15, linewidth=0)
+        axes.axhspan(0.0, diagnosis.noise.gps_sigma_m, color=plots.MEASURED, alpha=0.2, linewidth=0, label="GPS σ")
+        axes.plot(distance.time_s, distance.before_m, color=plots.MEASURED, linestyle="--", label="before")
         if diagnosis.findings:
-            shown.append(("after", diagnosis.residual_after, plots.SIMULATED, "-"))
-        for label, residual, colour, style in shown:
-            distance = np.hypot(residual[blocks["x"]], residual[blocks["y"]])
-            axes.plot(measurements.fixes, distance, color=colour, linestyle=style, label=label)
+            axes.plot(distance.time_s, distance.after_m, color=plots.SIMULATED, label="after")
         axes.set(xlabel="time (s)", ylabel="distance (m)", ylim=(0.0, None))
 
     return plots.svg("diagnosis-error", draw)
 
 
-def _force_svg(missing: MissingForce, name: str) -> str:
-    middles = 0.5 * (missing.edges[1:] + missing.edges[:-1])
+def _force_svg(missing: ForceOverTime, name: str) -> str:
+    edges = np.array(missing.edges_s)
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    forces, bands, stands_out = np.array(missing.force_N), np.array(missing.band_N), np.array(missing.stands_out)
 
     def draw(axes: Axes) -> None:
         for k, (direction, colour) in enumerate(zip(DIRECTIONS, _COLOURS, strict=True)):
-            force, band = missing.force[:, k], missing.band[:, k]
+            force, band, out = forces[:, k], bands[:, k], stands_out[:, k]
             axes.fill_between(middles, force - 2.0 * band, force + 2.0 * band, color=colour, alpha=0.12, linewidth=0)
             axes.plot(middles, force, color=colour, linestyle=("-", "--", ":")[k], label=direction)
-            out = missing.stands_out[:, k]
             axes.plot(middles[out], force[out], "o", color=colour, markersize=4.0)
         axes.axhline(0.0, color=plots.INK, linewidth=0.6)
         axes.set(xlabel="time (s)", ylabel="force (N)")

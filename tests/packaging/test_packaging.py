@@ -22,7 +22,7 @@ def installed() -> list[Path]:
         below / path.relative_to(top)
         for below, top in tops.items()
         for path in top.rglob("*")
-        if path.suffix in {".py", ".toml", ".css", ".js"} or path.name == "py.typed"
+        if path.suffix in {".py", ".toml", ".css", ".js", ".json"} or path.name == "py.typed"
         if below != Path() or path.relative_to(top).parts[0] not in FOLDERS
     )
 

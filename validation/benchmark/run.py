@@ -24,7 +24,7 @@ import numpy as np
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
-from sssi_exudyn.io.writing import to_json, write_atomically
+from sssi_exudyn.io.writing import to_json, to_plain, write_atomically
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
@@ -35,9 +35,9 @@ from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.scores import STRONG, scored
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose, figures_as_it_is
 from sssi_exudyn.validation.diagnosis.evidence import Account, log_factors
-from sssi_exudyn.validation.diagnosis.findings import Diagnosis, diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis.hypotheses import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.search import Round
+from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
 ANSWERS, SEAL = "answers.json", "answers.sha256"
 Bases = list[Recorded]
@@ -72,11 +72,11 @@ def judged_case(made: Made, *, full: bool) -> dict[str, Any]:
         return {"index": made.case.index, "failed": str(error)}
     first = found.rounds[0]
     oracle = _oracle(made.case, found, first)
-    clear = found.findings and (oracle or 0.0) >= STRONG  # where it is asked for
+    clear = found.diagnosis.findings and (oracle or 0.0) >= STRONG  # where it is asked for
     return {
         "index": made.case.index,
         "full": full,
-        "said": diagnosis_to_dict(found),
+        "said": to_plain(found.diagnosis),
         "friction": {k: found.model.value(f"friction.{k}") for k in ("mu_t", "mu_n")},
         "held_out_m": found.figures[-1].held_out_error,
         "held_out_plain_m": figures_as_it_is(*made.plain).held_out_error if made.plain and clear else None,
@@ -115,7 +115,7 @@ def _baselines(weighed: Round) -> dict[str, str]:
     return {"bic": best_bic[0], "in_sample": best_fit[0]}
 
 
-def _oracle(case: Case, found: Diagnosis, weighed: Round) -> float | None:
+def _oracle(case: Case, found: SearchResult, weighed: Round) -> float | None:
     """How many standard errors strong the effect is to one who knows its form: root of twice the log likelihood ratio
     of the best candidate of its name.  None where the program has no such name.
     """

@@ -17,10 +17,11 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.evidence import Account, Freedom, NoiseLevels, log_volume, whitened
-from sssi_exudyn.validation.diagnosis.findings import Number, OwnAccount
 from sssi_exudyn.validation.diagnosis.hypotheses import OF_A_DAY
 from sssi_exudyn.validation.diagnosis.hypothesis import added
+from sssi_exudyn.validation.diagnosis.result import Number
 from sssi_exudyn.validation.diagnosis.search import INTERVAL_90, SIZES, probabilities, responses_of
+from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
 
 SHARED: Final = ("friction.mu_t", "friction.mu_n")
 
@@ -78,14 +79,14 @@ def together(runs: Sequence[Run], extra: Sequence[Freedom] | None = None) -> tup
     return evidence, scales * found[:count], scales * np.sqrt(np.diag(inverse[:count]))
 
 
-def run_of(own: OwnAccount) -> Run:
+def run_of(own: SeparateFit) -> Run:
     """What the day needs of a run."""
     names = [p.names[0] for p in own.fit.parameters]
     mounting = own.account.free.columns.shape[1] - len(names)  # those of the instruments' mounting come first
     return Run(own.account, own.levels, tuple(mounting + names.index(name) for name in SHARED))
 
 
-def weigh_day(runs_alone: Sequence[OwnAccount]) -> list[Weighed]:
+def weigh_day(runs_alone: Sequence[SeparateFit]) -> list[Weighed]:
     """Everything that can act on all runs alike, and nothing, the most probable first.
 
     What was found in one run alone, a gust or a late clock, stays with it.

@@ -17,6 +17,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
 from sssi_exudyn.simulation.sensitivities import STEPS
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
+from sssi_exudyn.validation.diagnosis.result import Kind
 from sssi_exudyn.validation.measurements import Measurements
 
 CELL: Final = 0.4
@@ -105,7 +106,7 @@ class Hypothesis(ABC):
     """
 
     name: ClassVar[str]
-    kind: ClassVar[str]
+    kind: ClassVar[Kind]
     weight: ClassVar[float] = 1.0
     moves_all: ClassVar[bool] = False
 
@@ -166,7 +167,7 @@ class Everywhere(Hypothesis):
         return [Candidate(added(scene.model, part), Freedom(responses, np.array(list(self.scales.values()))), names)]
 
 
-def everywhere(name: str, kind: str, part: Callable[[Scene], Term | Sensor], scales: dict[str, float]) -> Hypothesis:
+def everywhere(name: str, kind: Kind, part: Callable[[Scene], Term | Sensor], scales: dict[str, float]) -> Hypothesis:
     """A hypothesis of that name that acts all the time."""
     made = type(name, (Everywhere,), {"name": name, "kind": kind})
     return made(part, scales)  # type: ignore[no-any-return]

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.missing_force import MissingForce
+from sssi_exudyn.validation.diagnosis.result import Alternative, Finding, Number
+from sssi_exudyn.validation.diagnosis.search_result import Figures
 
-if TYPE_CHECKING:
-    from sssi_exudyn.validation.diagnosis.findings import Figures, Finding, Number
-
-Numbers = dict[str, "Number"]
+Numbers = dict[str, Number]
 
 
 def _way(value: float, up: str, down: str) -> str:
@@ -99,7 +97,6 @@ def sentence_of(
     findings: Sequence[Finding],
     before: Model,
     after: Model,
-    missing: MissingForce,
     first: Figures,
     last: Figures,
 ) -> str:
@@ -124,17 +121,17 @@ def saying(name: str, numbers: Numbers, model: Model) -> str:
 
 def _said(finding: Finding, model: Model) -> str:
     where = finding.where
-    when = "" if where is None else f"between {where.t0:.1f} s and {where.t1:.1f} s "
+    when = "" if where is None else f"between {where.t0_s:.1f} s and {where.t1_s:.1f} s "
     words = when + saying(finding.name, finding.parameters, model)
     if finding.probability < 0.8 and finding.alternatives:
         words += f" ({finding.probability:.0%} probable; {doubt(finding.name, finding.alternatives)})"
     return words + "."
 
 
-def doubt(name: str, others: Sequence[tuple[str, float]]) -> str:
+def doubt(name: str, others: Sequence[Alternative]) -> str:
     """What else it may be than that name, with probabilities, and what would tell."""
-    listed = ", ".join(f"{other} ({p:.0%})" for other, p in others)
-    return f"it may as well be {listed}{_parted(name, [other for other, _ in others])}"
+    listed = ", ".join(f"{other.name} ({other.probability:.0%})" for other in others)
+    return f"it may as well be {listed}{_parted(name, [other.name for other in others])}"
 
 
 def _parted(name: str, others: Sequence[str]) -> str:

@@ -18,10 +18,11 @@ from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.simulation.reduced import prepare
 from sssi_exudyn.validation.benchmark.cases import _as_known, recorded
 from sssi_exudyn.validation.diagnosis.day import Run, Weighed, day_to_dict, together, weigh_day
-from sssi_exudyn.validation.diagnosis.diagnose import own_account
+from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, log_evidence
-from sssi_exudyn.validation.diagnosis.findings import Number, OwnAccount
+from sssi_exudyn.validation.diagnosis.result import Number
 from sssi_exudyn.validation.diagnosis.search import Searcher, probabilities, setting_of
+from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "intermediate"
 
@@ -80,7 +81,7 @@ def test_two_runs_tell_what_neither_does_alone() -> None:
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
     fitted = problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
     law = SpeedDependentFriction(0.02, 10.0)
-    own: list[OwnAccount] = []
+    own: list[SeparateFit] = []
     for number, after in enumerate((0.2, 8.0)):
         stretch = replace(motion, start=motion.start + after, stop=motion.start + after + 5.0)
         start = _as_known(fitted, recording, stretch).start
@@ -88,7 +89,7 @@ def test_two_runs_tell_what_neither_does_alone() -> None:
         given = (recording, stretch, fitted)
         made = recorded(np.random.default_rng([3, number]), given, stretch, world, 0.0, 0.0)
         searcher = Searcher(setting_of(*made), lambda *_: None)
-        own.append(own_account(searcher, searcher.first()))
+        own.append(separate_fit(searcher, searcher.first()))
     alone = [{each.name: each for each in weigh_day([one])} for one in own]
     assert all(each[""].probability > 0.2 for each in alone)
     best = weigh_day(own)[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from schema_check import check_against_schema
 
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
@@ -17,6 +19,8 @@ from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
 from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.io.typed import read_json
+from sssi_exudyn.io.writing import to_json
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
@@ -33,13 +37,15 @@ from sssi_exudyn.validation.benchmark.scores import scored, share
 from sssi_exudyn.validation.diagnosis import search
 from sssi_exudyn.validation.diagnosis.diagnose import _weighed_again, diagnose
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
-from sssi_exudyn.validation.diagnosis.findings import diagnosis_to_dict
 from sssi_exudyn.validation.diagnosis.hypotheses import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, Probe, Scene
 from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
+from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.diagnosis.search import Searcher, extended, responses_of, setting_of
 
-EXAMPLE = Path(__file__).parents[3] / "examples" / "beginner"
+ROOT = Path(__file__).parents[3]
+SCHEMA = ROOT / "validation" / "diagnosis" / "diagnosis.schema.json"
+EXAMPLE = ROOT / "examples" / "beginner"
 KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "noise"}
 
 
@@ -51,16 +57,21 @@ def base() -> tuple[Recording, Motion, Model]:
     return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 
 
-def said_of(name: str, kind: str, strength: int, base: Any, seed: int) -> tuple[Any, dict[str, Any]]:
+def said_of(name: str, kind: str, strength: int, base: Any, seed: int, tmp_path: Path) -> tuple[Any, dict[str, Any]]:
     made = make(0, (name, kind, strength), [base], seed)
     found = diagnose(made.recording, made.motion, made.model, full=False)
-    section = diagnosis_section(found)
-    assert found.sentence.split(":")[0] in section.html
-    return made.case, diagnosis_to_dict(found)
+    diagnosis = found.diagnosis
+    assert diagnosis.sentence.split(":")[0] in diagnosis_section(diagnosis).html
+    path = tmp_path / "diagnosis.json"
+    path.write_text(to_json(diagnosis))
+    assert read_json(path, Diagnosis) == diagnosis
+    written = json.loads(path.read_text())
+    check_against_schema(written, json.loads(SCHEMA.read_text()))
+    return made.case, written
 
 
-def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any) -> None:
-    case, said = said_of("snow_patch", "physics", 3, base, seed=4)
+def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any, tmp_path: Path) -> None:
+    case, said = said_of("snow_patch", "physics", 3, base, seed=4, tmp_path=tmp_path)
     assert said.keys() >= KEYS
     finding = said["findings"][0]
     names = [finding["name"], *(other["name"] for other in finding["alternatives"])]
@@ -75,8 +86,8 @@ def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any) -> None:
     assert finding["evidence"]["trajectory_error_m"]["after"] < finding["evidence"]["trajectory_error_m"]["before"]
 
 
-def test_where_nothing_is_hidden_nothing_is_said(base: Any) -> None:
-    _, said = said_of("none", "none", 0, base, seed=6)
+def test_where_nothing_is_hidden_nothing_is_said(base: Any, tmp_path: Path) -> None:
+    _, said = said_of("none", "none", 0, base, seed=6, tmp_path=tmp_path)
     assert said["verdict"] == "none"
     assert said["findings"] == []
     assert abs(said["friction"]["after"]["mu_t"] - said["friction"]["before"]["mu_t"]) < 1e-12
@@ -353,7 +364,7 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     monkeypatch.setattr(Searcher, "round", once)
     found = diagnose(made.recording, made.motion, made.model, full=False)
     assert len(asked) == 2
-    assert found.verdict == "none"
+    assert found.diagnosis.verdict == "none"
     assert found.fit is found.first
 
 

@@ -1,0 +1,204 @@
+"""A diagnosis as data: what ``diagnosis.json`` holds, and all that its section of a report is made from.
+
+Field names are the file's keys; each quantity has its unit in its name.  Fields with a default were added to the format
+later, so that files without them are still read.  ``diagnosis.schema.json`` beside this file is the JSON Schema of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Kind = Literal["physics", "sensor", "unexplained"]
+Outcome = Literal["none", "explained", "ambiguous", "unexplained"]
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Number:
+    """A parameter with its 90 % interval."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another explanation of the same finding; "nothing" for none."""
+
+    name: str
+    probability: float
+
+
+@dataclass(frozen=True)
+class Where:
+    """When a finding acts (s, the recording's clock), on which metres of the path, on which side, in which phases."""
+
+    t0_s: float
+    t1_s: float
+    distance_m: tuple[float, float]
+    side: Literal["left", "right", "both"]
+    phase: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Change:
+    """A figure before and after the finding is in the model."""
+
+    before: float | None
+    after: float | None
+
+
+@dataclass(frozen=True)
+class Placebos:
+    """Errors on turns not fitted (m) with forces drawn at random in the finding's place: all, the least, the median."""
+
+    least: float
+    median: float
+    each: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """How much better the model meets the recording with the finding.
+
+    trajectory_error_m, held_out_error_m : mean horizontal errors at all fixes, and at those of turns not fitted
+    chi2_per_dof : of the horizontal track under the noise as it is; 1 is noise
+    residual_memory : correlation of neighbours in the whitened residual; 0 is noise
+    """
+
+    trajectory_error_m: Change
+    held_out_error_m: Change
+    chi2_per_dof: Change
+    placebo_held_out_error_m: Placebos | None = None
+    residual_memory: Change | None = None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was missing: the most probable name, what else it might be, and what it does.
+
+    impulse_Ns : along and across the skis and normal to the snow; zero for a fault of an instrument
+    caption : what was added, as a figure names it
+    """
+
+    kind: Kind
+    name: str
+    probability: float
+    alternatives: tuple[Alternative, ...]
+    where: Where | None
+    parameters: dict[str, Number]
+    impulse_Ns: Vector
+    evidence: Evidence
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction along and across the skis."""
+
+    mu_t: float
+    mu_n: float
+
+
+@dataclass(frozen=True)
+class FrictionChange:
+    """Friction before anything was added, and after all findings."""
+
+    before: Friction
+    after: Friction
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Noise of the instruments under the final model: standard deviations and correlation times.
+
+    difference_sigma_N : of the insoles' left total less the right one;  capture_sigma_deg : of a segment's orientation
+    """
+
+    gps_sigma_m: float
+    gps_correlation_s: float
+    height_sigma_m: float | None = None
+    load_sigma_N: float | None = None
+    capture_sigma_deg: float | None = None
+    height_correlation_s: float | None = None
+    difference_sigma_N: float | None = None
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """A hypothesis in one round of the search.
+
+    log_evidence : None for one that cannot be
+    refitted : whether it was fitted with its own term, and not by its linear response alone
+    """
+
+    name: str
+    probability: float
+    log_evidence: float | None
+    refitted: bool = False
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A time in which the missing force stands out from what noise alone would show."""
+
+    t0_s: float
+    t1_s: float
+    impulse_Ns: Vector
+
+
+@dataclass(frozen=True)
+class ForceOverTime:
+    """The force that a model lacks, in c cells of time: along and across the skis and normal to the snow.
+
+    edges_s : c + 1 instants;  force_N, band_N : c vectors, the force and its standard deviation
+    stands_out : c times three, true where a direction stands out from what noise alone would show
+    """
+
+    edges_s: tuple[float, ...]
+    force_N: tuple[Vector, ...]
+    band_N: tuple[Vector, ...]
+    stands_out: tuple[tuple[bool, bool, bool], ...]
+
+
+@dataclass(frozen=True)
+class LatentForce:
+    """The force that was missing before, and what is still missing with all findings in the model."""
+
+    before: ForceOverTime
+    after: ForceOverTime
+
+
+@dataclass(frozen=True)
+class TrackDistance:
+    """Horizontal distance between simulated antenna and GPS at each fix, before and after."""
+
+    time_s: tuple[float, ...]
+    before_m: tuple[float, ...]
+    after_m: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What physics was left out of a model of a recorded run, or which instrument is at fault.
+
+    verdict : "none" where nothing is missing, "explained", "ambiguous" where several names remain, "unexplained" where
+        a force acts that no hypothesis explains
+    weighed : every hypothesis by its probability, the most probable first, in each round of the search
+    stands_out : when a force was missing before anything was added
+    """
+
+    format: Literal[1]
+    recording: str
+    verdict: Outcome
+    sentence: str
+    findings: tuple[Finding, ...]
+    friction: FrictionChange
+    noise: Noise
+    weighed: tuple[tuple[Posterior, ...], ...] = ()
+    stands_out: tuple[Stretch, ...] = ()
+    latent_force: LatentForce | None = None
+    track_distance: TrackDistance | None = None

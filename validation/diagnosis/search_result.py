@@ -1,0 +1,71 @@
+"""What the search gives: the diagnosis as data, and the fits, rounds and runs that it was made from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.validation.diagnosis.evidence import Account, NoiseLevels
+from sssi_exudyn.validation.diagnosis.hypothesis import Scene
+from sssi_exudyn.validation.diagnosis.refit import Refit
+from sssi_exudyn.validation.diagnosis.result import Diagnosis
+from sssi_exudyn.validation.diagnosis.search import Round
+
+STANDS_OUT: Final = 0.2
+"""Probability of nothing missing above which nothing is said to be missing."""
+SURE: Final = 0.8
+"""Probability from which one name is said alone."""
+WORTH_NAMING: Final = 0.02
+
+
+@dataclass(frozen=True)
+class Figures:
+    """One model against the recording: mean horizontal errors (m), χ² per degree of freedom, memory of what is left.
+
+    whiteness : correlation of neighbours in the whitened residual; 0 for what is only noise
+    """
+
+    trajectory_error: float
+    held_out_error: float
+    chi2_per_dof: float
+    whiteness: float
+
+
+@dataclass(frozen=True)
+class SeparateFit:
+    """A run with what it alone was found to have, and nothing that acts on all runs of a day alike."""
+
+    fit: Refit
+    scene: Scene
+    account: Account
+    levels: NoiseLevels
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """The diagnosis, and what it was made from.
+
+    fit, result : the model with everything that was found, fitted, and its run by the full model
+    first : the fit without anything added
+    noise : of the instruments, under the final model
+    rounds : all hypotheses with their probabilities, round by round
+    figures : of the fit without anything added, and with each finding after the other
+    separate_fit : gives what the runs of a day are compared by, which takes another fit
+    """
+
+    diagnosis: Diagnosis
+    first: Refit
+    fit: Refit
+    result: SimulationResult | None
+    noise: NoiseLevels
+    rounds: tuple[Round, ...]
+    figures: tuple[Figures, ...]
+    separate_fit: Callable[[], SeparateFit]
+
+    @property
+    def model(self) -> Model:
+        """The extended model."""
+        return self.fit.model
