@@ -11,19 +11,18 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from sssi_exudyn import commands
-from sssi_exudyn.analysis.biomechanics import shift
+from sssi_exudyn.analysis.biomechanics import Spread, shift
 from sssi_exudyn.analysis.turns import Turn
 from sssi_exudyn.core.frames import GRAVITY, Array
-from sssi_exudyn.reports.sentences import mean_of
-from sssi_exudyn.reports.tables import friction, with_spread
-from sssi_exudyn.reports.turn_tables import peak_moment
+from sssi_exudyn.reports.sentences import mean_of, spread_of
+from sssi_exudyn.reports.sections.tables import friction, with_spread
+from sssi_exudyn.reports.sections.turn_tables import peak_moment
 from sssi_exudyn.results.folder import SUMMARY
-from sssi_exudyn.results.stored import Run, read_run
+from sssi_exudyn.results.stored import StoredRun, read_run
 from sssi_exudyn.validation.agreement import filtered_ratio
 from sssi_exudyn.validation.metrics import path_length
 
@@ -81,7 +80,7 @@ WHY: dict[str, str] = {
 }
 
 _OUTSIDE = ("outside_force_share", "total_force_bodyweights")
-Number = Callable[[Run], str]
+Number = Callable[[StoredRun], str]
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,7 @@ class Row:
     why: str
 
 
-def nothing(_: Run) -> str:
+def nothing(_: StoredRun) -> str:
     return "–"
 
 
@@ -119,7 +118,7 @@ def main() -> None:
     (ROOT / "docs" / "reproduction.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def table(runs: list[Run], entries: list[Row]) -> Iterator[str]:
+def table(runs: list[StoredRun], entries: list[Row]) -> Iterator[str]:
     """Lines of Markdown."""
     yield "| | " + " | ".join(f"{name}: paper | here | recorded" for name in NAMES) + " | why |"
     yield "|---|" + "---|" * (3 * len(NAMES) + 1)
@@ -128,13 +127,13 @@ def table(runs: list[Run], entries: list[Row]) -> Iterator[str]:
         yield f"| {row.what} | " + " | ".join(cells) + f" | {row.why} |"
 
 
-def rows(alike: Mapping[str, Run]) -> list[Row]:
+def rows(alike: Mapping[str, StoredRun]) -> list[Row]:
     """Every figure of the paper's results, in its order; ``alike`` has the runs fitted by the paper's two parameters."""
 
-    def by_paper(run: Run) -> str:
+    def by_paper(run: StoredRun) -> str:
         other = alike[run.name].summary
-        mu = ", ".join(f"{other['friction'][name]['value']:.3f}" for name in ("mu_t", "mu_n"))
-        return f"{other['trajectory']['percent_of_length']:.2f} % ({mu})"
+        mu = ", ".join(f"{getattr(other.friction, name).value:.3f}" for name in ("mu_t", "mu_n"))
+        return f"{other.trajectory.percent_of_length:.2f} % ({mu})"
 
     return [
         Row("Table 1: μ_t", ("0.06", "0.19"), lambda run: friction(run.summary, "mu_t"), nothing, "a"),
@@ -168,37 +167,39 @@ def rows(alike: Mapping[str, Run]) -> list[Row]:
 
 
 def of(group: str, name: str, form: str) -> Number:
-    return lambda run: form.format(run.summary[group][name])
+    return lambda run: form.format(getattr(getattr(run.summary, group), name))
 
 
 def turns(name: str, form: str, factor: float = 1.0) -> Number:
-    return lambda run: spread(run.summary["turns"]["each"][name], form, factor)
+    return lambda run: spread(spread_of(run.summary, name), form, factor)
 
 
 def control(name: str) -> Number:
-    return lambda run: spread(run.summary["turns"]["control"][name], "{:.2f}")
+    return lambda run: spread(spread_of(run.summary, name, "control"), "{:.2f}")
 
 
 def moment(joint: str, end: str) -> Number:
-    def peak(run: Run) -> str:
+    def peak(run: StoredRun) -> str:
         value = peak_moment(run.summary, joint, end)
         return "–" if value is None else f"{value:.2f}"
 
     return peak
 
 
-def spread(figure: Mapping[str, Any], form: str, factor: float = 1.0) -> str:
-    if figure["sd"] is None:
-        return form.format(factor * figure["mean"])
-    return with_spread(factor * figure["mean"], factor * figure["sd"])
+def spread(figure: Spread, form: str, factor: float = 1.0) -> str:
+    if figure.mean is None:
+        return "–"
+    if figure.sd is None:
+        return form.format(factor * figure.mean)
+    return with_spread(factor * figure.mean, factor * figure.sd)
 
 
-def two_turns(run: Run) -> str:
+def two_turns(run: StoredRun) -> str:
     mean = mean_of(run.summary, "duration_s")
     return "–" if mean is None else f"{2.0 * mean:.1f}"
 
 
-def complete(run: Run) -> list[Turn]:
+def complete(run: StoredRun) -> list[Turn]:
     return [turn for turn in run.turns.turns if turn.complete]
 
 
@@ -207,7 +208,7 @@ def over(values: list[float], form: str) -> str:
     return spread({"mean": known.mean(), "sd": known.std(ddof=1)}, form) if len(known) > 1 else "–"
 
 
-def gps_speed(run: Run) -> str:
+def gps_speed(run: StoredRun) -> str:
     """Of the antenna: the fixes' path over the time."""
     assert run.measured is not None
     seen = run.measured.dropna(subset=["gps_east_m"])
@@ -216,14 +217,14 @@ def gps_speed(run: Run) -> str:
     return over([path_length(path[of]) / float(np.ptp(time[of])) for of in within], "{:.1f}")
 
 
-def insoles(run: Run) -> tuple[Array, Array]:
+def insoles(run: StoredRun) -> tuple[Array, Array]:
     """(n,) s and (n, 2) N, left and right."""
     assert run.measured is not None
     seen = run.measured.dropna(subset=["left_insole_N"])
     return seen["time_s"].to_numpy(), seen[["left_insole_N", "right_insole_N"]].to_numpy()
 
 
-def insole_share(run: Run) -> str:
+def insole_share(run: StoredRun) -> str:
     time, load = insoles(run)
     left = filtered_ratio(time, *load.T)
     found = []
@@ -234,7 +235,7 @@ def insole_share(run: Run) -> str:
     return over(found, "{:.2f}")
 
 
-def insole_total(run: Run) -> str:
+def insole_total(run: StoredRun) -> str:
     time, load = insoles(run)
     total = load.sum(axis=1) / (GRAVITY * run.model.skier.mass)
     phases = [turn.phases["control"] for turn in complete(run)]
@@ -242,7 +243,7 @@ def insole_total(run: Run) -> str:
 
 
 def insole_shift(name: str, form: str) -> Number:
-    def crossing(run: Run) -> str:
+    def crossing(run: StoredRun) -> str:
         time, load = insoles(run)
         ratio = filtered_ratio(time, *load.T)
         known = np.isfinite(ratio)

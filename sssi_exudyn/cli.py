@@ -10,7 +10,7 @@ import argparse
 import os
 import sys
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
 from importlib import metadata
 from pathlib import Path
@@ -192,10 +192,10 @@ def _call(options: argparse.Namespace) -> str:
     take_fast_build()
     from sssi_exudyn import commands
     from sssi_exudyn.io.writing import to_json
+    from sssi_exudyn.results.summary import summary_to_dict
     from sssi_exudyn.terminal import format_csv, format_summary, format_table
 
     progress = progress_on_stderr()
-    summary: Mapping[str, Any]
     match options.command:
         case "inspect":
             from sssi_exudyn.recording.inspection import format_inspection
@@ -219,8 +219,9 @@ def _call(options: argparse.Namespace) -> str:
             if options.folder is None:
                 raise InputError("muscles", "FOLDER", "no folder is given", "give a result or a recording, or --list")
             summary = commands.muscles(options.folder, options.out, power=options.power, progress=progress)
-            about = {name: summary[name] for name in ("recording", "muscles")}
-            weak = format_table(summary["muscles"]["lacking"])
+            groups = summary_to_dict(summary)
+            about = {name: groups[name] for name in ("recording", "muscles")}
+            weak = format_table(about["muscles"]["lacking"])
             return to_json(about) if options.json else format_summary(about) + weak
         case "ski":
             found = commands.identify(options.folder, options.out)
@@ -262,7 +263,8 @@ def _call(options: argparse.Namespace) -> str:
             summary = commands.validate(options.folder, options.result, options.out, progress=progress)
         case _:
             summary = commands.run(options.folder, options.out, progress=progress)
-    return to_json(summary) if options.json else format_summary(summary)
+    groups = summary_to_dict(summary)
+    return to_json(groups) if options.json else format_summary(groups)
 
 
 def _swept(options: argparse.Namespace, progress: Progress) -> dict[str, Any]:

@@ -7,19 +7,17 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-_LEFT_TO_FILES = ("provenance", "each", "control", "peak_moments", "reserve")
+_ONLY_IN_FILES = ("provenance", "each", "control", "peak_moments", "reserve")
 """Groups of a summary too long for a terminal."""
 
 
 def format_summary(summary: Mapping[str, Any]) -> str:
-    """The figures of a summary, one a line; null ones, lists, origins and what is of each turn are left to the
-    files.
-    """
+    """The figures of a summary, one a line, without null ones, lists, origins and those of single turns."""
     lines = [str(summary["recording"])]
     for group, figures in summary.items():
-        if group not in _LEFT_TO_FILES and isinstance(figures, Mapping):
-            shown = {name: figure for name, figure in figures.items() if name not in _LEFT_TO_FILES}
-            lines += [f"  {name:<36} {value}" for name, value in _figures(group, shown)]
+        if group not in _ONLY_IN_FILES and isinstance(figures, Mapping):
+            own = {name: figure for name, figure in figures.items() if name not in _ONLY_IN_FILES}
+            lines += [f"  {name:<36} {value}" for name, value in _figures(group, own)]
     return "\n".join(lines) + "\n"
 
 
@@ -27,7 +25,7 @@ def format_table(rows: Sequence[Mapping[str, object]]) -> str:
     """Rows of one set of names as columns under a headline; empty where there is no row."""
     if not rows:
         return ""
-    table = [[str(name) for name in rows[0]], *([_shown(value) for value in row.values()] for row in rows)]
+    table = [[str(name) for name in rows[0]], *([_text(value) for value in row.values()] for row in rows)]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
     return "\n".join(lines) + "\n"
@@ -45,19 +43,19 @@ def format_csv(rows: Sequence[Mapping[str, object]]) -> str:
 
 
 def _figures(name: str, figure: object) -> list[tuple[str, str]]:
-    """A figure, or the figures of a group, each with the way to it; a value with its standard error is one."""
+    """A figure, or the figures of a group, each with its path of names; a value with its standard error is one."""
     match figure:
         case None | {"value": None} | list():
             return []
         case {"value": value, "se": float(se)}:
-            return [(name, f"{_shown(value)} ± {_shown(se)}")]
+            return [(name, f"{_text(value)} ± {_text(se)}")]
         case {"value": value}:
-            return [(name, _shown(value))]
+            return [(name, _text(value))]
         case Mapping():
             return [entry for key, value in figure.items() for entry in _figures(f"{name} {key}", value)]
         case _:
-            return [(name, _shown(figure))]
+            return [(name, _text(figure))]
 
 
-def _shown(value: object) -> str:
+def _text(value: object) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -13,9 +13,9 @@ import pytest
 
 from sssi_exudyn import cli
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
-from sssi_exudyn.results.folder import complete_summary
+from sssi_exudyn.results.summary import Summary, summary_from_dict, summary_to_dict
 
-SUMMARY = complete_summary(
+SUMMARY = summary_from_dict(
     {
         "recording": "little hill",
         "friction": {"mu_t": {"value": 0.0612345, "se": 0.001}},
@@ -63,7 +63,7 @@ def test_summary_goes_to_stdout_as_text_or_json(
     assert "null" not in text.out
     assert "None" not in text.out
     assert status([*COMMANDS[name], "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == SUMMARY
+    assert json.loads(capsys.readouterr().out) == summary_to_dict(SUMMARY)
 
 
 def test_a_report_says_where_it_is(behind: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
@@ -77,7 +77,7 @@ def test_a_report_says_where_it_is(behind: Callable[..., None], capsys: pytest.C
 def test_arguments_arrive_as_paths_and_words(behind: Callable[..., None]) -> None:
     seen: dict[str, Any] = {}
 
-    def fit(*arguments: Any, **named: Any) -> dict[str, Any]:
+    def fit(*arguments: Any, **named: Any) -> Summary:
         seen.update(named, arguments=arguments)
         return SUMMARY
 

@@ -23,10 +23,10 @@ figure, (path, ratio) = plt.subplots(1, 2, figsize=(10.0, 3.6), layout="constrai
 path.plot(*recording.gps.enu[:, :2].T, "o", color=orange, markersize=3.0, label="GPS")
 path.plot(series["antenna_east_m"], series["antenna_north_m"], color=blue, label="simulated")
 path.set(xlabel="east (m)", ylabel="north (m)", aspect="equal")
-figures = summary["trajectory"], summary["friction"]
+track, friction = summary.trajectory, summary.friction
 path.set_title(
-    f"mean error {figures[0]['mean_error_m']:.3f} m of {figures[0]['length_m']:.0f} m,  "
-    f"$\\mu_t$ = {figures[1]['mu_t']['value']:.3f},  $\\mu_n$ = {figures[1]['mu_n']['value']:.2f}",
+    f"mean error {track.mean_error_m:.3f} m of {track.length_m:.0f} m,  "
+    f"$\\mu_t$ = {friction.mu_t.value:.3f},  $\\mu_n$ = {friction.mu_n.value:.2f}",
     fontsize=9,
 )
 path.legend(frameon=False)
@@ -44,7 +44,7 @@ ratio.set(
     ylim=(-0.02, 1.02),
     xlim=(0.0, float(np.max(series["time_s"]))),
 )
-ratio.set_title(f"correlation {summary['pressure_ratio']['correlation']:.3f}", fontsize=9)
+ratio.set_title(f"correlation {summary.pressure_ratio.correlation:.3f}", fontsize=9)
 for axes in (path, ratio):
     axes.spines[["top", "right"]].set_visible(False)
 figure.savefig(Path(__file__).with_suffix(".png"), dpi=110)

@@ -7,8 +7,8 @@ snow's plane.  Seen from a turn, the inside is where its centre lies; the outsid
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, Final
+from dataclasses import dataclass, replace
+from typing import Any, Final, Literal
 
 import numpy as np
 import pandas as pd
@@ -27,6 +27,7 @@ FORCE_CUTOFF: Final = 6.0
 RESIDUAL_MOMENT: Final = {"peak": (50.0, 75.0), "rms": (30.0, 50.0)}
 """N m below which a residual moment is good, and below which it is okay: OpenSim's user guide on residual reduction
 ("Evaluating your results"; Hicks et al. 2015 give the same)."""
+VERDICTS: Final = ("good", "okay", "bad")
 STANDING_SPEED: Final = 0.5
 """m/s below which a direction of travel has no meaning."""
 
@@ -160,28 +161,39 @@ def biomechanics(result: SimulationResult, skier_mass: float) -> Biomechanics:
     return Biomechanics(turns, seen, pd.DataFrame(rows))
 
 
-def labelled(series: pd.DataFrame, turns: Turns) -> pd.DataFrame:
+def label_turns(series: pd.DataFrame, turns: Turns) -> pd.DataFrame:
     """A run's series with the number of the turn (0: none), its side and its phase in columns of their own."""
     number, side, phase = turns.labels(series["time_s"].to_numpy(dtype=float))
     return series.assign(turn=number.astype(int), turn_side=side, turn_phase=phase)
 
 
-def residual(result: SimulationResult) -> dict[str, float | str]:
+@dataclass(frozen=True)
+class ResidualMoment:
+    """The residual moment at the pelvis, and the bounds below which it is okay."""
+
+    peak_Nm: float | None = None
+    rms_Nm: float | None = None
+    peak_okay_below_Nm: float | None = None
+    rms_okay_below_Nm: float | None = None
+    verdict: Literal["good", "okay", "bad"] | None = None
+
+
+def residual_moment(result: SimulationResult) -> ResidualMoment:
     """The residual moment at the pelvis (N m), which nothing holds on a real skier: how consistent the motion is.
 
-    There is no residual force: the pelvis' translations are free.  ``verdict`` by ``RESIDUAL_MOMENT``: good, okay, bad.
+    There is no residual force: the pelvis' translations are free.  The verdict is by ``RESIDUAL_MOMENT``.
     """
     at = [i for i, name in enumerate(result.moment_names) if name.startswith("pelvis_")]
     size = np.linalg.norm(result.joint_moments[:, at], axis=1)
     figures = {"peak": float(np.max(size)), "rms": float(np.sqrt(np.mean(size**2)))}
     grades = [sum(figures[key] > bound for bound in bounds) for key, bounds in RESIDUAL_MOMENT.items()]
-    return {
-        "peak_Nm": figures["peak"],
-        "rms_Nm": figures["rms"],
-        "peak_okay_below_Nm": RESIDUAL_MOMENT["peak"][1],
-        "rms_okay_below_Nm": RESIDUAL_MOMENT["rms"][1],
-        "verdict": ("good", "okay", "bad")[max(grades)],
-    }
+    return ResidualMoment(
+        peak_Nm=figures["peak"],
+        rms_Nm=figures["rms"],
+        peak_okay_below_Nm=RESIDUAL_MOMENT["peak"][1],
+        rms_okay_below_Nm=RESIDUAL_MOMENT["rms"][1],
+        verdict=VERDICTS[max(grades)],
+    )
 
 
 HEADLINES: Final = (
@@ -211,41 +223,75 @@ CONTROL: Final = (
 """Those of the control phase: of the forces square to the snow, and of the whole forces, friction included."""
 
 
-def headline(found: Biomechanics) -> dict[str, Any]:
-    """The ``turns`` figures of a summary: counts, and mean and standard deviation over complete turns.
+@dataclass(frozen=True)
+class Spread:
+    """Mean and standard deviation of a figure over the complete turns that have it."""
 
-    ``control`` holds those that the paper gives for the control phase.
+    mean: float | None = None
+    sd: float | None = None
+    turns: int | None = None
+
+
+@dataclass(frozen=True)
+class StretchFigures:
+    """A time without turns: ``stop``, ``traverse`` or ``fall``."""
+
+    kind: str
+    start_s: float
+    end_s: float
+
+
+@dataclass(frozen=True)
+class TurnFigures:
+    """The turns of a run in figures.
+
+    each, control : over complete turns, by the figure's name: of the whole turn (``HEADLINES``), and of the control
+        phase (``CONTROL``)
+    peak_moments : N m/kg, the largest (and least) of each joint over all complete turns
     """
+
+    count: int | None = None
+    complete: int | None = None
+    left: int | None = None
+    right: int | None = None
+    stretches: tuple[StretchFigures, ...] | None = None
+    each: Mapping[str, Spread] | None = None
+    control: Mapping[str, Spread] | None = None
+    peak_moments: Mapping[str, float | None] | None = None
+
+
+def turn_figures(found: Biomechanics) -> TurnFigures:
+    """Counts of turns, and mean and standard deviation of their figures over complete turns."""
     turns = found.turns
-    summary: dict[str, Any] = {
-        "count": len(turns.turns),
-        "complete": sum(turn.complete for turn in turns.turns),
-        "left": sum(turn.side == "left" for turn in turns.turns),
-        "right": sum(turn.side == "right" for turn in turns.turns),
-        "stretches": [{"kind": s.kind, "start_s": s.start, "end_s": s.end} for s in turns.stretches],
-    }
-    if not summary["complete"]:
-        return summary
+    figures = TurnFigures(
+        count=len(turns.turns),
+        complete=sum(turn.complete for turn in turns.turns),
+        left=sum(turn.side == "left" for turn in turns.turns),
+        right=sum(turn.side == "right" for turn in turns.turns),
+        stretches=tuple(StretchFigures(s.kind, s.start, s.end) for s in turns.stretches),
+    )
+    if not figures.complete:
+        return figures
     complete = found.table[found.table["complete"]]
     whole, control = (complete[complete["phase"] == phase] for phase in (WHOLE, "control"))
     peaks = [name for name in whole.columns if name.endswith(("moment_max_Nm_per_kg", "moment_min_Nm_per_kg"))]
-    summary |= {
-        "each": _spread(whole, HEADLINES),
-        "control": _spread(control, CONTROL),
-        "peak_moments": {
+    return replace(
+        figures,
+        each=_spread(whole, HEADLINES),
+        control=_spread(control, CONTROL),
+        peak_moments={
             name: float(whole[name].max() if "_max_" in name else whole[name].min()) for name in sorted(peaks)
         },
-    }
-    return summary
+    )
 
 
-def _spread(rows: pd.DataFrame, names: tuple[str, ...]) -> dict[str, dict[str, float | int]]:
+def _spread(rows: pd.DataFrame, names: tuple[str, ...]) -> dict[str, Spread]:
     return {
-        name: {
-            "mean": float(rows[name].mean()),
-            "sd": float(rows[name].std()) if rows[name].count() > 1 else float("nan"),
-            "turns": int(rows[name].count()),
-        }
+        name: Spread(
+            mean=float(rows[name].mean()),
+            sd=float(rows[name].std()) if rows[name].count() > 1 else float("nan"),
+            turns=int(rows[name].count()),
+        )
         for name in names
     }
 
@@ -351,8 +397,3 @@ def _of_shifts(result: SimulationResult, seen: Technique, turns: Turns, turn: Tu
         "load_shift_s": force.after,
         "load_shift_percent": force.percent,
     }
-
-
-def summary_of(result: SimulationResult, found: Biomechanics) -> Mapping[str, Any]:
-    """What a summary holds: ``turns`` and ``residual_moment``."""
-    return {"turns": headline(found), "residual_moment": residual(result)}

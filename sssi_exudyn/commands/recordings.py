@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Final
 
 from sssi_exudyn.importing.assemble import Answers, import_recording
 from sssi_exudyn.motion.from_recording import motion_from_recording
@@ -12,6 +13,10 @@ from sssi_exudyn.recording.inspection import Inspection, inspect_recording, plot
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.progress import Progress
+
+
+SILENT: Final = Progress()
+"""Reports no progress."""
 
 
 def inspect(folder: Path, picture: Path | None = None) -> Inspection:
@@ -29,7 +34,8 @@ def import_files(files: Sequence[Path], out: Path, answers: Answers) -> Inspecti
     return inspect_recording(import_recording(files, out, answers))
 
 
-def _read(folder: Path, progress: Progress) -> tuple[Recording, Motion]:
+def read_folder(folder: Path, progress: Progress) -> tuple[Recording, Motion]:
+    """The recording in a folder, and its motion.  Raises InputError where something in it is wrong."""
     with progress.stage("read") as stage:
         recording = read_recording(folder)
         motion = motion_from_recording(recording)

@@ -6,7 +6,7 @@ import time as clock
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -21,7 +21,8 @@ from sssi_exudyn.io.storage import Storage, storage_text
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.muscle_forces.forces import JOINTS, LACKS, MUSCLED, MuscleForces, muscle_forces
 from sssi_exudyn.results.folder import MUSCLES, SERIES, SKELETON
-from sssi_exudyn.results.stored import Run
+from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.results.summary import LackingJoint, MuscleFigures, Reserve
 from sssi_exudyn.simulation.assembly import Parts
 
 LEAST_SAMPLES: Final = 6
@@ -48,7 +49,7 @@ class MuscleRun:
     wall: float
 
 
-def muscles_of(run: Run, folder: Path, power: int = 2) -> MuscleRun:
+def muscles_of(run: StoredRun, folder: Path, power: int = 2) -> MuscleRun:
     """The muscle forces of a result, which ``folder`` holds.
 
     Raises InputError where the result has no skeleton or too few samples, SssiError where no activations are found.
@@ -69,7 +70,7 @@ def muscles_of(run: Run, folder: Path, power: int = 2) -> MuscleRun:
     return MuscleRun(run.time, skier, forces, run.model.skier.mass * GRAVITY, power, wall)
 
 
-def joint_forces(run: Run, parts: Parts, angles: Array, rates: Array, accelerations: Array) -> Array:
+def joint_forces(run: StoredRun, parts: Parts, angles: Array, rates: Array, accelerations: Array) -> Array:
     """(n, 21, 3) N in the pelvis' axes that each segment gets from its parent.
 
     What beyond the joint has to be accelerated and held against gravity, less what other forces do there: each ski's
@@ -130,7 +131,17 @@ def contact_weights(found: MuscleRun) -> dict[str, Array]:
     return {name: size[:, k] for k, name in enumerate(JOINTS)}
 
 
-def with_muscles(series: pd.DataFrame, found: MuscleRun) -> pd.DataFrame:
+def group_column(region: str, group: str, side: str) -> str:
+    """Name of the column with a muscle group's activation."""
+    return f"muscles_{region}_{group}_{side}_activation"
+
+
+def contact_column(joint: str) -> str:
+    """Name of the column with a joint's load."""
+    return f"muscles_{joint}_contact_bodyweights"
+
+
+def add_muscles(series: pd.DataFrame, found: MuscleRun) -> pd.DataFrame:
     """The series with columns of every muscle, every group, the reserves and the joints' loads; older ones replaced."""
     forces = found.forces
     columns: dict[str, Array] = {}
@@ -140,17 +151,17 @@ def with_muscles(series: pd.DataFrame, found: MuscleRun) -> pd.DataFrame:
     for side in SIDES:
         for region, groups in (("leg", LEG_GROUPS), ("lumbar", LUMBAR_GROUPS)):
             for group in groups:
-                columns[f"muscles_{region}_{group}_{side}_activation"] = group_activation(found, side, region, group)
+                columns[group_column(region, group, side)] = group_activation(found, side, region, group)
     for k, name in enumerate(MUSCLED):
         columns[f"muscles_{name}_wanted_Nm"] = forces.wanted[:, k]
         columns[f"muscles_{name}_reserve_Nm"] = forces.reserve[:, k]
     for name, weights in contact_weights(found).items():
-        columns[f"muscles_{name}_contact_bodyweights"] = weights
+        columns[contact_column(name)] = weights
     kept = [name for name in series.columns if not name.startswith(("muscle_", "muscles_"))]
     return pd.concat([series[kept], pd.DataFrame(columns, index=series.index)], axis=1)
 
 
-def storages(found: MuscleRun) -> dict[str, str]:
+def storage_texts(found: MuscleRun) -> dict[str, str]:
     """Activations and tendon forces (N) as OpenSim's static optimisation writes them, by file name."""
     names = ("time", *(muscle.name for muscle in found.skier.model.muscles))
     return {
@@ -162,38 +173,39 @@ def storages(found: MuscleRun) -> dict[str, str]:
     }
 
 
-def figures(found: MuscleRun) -> dict[str, Any]:
+def muscle_figures(found: MuscleRun) -> MuscleFigures:
     """The summary's group ``muscles``."""
     forces = found.forces
-    reserve, lacking = {}, []
+    reserve: dict[str, Reserve] = {}
+    lacking: list[LackingJoint] = []
     for k, name in enumerate(MUSCLED):
         size = np.abs(forces.reserve[:, k])
         largest = float(np.max(np.abs(forces.wanted[:, k])))
         at = int(np.argmax(size))
         share = 100.0 * float(size[at]) / largest if largest > 0.0 else 0.0
-        reserve[name] = {
-            "peak_Nm": float(size[at]),
-            "percent_of_peak_moment": share,
-            "verdict": "good" if share <= RESERVE_SHARE else "bad",
-        }
+        reserve[name] = Reserve(
+            peak_Nm=float(size[at]),
+            percent_of_peak_moment=share,
+            verdict="good" if share <= RESERVE_SHARE else "bad",
+        )
         if size[at] > LACKS:
             lacking.append(
-                {
-                    "coordinate": name,
-                    "share_of_samples": float(np.mean(size > LACKS)),
-                    "worst_Nm": float(forces.reserve[at, k]),
-                    "wanted_then_Nm": float(forces.wanted[at, k]),
-                    "at_s": float(found.time[at]),
-                }
+                LackingJoint(
+                    coordinate=name,
+                    share_of_samples=float(np.mean(size > LACKS)),
+                    worst_Nm=float(forces.reserve[at, k]),
+                    wanted_then_Nm=float(forces.wanted[at, k]),
+                    at_s=float(found.time[at]),
+                )
             )
     enough = np.all(np.abs(forces.reserve) <= LACKS, axis=1)
-    return {
-        "count": len(found.skier.named),
-        "power": found.power,
-        "samples": len(found.time),
-        "wall_s": found.wall,
-        "strong_enough_share": float(np.mean(enough)),
-        "reserve": reserve,
-        "lacking": lacking,
-        "contact_peak_bodyweights": {name: float(weights.max()) for name, weights in contact_weights(found).items()},
-    }
+    return MuscleFigures(
+        count=len(found.skier.named),
+        power=found.power,
+        samples=len(found.time),
+        wall_s=found.wall,
+        strong_enough_share=float(np.mean(enough)),
+        reserve=reserve,
+        lacking=tuple(lacking),
+        contact_peak_bodyweights={name: float(weights.max()) for name, weights in contact_weights(found).items()},
+    )

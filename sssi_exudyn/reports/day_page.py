@@ -8,7 +8,8 @@ from typing import Final
 from urllib.parse import quote
 
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.reports.html import Section, document, grid
+from sssi_exudyn.reports.html import document, grid
+from sssi_exudyn.reports.section import Markup, Section
 from sssi_exudyn.validation.diagnosis.day import Weighed
 from sssi_exudyn.validation.diagnosis.result import Alternative, Number
 from sssi_exudyn.validation.diagnosis.search_result import STANDS_OUT, SURE, WORTH_NAMING
@@ -47,8 +48,8 @@ def day_page(names: Sequence[str], weighed: Sequence[Weighed], sentence: str) ->
         rows.append([title, f"{each.probability:.1%}", f"{each.log_evidence - none:+.1f}", said])
     runs = "".join(f'<li><a href="{quote(name)}/report.html">{escape(name)}</a></li>\n' for name in names)
     sections = [
-        Section("What may act on all runs alike", grid(rows)),
-        Section("Each run by itself", f"<ul>\n{runs}</ul>\n"),
+        Section("What may act on all runs alike", (Markup(grid(rows)),)),
+        Section("Each run by itself", (Markup(f"<ul>\n{runs}</ul>\n"),)),
     ]
     return document(f"{len(names)} runs of a day", f"<p>{escape(sentence)}</p>\n", sections)
 

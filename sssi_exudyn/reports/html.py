@@ -5,24 +5,14 @@ from __future__ import annotations
 import base64
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 from importlib import resources
 
-from sssi_exudyn.reports.plots import labelled
+from sssi_exudyn.reports import plots
+from sssi_exudyn.reports.section import Block, Drawing, Facts, Grid, Heading, Items, Key, Markup, Panels, Section, Text
 
-Row = tuple[str, str, str]
-"""What it is, its value, what it means."""
 _LONG = 24
 """Characters from which a cell of a table is no figure."""
-
-
-@dataclass(frozen=True)
-class Section:
-    """A part of a page under a headline: ``title`` is text, ``html`` is markup."""
-
-    title: str
-    html: str
 
 
 def document(title: str, lead: str, sections: Sequence[Section]) -> str:
@@ -30,14 +20,15 @@ def document(title: str, lead: str, sections: Sequence[Section]) -> str:
 
     The script that plays replays comes along where a section has one; nothing else may run.
     """
-    shown = [section for section in sections if section.html]
+    shown = [(section.title, section_html(section, f"part-{index}")) for index, section in enumerate(sections)]
+    shown = [(headline, content) for headline, content in shown if content]
     body = "".join(
-        f'<section>\n<h2 id="part-{index}">{escape(section.title)}</h2>\n{section.html}</section>\n'
-        for index, section in enumerate(shown)
+        f'<section>\n<h2 id="part-{index}">{escape(headline)}</h2>\n{content}</section>\n'
+        for index, (headline, content) in enumerate(shown)
     )
     links = "".join(
-        f'<a href="#part-{index}">{escape(section.title.partition(":")[0])}</a>\n'
-        for index, section in enumerate(shown)
+        f'<a href="#part-{index}">{escape(headline.partition(":")[0])}</a>\n'
+        for index, (headline, _) in enumerate(shown)
     )
     script = _packaged("replay.js") if 'class="replay"' in body else ""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
@@ -53,25 +44,37 @@ def document(title: str, lead: str, sections: Sequence[Section]) -> str:
     )
 
 
-def added(page: str, section: Section) -> str:
-    """A page that ``document`` has made, with one more section at its end; an older one of that title goes away."""
-    name = section.title.lower().replace(" ", "-")
-    headline, link = f'<h2 id="{name}">', f'<a href="#{name}">{escape(section.title)}</a>\n'
-    if headline in page:
-        begin = page.index(f"<section>\n{headline}")
-        end = page.index("</section>\n", begin) + len("</section>\n")
-        page = (page[:begin] + page[end:]).replace(link, "")
-    made = f"<section>\n{headline}{escape(section.title)}</h2>\n{section.html}</section>\n"
-    last = page.rindex("</section>\n") + len("</section>\n")
-    return (page[:last] + made + page[last:]).replace("</nav>", f"{link}</nav>", 1)
-
-
 def _packaged(name: str) -> str:
     return (resources.files(__package__) / name).read_text(encoding="utf-8")
 
 
-def table(title: str, rows: Sequence[Row]) -> str:
-    """A table under its headline; nothing where there is no row."""
+def section_html(section: Section, name: str) -> str:
+    """The content of a section; ``name`` is its own on its page."""
+    return "".join(_block_html(block, f"{name}-{index}") for index, block in enumerate(section.blocks))
+
+
+def _block_html(block: Block, name: str) -> str:
+    match block:
+        case Text(text):
+            return f"<p>{escape(text)}</p>\n"
+        case Heading(text):
+            return f"<h3>{escape(text)}</h3>\n"
+        case Items(lines):
+            return "<ul>\n" + "".join(f"<li>{escape(line)}</li>\n" for line in lines) + "</ul>\n"
+        case Grid(rows):
+            return grid(rows)
+        case Facts(rows):
+            return facts(rows)
+        case Drawing():
+            return figure(plots.svg(name, block.draw, block.height), block.caption)
+        case Panels():
+            return panels(block, name)
+        case Markup(html):
+            return html
+
+
+def facts(rows: Sequence[tuple[str, str, str]]) -> str:
+    """A table of what it is, its value, what it means; nothing where there is no row."""
     if not rows:
         return ""
     body = "".join(
@@ -79,12 +82,17 @@ def table(title: str, rows: Sequence[Row]) -> str:
         f'<td class="soft">{escape(meaning)}</td></tr>\n'
         for what, value, meaning in rows
     )
-    return f'<h3>{escape(title)}</h3>\n<div class="scroll"><table>\n<tbody>\n{body}</tbody>\n</table></div>\n'
+    return f'<div class="scroll"><table>\n<tbody>\n{body}</tbody>\n</table></div>\n'
+
+
+def table(title: str, rows: Sequence[tuple[str, str, str]]) -> str:
+    """``facts`` under a headline; nothing where there is no row."""
+    return f"<h3>{escape(title)}</h3>\n{facts(rows)}" if rows else ""
 
 
 def grid(rows: Sequence[Sequence[str]]) -> str:
-    """A table of figures, the headline first: each row's first cell says what it is, the others are values; nothing
-    without rows.  What is longer than a figure, such as a hash, may run over several lines.
+    """A table of figures, the headline first: each row's first cell names it, the others are values; nothing without
+    rows.  What is longer than a figure, such as a hash, may run over several lines.
     """
     if len(rows) < 2:
         return ""
@@ -100,5 +108,29 @@ def grid(rows: Sequence[Sequence[str]]) -> str:
 
 def figure(svg: str, caption: str) -> str:
     """A plot with its caption, which is its text for whoever does not see it too."""
-    picture = labelled(svg, caption)
+    picture = plots.with_label(svg, caption)
     return f"<figure>\n{picture}\n<figcaption>{escape(caption)}.</figcaption>\n</figure>\n"
+
+
+def panels(block: Panels, name: str) -> str:
+    """A figure of panels: each a plot of its own, so that they flow on a narrow screen."""
+    drawn = []
+    for index, panel in enumerate(block.panels):
+        svg = plots.svg(f"{name}-{index}", panel.draw, block.height, block.width)
+        picture = plots.with_label(svg, f"{panel.title}: {panel.alt}")
+        drawn.append(f"<div><h3>{escape(panel.title)}</h3>\n{picture}</div>\n")
+    lines = {"-": "line", "--": "line dashed", ":": "line dotted", ".": "dot"}
+    keys = "".join(
+        f'<span><i class="{lines[key.style]}" style="{_ink(key)}"></i>{escape(key.meaning)}</span> '
+        for key in block.keys
+    )
+    wide = " wide" if block.width >= plots.WIDE else ""
+    return (
+        f'<figure>\n<p class="key">{keys}</p>\n<div class="panels{wide}">\n{"".join(drawn)}</div>\n'
+        f"<figcaption>{escape(block.caption)}.</figcaption>\n</figure>\n"
+    )
+
+
+def _ink(key: Key) -> str:
+    colour = "var(--ink)" if key.colour is None else f"var(--c{key.colour + 1})"
+    return f"background:{colour}" if key.style == "." else f"border-color:{colour}"

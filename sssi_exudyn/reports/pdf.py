@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import io
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.panels import Plot, panels_page
+from sssi_exudyn.reports.section import Block, Drawing, Facts, Grid, Heading, Items, Key, Markup, Panels, Section, Text
 
 A4: Final = (8.27, 11.69)
 """in"""
@@ -21,96 +22,206 @@ _LINE: Final = 0.017
 """Height of a line of text, of the page's."""
 _TOP, _BOTTOM, _LEFT, _RIGHT = 0.93, 0.05, 0.08, 0.95
 _FIRST_COLUMN: Final = 0.42
-"""Share of a table's width that says what a row is."""
+"""Share of a table's width that its first column takes."""
+_FACTS: Final = (0.0, 0.45, 0.48)
+"""Where the columns of a table of facts begin, of its width; the second one ends there."""
+_MANY: Final = 6
+"""Columns from which a table is set smaller."""
 
-Sheet = tuple[str, Sequence[Sequence[str]]]
-"""A table: its title, and its rows, the headline first."""
 
-
-def pdf_bytes(title: str, sentences: Sequence[str], sheets: Sequence[Sheet], figures: Sequence[Plot]) -> bytes:
-    """A document in A4: title and sentences, the first table, the figures, then the other tables.
+def pdf_bytes(title: str, sentences: Sequence[str], sections: Iterable[Section]) -> bytes:
+    """A document in A4: title and sentences, then the sections.
 
     The same input gives the same bytes: no date is written.
     """
-    made = io.BytesIO()
-    with mpl.rc_context(plots.STYLE | {"pdf.fonttype": 42}), PdfPages(made, metadata={"CreationDate": None}) as pages:
-        for page in _first_page(title, sentences, sheets[:1]):
-            pages.savefig(page)
-        for figure in figures:
-            pages.savefig(panels_page(figure, A4))
-        for page in _tables(sheets[1:]):
-            pages.savefig(page)
-    return made.getvalue()
+    content = io.BytesIO()
+    with (
+        mpl.rc_context(plots.STYLE | {"pdf.fonttype": 42}),
+        PdfPages(content, metadata={"CreationDate": None}) as document,
+    ):
+        paper = _Paper(document)
+        paper.text(title, 55, size=17.0, weight="bold")
+        for sentence in sentences:
+            paper.skip(0.5)
+            paper.text(sentence, 88, size=11.0)
+        for section in sections:
+            if any(not isinstance(block, Markup) for block in section.blocks):
+                _add_section(paper, section)
+        paper.finish()
+    return content.getvalue()
 
 
-def _first_page(title: str, sentences: Sequence[str], sheets: Sequence[Sheet]) -> Iterator[Figure]:
-    page = Figure(figsize=A4)
-    y = _text(page, _TOP, textwrap.wrap(title, 55), size=17.0, weight="bold")
-    for sentence in sentences:
-        y = _text(page, y - 0.5 * _LINE, textwrap.wrap(sentence, 88), size=11.0)
-    for name, rows in sheets:
-        y = _headline(page, y, name)
-        for index, row in enumerate(rows):
-            y = _row(page, y, row, head=index == 0)
-    yield page
+class _Paper:
+    """The page that is being filled from its top; full ones go into the document."""
+
+    def __init__(self, document: PdfPages) -> None:
+        self._document = document
+        self._page, self._y = Figure(figsize=A4), _TOP
+
+    def finish(self) -> None:
+        """Close the page."""
+        self._document.savefig(self._page)  # type: ignore[no-untyped-call]
+
+    def need(self, lines: float) -> bool:
+        """Begin a new page where fewer than so many lines are left; True where it did."""
+        if self._y - lines * _LINE >= _BOTTOM:
+            return False
+        self.finish()
+        self._page, self._y = Figure(figsize=A4), _TOP
+        return True
+
+    def skip(self, lines: float) -> None:
+        """Leave so many lines empty, but not at a page's top."""
+        if self._y < _TOP:
+            self._y -= lines * _LINE
+
+    def text(self, text: str, width: int, *, size: float = 9.0, weight: str = "normal", indent: float = 0.0) -> None:
+        """A paragraph of lines of ``width`` letters."""
+        step = size / 10.0
+        for line in textwrap.wrap(text, width):
+            self.need(step)
+            self._page.text(_LEFT + indent, self._y, _literal(line), fontsize=size, weight=weight, va="top")
+            self._y -= step * _LINE
+
+    def row(self, cells: Sequence[tuple[str, float, float, str]], *, size: float = 8.0, weight: str = "normal") -> None:
+        """One row of a table, long cells over several lines.  A cell is its text, where it begins and ends (of the
+        table's width), and "left" or "right".
+        """
+        lines = _wrapped(cells, size)
+        for (_, begin, end, side), cell in zip(cells, lines, strict=True):
+            x = _LEFT + (_RIGHT - _LEFT) * (begin if side == "left" else end)
+            for index, words in enumerate(cell):
+                y = self._y - index * 0.8 * _LINE
+                self._page.text(x, y, _literal(words), fontsize=size, va="top", ha=side, weight=weight)
+        self._y -= _height(lines) * _LINE
+        rule = Line2D([_LEFT, _RIGHT], [self._y + 0.12 * _LINE] * 2, color="0.8", linewidth=0.5)
+        self._page.add_artist(rule)
+        self._y -= 0.05 * _LINE
+
+    def axes(self, height: float) -> Axes:
+        """Axes of ``height`` inches over the whole width, with room for a legend above and labels below."""
+        self.need((height + 0.9) / A4[1] / _LINE)
+        bottom = self._y - (height + 0.3) / A4[1]
+        self._y = bottom - 0.55 / A4[1]
+        return self._page.add_axes((_LEFT + 0.04, bottom, _RIGHT - _LEFT - 0.04, height / A4[1]))
+
+    def panels(self, block: Panels) -> None:
+        """A figure of panels, with its keys and caption below."""
+        columns = 3 if block.width < plots.WIDE else min(2, len(block.panels))
+        rows = -(-len(block.panels) // columns)
+        height = min(_TOP - _BOTTOM - 8.0 * _LINE, rows * (block.height + 0.45) / A4[1])
+        self.need(height / _LINE + 6.0)
+        top, bottom = self._y - 1.5 * _LINE, self._y - height
+        area = self._page.add_gridspec(
+            rows, columns, left=_LEFT + 0.02, right=_RIGHT, top=top, bottom=bottom, hspace=0.6, wspace=0.35
+        )
+        for index, panel in enumerate(block.panels):
+            axes = self._page.add_subplot(area[index // columns, index % columns])
+            axes.set_title(panel.title, fontsize=9.0, loc="left")
+            panel.draw(axes)
+        names = [key.meaning for key in block.keys]
+        place = (_LEFT, bottom - 2.0 * _LINE)
+        self._page.legend([_handle(key) for key in block.keys], names, loc="upper left", bbox_to_anchor=place, ncols=4)
+        self._y = bottom - (2.5 + 1.3 * -(-len(names) // 4)) * _LINE
 
 
-def _tables(sheets: Sequence[Sheet]) -> Iterator[Figure]:
-    """Pages of tables, one after the other; a table that does not fit goes on on the next page."""
-    page, y = Figure(figsize=A4), _TOP
-    for name, rows in sheets:
-        if len(rows) < 2:
-            continue
-        if y - 6 * _LINE < _BOTTOM:
-            yield page
-            page, y = Figure(figsize=A4), _TOP
-        y = _headline(page, y, name)
-        for index, row in enumerate(rows):
-            if y - 2 * _LINE < _BOTTOM:
-                yield page
-                page, y = Figure(figsize=A4), _TOP
-                y = _row(page, y, rows[0], head=True)
-            y = _row(page, y, row, head=index == 0)
-    yield page
+def _add_section(paper: _Paper, section: Section) -> None:
+    paper.skip(1.5)
+    paper.need(_least(section.blocks[0]))
+    paper.text(section.title, 80, size=12.0, weight="bold")
+    paper.skip(0.3)
+    with mpl.rc_context({"font.size": 8.0}):
+        for block in section.blocks:
+            _add_block(paper, block)
 
 
-def _headline(page: Figure, y: float, name: str) -> float:
-    return _text(page, y - 1.5 * _LINE, [name], size=12.0, weight="bold") - 0.3 * _LINE
+def _least(block: Block) -> float:
+    """Lines that a headline needs below it so that it does not stand alone."""
+    match block:
+        case Panels():
+            columns = 3 if block.width < plots.WIDE else min(2, len(block.panels))
+            return -(-len(block.panels) // columns) * (block.height + 0.45) / A4[1] / _LINE + 9.0
+        case Drawing():
+            return (block.height + 0.9) / A4[1] / _LINE + 4.0
+        case _:
+            return 6.0
 
 
-def _text(page: Figure, y: float, lines: Sequence[str], *, size: float, weight: str = "normal") -> float:
-    """Lines from ``y`` downwards; where the next ones begin."""
-    step = _LINE * size / 10.0
-    for index, line in enumerate(lines):
-        page.text(_LEFT, y - index * step, _literal(line), fontsize=size, weight=weight, va="top")
-    return y - len(lines) * step
+def _add_block(paper: _Paper, block: Block) -> None:
+    match block:
+        case Text(text):
+            paper.text(text, 105)
+            paper.skip(0.5)
+        case Heading(text):
+            paper.skip(0.5)
+            paper.need(5.0)
+            paper.text(text, 90, size=9.5, weight="bold")
+            paper.skip(0.2)
+        case Items(lines):
+            for line in lines:
+                paper.text(f"– {line}", 105, size=8.0)
+        case Grid(rows):
+            _add_grid(paper, rows)
+        case Facts(rows):
+            for what, value, meaning in rows:
+                _, middle, last = _FACTS
+                cells = [(what, 0.0, 0.28, "left"), (value, 0.28, middle, "right"), (meaning, last, 1.0, "left")]
+                paper.need(_height(_wrapped(cells, 8.0)))
+                paper.row(cells)
+        case Drawing():
+            axes = paper.axes(0.75 * block.height)
+            block.draw(axes)
+            if axes.get_legend_handles_labels()[0]:
+                axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderpad=0.0)
+            _add_caption(paper, block.caption)
+        case Panels():
+            paper.panels(block)
+            _add_caption(paper, block.caption)
+        case Markup():
+            pass
 
 
-def _row(page: Figure, y: float, row: Sequence[str], *, head: bool) -> float:
-    """One row of a table, long cells over several lines; where the next one begins."""
-    columns = len(row) - 1
+def _add_caption(paper: _Paper, caption: str) -> None:
+    paper.text(f"{caption}.", 115, size=8.0)
+    paper.skip(0.5)
+
+
+def _add_grid(paper: _Paper, rows: Sequence[Sequence[str]]) -> None:
+    """A table; where it does not fit it goes on on the next page, below its headline again."""
+    if len(rows) < 2:
+        return
+    columns = len(rows[0]) - 1
     first = _FIRST_COLUMN if columns < 4 else 0.2
-    width = (_RIGHT - _LEFT) * (1.0 - first) / max(1, columns)
-    cells = [textwrap.wrap(row[0], int(105 * first))] + [
-        textwrap.wrap(cell, max(10, int(105 * width))) for cell in row[1:]
-    ]
-    lines = max(1, *(len(cell) for cell in cells))
-    for index, cell in enumerate(cells):
-        x = _LEFT if index == 0 else _LEFT + (_RIGHT - _LEFT) * first + index * width
-        for line, words in enumerate(cell):
-            page.text(
-                x,
-                y - line * 0.8 * _LINE,
-                _literal(words),
-                fontsize=8.0 if columns < 6 else 7.0,
-                va="top",
-                ha="left" if index == 0 else "right",
-                weight="bold" if head else "normal",
-            )
-    y -= lines * 0.8 * _LINE + 0.2 * _LINE
-    rule = Line2D([_LEFT, _RIGHT], [y + 0.12 * _LINE] * 2, color="0.8", linewidth=0.5)
-    page.add_artist(rule)
-    return y - 0.05 * _LINE
+    width = (1.0 - first) / max(1, columns)
+    size = 8.0 if columns < _MANY else 7.0
+
+    def cells(row: Sequence[str]) -> list[tuple[str, float, float, str]]:
+        values = [(cell, first + k * width, first + (k + 1) * width, "right") for k, cell in enumerate(row[1:])]
+        return [(row[0], 0.0, first, "left"), *values]
+
+    head = cells(rows[0])
+    paper.row(head, size=size, weight="bold")
+    for row in rows[1:]:
+        if paper.need(_height(_wrapped(cells(row), size))):
+            paper.row(head, size=size, weight="bold")
+        paper.row(cells(row), size=size)
+
+
+def _wrapped(cells: Sequence[tuple[str, float, float, str]], size: float) -> list[list[str]]:
+    letters = 880.0 / size
+    return [textwrap.wrap(text, max(8, int(letters * (end - begin)) - 1)) for text, begin, end, _ in cells]
+
+
+def _height(lines: Sequence[Sequence[str]]) -> float:
+    """Of a row, in lines of text."""
+    return 0.8 * max(1, *(len(cell) for cell in lines)) + 0.2
+
+
+def _handle(key: Key) -> Line2D:
+    colour = plots.INK if key.colour is None else plots.COLOURS[key.colour]
+    if key.style == ".":
+        return Line2D([], [], color=colour, marker=".", linestyle="none")
+    return Line2D([], [], color=colour, linestyle=key.style)
 
 
 def _literal(text: str) -> str:

@@ -1,7 +1,7 @@
 """Plots of a result as SVG text that a page can hold inline.
 
 Frames and words take the colour of the text around them and the data the page's own colours (``page.css``), so that a
-plot reads on light and on dark; what is told apart by colour differs in lightness or line style too.
+plot reads on light and on dark; what differs in colour differs in lightness or line style too.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ COLOURS = ("#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00")
 MEASURED, SIMULATED, OTHER = COLOURS[:3]
 INK = "#010203"
 """Stands for the text's colour until the SVG is written; no plot uses it for anything else."""
+WIDE = 4.0
+"""Inches from which a panel shares its line with one other at most, narrower ones with two."""
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # words stay words: searchable, and in the page's own font
     "font.size": 10.0,
@@ -61,7 +63,7 @@ def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: flo
     return re.sub(r' (width|height)="[\d.]+pt"', "", drawn, count=2)
 
 
-def labelled(drawn: str, text: str) -> str:
+def with_label(drawn: str, text: str) -> str:
     """The picture with its text for whoever does not see it."""
     return drawn.replace("<svg ", f'<svg role="img" aria-label="{escape(text)}" ', 1)
 

@@ -1,4 +1,4 @@
-"""The report of a result, or of several side by side: one page for whoever was there and whoever was not.
+"""The report of a result, or of several side by side, made from what their folders hold.
 
 A sentence of result comes first, then the run itself in 3D, then what the paper shows of its runs in the paper's order
 (Table 1, Figures 4 to 8), then what else is known, the solver's health and where it all comes from.
@@ -6,58 +6,70 @@ A sentence of result comes first, then the run itself in 3D, then what the paper
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Final
 
 from sssi_exudyn.bodies.skier.chain import geometry_to_dict
 from sssi_exudyn.model.toml import model_to_dict
-from sssi_exudyn.reports import tables
-from sssi_exudyn.reports.curve_figures import figure_5, figure_7, figure_8
-from sssi_exudyn.reports.html import Section, document, grid
-from sssi_exudyn.reports.linked_turns import cycle_of
-from sssi_exudyn.reports.panels import Plot, panels_html
+from sssi_exudyn.reports.html import document
 from sssi_exudyn.reports.pdf import pdf_bytes
-from sssi_exudyn.reports.replay import packed, player, scene_of
-from sssi_exudyn.reports.sentences import in_words
-from sssi_exudyn.reports.track_figures import figure_4, figure_6
-from sssi_exudyn.reports.turn_tables import each_turn, turns
+from sssi_exudyn.reports.section import Runs, Section
+from sssi_exudyn.reports.sections import few_sensors, muscles, replay, tables, terms, turn_tables
+from sssi_exudyn.reports.sections.curve_figures import figure_5, figure_7, figure_8
+from sssi_exudyn.reports.sections.track_figures import figure_4, figure_6
+from sssi_exudyn.reports.sentences import sentences
 from sssi_exudyn.results.folder import write_result
-from sssi_exudyn.results.stored import Run
+from sssi_exudyn.results.stored import StoredRun, read_run
+
+SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
+    few_sensors.few_sensors,
+    replay.the_run,
+    tables.table_1,
+    figure_4,
+    figure_5,
+    figure_6,
+    figure_7,
+    figure_8,
+    turn_tables.turns,
+    turn_tables.each_turn,
+    muscles.muscles,
+    tables.agreement,
+    tables.energy,
+    terms.terms,
+    tables.capture,
+    tables.notices,
+    tables.health,
+    tables.provenance,
+)
+"""Every section, in the report's order; those that have nothing to show are left out."""
 
 
-def render(runs: Sequence[Run], sections: Sequence[Section] = ()) -> str:
-    """The page as HTML text; ``sections`` stand before all others."""
-    lead = "".join(f'<p class="result">{escape(sentence)}</p>\n' for sentence in in_words(runs))
-    first, *others = _sheets(runs)
-    return document(
-        _title(runs),
-        lead,
-        [
-            *sections,
-            Section("The run", _replays(runs)),
-            Section(first[0], grid(first[1])),
-            *(Section(plot.title, panels_html(plot, f"figure-{index}")) for index, plot in enumerate(_plots(runs))),
-            *(Section(title, grid(rows)) for title, rows in others if len(rows) > 1),
-        ],
-    )
+def render(runs: Runs) -> str:
+    """The report as a page of HTML."""
+    lead = "".join(f'<p class="result">{escape(sentence)}</p>\n' for sentence in sentences(runs))
+    return document(_title(runs), lead, [section(runs) for section in SECTIONS])
 
 
-def render_pdf(runs: Sequence[Run]) -> bytes:
+def render_pdf(runs: Runs) -> bytes:
     """The same as a document to print, without what moves."""
-    return pdf_bytes(_title(runs), in_words(runs), _sheets(runs), _plots(runs))
+    return pdf_bytes(_title(runs), sentences(runs), [section(runs) for section in SECTIONS])
+
+
+def render_folder(folder: Path) -> str:
+    """The page of the result in a folder.  Raises InputError where there is none or it cannot be read."""
+    return render([read_run(folder)])
 
 
 def write_run(
     folder: Path,
-    run: Run,
+    run: StoredRun,
     *,
-    diagnosis: Mapping[str, Any] | None = None,
+    diagnosis: object | None = None,
     opensim: Mapping[str, str] | None = None,
-    sections: Sequence[Section] = (),
 ) -> None:
-    """Write a whole result folder with its page; arguments as for ``write_result`` and ``render``.
+    """Write a whole result folder with its report; arguments as for ``write_result``.
 
     Raises InputError where it cannot be written.
     """
@@ -69,43 +81,13 @@ def write_run(
         measured=run.measured,
         skeleton=None if run.geometry is None else geometry_to_dict(run.geometry),
         diagnosis=diagnosis,
-        report=render([run], sections),
         turns=run.turn_table,
+        second_half=run.second_half,
         opensim=opensim,
+        render=render_folder,
     )
 
 
-def _title(runs: Sequence[Run]) -> str:
+def _title(runs: Runs) -> str:
     *names, last = [run.name for run in runs]
     return f"{', '.join(names)} and {last}: skier, ski and snow" if names else f"{last}: skier, ski and snow"
-
-
-def _sheets(runs: Sequence[Run]) -> list[tuple[str, tables.Table]]:
-    """Every table with its title, the paper's first."""
-    return [
-        ("Table 1: friction and error of the track", tables.table_1(runs)),
-        ("The turns in figures", turns(runs)),
-        ("Turn by turn (cut off ones in brackets)", each_turn(runs)),
-        ("Simulation against instruments", tables.agreement(runs)),
-        ("Energy from start to end", tables.energy(runs)),
-        ("Skeleton against capture: orientation, rms (largest), and place of the joint", tables.capture(runs)),
-        ("What to know of the recording", tables.notices(runs)),
-        ("Health of the solver", tables.health(runs)),
-        ("Where this comes from", tables.provenance(runs)),
-    ]
-
-
-def _plots(runs: Sequence[Run]) -> list[Plot]:
-    """Figures 4 to 8, without those that nothing is known for."""
-    cycles = [cycle_of(run.time, run.turns) for run in runs]
-    drawn = [figure_4(runs), *(figure(runs, cycles) for figure in (figure_5, figure_6, figure_7, figure_8))]
-    return [plot for plot in drawn if plot.panels]
-
-
-def _replays(runs: Sequence[Run]) -> str:
-    players = [
-        player(packed(scene_of(run.series, run.geometry, run.model), run.name, run.model))
-        for run in runs
-        if run.geometry is not None and len(run.time) > 1
-    ]
-    return f'<div class="beside">\n{"".join(players)}</div>\n' if players else ""

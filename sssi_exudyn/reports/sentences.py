@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from collections.abc import Mapping
+from typing import Final, Literal
 
-from sssi_exudyn.results.stored import Run
+from sssi_exudyn.analysis.biomechanics import Spread
+from sssi_exudyn.reports.section import Runs
+from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.results.summary import Summary
 
 WEDGE_DEG: Final = 5.0
 """Angle between the skis from which they make a wedge: between the paper's beginner (9°) and intermediate (2°)."""
@@ -13,30 +16,38 @@ SKIDDED_DEG: Final = 12.0
 """Mean steering angle from which a turn is skidded: between the paper's beginner (25°) and intermediate (6°)."""
 
 
-def in_words(runs: Sequence[Run]) -> list[str]:
-    """What came out: the skiing and the agreement of each recording, what was found missing, and how two differ."""
-    said = [
+Group = Literal["each", "control"]
+"""Figures of whole turns, or of their control phase."""
+
+
+def sentences(runs: Runs) -> list[str]:
+    """The result in words: the skiing and the agreement of each recording, what was missing, and how two differ."""
+    found = [
         f"{run.name}: {_stopped(run.summary)}{_skiing(run.summary)}{_agreement(run.summary)}{_missing(run.summary)}"
         for run in runs
     ]
     if len(runs) == 2:
-        said += _difference(*runs)
-    return said
+        found += _difference(*runs)
+    return found
 
 
-def mean_of(summary: Mapping[str, Any], name: str, group: str = "each") -> float | None:
+def spread_of(summary: Summary, name: str, group: Group = "each") -> Spread:
+    """A figure of the turns, over complete ones; empty where there is none."""
+    figures: Mapping[str, Spread] = getattr(summary.turns, group) or {}
+    return figures.get(name, Spread())
+
+
+def mean_of(summary: Summary, name: str, group: Group = "each") -> float | None:
     """The mean of a turns' figure over complete turns; None where there is none."""
-    figure = ((summary.get("turns") or {}).get(group) or {}).get(name) or {}
-    value = figure.get("mean")
-    return None if value is None else float(value)
+    return spread_of(summary, name, group).mean
 
 
-def _skiing(summary: Mapping[str, Any]) -> str:
-    count = (summary.get("turns") or {}).get("count")
+def _skiing(summary: Summary) -> str:
+    count = summary.turns.count
     speed, radius = mean_of(summary, "mean_speed_mps"), mean_of(summary, "turn_radius_m")
     apart, steering = mean_of(summary, "ski_angle_mean_deg"), mean_of(summary, "steering_angle_mean_deg")
     share = mean_of(summary, "outside_force_share", "control")
-    seconds = summary["solver"]["simulated_s"]
+    seconds = summary.solver.simulated_s
     if count is None or seconds is None:
         return ""
     words = f"{count} {'turn' if count == 1 else 'turns'} in {seconds:.0f} s"
@@ -53,28 +64,27 @@ def _skiing(summary: Mapping[str, Any]) -> str:
     return words + " "
 
 
-def _stopped(summary: Mapping[str, Any]) -> str:
-    reason = summary.get("diverged")
-    return f"The simulation gave up before the end ({reason}); this is the part until then. " if reason else ""
+def _stopped(summary: Summary) -> str:
+    reason = summary.diverged
+    return f"The simulation stopped before the end ({reason}); this is the part until then. " if reason else ""
 
 
-def _missing(summary: Mapping[str, Any]) -> str:
-    sentence = (summary.get("diagnosis") or {}).get("sentence")
-    return f" {sentence}" if sentence else ""
+def _missing(summary: Summary) -> str:
+    return "" if summary.diagnosis is None else f" {summary.diagnosis.sentence}"
 
 
-def _agreement(summary: Mapping[str, Any]) -> str:
-    error, percent = summary["trajectory"]["mean_error_m"], summary["trajectory"]["percent_of_length"]
-    if error is None:
-        return "The run was simulated; there is no GPS track to hold it against."
+def _agreement(summary: Summary) -> str:
+    error, percent = summary.trajectory.mean_error_m, summary.trajectory.percent_of_length
+    if error is None or percent is None:
+        return "The run was simulated; there is no GPS track to compare it with."
     words = f"The simulated track misses the GPS by {error:.3f} m on average, {percent:.2f}\u00a0% of its length"
-    correlation = summary["pressure_ratio"]["correlation"]
+    correlation = summary.pressure_ratio.correlation
     if correlation is not None:
         words += f"; the load's shift between the feet correlates {correlation:.3f} with the insoles"
     return words + "."
 
 
-def _difference(first: Run, second: Run) -> list[str]:
+def _difference(first: StoredRun, second: StoredRun) -> list[str]:
     """How the second run differs from the first; nothing where either has no complete turns."""
     pairs = {
         name: (mean_of(first.summary, name), mean_of(second.summary, name))

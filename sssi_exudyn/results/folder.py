@@ -1,25 +1,26 @@
 """A result on disk: a folder of plain files that other programs read.
 
-``summary.json`` is put in place last.  All files are first written under other names and only then moved, so that a
-full disk or an interrupt leaves the old result or the new one, a kill at the worst none, and never half a file.
+``summary.json`` is put in place last.  All files are first written into a folder beside them and only then moved, so
+that a full disk or an interrupt leaves the old result or the new one, a kill at the worst none, and never half a file.
 """
 
 from __future__ import annotations
 
 import json
-import tomllib
-from collections.abc import Callable, Mapping
-from functools import partial
+import os
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import pandas as pd
 import tomli_w
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.writing import _replace_together, clear_errors, folder_lock, to_json, to_plain
+from sssi_exudyn.io.writing import clear_errors, folder_lock, to_plain, to_json
+from sssi_exudyn.results.summary import FORMAT, Summary, summary_from_dict, summary_to_dict
 
-FORMAT = 1
 SUMMARY, SERIES, MODEL, DIAGNOSIS, REPORT = (
     "summary.json",
     "series.parquet",
@@ -31,114 +32,150 @@ TURNS: tuple[str, str] = ("turns.csv", "turns.parquet")
 OPENSIM = ("coordinates.mot", "snow_forces.mot", "joint_moments.sto", "markers.trc")
 MUSCLES = ("muscle_activations.sto", "muscle_forces.sto")
 MEASURED, SKELETON = "measured.parquet", "skeleton.json"
+SECOND_HALF = "second_half.parquet"
+FILES: Final = (
+    *(SERIES, MODEL, DIAGNOSIS, REPORT, *TURNS, *OPENSIM, *MUSCLES, MEASURED, SKELETON, SECOND_HALF),
+    SUMMARY,
+)
+"""Every file of a result, the one that is put in place last at the end."""
+_NEW: Final = ".new."
 
-_FIGURES: Mapping[str, Any] = {
-    "recording": None,
-    "friction": {"mu_t": {"value": None, "se": None}, "mu_n": {"value": None, "se": None}},
-    "trajectory": {"mean_error_m": None, "percent_of_length": None, "length_m": None},
-    "pressure_ratio": {"correlation": None, "rmsd": None},
-    "fit": {"converged": None, "evaluations": None, "wall_s": None},
-    "solver": {"simulated_s": None, "wall_s": None, "steps": None, "backend": None},
-    "energy": {"closure_percent": None},
-    "turns": {"count": None, "complete": None},
-    "residual_moment": {"peak_Nm": None, "rms_Nm": None},
-    "provenance": {"inputs": {}, "versions": {}, "settings": {}, "seed": None},
-}
-"""Every figure of a summary.  One that does not apply is null, never missing."""
-
-
-def complete_summary(figures: Mapping[str, Any]) -> dict[str, Any]:
-    """A summary of format 1 from the figures there are: missing and not-a-number ones become null, others stay."""
-    return {"format": FORMAT, **_merged(_FIGURES, to_plain(figures))}
+Render = Callable[[Path], str]
+"""The report of the result in a folder, as the text of a page."""
 
 
 def write_result(
     folder: Path,
-    summary: Mapping[str, Any],
+    summary: Summary,
     series: pd.DataFrame,
     model: Mapping[str, Any],
     *,
     measured: pd.DataFrame | None = None,
     skeleton: Mapping[str, Any] | None = None,
-    diagnosis: Mapping[str, Any] | None = None,
-    report: str | None = None,
+    diagnosis: object | None = None,
     turns: pd.DataFrame | None = None,
+    second_half: pd.DataFrame | None = None,
     opensim: Mapping[str, str] | None = None,
+    render: Render | None = None,
 ) -> None:
     """Write a whole result, replacing the one that may be there.
 
     Parameters
     ----------
     folder : made when missing
-    summary : figures by group, completed by ``complete_summary``
+    summary : all figures
     series : one row a sample (``SimulationResult.to_frame``)
     model : the complete model as a table (written as TOML)
-    measured : what the recording's instruments say, one row an instant (``results.measured``)
+    measured : what the recording's instruments measured, one row an instant (``results.measured``)
     skeleton : the skier's lengths (``chain.geometry_to_dict``)
+    diagnosis : what a diagnosis found, as data
     turns : one row a turn and phase (``biomechanics``)
+    second_half : speed predicted from the first half of the fixes (``results.posture``)
     opensim : the texts of the files ``OPENSIM`` by name
-    measured … opensim : left out, older ones go away, since they would belong to another run
+    render : makes the report out of the folder with all other files
+    measured … render : left out, older ones go away, since they would belong to another run
 
     Raises InputError when the folder cannot be written or another process is writing it.
     """
-    text = to_json(complete_summary(summary))
-    writers: dict[str, Callable[[Path], object]] = {
-        SERIES: lambda path: series.to_parquet(path, index=False),
-        MODEL: lambda path: path.write_text(tomli_w.dumps(model), encoding="utf-8"),
-    }
-    if measured is not None:
-        instruments = measured
-        writers[MEASURED] = lambda path: instruments.to_parquet(path, index=False)
-    if skeleton is not None:
-        lengths = to_json(skeleton)
-        writers[SKELETON] = lambda path: path.write_text(lengths, encoding="utf-8")
-    if diagnosis is not None:
-        made = to_json(diagnosis)
-        writers[DIAGNOSIS] = lambda path: path.write_text(made, encoding="utf-8")
-    if report is not None:
-        writers[REPORT] = lambda path: path.write_text(report, encoding="utf-8")
-    if turns is not None:
-        writers[TURNS[0]] = lambda path: turns.to_csv(path, index=False)
-        writers[TURNS[1]] = lambda path: turns.to_parquet(path, index=False)
-    for name, content in (opensim or {}).items():
-        writers[name] = partial(Path.write_text, data=content, encoding="utf-8")
-    writers[SUMMARY] = lambda path: path.write_text(text, encoding="utf-8")
-    with folder_lock(folder), clear_errors(folder):
-        stale = {MEASURED, SKELETON, DIAGNOSIS, REPORT, *TURNS, *OPENSIM, *MUSCLES} - writers.keys()
-        for name in writers:  # what a kill left half written
-            for left in folder.glob(f".{name}.*"):
-                left.unlink(missing_ok=True)
-        _replace_together(folder, writers, stale)
+    with _replacement(folder, None) as new:
+        series.to_parquet(new / SERIES, index=False)
+        (new / MODEL).write_text(tomli_w.dumps(model), encoding="utf-8")
+        for name, table in ((MEASURED, measured), (TURNS[1], turns), (SECOND_HALF, second_half)):
+            if table is not None:
+                table.to_parquet(new / name, index=False)
+        if turns is not None:
+            turns.to_csv(new / TURNS[0], index=False)
+        for name, value in ((SKELETON, skeleton), (DIAGNOSIS, diagnosis)):
+            if value is not None:
+                (new / name).write_text(to_json(value), encoding="utf-8")
+        for name, text in (opensim or {}).items():
+            (new / name).write_text(text, encoding="utf-8")
+        (new / SUMMARY).write_text(to_json(summary_to_dict(summary)), encoding="utf-8")
+        if render is not None:
+            (new / REPORT).write_text(render(new), encoding="utf-8")
 
 
-def amend_result(folder: Path, summary: Mapping[str, Any], series: pd.DataFrame, texts: Mapping[str, str]) -> None:
-    """Put a new summary and series in place of a result's, and text files by their names; all else stays.
+def amend_result(
+    source: Path,
+    folder: Path,
+    groups: Mapping[str, Any],
+    *,
+    tables: Mapping[str, pd.DataFrame | None] | None = None,
+    texts: Mapping[str, str] | None = None,
+    render: Render,
+) -> None:
+    """Write the result in ``source``, with other groups of figures and other files, to ``folder``, which may be the
+    same.
+
+    Parameters
+    ----------
+    groups : groups of the summary by name; all others stay, unknown ones too
+    tables : Parquet files by name; None removes one
+    texts : text files by name
+    render : makes the report out of the folder with all other files
 
     Raises InputError when the folder cannot be written or another process is writing it.
     """
-    text = to_json(complete_summary(summary))
-    writers: dict[str, Callable[[Path], object]] = {SERIES: lambda path: series.to_parquet(path, index=False)}
-    for name, content in texts.items():
-        writers[name] = partial(Path.write_text, data=content, encoding="utf-8")
-    writers[SUMMARY] = lambda path: path.write_text(text, encoding="utf-8")
+    with _replacement(folder, source) as new:
+        summary = _read_summary_table(new)
+        (new / SUMMARY).write_text(to_json(summary | to_plain(groups)), encoding="utf-8")
+        for name, table in (tables or {}).items():
+            if table is None:
+                (new / name).unlink(missing_ok=True)
+            else:
+                table.to_parquet(new / name, index=False)
+        for name, text in (texts or {}).items():
+            (new / name).write_text(text, encoding="utf-8")
+        (new / REPORT).write_text(render(new), encoding="utf-8")
+
+
+@contextmanager
+def _replacement(folder: Path, source: Path | None) -> Iterator[Path]:
+    """A new folder, with the files of the result ``source`` if given; at the end of the block its files take the place
+    of the result in ``folder``.
+
+    The summary, which shows that all other files are whole, goes away before the first of them is moved: a kill in
+    between leaves no result that is half the old one.
+    """
     with folder_lock(folder), clear_errors(folder):
-        _replace_together(folder, writers, set())
+        for left in folder.glob(f"{_NEW}*"):  # by a process that was killed
+            shutil.rmtree(left)
+        new = folder / f"{_NEW}{os.getpid()}"
+        try:
+            new.mkdir()
+            if source is not None:
+                with folder_lock(source):
+                    for path in source.iterdir():
+                        if path.is_file() and not path.name.startswith("."):
+                            shutil.copyfile(path, new / path.name)
+            yield new
+            (folder / SUMMARY).unlink(missing_ok=True)
+            for name in FILES:
+                if not (new / name).exists():
+                    (folder / name).unlink(missing_ok=True)
+            for path in sorted(new.iterdir(), key=lambda path: (path.name == SUMMARY, path.name)):
+                path.replace(folder / path.name)
+        finally:
+            shutil.rmtree(new, ignore_errors=True)
 
 
-def read_report(folder: Path) -> str | None:
-    """The page of a result folder; None where the result has none.  Raises InputError when it cannot be read."""
-    path = folder / REPORT
-    with clear_errors(path):
-        return path.read_text(encoding="utf-8") if path.exists() else None
+def read_summary(folder: Path) -> Summary:
+    """The summary of a result folder.  Raises InputError when there is none, it is of another format, or a figure is of
+    another type.
+    """
+    try:
+        return summary_from_dict(_read_summary_table(folder))
+    except ValueError as error:
+        problem, _, place = str(error).partition(" - at ")
+        raise InputError(folder / SUMMARY, place.strip("`"), problem[:1].lower() + problem[1:], "run again") from None
 
 
-def read_summary(folder: Path) -> dict[str, Any]:
-    """The summary of a result folder.  Raises InputError when there is none or it is of another format."""
+def _read_summary_table(folder: Path) -> dict[str, Any]:
     path = folder / SUMMARY
-    summary = _read_json(path)
-    if summary.get("format") != FORMAT:
+    table = _read_json(path)
+    if table.get("format") != FORMAT:
         raise InputError(path, "format", f"not a summary of format {FORMAT}", "run again with this version")
-    return summary
+    return table
 
 
 def _read_json(path: Path) -> dict[str, Any]:
@@ -157,14 +194,12 @@ def read_series(folder: Path) -> pd.DataFrame:
     return _read_parquet(folder / SERIES)
 
 
-def read_measured(folder: Path) -> pd.DataFrame | None:
-    """What the recording's instruments say; None where the result has none.  Raises InputError where unreadable."""
-    return _read_parquet(folder / MEASURED) if (folder / MEASURED).exists() else None
+def read_table(folder: Path, name: str) -> pd.DataFrame | None:
+    """A Parquet file of a result, ``MEASURED``, ``SECOND_HALF`` or the turns'; None where the result has none.
 
-
-def read_turns(folder: Path) -> pd.DataFrame | None:
-    """One row a turn and phase; None where the result has none.  Raises InputError where unreadable."""
-    return _read_parquet(folder / TURNS[1]) if (folder / TURNS[1]).exists() else None
+    Raises InputError where it cannot be read.
+    """
+    return _read_parquet(folder / name) if (folder / name).exists() else None
 
 
 def read_skeleton(folder: Path) -> dict[str, Any] | None:
@@ -179,21 +214,3 @@ def _read_parquet(path: Path) -> pd.DataFrame:
             return pd.read_parquet(path)
         except ValueError as error:  # pyarrow's ArrowInvalid is one
             raise InputError(path, "", "not a Parquet file", "run again") from error
-
-
-def read_model(folder: Path) -> dict[str, Any]:
-    """The model's table of a result folder.  Raises InputError when there is none or it is not TOML."""
-    path = folder / MODEL
-    with clear_errors(path):
-        try:
-            return tomllib.loads(path.read_text(encoding="utf-8"))
-        except ValueError as error:
-            raise InputError(path, "", f"not TOML ({error})", "run again") from error
-
-
-def _merged(template: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
-    merged = dict(template) | dict(given)
-    for name, default in template.items():
-        if isinstance(default, Mapping) and name in given:
-            merged[name] = _merged(default, given[name] or {})
-    return merged

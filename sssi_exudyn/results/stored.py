@@ -1,12 +1,10 @@
-"""One result as pages and figures take it: its figures, its series, its model, and what was measured."""
+"""One result as reports take it: its figures, its series, its model, and what was measured."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -15,42 +13,46 @@ from sssi_exudyn.bodies.skier.chain import Geometry, geometry_from_dict
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.model.toml import read_model as read_model_file
+from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.results.folder import (
+    MEASURED,
     MODEL,
+    SECOND_HALF,
     SKELETON,
-    complete_summary,
-    read_measured,
+    TURNS,
     read_series,
     read_skeleton,
     read_summary,
-    read_turns,
+    read_table,
 )
+from sssi_exudyn.results.summary import Summary
 
 
 @dataclass(frozen=True)
-class Run:
+class StoredRun:
     """One result.
 
-    summary : figures by group, as in ``summary.json``
+    summary : all figures, as in ``summary.json``
     series : the time series, as in ``series.parquet``
     model : what was simulated
-    measured : what the instruments say (``measured_table``); None where there was none
-    geometry : the skeleton's lengths; None for a result that did not keep them, which then has no replay
-    turn_table : one row a turn and phase (``biomechanics``); None for a result that did not keep it
+    measured : what the instruments measured (``measured_table``); None where there was none
+    geometry : the skeleton's lengths; None for a result without them, which then has no replay
+    turn_table : one row a turn and phase (``biomechanics``); None for a result without it
+    second_half : measured and predicted speed (``results.posture``); None but for a recording of few sensors
     """
 
-    summary: Mapping[str, Any]
+    summary: Summary
     series: pd.DataFrame
     model: Model
-    measured: pd.DataFrame | None
-    geometry: Geometry | None
-    turn_table: pd.DataFrame | None
+    measured: pd.DataFrame | None = None
+    geometry: Geometry | None = None
+    turn_table: pd.DataFrame | None = None
+    second_half: pd.DataFrame | None = None
 
     @property
     def name(self) -> str:
         """The recording's."""
-        return str(self.summary["recording"] or "a recording")
+        return self.summary.recording or "a recording"
 
     @cached_property
     def time(self) -> Array:
@@ -74,18 +76,20 @@ class Run:
         return self.series[columns].to_numpy(dtype=float) @ turned
 
 
-def read_run(folder: Path) -> Run:
+def read_run(folder: Path) -> StoredRun:
     """The result in a folder.  Raises InputError where there is none or it cannot be read."""
+    summary = read_summary(folder)
     skeleton = read_skeleton(folder)
     try:
         geometry = None if skeleton is None else geometry_from_dict(skeleton)
     except ValueError as error:
         raise InputError(folder / SKELETON, "", str(error), "run again") from error
-    return Run(
-        summary=complete_summary(read_summary(folder)),
+    return StoredRun(
+        summary=summary,
         series=read_series(folder),
-        model=read_model_file(folder / MODEL),
-        measured=read_measured(folder),
+        model=read_model(folder / MODEL),
+        measured=read_table(folder, MEASURED),
         geometry=geometry,
-        turn_table=read_turns(folder),
+        turn_table=read_table(folder, TURNS[1]),
+        second_half=read_table(folder, SECOND_HALF),
     )

@@ -8,7 +8,8 @@ from typing import Any, Final
 
 import pandas as pd
 
-from sssi_exudyn.reports.html import Section, document, figure, grid, table
+from sssi_exudyn.reports.html import document, figure, grid, table
+from sssi_exudyn.reports.section import Markup, Section
 from sssi_exudyn.sweeps.design import Axis
 from sssi_exudyn.sweeps.plan import Plan
 from sssi_exudyn.sweeps.plots import bars_svg, heat_svg, response_svg
@@ -39,13 +40,17 @@ def render_sweep(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame) -> str:
     """
     done = runs[runs["status"] == DONE]
     varied = [axis for axis in plan.axes if len(set(done[axis.name])) > 1]
-    sections = [Section("How it went", _how_it_went(plan, runs))]
+    sections = [_section("How it went", _how_it_went(plan, runs))]
     for number, output in enumerate(plan.outputs):
         known = done[done[output].notna()]
         if len(known):
-            sections.append(Section(output, _about(plan, known, indices, varied, output, number)))
-    sections.append(Section("Where this sweep comes from", _origin(plan)))
+            sections.append(_section(output, _about(plan, known, indices, varied, output, number)))
+    sections.append(_section("Where this sweep comes from", _origin(plan)))
     return document(plan.file.name, _lead(plan, runs), sections)
+
+
+def _section(title: str, html: str) -> Section:
+    return Section(title, (Markup(html),))
 
 
 def _lead(plan: Plan, runs: pd.DataFrame) -> str:

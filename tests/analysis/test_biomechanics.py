@@ -8,7 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sssi_exudyn.analysis.biomechanics import WHOLE, Biomechanics, biomechanics, headline, labelled, residual, technique
+from sssi_exudyn.analysis.biomechanics import (
+    WHOLE,
+    Biomechanics,
+    biomechanics,
+    label_turns,
+    residual_moment,
+    technique,
+    turn_figures,
+)
 from sssi_exudyn.bodies.skier.chain import COORDINATE, COORDINATES, PRESCRIBED, average_geometry, forward_kinematics
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
@@ -147,31 +155,34 @@ def test_crossover(run: SimulationResult) -> None:
     assert np.all(control["com_inside_both_share"] == 1.0)  # 0.6 m to the inside of feet 0.3 m apart
 
 
-def test_a_headline_is_the_mean_of_complete_turns(found: Biomechanics) -> None:
-    told = headline(found)
+def test_figures_of_turns_are_the_mean_of_complete_turns(found: Biomechanics) -> None:
+    figures = turn_figures(found)
     whole = found.table[(found.table["phase"] == WHOLE) & found.table["complete"]]
-    assert told["complete"] == len(whole) == sum(turn.complete for turn in found.turns.turns)
-    assert told["each"]["turn_radius_m"]["mean"] == pytest.approx(whole["turn_radius_m"].mean())
-    assert told["peak_moments"]["knee_angle_outside_moment_min_Nm_per_kg"] == pytest.approx(-2.0)
+    assert figures.complete == len(whole) == sum(turn.complete for turn in found.turns.turns)
+    assert figures.each is not None
+    assert figures.peak_moments is not None
+    assert figures.each["turn_radius_m"].mean == pytest.approx(whole["turn_radius_m"].mean())
+    assert figures.peak_moments["knee_angle_outside_moment_min_Nm_per_kg"] == pytest.approx(-2.0)
 
 
 def test_a_run_without_turns_says_so(run: SimulationResult) -> None:
     straight = replace(run, com=run.com * [1.0, 0.0, 1.0])
-    told = headline(biomechanics(straight, MASS))
-    assert told["count"] == 0
-    assert [each["kind"] for each in told["stretches"]] == ["traverse"]
+    figures = turn_figures(biomechanics(straight, MASS))
+    assert figures.count == 0
+    assert figures.each is None
+    assert [stretch.kind for stretch in figures.stretches or ()] == ["traverse"]
 
 
 def test_residual_moment_is_graded(run: SimulationResult) -> None:
-    told = residual(run)
-    assert told["peak_Nm"] == pytest.approx(50.0)  # 30 and 40 N m about axes square to each other
-    assert told["verdict"] == "okay"  # 50 is good as a peak and too much as a mean square
-    assert residual(replace(run, joint_moments=0.5 * run.joint_moments))["verdict"] == "good"
-    assert residual(replace(run, joint_moments=2.0 * run.joint_moments))["verdict"] == "bad"
+    moment = residual_moment(run)
+    assert moment.peak_Nm == pytest.approx(50.0)  # 30 and 40 N m about axes square to each other
+    assert moment.verdict == "okay"  # 50 is good as a peak and too much as a mean square
+    assert residual_moment(replace(run, joint_moments=0.5 * run.joint_moments)).verdict == "good"
+    assert residual_moment(replace(run, joint_moments=2.0 * run.joint_moments)).verdict == "bad"
 
 
 def test_series_carry_turn_and_phase(run: SimulationResult, found: Biomechanics) -> None:
-    series = labelled(run.to_frame(np.eye(3)), found.turns)
+    series = label_turns(run.to_frame(np.eye(3)), found.turns)
     for number, turn in enumerate(found.turns.turns, 1):
         rows = series[series["turn"] == number]
         assert rows["time_s"].min() == pytest.approx(turn.start, abs=0.006)

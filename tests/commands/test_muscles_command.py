@@ -13,15 +13,15 @@ import pytest
 import standing
 
 from sssi_exudyn import cli, commands
-from sssi_exudyn.analysis.biomechanics import labelled
+from sssi_exudyn.analysis.biomechanics import label_turns
 from sssi_exudyn.analysis.turns import Turn, Turns
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import slope_to_enu
 from sssi_exudyn.io.storage import read_storage
 from sssi_exudyn.muscle_forces.forces import JOINTS, MUSCLED
 from sssi_exudyn.reports.report import write_run
-from sssi_exudyn.results.folder import complete_summary
-from sssi_exudyn.results.stored import Run
+from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.results.summary import Summary
 
 
 @pytest.fixture
@@ -30,10 +30,10 @@ def result(tmp_path: Path) -> Path:
     model = replace(gliding.model(), inclination=0.0)
     stood = standing.standing(model, lead=0.1)
     turns = Turns((Turn("left", 0.0, 0.2, 1.0, True), Turn("right", 0.2, 0.4, 1.0, True)), ())
-    series = labelled(stood.to_frame(slope_to_enu(0.0, 0.0)), turns)
+    series = label_turns(stood.to_frame(slope_to_enu(0.0, 0.0)), turns)
     folder = tmp_path / "result"
-    summary = complete_summary({"recording": "stands"})
-    write_run(folder, Run(summary, series, model, None, standing.geometry(), None))
+    summary = Summary(recording="stands")
+    write_run(folder, StoredRun(summary, series, model, geometry=standing.geometry()))
     return folder
 
 
@@ -45,11 +45,13 @@ def test_a_result_gets_its_muscles(result: Path) -> None:
     activations = [name for name in series if name.startswith("muscle_") and name.endswith("_activation")]
     assert len(activations) == 284
     assert series[activations].to_numpy().min() >= 0.01
-    assert summary["muscles"]["count"] == 284
-    assert summary["muscles"]["lacking"] == []
-    assert set(summary["muscles"]["reserve"]) == set(MUSCLED)
+    figures = summary.muscles
+    assert figures is not None
+    assert figures.count == 284
+    assert figures.lacking == ()
+    assert set(figures.reserve) == set(MUSCLED)
     for joint in JOINTS:
-        peak = summary["muscles"]["contact_peak_bodyweights"][joint]
+        peak = figures.contact_peak_bodyweights[joint]
         assert series[f"muscles_{joint}_contact_bodyweights"].max() == pytest.approx(peak)
     assert json.loads((result / "summary.json").read_text(encoding="utf-8"))["muscles"]["power"] == 2
     heavier, lighter = (
@@ -71,7 +73,7 @@ def test_the_page_has_one_section_however_often(result: Path) -> None:
         commands.muscles(result, None, power=power)
         page = (result / "report.html").read_text(encoding="utf-8")
         assert page.count("<h2") == plain.count("<h2") + 1
-        assert page.count('<a href="#muscles">') == 1
+        assert page.count(">Muscles</a>") == 1
         assert f"to the power of {power} is least" in page
         for group in ("gluteus maximus", "tibialis anterior", "erector spinae", "latissimus dorsi"):
             assert page.count(f'<th scope="row">{group}</th>') == 1

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import gliding
 import numpy as np
-import pandas as pd
 import pytest
 import standing
 
@@ -17,9 +16,10 @@ from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.muscle_forces.forces import JOINTS, MUSCLED, muscle_forces
-from sssi_exudyn.muscle_forces.of_result import MuscleRun, figures, joint_forces, muscles_of
+from sssi_exudyn.muscle_forces.of_result import MuscleRun, joint_forces, muscle_figures, muscles_of
 from sssi_exudyn.muscle_forces.static_optimisation import LEAST, optimise
-from sssi_exudyn.results.stored import Run
+from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.results.summary import Summary
 from sssi_exudyn.simulation.assembly import Parts
 
 HALF = 142
@@ -30,10 +30,10 @@ def level() -> Model:
     return replace(gliding.model(), inclination=0.0)
 
 
-def run_of(lead: float = 0.0) -> Run:
+def run_of(lead: float = 0.0) -> StoredRun:
     model = level()
     series = standing.standing(model, lead=lead).to_frame(slope_to_enu(0.0, 0.0))
-    return Run({}, series, model, None, standing.geometry(), None)
+    return StoredRun(Summary(), series, model, geometry=standing.geometry())
 
 
 @pytest.fixture(scope="module")
@@ -139,9 +139,9 @@ def test_more_weight_on_one_leg_more_force_in_it() -> None:
 def test_moments_are_made(still: MuscleRun) -> None:
     """Standing needs less than the muscles can: all of every moment, to 0.1 % of the largest."""
     assert np.max(np.abs(still.forces.reserve)) < 1e-3 * np.max(np.abs(still.forces.wanted))
-    told = figures(still)
-    assert told["lacking"] == []
-    assert told["strong_enough_share"] == 1.0
+    figures = muscle_figures(still)
+    assert figures.lacking == ()
+    assert figures.strong_enough_share == 1.0
     assert np.allclose(still.forces.made + still.forces.reserve, still.forces.wanted)
 
 
@@ -241,8 +241,7 @@ def test_moments_turned_round_are_lacking() -> None:
     moments[0, PRESCRIBED.index("hip_flexion_r")] = -2000.0
     found = muscle_forces(skier, chain, q, np.zeros_like(q), moments, np.zeros((1, len(SEGMENT), 3)))
     run = MuscleRun(np.zeros(1), skier, found, model.skier.mass * 9.81, 2, 0.0)
-    lacking = pd.DataFrame(figures(run)["lacking"]).set_index("coordinate")
-    missing = lacking.loc["hip_flexion_r", "worst_Nm"]
+    (missing,) = (joint.worst_Nm for joint in muscle_figures(run).lacking if joint.coordinate == "hip_flexion_r")
     assert missing < -1000.0
     made = float(found.made[0, MUSCLED.index("hip_flexion_r")])
     assert made + missing == pytest.approx(-2000.0)

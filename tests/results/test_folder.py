@@ -15,6 +15,7 @@ import pytest
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.writing import folder_lock
 from sssi_exudyn.results.folder import read_summary, write_result
+from sssi_exudyn.results.summary import Summary
 from sssi_exudyn.runtime.cache import Cache
 
 MODEL = {"format": 1}
@@ -25,6 +26,7 @@ from pathlib import Path
 import pandas as pd
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.results.folder import write_result
+from sssi_exudyn.results.summary import Summary
 folder, fault, number = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3])
 rows = pd.DataFrame({"time_s": [float(i) for i in range(5000)]})
 def stops(place):
@@ -40,14 +42,14 @@ if fault == "kill":
 else:
     resource.setrlimit(resource.RLIMIT_FSIZE, (number, number))
 try:
-    write_result(folder, {"recording": "new"}, rows, {"format": 1})
+    write_result(folder, Summary(recording="new"), rows, {"format": 1})
 except InputError as error:
     sys.exit(str(error))
 """
 
 
 def old_result(folder: Path) -> None:
-    write_result(folder, {"recording": "old"}, pd.DataFrame({"time_s": [0.0]}), MODEL)
+    write_result(folder, Summary(recording="old"), pd.DataFrame({"time_s": [0.0]}), MODEL)
 
 
 def other_process(folder: Path, fault: str, number: int) -> subprocess.CompletedProcess[str]:
@@ -64,7 +66,7 @@ def test_a_kill_while_files_are_moved_leaves_no_mixture(tmp_path: Path, moves: i
         read_summary(tmp_path)
     old_result(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == FILES  # nothing half written is left
-    assert read_summary(tmp_path)["recording"] == "old"
+    assert read_summary(tmp_path).recording == "old"
 
 
 @pytest.mark.parametrize("limit", [0, 100, 2000])
@@ -86,7 +88,7 @@ def test_a_cache_that_cannot_be_written_is_one_clear_line(tmp_path: Path, monkey
 
     monkeypatch.setattr(np, "savez", full)
     with pytest.raises(InputError, match="no space left") as info, folder_lock(tmp_path):
-        Cache(tmp_path / "cache").get_or_make("key", lambda: {"x": np.zeros(3)})
+        Cache(tmp_path / "cache").made("key", lambda: {"x": np.zeros(3)})
     assert info.value.file == str(tmp_path)
     assert list((tmp_path / "cache").iterdir()) == []
 
@@ -103,8 +105,8 @@ def test_what_was_made_is_not_made_again(tmp_path: Path) -> None:
         made.append(1)
         return {"x": np.array([0.1, -0.0]), "why": np.asarray("converged: the objective no longer changes")}
 
-    first = Cache(tmp_path).get_or_make("key", make)
-    again = Cache(tmp_path).get_or_make("key", make)
+    first = Cache(tmp_path).made("key", make)
+    again = Cache(tmp_path).made("key", make)
     assert len(made) == 1
     assert first["x"].tobytes() == again["x"].tobytes()
     assert str(again["why"]) == "converged: the objective no longer changes"

@@ -5,6 +5,7 @@ import json
 import multiprocessing
 import os
 import pickle
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,8 @@ import pytest
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import slope_to_enu
 from sssi_exudyn.io.writing import folder_lock
-from sssi_exudyn.results.folder import complete_summary, read_model, read_series, read_summary, write_result
+from sssi_exudyn.results.folder import read_series, read_summary, write_result
+from sssi_exudyn.results.summary import Summary
 from sssi_exudyn.simulation.result import SimulationResult
 
 MODEL = {"format": 1, "friction": {"mu_t": 0.1, "terms": ["penetration", "air"]}}
@@ -100,42 +102,26 @@ def test_without_an_antenna_its_columns_are_empty_not_missing() -> None:
     assert frame[["antenna_east_m", "antenna_north_m", "antenna_up_m"]].isna().all(axis=None)
 
 
-def test_a_figure_that_does_not_apply_is_null_never_missing() -> None:
-    summary = complete_summary({"recording": "a", "trajectory": {"mean_error_m": np.float64(0.1), "length_m": np.nan}})
-    assert summary["format"] == 1
-    assert summary["trajectory"] == {"mean_error_m": 0.1, "percent_of_length": None, "length_m": None}
-    assert summary["pressure_ratio"] == {"correlation": None, "rmsd": None}
-    assert summary["friction"]["mu_n"] == {"value": None, "se": None}
-    assert summary["solver"]["backend"] is None
-
-
-def test_figures_beyond_the_format_are_kept() -> None:
-    summary = complete_summary({"friction": {"b": {"value": 1.0, "se": None}}, "notices": ("a gap", "a dead cell")})
-    assert summary["friction"]["b"]["value"] == 1.0
-    assert summary["friction"]["mu_t"]["value"] is None
-    assert summary["notices"] == ["a gap", "a dead cell"]
-
-
 def test_what_is_written_comes_back(tmp_path: Path) -> None:
     folder = tmp_path / "deep" / "result"
     frame = some_result().to_frame(np.eye(3))
-    write_result(folder, {"recording": "a"}, frame, MODEL, diagnosis={"cause": None}, report="<p>ä</p>")
-    assert read_summary(folder) == complete_summary({"recording": "a"})
+    write_result(folder, Summary(recording="a"), frame, MODEL, diagnosis={"cause": None}, render=lambda _: "<p>ä</p>")
+    assert read_summary(folder) == Summary(recording="a")
     pd.testing.assert_frame_equal(read_series(folder), frame)
-    assert read_model(folder) == MODEL
+    assert tomllib.loads((folder / "model.toml").read_text(encoding="utf-8")) == MODEL
     assert json.loads((folder / "diagnosis.json").read_text()) == {"cause": None}
     assert (folder / "report.html").read_text(encoding="utf-8") == "<p>ä</p>"
 
 
 def test_nothing_of_an_older_run_stays_beside_a_new_one(tmp_path: Path) -> None:
-    write_result(tmp_path, {}, SERIES, MODEL, diagnosis={}, report="old")
-    write_result(tmp_path, {}, SERIES, MODEL)
+    write_result(tmp_path, Summary(), SERIES, MODEL, diagnosis={}, render=lambda _: "old")
+    write_result(tmp_path, Summary(), SERIES, MODEL)
     visible = sorted(path.name for path in tmp_path.iterdir() if not path.name.startswith("."))
     assert visible == ["model.toml", "series.parquet", "summary.json"]
 
 
 def test_a_full_disk_leaves_the_old_result_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    write_result(tmp_path, {"recording": "old"}, SERIES, MODEL)
+    write_result(tmp_path, Summary(recording="old"), SERIES, MODEL)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
 
     def full(*_: Any, **__: Any) -> None:
@@ -143,7 +129,7 @@ def test_a_full_disk_leaves_the_old_result_whole(tmp_path: Path, monkeypatch: py
 
     monkeypatch.setattr(Path, "write_text", full)
     with pytest.raises(InputError, match="no space left"):
-        write_result(tmp_path, {"recording": "new"}, SERIES, MODEL)
+        write_result(tmp_path, Summary(recording="new"), SERIES, MODEL)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
@@ -152,7 +138,7 @@ def test_a_place_that_cannot_be_written_is_one_clear_line(tmp_path: Path) -> Non
     file = tmp_path / "file"
     file.write_text("")
     with pytest.raises(InputError, match=r"not a directory; check the path"):
-        write_result(file / "result", {}, SERIES, MODEL)
+        write_result(file / "result", Summary(), SERIES, MODEL)
 
 
 def test_two_processes_do_not_write_one_folder(tmp_path: Path) -> None:
@@ -163,24 +149,24 @@ def test_two_processes_do_not_write_one_folder(tmp_path: Path) -> None:
     try:
         assert held.wait(30.0)
         with pytest.raises(InputError, match="another process is writing here"):
-            write_result(tmp_path, {}, SERIES, MODEL)
+            write_result(tmp_path, Summary(), SERIES, MODEL)
     finally:
         release.set()
         other.join()
-    write_result(tmp_path, {}, SERIES, MODEL)
+    write_result(tmp_path, Summary(), SERIES, MODEL)
 
 
 def test_one_process_may_hold_a_folder_and_write_into_it(tmp_path: Path) -> None:
     with folder_lock(tmp_path):
-        write_result(tmp_path, {"recording": "a"}, SERIES, MODEL)
-        write_result(tmp_path, {"recording": "b"}, SERIES, MODEL)
-    assert read_summary(tmp_path)["recording"] == "b"
+        write_result(tmp_path, Summary(recording="a"), SERIES, MODEL)
+        write_result(tmp_path, Summary(recording="b"), SERIES, MODEL)
+    assert read_summary(tmp_path).recording == "b"
 
 
 @pytest.mark.parametrize(
     ("content", "problem"),
-    [(None, "no such file"), ("{", "not JSON"), ("[]", "no table of figures"), ('{"format": 2}', "format 1")],
-    ids=["missing", "torn", "a list", "another format"],
+    [(None, "no such file"), ("{", "not JSON"), ("[]", "no table of figures"), ('{"format": 2}', "format 1"), ('{"format": 1, "fit": {"evaluations": "many"}}', r"\$\.fit\.evaluations: expected")],
+    ids=["missing", "torn", "a list", "another format", "another type"],
 )
 def test_a_summary_that_cannot_be_read_says_so(tmp_path: Path, content: str | None, problem: str) -> None:
     if content is not None:
@@ -189,13 +175,10 @@ def test_a_summary_that_cannot_be_read_says_so(tmp_path: Path, content: str | No
         read_summary(tmp_path)
 
 
-def test_series_and_model_that_cannot_be_read_say_so(tmp_path: Path) -> None:
+def test_a_series_that_cannot_be_read_says_so(tmp_path: Path) -> None:
     (tmp_path / "series.parquet").write_bytes(b"PAR1 torn")
-    (tmp_path / "model.toml").write_text("a = ")
     with pytest.raises(InputError, match="not a Parquet file"):
         read_series(tmp_path)
-    with pytest.raises(InputError, match="not TOML"):
-        read_model(tmp_path)
 
 
 def test_errors_come_back_whole_from_another_process() -> None:

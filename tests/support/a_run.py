@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sssi_exudyn.analysis.biomechanics import biomechanics, labelled, summary_of
+from sssi_exudyn.analysis.biomechanics import biomechanics, label_turns, residual_moment, turn_figures
 from sssi_exudyn.bodies.ski.ski import read_ski
 from sssi_exudyn.bodies.skier.chain import COORDINATES, PRESCRIBED, average_geometry
 from sssi_exudyn.core.frames import Array, slope_to_enu
@@ -14,11 +14,11 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.instruments.insoles import Insoles
 from sssi_exudyn.recording.recording import Equipment, Skier
-from sssi_exudyn.results.folder import complete_summary
 from sssi_exudyn.results.measured import measured_table
-from sssi_exudyn.results.stored import Run
+from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.results.summary import summary_from_dict
 from sssi_exudyn.simulation.result import SimulationResult
-from sssi_exudyn.validation.agreement import judged
+from sssi_exudyn.validation.agreement import judge_loads, judge_track
 
 NAME = "little </script><b>hill</b> & more"
 INCLINATION, AZIMUTH = np.radians(15.0), np.radians(70.0)
@@ -98,7 +98,7 @@ def some_insoles(result: SimulationResult) -> Insoles:
     return Insoles(result.time, left, right, cells(left), cells(right), ())
 
 
-def a_run(duration: float = 14.0, rate: float = 50.0, *, measured: bool = True, **figures: Any) -> Run:
+def a_run(duration: float = 14.0, rate: float = 50.0, *, measured: bool = True, **figures: Any) -> StoredRun:
     """The run with all that a result folder keeps of it; ``figures`` go into its summary."""
     result = a_result(duration, rate)
     model = Model(
@@ -110,14 +110,16 @@ def a_run(duration: float = 14.0, rate: float = 50.0, *, measured: bool = True, 
         fall_line_azimuth=float(AZIMUTH),
     )
     found = biomechanics(result, MASS)
-    series = labelled(result.to_frame(slope_to_enu(INCLINATION, AZIMUTH)), found.turns)
+    series = label_turns(result.to_frame(slope_to_enu(INCLINATION, AZIMUTH)), found.turns)
     gps, insoles = (some_gps(result), some_insoles(result)) if measured else (None, None)
-    summary = complete_summary(
+    summary = summary_from_dict(
         {
             "recording": NAME,
             "friction": {"mu_t": {"value": 0.0612, "se": 0.001}, "mu_n": {"value": 0.55, "se": None}},
-            **judged(series, gps, insoles),
-            **summary_of(result, found),
+            "trajectory": judge_track(series, gps),
+            "pressure_ratio": judge_loads(series, insoles),
+            "turns": turn_figures(found),
+            "residual_moment": residual_moment(result),
             "solver": {"simulated_s": duration, **result.statistics},
             "energy": {"closure_percent": result.closure_percent},
             "provenance": {"inputs": {"motion.bvh": "sha256:abc"}, "versions": {}, "settings": {"method": "joint"}},
@@ -125,4 +127,4 @@ def a_run(duration: float = 14.0, rate: float = 50.0, *, measured: bool = True, 
         }
     )
     measured_rows = measured_table(gps, insoles)
-    return Run(summary, series, model, measured_rows, average_geometry(1.75), found.table)
+    return StoredRun(summary, series, model, measured_rows, average_geometry(1.75), found.table)

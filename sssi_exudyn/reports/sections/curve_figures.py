@@ -11,9 +11,9 @@ from scipy.signal import find_peaks
 
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.linked_turns import Cycle
-from sssi_exudyn.reports.panels import Key, Panel, Plot
-from sssi_exudyn.results.stored import Run
+from sssi_exudyn.reports.sections.linked_turns import Cycle, cycles_of
+from sssi_exudyn.reports.section import Key, Panel, Runs, Section, figure_section
+from sssi_exudyn.results.stored import StoredRun
 
 RIGHT: Final = "-"
 LEFT: Final = "--"
@@ -47,7 +47,8 @@ _SPIKE: Final = 0.3
 """Share of a curve's range by which a spike stands out."""
 
 
-def figure_5(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
+def figure_5(runs: Runs) -> Section:
+    cycles = cycles_of(runs)
     panels = []
     for name, sign, words in ANGLES:
         series = [
@@ -56,7 +57,7 @@ def figure_5(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
             for coordinate, style, side in _sides(name)
         ]
         panels.append(_curves(f"{words} (°)", series, cycles))
-    return Plot(
+    return figure_section(
         "Figure 5: joint angles over two linked turns",
         f"Positive is what each panel is called. {_what_is_shown(runs, cycles)}",
         tuple(panels),
@@ -66,12 +67,13 @@ def figure_5(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
     )
 
 
-def _degrees(run: Run, coordinate: str, sign: float) -> Array:
+def _degrees(run: StoredRun, coordinate: str, sign: float) -> Array:
     values = run.series[f"{coordinate}_deg"].to_numpy(dtype=float)
     return sign * np.unwrap(values, period=360.0)
 
 
-def figure_7(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
+def figure_7(runs: Runs) -> Section:
+    cycles = cycles_of(runs)
     panels = []
     for index, (run, cycle) in enumerate(zip(runs, cycles, strict=True)):
         weight = GRAVITY * run.model.skier.mass
@@ -80,7 +82,7 @@ def figure_7(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
             for style, side in ((RIGHT, "right"), (LEFT, "left"))
         ]
         panels.append(_curves(f"{run.name} (BW)", series, {index: cycle}, phases=True))
-    return Plot(
+    return figure_section(
         "Figure 7: ski-snow contact forces over two linked turns",
         "The snow's normal force on each ski over the skier's body weight; vertical lines are transitions, dashed "
         f"ones the bounds of the phases. {_what_is_shown(runs, cycles)}",
@@ -91,7 +93,8 @@ def figure_7(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
     )
 
 
-def figure_8(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
+def figure_8(runs: Runs) -> Section:
+    cycles = cycles_of(runs)
     panels = []
     for name, words in MOMENTS:
         series = [
@@ -100,7 +103,7 @@ def figure_8(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
             for joint, style, side in _sides(name)
         ]
         panels.append(_curves(f"{words} (N m/kg)", series, cycles, mark_spikes=True))
-    return Plot(
+    return figure_section(
         "Figure 8: joint moments over two linked turns",
         "Positive is what each panel is called, a kilogram of the skier; diamonds are spikes at the transition between "
         f"the turns. {_what_is_shown(runs, cycles)}",
@@ -166,7 +169,7 @@ def _colour(index: int) -> str:
     return plots.COLOURS[index % len(plots.COLOURS)]
 
 
-def _of_runs(runs: Sequence[Run]) -> tuple[Key, ...]:
+def _of_runs(runs: Runs) -> tuple[Key, ...]:
     return tuple(Key(index % len(plots.COLOURS), "-", run.name) for index, run in enumerate(runs))
 
 
@@ -174,7 +177,7 @@ def _of_sides() -> tuple[Key, ...]:
     return Key(None, RIGHT, "right"), Key(None, LEFT, "left")
 
 
-def _what_is_shown(runs: Sequence[Run], cycles: Sequence[Cycle]) -> str:
+def _what_is_shown(runs: Runs, cycles: Sequence[Cycle]) -> str:
     """How many pairs of turns a mean is over."""
     told = [
         f"{run.name}: mean and standard deviation over {len(cycle.pairs)} pairs, {cycle.pairs[0][0].side} turn first"

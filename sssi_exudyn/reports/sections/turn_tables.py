@@ -1,16 +1,19 @@
-"""What a coach reads of the turns, as tables: over all of them, and turn by turn."""
+"""The turns in figures: over all of them, and turn by turn."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Final
 
 from sssi_exudyn.analysis.biomechanics import WHOLE
 from sssi_exudyn.analysis.turns import PHASES
-from sssi_exudyn.reports.tables import Entry, Summary, Table, number, sheet, with_spread
-from sssi_exudyn.results.stored import Run
+from sssi_exudyn.reports.section import Runs, Section, table_section
+from sssi_exudyn.reports.sentences import Group, spread_of
+from sssi_exudyn.reports.sections.tables import Entry, number, sheet, with_spread
+from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.results.summary import Summary
 
-_TURNS: Final = (
+_TURNS: Final[tuple[tuple[str, Group, str, float], ...]] = (
     ("duration of a turn (s)", "each", "duration_s", 1.0),
     ("mean speed (m/s)", "each", "mean_speed_mps", 1.0),
     ("mean turn radius of the centre of mass (m)", "each", "turn_radius_m", 1.0),
@@ -29,7 +32,7 @@ _TURNS: Final = (
     ("load on both skis, control phase (body weights)", "control", "total_force_bodyweights", 1.0),
     ("whole force of the snow, control phase (body weights)", "control", "snow_force_bodyweights", 1.0),
 )
-"""What a row says, its group and name in a summary's ``turns``, and the factor to its unit."""
+"""What a row is about, its group and name in a summary's ``turns``, and the factor to its unit."""
 PEAK_MOMENTS: Final = (
     ("hip flexion moment, peak (N m/kg)", "hip_flexion", "max"),
     ("hip extension moment, peak (N m/kg)", "hip_flexion", "min"),
@@ -37,17 +40,17 @@ PEAK_MOMENTS: Final = (
 )
 
 
-def turns(runs: Sequence[Run]) -> Table:
+def turns(runs: Runs) -> Section:
     """Technique and forces, mean ± standard deviation over complete turns; peaks are the largest of all of them."""
     rows: list[Entry] = [
-        ("turns (complete ones)", lambda s: _counts(s.get("turns") or {})),
+        ("turns (complete ones)", _counts),
         *((what, _of_turns(group, name, factor)) for what, group, name, factor in _TURNS),
         *((what, _peak(joint, end)) for what, joint, end in PEAK_MOMENTS),
-        ("residual moment at the pelvis, peak (N m)", lambda s: number(_residual(s).get("peak_Nm"))),
-        ("its root mean square (N m)", lambda s: number(_residual(s).get("rms_Nm"))),
-        ("by OpenSim's thresholds (75 and 50 N m at most)", lambda s: str(_residual(s).get("verdict", "–"))),
+        ("residual moment at the pelvis, peak (N m)", lambda s: number(s.residual_moment.peak_Nm)),
+        ("its root mean square (N m)", lambda s: number(s.residual_moment.rms_Nm)),
+        ("by OpenSim's thresholds (75 and 50 N m at most)", lambda s: s.residual_moment.verdict or "–"),
     ]
-    return sheet(runs, rows)
+    return table_section("The turns in figures", sheet(runs, rows))
 
 
 _EACH: Final = (
@@ -62,7 +65,7 @@ _EACH: Final = (
 """A column's headline, the phase it is of, its name in the table of turns, how it is written, factor to its unit."""
 
 
-def each_turn(runs: Sequence[Run]) -> Table:
+def each_turn(runs: Runs) -> Section:
     """Turn by turn: a row a turn.  Turns that the run's ends, a stop or a traverse cut off are in brackets."""
     rows = []
     for run in runs:
@@ -75,10 +78,11 @@ def each_turn(runs: Sequence[Run]) -> Table:
                 for _, phase, column, form, factor in _EACH
             ]
             rows.append([name if whole["complete"] else f"({name})", *cells])
-    return [["", *(entry[0] for entry in _EACH)], *rows]
+    head = ["", *(entry[0] for entry in _EACH)]
+    return table_section("Turn by turn (cut off ones in brackets)", [head, *rows])
 
 
-def _by_phase(run: Run) -> list[dict[str, dict[str, Any]]]:
+def _by_phase(run: StoredRun) -> list[dict[str, dict[str, Any]]]:
     """For each turn its rows in the table of turns, by phase."""
     found: dict[int, dict[str, dict[str, Any]]] = {}
     for row in [] if run.turn_table is None else run.turn_table.to_dict("records"):
@@ -90,7 +94,7 @@ def peak_moment(summary: Summary, joint: str, end: str) -> float | None:
     """The largest moment (N m/kg) over both legs and all complete turns, of its opposite with ``min``; None where there
     is none.
     """
-    peaks = (summary.get("turns") or {}).get("peak_moments") or {}
+    peaks = summary.turns.peak_moments or {}
     found = [peaks.get(f"{joint}_{leg}_moment_{end}_Nm_per_kg") for leg in ("outside", "inside")]
     known = [value for value in found if value is not None]
     if not known:
@@ -98,24 +102,22 @@ def peak_moment(summary: Summary, joint: str, end: str) -> float | None:
     return float(max(known) if end == "max" else -min(known))
 
 
-def _counts(figures: Summary) -> str:
-    return f"{figures['count']} ({figures['complete']})" if "count" in figures else "–"
+def _counts(summary: Summary) -> str:
+    turns = summary.turns
+    return "–" if turns.count is None else f"{turns.count} ({turns.complete})"
 
 
-def _of_turns(group: str, name: str, factor: float) -> Callable[[Summary], str]:
-    def shown(summary: Summary) -> str:
-        figure = ((summary.get("turns") or {}).get(group) or {}).get(name) or {}
-        mean, spread = figure.get("mean"), figure.get("sd")
-        if mean is None:
+def _of_turns(group: Group, name: str, factor: float) -> Callable[[Summary], str]:
+    def text(summary: Summary) -> str:
+        figure = spread_of(summary, name, group)
+        if figure.mean is None:
             return "–"
-        return number(factor * mean) if spread is None else with_spread(factor * mean, factor * spread)
+        if figure.sd is None:
+            return number(factor * figure.mean)
+        return with_spread(factor * figure.mean, factor * figure.sd)
 
-    return shown
+    return text
 
 
 def _peak(joint: str, end: str) -> Callable[[Summary], str]:
     return lambda summary: number(peak_moment(summary, joint, end))
-
-
-def _residual(summary: Summary) -> Summary:
-    return summary.get("residual_moment") or {}

@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from sssi_exudyn.bodies.skier.chain import SEGMENT
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.linked_turns import Cycle
-from sssi_exudyn.reports.panels import Key, Panel, Plot
-from sssi_exudyn.reports.replay import poses_of
-from sssi_exudyn.results.stored import Run
+from sssi_exudyn.reports.sections.linked_turns import Cycle, cycles_of
+from sssi_exudyn.reports.section import Key, Panel, Runs, Section, figure_section
+from sssi_exudyn.reports.sections.replay import poses_of
+from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.validation.agreement import distances, filtered_ratio
 from sssi_exudyn.validation.metrics import pressure_ratio
 
@@ -24,10 +24,10 @@ _INSTANTS: Final = 12
 """How often skis, hips and shoulders are drawn along a turn."""
 
 
-def figure_4(runs: Sequence[Run]) -> Plot:
+def figure_4(runs: Runs) -> Section:
     by_run = [_against_measured(run) for run in runs]
     panels = [each[kind] for kind in _KINDS for each in by_run if kind in each]
-    return Plot(
+    return figure_section(
         "Figure 4: simulated and measured",
         "Trajectory of the antenna in the slope's plane, its distance to the GPS fixes with the fixes' standard "
         "deviation as a band, and the left foot's share of the load",
@@ -38,7 +38,7 @@ def figure_4(runs: Sequence[Run]) -> Plot:
     )
 
 
-def _against_measured(run: Run) -> dict[str, Panel]:
+def _against_measured(run: StoredRun) -> dict[str, Panel]:
     """A panel for each of ``_KINDS`` that something was measured for."""
     if run.measured is None:
         return {}
@@ -81,13 +81,14 @@ def _against_measured(run: Run) -> dict[str, Panel]:
             axes.set_ylim(-0.02, 1.02)
             axes.set(xlabel="time (s)", ylabel="left over both (1)")
 
-        correlation = run.summary["pressure_ratio"]["correlation"]
+        correlation = run.summary.pressure_ratio.correlation
         agreement = "" if correlation is None else f", correlation {correlation:.3f}"
         panels[_RATIO] = Panel(f"{run.name}: {_RATIO}", f"simulated against insoles{agreement}", share)
     return panels
 
 
-def figure_6(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
+def figure_6(runs: Runs) -> Section:
+    cycles = cycles_of(runs)
     panels = [
         Panel(
             run.name,
@@ -98,7 +99,7 @@ def figure_6(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
         for run, cycle in zip(runs, cycles, strict=True)
         if run.geometry is not None
     ]
-    return Plot(
+    return figure_section(
         "Figure 6: trajectories in the slope's plane",
         "Seen from above, the fall line downwards: two linked turns from the middle of the run",
         tuple(panels),
@@ -114,7 +115,7 @@ def figure_6(runs: Sequence[Run], cycles: Sequence[Cycle]) -> Plot:
     )
 
 
-def _seen_from_above(run: Run, cycle: Cycle) -> Callable[[Axes], None]:
+def _seen_from_above(run: StoredRun, cycle: Cycle) -> Callable[[Axes], None]:
     begin, end = cycle.shown
     turns = max(1, sum(begin <= turn.start and turn.end <= end for turn in cycle.turns.turns))
     times = np.linspace(begin, end, _INSTANTS * turns + 1)

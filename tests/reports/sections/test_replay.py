@@ -11,18 +11,18 @@ from a_run import AZIMUTH, INCLINATION, MASS, SPEED, a_result, a_run
 from sssi_exudyn.bodies.skier.chain import SEGMENT
 from sssi_exudyn.core.frames import GRAVITY, slope_to_level
 from sssi_exudyn.reports.plots import COLOURS
-from sssi_exudyn.reports.replay import RATE, STATIONS, packed, player, scene_of
-from sssi_exudyn.results.stored import Run
+from sssi_exudyn.reports.sections.replay import RATE, STATIONS, pack, player, replay_of
+from sssi_exudyn.results.stored import StoredRun
 
 
 @pytest.fixture(scope="module")
-def run() -> Run:
+def run() -> StoredRun:
     return a_run()
 
 
-def test_frames_are_those_of_the_run_in_the_level_frame(run: Run) -> None:
+def test_frames_are_those_of_the_run_in_the_level_frame(run: StoredRun) -> None:
     assert run.geometry is not None
-    scene = scene_of(run.series, run.geometry, run.model)
+    scene = replay_of(run.series, run.geometry, run.model)
     assert len(scene.time) == round(14.0 * RATE) + 1
     result = a_result()
     path = (result.com - result.com[0]) @ slope_to_level(INCLINATION).T
@@ -34,20 +34,20 @@ def test_frames_are_those_of_the_run_in_the_level_frame(run: Run) -> None:
     assert AZIMUTH != 0.0  # so that the turn from east-north-up counts
 
 
-def test_snow_pushes_along_the_slopes_normal_and_against_the_way(run: Run) -> None:
+def test_snow_pushes_along_the_slopes_normal_and_against_the_way(run: StoredRun) -> None:
     assert run.geometry is not None
-    scene = scene_of(run.series, run.geometry, run.model)
+    scene = replay_of(run.series, run.geometry, run.model)
     slope = scene.snow.sum(axis=1) @ slope_to_level(INCLINATION)
     np.testing.assert_allclose(slope[:, 2], MASS * GRAVITY, rtol=1e-9)  # a_run's loads add up to the weight
     assert np.all(slope[:, 0] < 0.0)
 
 
-def test_skis_hang_on_the_feet_and_bend_by_what_was_computed(run: Run) -> None:
+def test_skis_hang_on_the_feet_and_bend_by_what_was_computed(run: StoredRun) -> None:
     assert run.geometry is not None
     flat = run.series.copy()
     for side in ("left", "right"):
         flat[[f"{side}_tip_deflection_m", f"{side}_tail_deflection_m"]] = 0.0
-    bent, straight = (scene_of(series, run.geometry, run.model).skis for series in (run.series, flat))
+    bent, straight = (replay_of(series, run.geometry, run.model).skis for series in (run.series, flat))
     moved = np.linalg.norm(bent - straight, axis=-1)
     np.testing.assert_allclose(moved[:, :, [0, -1]], 0.02, atol=1e-9)
     middle = STATIONS.index(0.5)
@@ -58,10 +58,10 @@ def test_skis_hang_on_the_feet_and_bend_by_what_was_computed(run: Run) -> None:
     np.testing.assert_allclose(length, np.hypot(1.65, 0.038), atol=1e-3)
 
 
-def test_packed_numbers_come_back_within_a_step(run: Run) -> None:
+def test_packed_numbers_come_back_within_a_step(run: StoredRun) -> None:
     assert run.geometry is not None
-    scene = scene_of(run.series, run.geometry, run.model)
-    data = packed(scene, run.name, run.model)
+    scene = replay_of(run.series, run.geometry, run.model)
+    data = pack(scene, run.name, run.model)
     path = np.frombuffer(base64.b64decode(data["path"]), "<f4").reshape(data["frames"], 3)
     around = np.frombuffer(base64.b64decode(data["around"]), "<i2").reshape(data["frames"], data["points"], 3)
     places = path[:, None] + data["step"] * around
@@ -75,9 +75,9 @@ def test_packed_numbers_come_back_within_a_step(run: Run) -> None:
     assert data["points"] == data["skis"] + 4 * len(STATIONS)
 
 
-def test_every_segment_is_drawn(run: Run) -> None:
+def test_every_segment_is_drawn(run: StoredRun) -> None:
     assert run.geometry is not None
-    data = packed(scene_of(run.series, run.geometry, run.model), run.name, run.model)
+    data = pack(replay_of(run.series, run.geometry, run.model), run.name, run.model)
     drawn = {int(point) for bone in data["bones"] for point in bone[:2]} | set(data["head"])
     assert set(range(len(SEGMENT))) <= drawn
     assert max(drawn) < data["feet"]
@@ -87,10 +87,10 @@ def script(name: str) -> str:
     return (resources.files("sssi_exudyn.reports") / name).read_text(encoding="utf-8")
 
 
-def test_script_and_page_speak_of_the_same_things(run: Run) -> None:
+def test_script_and_page_speak_of_the_same_things(run: StoredRun) -> None:
     # Without a browser: all that the script takes from its data, its controls and the theme has to be there.
     assert run.geometry is not None
-    data = packed(scene_of(run.series, run.geometry, run.model), run.name, run.model)
+    data = pack(replay_of(run.series, run.geometry, run.model), run.name, run.model)
     code, html, theme = script("replay.js"), player(data), script("page.css")
     taken = set(re.findall(r"this\.data\.(\w+)", code))
     for names in re.findall(r"\{([\w, ]+)\} = this\.data", code):

@@ -12,6 +12,7 @@ import numpy as np
 
 from sssi_exudyn.analysis.turns import Turn, Turns
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.reports.section import Runs
 
 SAMPLES: Final = 100
 """Points a turn: 20 ms apart in a turn of 2 s, half a period of what a filter of 6 Hz leaves in eight."""
@@ -88,6 +89,11 @@ class Cycle:
         time = np.concatenate([first * share, first + second * share])
         spread = np.std(rows, axis=0, ddof=1) if len(rows) > 1 else np.full(len(time), np.nan)
         return Curve(time, np.mean(rows, axis=0), spread)
+
+
+def cycles_of(runs: Runs) -> list[Cycle]:
+    """The linked turns of each run."""
+    return [cycle_of(run.time, run.turns) for run in runs]
 
 
 def cycle_of(time: Array, turns: Turns) -> Cycle:

@@ -31,6 +31,7 @@ from sssi_exudyn.bodies.skier.chain import (
 )
 from sssi_exudyn.core.frames import GRAVITY, Array, level_to_enu, slope_to_level
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.reports.section import Markup, Runs, Section
 from sssi_exudyn.simulation.result import SIDES
 
 RATE: Final = 20.0
@@ -59,7 +60,7 @@ _THIN: Final = 0.035
 
 
 @dataclass(frozen=True)
-class Scene:
+class Replay:
     """n frames of a run in the level frame, metres and newtons.
 
     time : (n,) s, the recording's clock
@@ -90,7 +91,7 @@ def poses_of(series: pd.DataFrame, geometry: Geometry, inclination: float) -> Po
     return forward_kinematics(geometry, q, inclination)
 
 
-def scene_of(series: pd.DataFrame, geometry: Geometry, model: Model, rate: float = RATE) -> Scene:
+def replay_of(series: pd.DataFrame, geometry: Geometry, model: Model, rate: float = RATE) -> Replay:
     """The run of ``series`` at ``rate`` frames a second: the rows nearest to evenly spaced times."""
     clock = series["time_s"].to_numpy(dtype=float)
     frames = np.linspace(clock[0], clock[-1], max(2, round((clock[-1] - clock[0]) * rate) + 1))
@@ -112,7 +113,7 @@ def scene_of(series: pd.DataFrame, geometry: Geometry, model: Model, rate: float
     bent = rows[[f"{side}_{end}_deflection_m" for side in SIDES for end in ("tip", "tail")]].to_numpy(dtype=float)
     on_foot = _edges(model.ski, bent.reshape(-1, 2, 2))
     skis = np.einsum("nfij,nfsej->nfsei", level @ poses.rotation[:, list(FEET)], on_foot)
-    return Scene(
+    return Replay(
         time=rows["time_s"].to_numpy(dtype=float),
         com=com - start,
         joints=poses.origin @ level.T - start,
@@ -147,22 +148,22 @@ def _under_even_load(ski: Ski, s: Array, *, mirrored: bool = False) -> Array:
     return np.asarray(np.interp(s, fine, deflection / deflection[-1], left=0.0))
 
 
-def packed(scene: Scene, name: str, model: Model) -> dict[str, Any]:
+def pack(replay: Replay, name: str, model: Model) -> dict[str, Any]:
     """What the page's script replays, for JSON: numbers as little-endian binary in base64.
 
     ``path`` (n, 3) float32 is the centre of mass; ``points`` (n, k, 3) int16 count from it in steps of ``step`` m;
     ``forces`` (n, 3, 3) int16 (snow on the left ski, on the right, air) in steps of ``newton`` N.
     """
-    n = len(scene.time)
-    around = np.concatenate([scene.joints, scene.ends, scene.feet, scene.skis.reshape(n, -1, 3)], axis=1)
-    around = around - scene.com[:, None]
-    forces = np.concatenate([scene.snow, scene.air[:, None]], axis=1)
+    n = len(replay.time)
+    around = np.concatenate([replay.joints, replay.ends, replay.feet, replay.skis.reshape(n, -1, 3)], axis=1)
+    around = around - replay.com[:, None]
+    forces = np.concatenate([replay.snow, replay.air[:, None]], axis=1)
     step, newton = _step(around), _step(forces)
     gear = 2.0 * (model.equipment.boot_mass + model.equipment.ski_mass)
     return {
         "name": name,
-        "start": float(scene.time[0]),
-        "rate": (n - 1) / float(np.ptp(scene.time)),
+        "start": float(replay.time[0]),
+        "rate": (n - 1) / float(np.ptp(replay.time)),
         "frames": n,
         "points": around.shape[1],
         "step": step,
@@ -175,7 +176,7 @@ def packed(scene: Scene, name: str, model: Model) -> dict[str, Any]:
         "inclination": model.inclination,
         "weight": GRAVITY * (model.skier.mass + gear),
         "bodyweight": GRAVITY * model.skier.mass,
-        "path": _binary(scene.com, "<f4"),
+        "path": _binary(replay.com, "<f4"),
         "around": _binary(np.rint(around / step), "<i2"),
         "forces": _binary(np.rint(forces / newton), "<i2"),
     }
@@ -204,10 +205,21 @@ def _binary(values: Array, kind: str) -> str:
     return base64.b64encode(np.ascontiguousarray(values).astype(kind).tobytes()).decode("ascii")
 
 
-def player(packed: Mapping[str, Any]) -> str:
-    """HTML of one replay: a picture, its controls and its data; the page's script brings it to life."""
-    name = escape(str(packed["name"]))
-    data = json.dumps(packed).replace("<", "\\u003c")  # so that no name in it can end the element
+def the_run(runs: Runs) -> Section:
+    """The runs in 3D, side by side; only on a page."""
+    players = [
+        player(pack(replay_of(run.series, run.geometry, run.model), run.name, run.model))
+        for run in runs
+        if run.geometry is not None and len(run.time) > 1
+    ]
+    beside = f'<div class="beside">\n{"".join(players)}</div>\n'
+    return Section("The run", (Markup(beside),) if players else ())
+
+
+def player(content: Mapping[str, Any]) -> str:
+    """HTML of one replay: a picture, its controls and its data, which the page's script draws."""
+    name = escape(str(content["name"]))
+    data = json.dumps(content).replace("<", "\\u003c")  # so that no name in it can end the element
     views = "".join(f"<option>{view}</option>" for view in ("front", "side", "behind", "above"))
     speeds = "".join(
         f'<option value="{value}"{" selected" if value == "1" else ""}>{value}×</option>' for value in _SPEEDS

@@ -5,8 +5,8 @@ import pytest
 
 from sssi_exudyn.analysis.turns import find_turns
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.reports.curve_figures import spikes
-from sssi_exudyn.reports.linked_turns import SAMPLES, Cycle, cycle_of
+from sssi_exudyn.reports.sections.curve_figures import spikes
+from sssi_exudyn.reports.sections.linked_turns import SAMPLES, Cycle, cycle_of
 
 TIME = np.arange(0.0, 20.0, 0.01)
 PERIOD = 4.0

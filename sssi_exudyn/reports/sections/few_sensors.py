@@ -1,0 +1,78 @@
+"""A recording of few sensors: what was measured and what assumed, and what that leaves uncertain."""
+
+from __future__ import annotations
+
+import pandas as pd
+from matplotlib.axes import Axes
+
+from sssi_exudyn.reports import plots
+from sssi_exudyn.reports.section import Block, Drawing, Facts, Heading, Items, Runs, Section, Text, section_of_each
+from sssi_exudyn.reports.sections.tables import number
+from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.results.summary import Posture
+
+
+def few_sensors(runs: Runs) -> Section:
+    """What a reader has to know before believing anything of such a result."""
+    return section_of_each("Few sensors: measured and assumed", runs, _blocks)
+
+
+def _blocks(run: StoredRun) -> tuple[Block, ...]:
+    posture = run.summary.posture
+    if posture is None:
+        return ()
+    blocks: tuple[Block, ...] = (
+        Text(
+            "Most of this posture was not measured. Joint angles, moments and the load's share between the feet are"
+            " those of the assumptions; speed, path and effective friction follow from the sensors."
+        ),
+        Heading("Measured"),
+        Items(posture.measured),
+        Heading("Assumed"),
+        Items(posture.assumed),
+        Heading("Uncertainty of the feet, and what it does to friction"),
+        Facts(_rows(posture)),
+    )
+    if run.second_half is None:
+        return blocks
+    half = posture.second_half
+    caption = (
+        f"Speed over ground: predicted from the first half of the fixes (μ_t {number(half.mu_t)}), and measured. Nothing"
+        f" was fitted beyond the line; the root mean square error there is {number(half.speed_rms_mps, 2)} m/s"
+    )
+    table, split = run.second_half, half.split_s
+    return (*blocks, Drawing(caption, lambda axes: _draw_speed(axes, table, split)))
+
+
+def _rows(posture: Posture) -> list[tuple[str, str, str]]:
+    sigma, effective, shares = posture.sigma, posture.effective_friction, posture.mu_t_se
+    rows = [
+        ("edge angle (°)", f"± {sigma.edge_deg:.1f}", "each foot's roll, one standard deviation"),
+        ("heading (°)", f"± {sigma.heading_deg:.1f}", "of the skis"),
+        ("pitch (°)", f"± {sigma.pitch_deg:.1f}", "of the skis against the slope"),
+        ("height (m)", f"± {sigma.height_m:.3f}", "of one foot against the other"),
+        ("balance (m)", number(posture.unbalanced_rms_m), "by which the posture fails to balance in roll"),
+        (
+            "effective friction",
+            f"{number(effective.value)} ± {number(effective.se, 1)}",
+            "of the way: along and across the skis together, which only a measured steering angle distinguishes",
+        ),
+    ]
+    return rows + [
+        ("share in μ_t's standard error", number(value, 2), f"from the {name}")
+        for name, value in (
+            ("track", shares.track),
+            ("posture", shares.posture),
+            ("slope", shares.slope),
+            ("steering", shares.steering),
+        )
+    ]
+
+
+def _draw_speed(axes: Axes, table: pd.DataFrame, split: float | None) -> None:
+    time = table["time_s"]
+    axes.plot(time, table["measured_mps"], ".-", color=plots.COLOURS[0], label="measured", markersize=3)
+    axes.plot(time, table["predicted_mps"], color=plots.COLOURS[1], label="predicted")
+    if split is not None:
+        axes.axvline(split, color=plots.INK, linewidth=0.6, linestyle="--")
+    axes.set(xlabel="time (s)", ylabel="speed (m/s)")

@@ -1,0 +1,149 @@
+"""The muscles of a run: their activation by leg and phase of the turn, the joints' loads, and joints that lack strength."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from sssi_exudyn.analysis.turns import PHASES
+from sssi_exudyn.bodies.muscles.muscles import LEG_GROUPS, LUMBAR_GROUPS, SIDES
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.muscle_forces.of_result import contact_column, group_column
+from sssi_exudyn.reports.plots import COLOURS
+from sssi_exudyn.reports.section import Block, Drawing, Grid, Heading, Runs, Section, Text, section_of_each
+from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.results.summary import LackingJoint, MuscleFigures
+
+Mask = NDArray[np.bool_]
+
+
+def muscles(runs: Runs) -> Section:
+    """From the series' columns and the summary's group that ``sssi muscles`` adds."""
+    return section_of_each("Muscles", runs, _blocks)
+
+
+def _blocks(run: StoredRun) -> tuple[Block, ...]:
+    figures, series = run.summary.muscles, run.series
+    if figures is None:
+        return ()
+    blocks: tuple[Block, ...] = (
+        Text(_sentence(figures)),
+        Heading("Activation of the leg's muscle groups by phase of the turn: outside / inside leg"),
+        Grid(_by_phase(series, "leg", LEG_GROUPS)),
+        Heading("Activation of the lumbar muscle groups: outside / inside half of the trunk"),
+        Grid(_by_phase(series, "lumbar", LUMBAR_GROUPS)),
+        Heading("Largest joint contact forces (body weights)"),
+        Grid(_contact(series)),
+        Drawing("Contact forces of knees and L5/S1", lambda axes: _draw_loads(axes, series), 3.0),
+        Drawing("Activation of the quadriceps", lambda axes: _draw_quadriceps(axes, series), 3.0),
+    )
+    if not figures.lacking:
+        return blocks
+    return (*blocks, Heading("Joints that lack strength"), Grid(_lacking(figures.lacking)))
+
+
+def _sentence(figures: MuscleFigures) -> str:
+    return (
+        f"{figures.count} muscles share the joint moments so that the sum of their activations to the power of "
+        f"{figures.power} is least (static optimisation). In {100.0 * figures.strong_enough_share:.0f} % of the samples "
+        "they are strong enough to make all of them. Elsewhere reserve moments make up the rest; the table of joints "
+        "that lack strength gives the joints and by how much."
+    )
+
+
+def _lacking(joints: Sequence[LackingJoint]) -> list[list[str]]:
+    rows = [
+        [
+            _joint_name(joint.coordinate),
+            f"{100.0 * joint.share_of_samples:.0f} %",
+            f"{joint.worst_Nm:.0f} of {joint.wanted_then_Nm:.0f}",
+            f"{joint.at_s:.2f}",
+        ]
+        for joint in joints
+    ]
+    return [["", "of the time", "most that was missing (N m)", "at (s)"], *rows]
+
+
+def _joint_name(coordinate: str) -> str:
+    word, side = coordinate[:-2], {"_r": ", right", "_l": ", left"}.get(coordinate[-2:])
+    return (word + side if side else coordinate).replace("_", " ")
+
+
+def _sided(series: pd.DataFrame) -> list[tuple[str, str, str, Mask]]:
+    """Phase, ("outside", "inside"), the body's side and the samples: all turns of each side."""
+    side, phase = (series[name].to_numpy() for name in ("turn_side", "turn_phase"))
+    found = []
+    for name in PHASES:
+        for turn_side, outer, inner in (("left", "right", "left"), ("right", "left", "right")):
+            at = (phase == name) & (side == turn_side)
+            found += [(name, "outside", outer, at), (name, "inside", inner, at)]
+    return found
+
+
+def _mean_by_phase(series: pd.DataFrame, of_side: dict[str, Array]) -> dict[tuple[str, str], float]:
+    """Mean over all samples of a phase, by phase and outside or inside; NaN where there are none."""
+    sums: dict[tuple[str, str], list[Array]] = {}
+    for phase, where, side, at in _sided(series):
+        sums.setdefault((phase, where), []).append(of_side[side][at])
+    joined = {key: np.concatenate(parts) for key, parts in sums.items()}
+    return {key: float(np.mean(values)) if len(values) else float("nan") for key, values in joined.items()}
+
+
+def _by_phase(series: pd.DataFrame, region: str, groups: Sequence[str]) -> list[list[str]]:
+    rows = []
+    for group in groups:
+        mean = _mean_by_phase(series, {side: _values(series, group_column(region, group, side)) for side in SIDES})
+        cells = (f"{_number(mean[phase, 'outside'])} / {_number(mean[phase, 'inside'])}" for phase in PHASES)
+        rows.append([group.replace("_", " "), *cells])
+    return [["", *PHASES], *rows]
+
+
+def _contact(series: pd.DataFrame) -> list[list[str]]:
+    peaks: dict[str, dict[str, float]] = {}
+    for _, where, side, at in _sided(series):
+        for joint in ("hip", "knee", "ankle"):
+            values = _contact_weights(series, f"{joint}_{side[0]}")[at]
+            if len(values):
+                row = peaks.setdefault(joint, {})
+                row[where] = max(row.get(where, 0.0), float(values.max()))
+    rows = [
+        [
+            joint,
+            *(_number(peaks.get(joint, {}).get(where, float("nan"))) for where in ("outside", "inside")),
+            _number(max(float(_contact_weights(series, f"{joint}_{side[0]}").max()) for side in SIDES)),
+        ]
+        for joint in ("hip", "knee", "ankle")
+    ]
+    rows.append(["L5/S1", "–", "–", _number(float(_contact_weights(series, "L5_S1").max()))])
+    return [["", "outside leg in turns", "inside leg in turns", "in the whole run"], *rows]
+
+
+def _draw_loads(axes: Axes, series: pd.DataFrame) -> None:
+    for (name, label), colour in zip(
+        (("knee_l", "left knee"), ("knee_r", "right knee"), ("L5_S1", "L5/S1")), COLOURS, strict=False
+    ):
+        axes.plot(series["time_s"], _contact_weights(series, name), color=colour, label=label)
+    axes.set(xlabel="time (s)", ylabel="body weights")
+
+
+def _draw_quadriceps(axes: Axes, series: pd.DataFrame) -> None:
+    for side, colour in zip(reversed(SIDES), COLOURS, strict=False):
+        values = _values(series, group_column("leg", "quadriceps_femoris", side))
+        axes.plot(series["time_s"], values, color=colour, label=side)
+    axes.set(xlabel="time (s)", ylabel="activation", ylim=(0.0, 1.05))
+
+
+def _contact_weights(series: pd.DataFrame, joint: str) -> Array:
+    return _values(series, contact_column(joint))
+
+
+def _values(series: pd.DataFrame, column: str) -> Array:
+    return series[column].to_numpy(dtype=float)
+
+
+def _number(value: float) -> str:
+    return f"{value:.2f}" if np.isfinite(value) else "–"

@@ -1,0 +1,172 @@
+"""The figures of one result, or of several side by side, as tables: a row a figure, a column a recording."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from sssi_exudyn.reports.section import Runs, Section, table_section
+from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.results.summary import SegmentRoundTrip, Summary
+
+Entry = tuple[str, Callable[[Summary], str]]
+"""What a row is about, and its figure in a summary as text."""
+Table = list[list[str]]
+"""Rows of text, the headline first."""
+
+
+def table_1(runs: Runs) -> Section:
+    """The paper's Table 1: friction, the track's error and the slope's inclination, a row a recording."""
+    head = ["", "μ_t", "μ_n", "percentage trajectory error", "piste inclination angle (°)"]
+    rows = [
+        [
+            run.name,
+            *(friction(run.summary, name) for name in ("mu_t", "mu_n")),
+            number(run.summary.trajectory.percent_of_length, 2, " %"),
+            f"{np.degrees(run.model.inclination):.1f}",
+        ]
+        for run in runs
+    ]
+    return table_section("Table 1: friction and error of the track", [head, *rows])
+
+
+def friction(summary: Summary, name: str) -> str:
+    """A friction coefficient, ± its standard error where it was fitted."""
+    figure = getattr(summary.friction, name)
+    if figure.value is None:
+        return "–"
+    return f"{figure.value:.3f}" if figure.se is None else with_spread(figure.value, figure.se)
+
+
+def agreement(runs: Runs) -> Section:
+    """How far simulation and instruments differ."""
+    rows = sheet(
+        runs,
+        [
+            ("mean distance of antenna and GPS fix (m)", lambda s: number(s.trajectory.mean_error_m)),
+            ("the largest (m)", lambda s: number(s.trajectory.max_error_m)),
+            ("the mean over the path's length (%)", lambda s: number(s.trajectory.percent_of_length)),
+            ("length of the path (m)", lambda s: number(s.trajectory.length_m, 4)),
+            ("left foot's share of load, correlation", lambda s: number(s.pressure_ratio.correlation)),
+            ("its root mean squared difference", lambda s: number(s.pressure_ratio.rmsd)),
+        ],
+    )
+    return table_section("Simulation against instruments", rows)
+
+
+def energy(runs: Runs) -> Section:
+    """What each term of the energy balance did from the start to the end of the run, and the balance's gap."""
+    columns = _union(run.series.columns for run in runs)
+    terms = [name for name in columns if name.startswith("energy_") and name != "energy_closure_J"]
+
+    def last(run: StoredRun, column: str) -> str:
+        return str(round(run.series[column].iloc[-1])) if column in run.series else "–"
+
+    rows = [
+        [f"{name.removeprefix('energy_').removesuffix('_J')} (J)", *(last(run, name) for run in runs)] for name in terms
+    ]
+    gap = sheet(runs, [("largest gap (% of the turnover)", lambda s: number(s.energy.closure_percent))])
+    return table_section("Energy from start to end", [*gap, *rows])
+
+
+def capture(runs: Runs) -> Section:
+    """How far the skeleton's 28 angles are from the capture, segment by segment: the difference in orientation, root
+    mean square (largest), and in the place of the joint.
+    """
+    known = [{row.segment: row for row in run.summary.capture.round_trip} for run in runs]
+
+    def cell(row: SegmentRoundTrip | None) -> str:
+        if row is None:
+            return "–"
+        angles = f"{number(row.filtered_rms_deg, 2)}° ({number(row.filtered_max_deg, 2)}°)"
+        return f"{angles}, {number(row.place_rms_mm, 2)} mm"
+
+    rows = [
+        [segment.replace("_r", ", right").replace("_l", ", left"), *(cell(rows.get(segment)) for rows in known)]
+        for segment in _union(known)
+    ]
+    title = "Skeleton against capture: orientation, rms (largest), and place of the joint"
+    return table_section(title, [*sheet(runs, []), *rows])
+
+
+def notices(runs: Runs) -> Section:
+    """What the reader should know of a recording, such as what had to be estimated: a row a notice."""
+    rows = [[run.name, notice] for run in runs for notice in run.summary.notices]
+    return table_section("What to know of the recording", [["", "notice"], *rows])
+
+
+def health(runs: Runs) -> Section:
+    """How solver and fit ended."""
+    units = {"simulated_s": "simulated time (s)", "wall_s": "computing time (s)"}
+    rows: list[Entry] = []
+    for group in ("solver", "fit"):
+        for name in [entry.name for entry in dataclasses.fields(getattr(Summary(), group))]:
+            values = [getattr(getattr(run.summary, group), name) for run in runs]
+            if all(value is None or isinstance(value, bool | int | float | str) for value in values) and any(
+                value is not None for value in values
+            ):
+                what = units.get(name, name.replace("_", " "))
+                rows += [(f"{group}: {what}", _figure(group, name))]
+    rows.append(("energy balance, largest gap (% of the turnover)", lambda s: number(s.energy.closure_percent)))
+    rows.append(("stopped early", lambda s: s.diverged or "no"))
+    return table_section("Health of the solver", sheet(runs, rows))
+
+
+def provenance(runs: Runs) -> Section:
+    """What was read, what read it, and what was asked for."""
+    rows: list[Entry] = []
+    for group, word in (("inputs", "input"), ("versions", "version of"), ("settings", "setting")):
+        names = _union(getattr(run.summary.provenance, group) for run in runs)
+        rows += [(f"{word} {name}", _origin(group, name)) for name in names]
+    rows.append(("seed", lambda s: number(s.provenance.seed)))
+    return table_section("Where this comes from", sheet(runs, rows))
+
+
+def number(value: object, digits: int = 3, unit: str = "") -> str:
+    """A figure with the digits that count; a dash where there is none."""
+    match value:
+        case None:
+            return "–"
+        case bool():
+            return "yes" if value else "no"
+        case float():
+            return f"{value:.{digits}g}{unit}"
+        case _:
+            return f"{value}{unit}"
+
+
+def with_spread(value: float, spread: float) -> str:
+    """``value ± spread``, both to the spread's first digit that counts."""
+    if not spread > 0.0:
+        return number(value)
+    digits = max(0, -math.floor(math.log10(spread)))
+    return f"{value:.{digits}f} ± {spread:.{digits}f}"
+
+
+def _figure(group: str, name: str) -> Callable[[Summary], str]:
+    return lambda summary: number(getattr(getattr(summary, group), name))
+
+
+def _origin(group: str, name: str) -> Callable[[Summary], str]:
+    def text(summary: Summary) -> str:
+        entries: Mapping[str, Any] = getattr(summary.provenance, group)
+        value = entries.get(name)
+        return "–" if value is None else value if isinstance(value, str) else json.dumps(value)
+
+    return text
+
+
+def _union(names: Iterable[Iterable[str]]) -> list[str]:
+    """Every name once, in the order of their first coming."""
+    return list(dict.fromkeys(name for each in names for name in each))
+
+
+def sheet(runs: Runs, entries: Sequence[Entry]) -> Table:
+    """The runs' names, then a row for each of ``entries`` with its figure in every run's summary."""
+    rows = [[what, *(figure(run.summary) for run in runs)] for what, figure in entries]
+    return [["", *(run.name for run in runs)], *rows]

@@ -1,0 +1,53 @@
+"""The force terms of the model that was run: each law with its formula and its numbers."""
+
+from __future__ import annotations
+
+from sssi_exudyn.contact.term import Term, formula, parameters
+from sssi_exudyn.core.quantity import quantities
+from sssi_exudyn.reports.section import Block, Grid, Heading, Runs, Section, Text, section_of_each
+from sssi_exudyn.reports.sections.tables import number, with_spread
+from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.results.summary import Estimate
+
+_HEAD = ["", "value", "unit", "least", "greatest", "", "source"]
+
+
+def terms(runs: Runs) -> Section:
+    """Every term with each number: value, unit, bounds, whether it was fitted, and where it comes from."""
+    return section_of_each("Force terms in the model", runs, _blocks)
+
+
+def _blocks(run: StoredRun) -> tuple[Block, ...]:
+    fitted = run.summary.fit.parameters or {}
+    blocks: list[Block] = []
+    seen: dict[str, int] = {}
+    for term in run.model.terms:
+        seen[term.name] = seen.get(term.name, 0) + 1
+        owner = term.name if seen[term.name] == 1 else f"{term.name}#{seen[term.name]}"
+        blocks.append(Heading(owner.replace("_", " ")))
+        if formula(type(term)):
+            blocks.append(Text(formula(type(term))))
+        own = {name: fitted[f"{owner}.{name}"] for name in parameters(term) if f"{owner}.{name}" in fitted}
+        blocks.append(Grid([_HEAD, *_rows(term, own)]))
+    return tuple(blocks)
+
+
+def _rows(term: Term, fitted: dict[str, Estimate]) -> list[list[str]]:
+    """A row a number; ``fitted`` holds those of the term that were fitted."""
+    rows = []
+    for name, value in parameters(term).items():
+        about = quantities(term)[name]
+        estimate = fitted.get(name)
+        se = None if estimate is None else estimate.se
+        rows.append(
+            [
+                name,
+                number(value, 4) if se is None else with_spread(value, se),
+                about.unit,
+                number(about.low),
+                number(about.high),
+                "fixed" if estimate is None else "fitted",
+                about.source,
+            ]
+        )
+    return rows

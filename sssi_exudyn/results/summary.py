@@ -1,0 +1,277 @@
+"""The figures of a result, as ``summary.json`` holds them: every one with its unit in its name, null where there is none.
+
+The groups ``posture``, ``diagnosis`` and ``muscles`` are in the file once the command that makes them was run.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from sssi_exudyn.analysis.biomechanics import ResidualMoment, TurnFigures
+from sssi_exudyn.io.typed import convert
+from sssi_exudyn.io.writing import to_plain
+
+FORMAT: Final = 1
+_ON_REQUEST: Final = ("posture", "diagnosis", "muscles")
+"""Groups that a command of their own adds."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number and its standard error, null where it was not fitted."""
+
+    value: float | None = None
+    se: float | None = None
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Friction coefficients along (``mu_t``) and across (``mu_n``) the ski."""
+
+    mu_t: Estimate = Estimate()
+    mu_n: Estimate = Estimate()
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Horizontal distance of the simulated antenna to the GPS fixes, and the length of its path."""
+
+    mean_error_m: float | None = None
+    percent_of_length: float | None = None
+    length_m: float | None = None
+    rms_error_m: float | None = None
+    max_error_m: float | None = None
+    end_error_m: float | None = None
+
+
+@dataclass(frozen=True)
+class PressureRatio:
+    """The left foot's share of the load against the insoles: of the force square to the sole, and of the snow's normal
+    force as the paper has it.
+    """
+
+    correlation: float | None = None
+    rmsd: float | None = None
+    snow_correlation: float | None = None
+    snow_rmsd: float | None = None
+
+
+@dataclass(frozen=True)
+class ResidualNoise:
+    """Noise of the track's residual and the time over which it is correlated."""
+
+    sigma_m: float | None = None
+    correlation_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How the fit ended, and every fitted parameter; ``correlation`` (k, k) in the order of ``parameters``."""
+
+    converged: bool | None = None
+    evaluations: int | None = None
+    wall_s: float | None = None
+    method: str | None = None
+    reason: str | None = None
+    evaluations_reduced: int | None = None
+    parameters: Mapping[str, Estimate] | None = None
+    correlation: tuple[tuple[float | None, ...], ...] | None = None
+    residual_noise: ResidualNoise | None = None
+
+
+@dataclass(frozen=True)
+class Solver:
+    """What the solver did."""
+
+    simulated_s: float | None = None
+    wall_s: float | None = None
+    steps: int | None = None
+    backend: str | None = None
+    newton_iterations: int | None = None
+    jacobians: int | None = None
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Largest gap of the energy balance in percent of the turnover, and the work of each term over the run."""
+
+    closure_percent: float | None = None
+    work_J: Mapping[str, float | None] | None = None
+
+
+@dataclass(frozen=True)
+class Platform:
+    """Where it was computed."""
+
+    system: str | None = None
+    machine: str | None = None
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Hashes of what was read, versions of what ran, and what was asked for."""
+
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=dict)
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    seed: int | None = None
+    platform: Platform | None = None
+
+
+@dataclass(frozen=True)
+class SegmentRoundTrip:
+    """One segment of the skeleton against the captured one: orientation after and before the filter, place of its
+    joint.
+    """
+
+    segment: str
+    joint: str
+    filtered_rms_deg: float | None = None
+    filtered_max_deg: float | None = None
+    raw_rms_deg: float | None = None
+    raw_max_deg: float | None = None
+    place_rms_mm: float | None = None
+    place_max_mm: float | None = None
+
+
+@dataclass(frozen=True)
+class Capture:
+    """How well the skeleton's joint angles give the captured posture again."""
+
+    round_trip: tuple[SegmentRoundTrip, ...] = ()
+
+
+@dataclass(frozen=True)
+class PostureSigma:
+    """One standard deviation of the feet's angles, and of the height of one foot against the other."""
+
+    edge_deg: float
+    pitch_deg: float
+    heading_deg: float
+    height_m: float
+
+
+@dataclass(frozen=True)
+class FrictionShares:
+    """Where the standard error of μ_t comes from."""
+
+    track: float | None
+    posture: float | None
+    slope: float | None
+    steering: float | None
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """The run's second half, predicted with what the first half gives; ``constant_speed_rms_mps`` is the error of taking
+    the first half's mean speed instead.
+    """
+
+    mu_t: float | None
+    speed_rms_mps: float | None
+    constant_speed_rms_mps: float | None
+    split_s: float | None = None
+
+
+@dataclass(frozen=True)
+class Posture:
+    """A recording of few sensors: what was measured and what assumed, and what that leaves uncertain."""
+
+    measured: tuple[str, ...]
+    assumed: tuple[str, ...]
+    sigma: PostureSigma
+    gps_lag_s: Estimate | None
+    unbalanced_rms_m: float | None
+    mu_t_se: FrictionShares
+    effective_friction: Estimate
+    second_half: Prediction
+
+
+@dataclass(frozen=True)
+class DiagnosisResult:
+    """What a diagnosis found, in one word and one sentence; all of it is in ``diagnosis.json``."""
+
+    verdict: str
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Reserve:
+    """Moment of a joint that the muscles could not make."""
+
+    peak_Nm: float
+    percent_of_peak_moment: float
+    verdict: str
+
+
+@dataclass(frozen=True)
+class LackingJoint:
+    """A joint whose muscles were too weak: for how much of the run, and when most was missing."""
+
+    coordinate: str
+    share_of_samples: float
+    worst_Nm: float
+    wanted_then_Nm: float
+    at_s: float
+
+
+@dataclass(frozen=True)
+class MuscleFigures:
+    """The muscles' static optimisation: its size, what the muscles could not make, and the joints' largest loads."""
+
+    count: int
+    power: int
+    samples: int
+    wall_s: float
+    strong_enough_share: float
+    reserve: Mapping[str, Reserve]
+    lacking: tuple[LackingJoint, ...]
+    contact_peak_bodyweights: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Summary:
+    """All figures of a result.
+
+    recording : the recording's name
+    diverged : why the simulation stopped before the end; null where it did not
+    notices : what the reader should know of the recording, such as what had to be estimated
+    """
+
+    format: int = FORMAT
+    recording: str | None = None
+    friction: Friction = Friction()
+    trajectory: Trajectory = Trajectory()
+    pressure_ratio: PressureRatio = PressureRatio()
+    fit: Fit = Fit()
+    solver: Solver = Solver()
+    energy: Energy = Energy()
+    turns: TurnFigures = TurnFigures()
+    residual_moment: ResidualMoment = ResidualMoment()
+    provenance: Provenance = Provenance()
+    capture: Capture = Capture()
+    diverged: str | None = None
+    posture: Posture | None = None
+    diagnosis: DiagnosisResult | None = None
+    notices: tuple[str, ...] = ()
+    muscles: MuscleFigures | None = None
+
+
+def summary_from_dict(table: Mapping[str, Any]) -> Summary:
+    """The summary in a mapping of groups, which may lack some: those have no figures.
+
+    Raises ValueError where a figure is of another type.
+    """
+    return convert({name: group for name, group in table.items() if group is not None}, Summary)
+
+
+def summary_to_dict(summary: Summary) -> dict[str, Any]:
+    """The summary as ``summary.json`` holds it; what is not finite is null."""
+    groups = {entry.name: getattr(summary, entry.name) for entry in dataclasses.fields(summary)}
+    table: dict[str, Any] = to_plain(
+        {name: group for name, group in groups.items() if group is not None or name not in _ON_REQUEST}
+    )
+    return table
