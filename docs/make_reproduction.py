@@ -18,9 +18,9 @@ from sssi_exudyn import commands
 from sssi_exudyn.analysis.biomechanics import Spread, shift
 from sssi_exudyn.analysis.turns import Turn
 from sssi_exudyn.core.frames import GRAVITY, Array
-from sssi_exudyn.reports.sentences import mean_of, spread_of
 from sssi_exudyn.reports.sections.tables import friction, with_spread
 from sssi_exudyn.reports.sections.turn_tables import peak_moment
+from sssi_exudyn.reports.sentences import mean_of, spread_of
 from sssi_exudyn.results.folder import SUMMARY
 from sssi_exudyn.results.stored import StoredRun, read_run
 from sssi_exudyn.validation.agreement import filtered_ratio

@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from sssi_exudyn.commands.recordings import _read
-from sssi_exudyn.commands.runs import _CACHE, _SILENT, _left
+from sssi_exudyn.commands.recordings import SILENT, read_folder
+from sssi_exudyn.commands.runs import CACHE, Outcome, write_outcome
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.writing import folder_lock, to_json, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
-from sssi_exudyn.reports.diagnosis_section import diagnosis_section
 from sssi_exudyn.results.folder import DIAGNOSIS
+from sssi_exudyn.results.summary import Estimate, Fit
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
@@ -30,16 +30,16 @@ from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
 
-def diagnose(folder: Path, out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
+def diagnose(folder: Path, out: Path, *, progress: Progress = SILENT) -> dict[str, Any]:
     """Find what physics was left out, or which instrument is at fault, and leave the extended model's run in ``out``;
     what ``diagnosis.json`` holds.
     """
     found = _diagnosed(folder, out, progress)[1]
-    shutil.rmtree(out / _CACHE, ignore_errors=True)
+    shutil.rmtree(out / CACHE, ignore_errors=True)
     return _mapping(found.diagnosis)
 
 
-def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SILENT) -> dict[str, Any]:
+def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SILENT) -> dict[str, Any]:
     """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and weigh them together;
     what ``out``'s ``day.json`` holds.
 
@@ -60,41 +60,35 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = _SI
         write_atomically(out / "day.json", to_json(day))
         write_atomically(out / "report.html", day_page(names, weighed, sentence))
         for name in names:  # kept until now, so that an interrupted day goes on where it was
-            shutil.rmtree(out / name / _CACHE, ignore_errors=True)
+            shutil.rmtree(out / name / CACHE, ignore_errors=True)
         return day
 
 
 def _diagnosed(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, str], SearchResult]:
     """Diagnose into ``out``, the cache stays; hashes of what was read, and the answer."""
     with folder_lock(out):
-        recording, motion = _read(folder, progress)
+        recording, motion = read_folder(folder, progress)
         if recording.gps is None:
             raise InputError(
                 folder / "recording.toml", "[gps]", "there is no GPS to hold the simulation against", "add it"
             )
         with progress.stage("diagnose") as stage:
             found = find_missing(
-                recording, motion, model_of(recording, motion), cache=Cache(out / _CACHE), say=stage.advance
+                recording, motion, model_of(recording, motion), cache=Cache(out / CACHE), say=stage.advance
             )
         assert found.result is not None
-        diagnosis = found.diagnosis
         errors = np.sqrt(np.diag(found.fit.covariance))
         parameters = {
-            name: {"value": float(value), "se": float(se)}
+            name: Estimate(float(value), float(se))
             for p, value, se in zip(found.fit.parameters, found.fit.values, errors, strict=True)
             for name in p.names
         }
-        figures = {
-            "friction": {name: parameters[f"friction.{name}"] for name in ("mu_t", "mu_n")},
-            "fit": {"method": "diagnosis", "converged": True, "parameters": parameters},
-            "diagnosis": {"verdict": diagnosis.verdict, "sentence": diagnosis.sentence},
-        }
-        settings = {"command": "diagnose"}
-        sections = [diagnosis_section(diagnosis)]
-        written = _mapping(diagnosis)
-        _left(
-            recording, motion, found.model, found.result, figures, out, settings, diagnosis=written, sections=sections
+        outcome = Outcome(
+            {"command": "diagnose"},
+            Fit(method="diagnosis", converged=True, parameters=parameters),
+            diagnosis=found.diagnosis,
         )
+        write_outcome(out, recording, motion, found.model, found.result, outcome)
         return recording.hashes, found
 
 
@@ -103,7 +97,7 @@ def _mapping(diagnosis: Diagnosis) -> dict[str, Any]:
     return dict(to_plain(diagnosis))
 
 
-def diagnose_known(folder: Path, out: Path, *, progress: Progress = _SILENT) -> list[dict[str, str]]:
+def diagnose_known(folder: Path, out: Path, *, progress: Progress = SILENT) -> list[dict[str, str]]:
     """Diagnose every recording in ``folder`` that its ``truth.json`` names, each into a folder of its own in ``out``;
     what was said against what is hidden, a row a recording.  Those that ``out`` has already are not done again.
     """
@@ -118,7 +112,7 @@ def diagnose_known(folder: Path, out: Path, *, progress: Progress = _SILENT) -> 
 
 
 def benchmark(
-    recordings: Sequence[Path], out: Path, *, cases: int, seed: int, full: int, progress: Progress = _SILENT
+    recordings: Sequence[Path], out: Path, *, cases: int, seed: int, full: int, progress: Progress = SILENT
 ) -> dict[str, Any]:
     """Judge the diagnosis blindly on ``cases`` made from the movements of ``recordings``, the first ``full`` of them
     with the full model, into ``out``; the scores.
@@ -126,7 +120,7 @@ def benchmark(
     with folder_lock(out):
         bases = []
         for folder in recordings:
-            recording, motion = _read(folder, progress)
+            recording, motion = read_folder(folder, progress)
             if recording.gps is None:
                 raise InputError(folder / "recording.toml", "[gps]", "there is no GPS to start from", "add it")
             bases.append(base_of(recording, motion, model_of(recording, motion)))

@@ -14,7 +14,6 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.progress import Progress
 
-
 SILENT: Final = Progress()
 """Reports no progress."""
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -54,6 +54,7 @@ from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full import simulate as simulate_model
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.validation.agreement import judge_loads, judge_track
+from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.posture_uncertainty import second_half, shares_of
 
 CACHE: Final = "cache"
@@ -163,16 +164,15 @@ class Outcome:
     settings : what the user chose
     fit : how the fit ended, with the fitted parameters
     posture, second_half : of a recording of few sensors (``results.posture``)
-    diagnosis : what a diagnosis found, as ``diagnosis.json`` holds it;  found : the same in a sentence
+    diagnosis : what a diagnosis found
     diverged : why the simulation stopped before the end
     """
 
     settings: Mapping[str, Any]
-    fit: Fit = Fit()
+    fit: Fit = field(default_factory=Fit)
     posture: Posture | None = None
     second_half: pd.DataFrame | None = None
-    diagnosis: object | None = None
-    found: DiagnosisResult | None = None
+    diagnosis: Diagnosis | None = None
     diverged: str | None = None
 
 
@@ -205,6 +205,7 @@ def write_outcome(
     found = biomechanics(result, model.skier.mass)
     series = label_turns(series, found.turns)
     gps = recording.gps and corrected_fixes(recording.gps, model)
+    diagnosis = outcome.diagnosis
     summary = summary_from_dict(
         {
             "recording": recording.name,
@@ -222,14 +223,14 @@ def write_outcome(
             "capture": {"round_trip": round_trip_table(motion)},
             "diverged": outcome.diverged,
             "posture": outcome.posture,
-            "diagnosis": outcome.found,
+            "diagnosis": diagnosis and DiagnosisResult(diagnosis.verdict, diagnosis.sentence),
             "notices": recording.notices,
         }
     )
     measured = measured_table(gps, recording.insoles)
-    run = StoredRun(summary, series, model, measured, motion.geometry, found.table, outcome.second_half)
+    run = StoredRun(summary, series, model, measured, motion.geometry, found.table, outcome.second_half, diagnosis)
     texts = opensim_texts(result, motion.geometry, model.inclination)
-    write_run(out, run, diagnosis=outcome.diagnosis, opensim=texts)
+    write_run(out, run, texts)
     return summary
 
 

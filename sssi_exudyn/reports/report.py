@@ -16,7 +16,7 @@ from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.reports.html import document
 from sssi_exudyn.reports.pdf import pdf_bytes
 from sssi_exudyn.reports.section import Runs, Section
-from sssi_exudyn.reports.sections import few_sensors, muscles, replay, tables, terms, turn_tables
+from sssi_exudyn.reports.sections import diagnosis, few_sensors, muscles, replay, tables, terms, turn_tables
 from sssi_exudyn.reports.sections.curve_figures import figure_5, figure_7, figure_8
 from sssi_exudyn.reports.sections.track_figures import figure_4, figure_6
 from sssi_exudyn.reports.sentences import sentences
@@ -24,6 +24,7 @@ from sssi_exudyn.results.folder import write_result
 from sssi_exudyn.results.stored import StoredRun, read_run
 
 SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
+    diagnosis.diagnosis,
     few_sensors.few_sensors,
     replay.the_run,
     tables.table_1,
@@ -62,14 +63,8 @@ def render_folder(folder: Path) -> str:
     return render([read_run(folder)])
 
 
-def write_run(
-    folder: Path,
-    run: StoredRun,
-    *,
-    diagnosis: object | None = None,
-    opensim: Mapping[str, str] | None = None,
-) -> None:
-    """Write a whole result folder with its report; arguments as for ``write_result``.
+def write_run(folder: Path, run: StoredRun, opensim: Mapping[str, str] | None = None) -> None:
+    """Write a whole result folder with its report; ``opensim`` as for ``write_result``.
 
     Raises InputError where it cannot be written.
     """
@@ -80,7 +75,7 @@ def write_run(
         model_to_dict(run.model),
         measured=run.measured,
         skeleton=None if run.geometry is None else geometry_to_dict(run.geometry),
-        diagnosis=diagnosis,
+        diagnosis=run.diagnosis,
         turns=run.turn_table,
         second_half=run.second_half,
         opensim=opensim,

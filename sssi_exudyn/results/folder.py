@@ -18,7 +18,7 @@ import pandas as pd
 import tomli_w
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.writing import clear_errors, folder_lock, to_plain, to_json
+from sssi_exudyn.io.writing import clear_errors, folder_lock, to_json, to_plain
 from sssi_exudyn.results.summary import FORMAT, Summary, summary_from_dict, summary_to_dict
 
 SUMMARY, SERIES, MODEL, DIAGNOSIS, REPORT = (

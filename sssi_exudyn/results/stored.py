@@ -12,9 +12,11 @@ from sssi_exudyn.analysis.turns import LEAST_SAMPLES, Turns, find_turns
 from sssi_exudyn.bodies.skier.chain import Geometry, geometry_from_dict
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.results.folder import (
+    DIAGNOSIS,
     MEASURED,
     MODEL,
     SECOND_HALF,
@@ -26,6 +28,7 @@ from sssi_exudyn.results.folder import (
     read_table,
 )
 from sssi_exudyn.results.summary import Summary
+from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,7 @@ class StoredRun:
     geometry : the skeleton's lengths; None for a result without them, which then has no replay
     turn_table : one row a turn and phase (``biomechanics``); None for a result without it
     second_half : measured and predicted speed (``results.posture``); None but for a recording of few sensors
+    diagnosis : what a diagnosis found; None where none was made
     """
 
     summary: Summary
@@ -48,6 +52,7 @@ class StoredRun:
     geometry: Geometry | None = None
     turn_table: pd.DataFrame | None = None
     second_half: pd.DataFrame | None = None
+    diagnosis: Diagnosis | None = None
 
     @property
     def name(self) -> str:
@@ -92,4 +97,5 @@ def read_run(folder: Path) -> StoredRun:
         geometry=geometry,
         turn_table=read_table(folder, TURNS[1]),
         second_half=read_table(folder, SECOND_HALF),
+        diagnosis=read_json(folder / DIAGNOSIS, Diagnosis) if (folder / DIAGNOSIS).exists() else None,
     )

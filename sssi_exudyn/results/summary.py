@@ -1,4 +1,4 @@
-"""The figures of a result, as ``summary.json`` holds them: every one with its unit in its name, null where there is none.
+"""The figures of a result, as ``summary.json`` holds them: each with its unit in its name, null where there is none.
 
 The groups ``posture``, ``diagnosis`` and ``muscles`` are in the file once the command that makes them was run.
 """
@@ -166,8 +166,8 @@ class FrictionShares:
 
 @dataclass(frozen=True)
 class Prediction:
-    """The run's second half, predicted with what the first half gives; ``constant_speed_rms_mps`` is the error of taking
-    the first half's mean speed instead.
+    """The run's second half, predicted with what the first half gives; ``constant_speed_rms_mps`` is the error
+    of the first half's mean speed in its place.
     """
 
     mu_t: float | None
@@ -249,8 +249,8 @@ class Summary:
     fit: Fit = Fit()
     solver: Solver = Solver()
     energy: Energy = Energy()
-    turns: TurnFigures = TurnFigures()
-    residual_moment: ResidualMoment = ResidualMoment()
+    turns: TurnFigures = field(default_factory=TurnFigures)
+    residual_moment: ResidualMoment = field(default_factory=ResidualMoment)
     provenance: Provenance = Provenance()
     capture: Capture = Capture()
     diverged: str | None = None

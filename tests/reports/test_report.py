@@ -155,7 +155,11 @@ def test_a_minute_stays_within_the_budget() -> None:
 
 
 def test_what_went_wrong_and_what_was_missing_is_said_first() -> None:
-    told = {"diverged": "no step at 3.2 s", "diagnosis": {"verdict": "explained", "sentence": "A gust blows."}, "notices": ["Slope estimated."]}
+    told = {
+        "diverged": "no step at 3.2 s",
+        "diagnosis": {"verdict": "explained", "sentence": "A gust blows."},
+        "notices": ["Slope estimated."],
+    }
     shown = Outline(render([a_run(3.0, **told)])).text
     lead = shown[: shown.index("The run")]
     assert "stopped before the end (no step at 3.2 s)" in lead

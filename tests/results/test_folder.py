@@ -88,7 +88,7 @@ def test_a_cache_that_cannot_be_written_is_one_clear_line(tmp_path: Path, monkey
 
     monkeypatch.setattr(np, "savez", full)
     with pytest.raises(InputError, match="no space left") as info, folder_lock(tmp_path):
-        Cache(tmp_path / "cache").made("key", lambda: {"x": np.zeros(3)})
+        Cache(tmp_path / "cache").get_or_make("key", lambda: {"x": np.zeros(3)})
     assert info.value.file == str(tmp_path)
     assert list((tmp_path / "cache").iterdir()) == []
 
@@ -105,8 +105,8 @@ def test_what_was_made_is_not_made_again(tmp_path: Path) -> None:
         made.append(1)
         return {"x": np.array([0.1, -0.0]), "why": np.asarray("converged: the objective no longer changes")}
 
-    first = Cache(tmp_path).made("key", make)
-    again = Cache(tmp_path).made("key", make)
+    first = Cache(tmp_path).get_or_make("key", make)
+    again = Cache(tmp_path).get_or_make("key", make)
     assert len(made) == 1
     assert first["x"].tobytes() == again["x"].tobytes()
     assert str(again["why"]) == "converged: the objective no longer changes"

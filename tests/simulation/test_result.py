@@ -165,7 +165,13 @@ def test_one_process_may_hold_a_folder_and_write_into_it(tmp_path: Path) -> None
 
 @pytest.mark.parametrize(
     ("content", "problem"),
-    [(None, "no such file"), ("{", "not JSON"), ("[]", "no table of figures"), ('{"format": 2}', "format 1"), ('{"format": 1, "fit": {"evaluations": "many"}}', r"\$\.fit\.evaluations: expected")],
+    [
+        (None, "no such file"),
+        ("{", "not JSON"),
+        ("[]", "no table of figures"),
+        ('{"format": 2}', "format 1"),
+        ('{"format": 1, "fit": {"evaluations": "many"}}', r"\$\.fit\.evaluations: expected"),
+    ],
     ids=["missing", "torn", "a list", "another format", "another type"],
 )
 def test_a_summary_that_cannot_be_read_says_so(tmp_path: Path, content: str | None, problem: str) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sssi_exudyn.reports.few_sensors_section import counted
 from strapped import write_few
 
 from sssi_exudyn.core.noise import fit_noise
@@ -18,7 +19,6 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
-from sssi_exudyn.reports.few_sensors_section import counted
 from sssi_exudyn.simulation.reduced import prepare
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.capture_error import USUAL, capture_errors

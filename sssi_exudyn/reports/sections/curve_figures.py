@@ -11,8 +11,8 @@ from scipy.signal import find_peaks
 
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.sections.linked_turns import Cycle, cycles_of
 from sssi_exudyn.reports.section import Key, Panel, Runs, Section, figure_section
+from sssi_exudyn.reports.sections.linked_turns import Cycle, cycles_of
 from sssi_exudyn.results.stored import StoredRun
 
 RIGHT: Final = "-"

@@ -37,8 +37,8 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
         return blocks
     half = posture.second_half
     caption = (
-        f"Speed over ground: predicted from the first half of the fixes (μ_t {number(half.mu_t)}), and measured. Nothing"
-        f" was fitted beyond the line; the root mean square error there is {number(half.speed_rms_mps, 2)} m/s"
+        f"Speed over ground: predicted from the first half of the fixes (μ_t {number(half.mu_t)}), and measured."
+        f" Nothing was fitted beyond the line; the root mean square error there is {number(half.speed_rms_mps, 2)} m/s"
     )
     table, split = run.second_half, half.split_s
     return (*blocks, Drawing(caption, lambda axes: _draw_speed(axes, table, split)))

@@ -1,4 +1,4 @@
-"""The muscles of a run: their activation by leg and phase of the turn, the joints' loads, and joints that lack strength."""
+"""The muscles of a run: activation by leg and phase of the turn, the joints' loads, and joints that lack strength."""
 
 from __future__ import annotations
 
@@ -49,9 +49,9 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
 def _sentence(figures: MuscleFigures) -> str:
     return (
         f"{figures.count} muscles share the joint moments so that the sum of their activations to the power of "
-        f"{figures.power} is least (static optimisation). In {100.0 * figures.strong_enough_share:.0f} % of the samples "
-        "they are strong enough to make all of them. Elsewhere reserve moments make up the rest; the table of joints "
-        "that lack strength gives the joints and by how much."
+        f"{figures.power} is least (static optimisation). In {100.0 * figures.strong_enough_share:.0f} % of the "
+        "samples they are strong enough to make all of them. Elsewhere reserve moments make up the rest; the table of "
+        "joints that lack strength shows which and by how much."
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from sssi_exudyn.bodies.skier.chain import SEGMENT
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.sections.linked_turns import Cycle, cycles_of
 from sssi_exudyn.reports.section import Key, Panel, Runs, Section, figure_section
+from sssi_exudyn.reports.sections.linked_turns import Cycle, cycles_of
 from sssi_exudyn.reports.sections.replay import poses_of
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.validation.agreement import distances, filtered_ratio

@@ -8,8 +8,8 @@ from typing import Any, Final
 from sssi_exudyn.analysis.biomechanics import WHOLE
 from sssi_exudyn.analysis.turns import PHASES
 from sssi_exudyn.reports.section import Runs, Section, table_section
-from sssi_exudyn.reports.sentences import Group, spread_of
 from sssi_exudyn.reports.sections.tables import Entry, number, sheet, with_spread
+from sssi_exudyn.reports.sentences import Group, spread_of
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Summary
 

@@ -27,7 +27,9 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
-from sssi_exudyn.reports.diagnosis_section import diagnosis_section
+from sssi_exudyn.reports.html import section_html
+from sssi_exudyn.reports.section import Section
+from sssi_exudyn.reports.sections.diagnosis import diagnosis_blocks
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities, simulate_each
 from sssi_exudyn.validation.benchmark.cases import Case, make, plan
@@ -57,11 +59,15 @@ def base() -> tuple[Recording, Motion, Model]:
     return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 
 
+def shown(diagnosis: Diagnosis) -> str:
+    return section_html(Section("", diagnosis_blocks(diagnosis)), "part")
+
+
 def said_of(name: str, kind: str, strength: int, base: Any, seed: int, tmp_path: Path) -> tuple[Any, dict[str, Any]]:
     made = make(0, (name, kind, strength), [base], seed)
     found = diagnose(made.recording, made.motion, made.model, full=False)
     diagnosis = found.diagnosis
-    assert diagnosis.sentence.split(":")[0] in diagnosis_section(diagnosis).html
+    assert diagnosis.sentence.split(":")[0] in shown(diagnosis)
     path = tmp_path / "diagnosis.json"
     path.write_text(to_json(diagnosis))
     assert read_json(path, Diagnosis) == diagnosis

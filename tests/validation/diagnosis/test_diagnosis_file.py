@@ -13,7 +13,9 @@ from schema_check import check_against_schema
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import json_schema, read_json
 from sssi_exudyn.io.writing import to_json, to_plain
-from sssi_exudyn.reports.diagnosis_section import diagnosis_section
+from sssi_exudyn.reports.html import section_html
+from sssi_exudyn.reports.section import Section
+from sssi_exudyn.reports.sections.diagnosis import diagnosis_blocks
 from sssi_exudyn.validation.diagnosis.result import Diagnosis, ForceOverTime, LatentForce, TrackDistance
 
 SCHEMA = Path(__file__).parents[3] / "validation" / "diagnosis" / "diagnosis.schema.json"
@@ -50,6 +52,10 @@ FIRST_VERSION: dict[str, Any] = {
 """What the format's first description shows."""
 
 
+def shown(diagnosis: Diagnosis) -> str:
+    return section_html(Section("", diagnosis_blocks(diagnosis)), "part")
+
+
 def read(folder: Path, content: dict[str, Any]) -> Diagnosis:
     path = folder / "diagnosis.json"
     path.write_text(json.dumps(content))
@@ -75,10 +81,10 @@ def test_the_shipped_schema_is_that_of_the_dataclass() -> None:
 def test_a_file_of_the_first_version_is_read_and_shown(tmp_path: Path) -> None:
     check_against_schema(FIRST_VERSION, json.loads(SCHEMA.read_text(encoding="utf-8")))
     diagnosis = read(tmp_path, FIRST_VERSION)
-    section = diagnosis_section(diagnosis)
-    assert "snow patch (97%)" in section.html
-    assert "0.030" in section.html
-    assert "<svg" not in section.html  # it has no data for a figure
+    section = shown(diagnosis)
+    assert "snow patch (97%)" in section
+    assert "0.030" in section
+    assert "<svg" not in section  # it has no data for a figure
     written = json.loads(to_json(diagnosis))
     assert_holds(written, FIRST_VERSION)
 
@@ -100,11 +106,11 @@ def test_the_section_shows_what_the_file_holds(tmp_path: Path) -> None:
             ]
         ],
     }
-    section = diagnosis_section(read(tmp_path, content))
-    assert section.html.count("<svg") == 3
-    assert "log evidence +10.0 against nothing; refitted" in section.html
-    assert "not possible" in section.html
-    assert "after with snow patch in the model; shaded while it acts" in section.html
+    section = shown(read(tmp_path, content))
+    assert section.count("<svg") == 3
+    assert "log evidence +10.0 against nothing; refitted" in section
+    assert "not possible" in section
+    assert "after with snow patch in the model; shaded while it acts" in section
 
 
 @pytest.mark.parametrize(

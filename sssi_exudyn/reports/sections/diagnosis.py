@@ -1,41 +1,52 @@
-"""A diagnosis as a part of the result's page: the sentence, the evidence, the missing force, before and after."""
+"""A diagnosis: the sentence, the evidence, the missing force, before and after."""
 
 from __future__ import annotations
-
-from html import escape
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from sssi_exudyn.reports import plots
-from sssi_exudyn.reports.html import Row, Section, figure, table
+from sssi_exudyn.reports.section import Block, Drawing, Facts, Heading, Runs, Section, Text, section_of_each
 from sssi_exudyn.validation.diagnosis.missing_force import DIRECTIONS
 from sssi_exudyn.validation.diagnosis.result import (
     Change,
     Diagnosis,
     Finding,
     ForceOverTime,
-    LatentForce,
     Noise,
     Posterior,
     TrackDistance,
 )
 
 _COLOURS = (plots.SIMULATED, plots.MEASURED, plots.OTHER)
+Row = tuple[str, str, str]
 
 
-def diagnosis_section(diagnosis: Diagnosis) -> Section:
-    """What was missing, as a section of the page; figures that the diagnosis has no data of are left out."""
-    parts = [f"<p>{escape(diagnosis.sentence)}</p>\n"]
-    if diagnosis.track_distance is not None:
-        parts.append(figure(_distance_svg(diagnosis, diagnosis.track_distance), _distance_caption(diagnosis)))
-    if diagnosis.latent_force is not None:
-        parts.append(_forces(diagnosis, diagnosis.latent_force))
-    parts += [_finding(finding) for finding in diagnosis.findings]
-    if diagnosis.weighed:
-        parts.append(_hypotheses(diagnosis.weighed[0]))
-    parts.append(table("Noise of the instruments", _noise_rows(diagnosis.noise)))
-    return Section("What was left out", "".join(parts))
+def diagnosis(runs: Runs) -> Section:
+    """What was missing; figures that the diagnosis has no data of are left out."""
+    return section_of_each(
+        "What was left out", runs, lambda run: () if run.diagnosis is None else diagnosis_blocks(run.diagnosis)
+    )
+
+
+def diagnosis_blocks(found: Diagnosis) -> tuple[Block, ...]:
+    """The section of one diagnosis."""
+    blocks: list[Block] = [Text(found.sentence)]
+    if found.track_distance is not None:
+        distance = found.track_distance
+        blocks.append(Drawing(_distance_caption(found), lambda axes: _draw_distance(axes, found, distance)))
+    if found.latent_force is not None:
+        before, after = found.latent_force.before, found.latent_force.after
+        caption = "Force that the model lacks, with twice its standard deviation; dots stand out from what noise shows"
+        blocks.append(Drawing(caption, lambda axes: _draw_force(axes, before)))
+        if found.findings:
+            caption = f"The same with {_captions(found)} in the model"
+            blocks.append(Drawing(caption, lambda axes: _draw_force(axes, after)))
+    for finding in found.findings:
+        blocks += [Heading(f"{finding.name.replace('_', ' ')} ({finding.probability:.0%})"), Facts(_finding(finding))]
+    if found.weighed:
+        blocks += [Heading("Probability of every hypothesis"), Facts(_hypotheses(found.weighed[0]))]
+    return (*blocks, Heading("Noise of the instruments"), Facts(_noise_rows(found.noise)))
 
 
 def _captions(diagnosis: Diagnosis) -> str:
@@ -53,17 +64,7 @@ def _distance_caption(diagnosis: Diagnosis) -> str:
     )
 
 
-def _forces(diagnosis: Diagnosis, force: LatentForce) -> str:
-    before = figure(
-        _force_svg(force.before, "missing"),
-        "Force that the model lacks, with twice its standard deviation; dots stand out from what noise shows",
-    )
-    if not diagnosis.findings:
-        return before
-    return before + figure(_force_svg(force.after, "left"), f"The same with {_captions(diagnosis)} in the model")
-
-
-def _finding(finding: Finding) -> str:
+def _finding(finding: Finding) -> list[Row]:
     evidence = finding.evidence
     rows: list[Row] = [
         (name, f"{n.value:.4g} {'' if n.unit == '1' else n.unit}", f"90 % interval {n.low:.4g} to {n.high:.4g}")
@@ -83,7 +84,7 @@ def _finding(finding: Finding) -> str:
         where = finding.where
         place = f"{where.distance_m[0]:.1f} m to {where.distance_m[1]:.1f} m of the path; {', '.join(where.phase)}"
         rows.insert(0, ("when", f"{where.t0_s:.1f} s to {where.t1_s:.1f} s", place))
-    return table(f"{finding.name.replace('_', ' ')} ({finding.probability:.0%})", rows)
+    return rows
 
 
 def _change(what: str, change: Change, form: str, scale: str = "") -> Row:
@@ -91,7 +92,7 @@ def _change(what: str, change: Change, form: str, scale: str = "") -> Row:
     return what, after, f"{before} before{scale}"
 
 
-def _hypotheses(posteriors: tuple[Posterior, ...]) -> str:
+def _hypotheses(posteriors: tuple[Posterior, ...]) -> list[Row]:
     """Every hypothesis with its probability, the most probable first."""
     nothing = next((each.log_evidence for each in posteriors if each.name == "nothing"), None)
 
@@ -103,7 +104,7 @@ def _hypotheses(posteriors: tuple[Posterior, ...]) -> str:
         against = f"log evidence {each.log_evidence - nothing:+.1f} against nothing"
         return f"{against}; refitted" if each.refitted else against
 
-    rows: list[Row] = [
+    return [
         (
             "nothing is missing" if each.name == "nothing" else each.name.replace("_", " "),
             f"{each.probability:.1%}",
@@ -111,7 +112,6 @@ def _hypotheses(posteriors: tuple[Posterior, ...]) -> str:
         )
         for each in posteriors
     ]
-    return table("Probability of every hypothesis", rows)
 
 
 def _noise_rows(noise: Noise) -> list[Row]:
@@ -130,32 +130,25 @@ def _noise_rows(noise: Noise) -> list[Row]:
     return rows
 
 
-def _distance_svg(diagnosis: Diagnosis, distance: TrackDistance) -> str:
-    def draw(axes: Axes) -> None:
-        for finding in diagnosis.findings:
-            if finding.where is not None:
-                axes.axvspan(finding.where.t0_s, finding.where.t1_s, color=plots.OTHER, alpha=0.15, linewidth=0)
-        axes.axhspan(0.0, diagnosis.noise.gps_sigma_m, color=plots.MEASURED, alpha=0.2, linewidth=0, label="GPS σ")
-        axes.plot(distance.time_s, distance.before_m, color=plots.MEASURED, linestyle="--", label="before")
-        if diagnosis.findings:
-            axes.plot(distance.time_s, distance.after_m, color=plots.SIMULATED, label="after")
-        axes.set(xlabel="time (s)", ylabel="distance (m)", ylim=(0.0, None))
-
-    return plots.svg("diagnosis-error", draw)
+def _draw_distance(axes: Axes, diagnosis: Diagnosis, distance: TrackDistance) -> None:
+    for finding in diagnosis.findings:
+        if finding.where is not None:
+            axes.axvspan(finding.where.t0_s, finding.where.t1_s, color=plots.OTHER, alpha=0.15, linewidth=0)
+    axes.axhspan(0.0, diagnosis.noise.gps_sigma_m, color=plots.MEASURED, alpha=0.2, linewidth=0, label="GPS σ")
+    axes.plot(distance.time_s, distance.before_m, color=plots.MEASURED, linestyle="--", label="before")
+    if diagnosis.findings:
+        axes.plot(distance.time_s, distance.after_m, color=plots.SIMULATED, label="after")
+    axes.set(xlabel="time (s)", ylabel="distance (m)", ylim=(0.0, None))
 
 
-def _force_svg(missing: ForceOverTime, name: str) -> str:
+def _draw_force(axes: Axes, missing: ForceOverTime) -> None:
     edges = np.array(missing.edges_s)
     middles = 0.5 * (edges[1:] + edges[:-1])
     forces, bands, stands_out = np.array(missing.force_N), np.array(missing.band_N), np.array(missing.stands_out)
-
-    def draw(axes: Axes) -> None:
-        for k, (direction, colour) in enumerate(zip(DIRECTIONS, _COLOURS, strict=True)):
-            force, band, out = forces[:, k], bands[:, k], stands_out[:, k]
-            axes.fill_between(middles, force - 2.0 * band, force + 2.0 * band, color=colour, alpha=0.12, linewidth=0)
-            axes.plot(middles, force, color=colour, linestyle=("-", "--", ":")[k], label=direction)
-            axes.plot(middles[out], force[out], "o", color=colour, markersize=4.0)
-        axes.axhline(0.0, color=plots.INK, linewidth=0.6)
-        axes.set(xlabel="time (s)", ylabel="force (N)")
-
-    return plots.svg(f"diagnosis-force-{name}", draw)
+    for k, (direction, colour) in enumerate(zip(DIRECTIONS, _COLOURS, strict=True)):
+        force, band, out = forces[:, k], bands[:, k], stands_out[:, k]
+        axes.fill_between(middles, force - 2.0 * band, force + 2.0 * band, color=colour, alpha=0.12, linewidth=0)
+        axes.plot(middles, force, color=colour, linestyle=("-", "--", ":")[k], label=direction)
+        axes.plot(middles[out], force[out], "o", color=colour, markersize=4.0)
+    axes.axhline(0.0, color=plots.INK, linewidth=0.6)
+    axes.set(xlabel="time (s)", ylabel="force (N)")
