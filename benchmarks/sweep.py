@@ -2,7 +2,7 @@
 
     python benchmarks/sweep.py --json FILE [--blocks 5]
 
-Pools take turns block by block, so that whatever else the machine does meets all of them.  For each pool
+Pools take turns block by block, so that other work on the machine affects all of them.  For each pool
 
 - span: s from the first run's beginning to the last one's end, summed over the blocks;  start: s before that
 - speed-up and efficiency: of spans, against one process
@@ -10,7 +10,7 @@ Pools take turns block by block, so that whatever else the machine does meets al
 - cpu: s of a core's time a run;  parent: the same of the process that hands the runs out, tables included
 - memory: MB of a worker's at its tenth, middle and last run
 
-and handing: s of the parent's core for handing out a run and hearing of its end, with runs that do nothing.
+and handing: s of the parent's core for submitting a run and receiving its end, with runs that do nothing.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from typing import Any
 
 import pandas as pd
 
-from sssi_exudyn.sweeps import scheduler as sweep_drive
+from sssi_exudyn.sweeps import scheduler as sweep_scheduler
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.file import sweep_from
-from sssi_exudyn.sweeps.plan import planned
+from sssi_exudyn.sweeps.plan import plan_sweep
 from sssi_exudyn.sweeps.pools import Cluster, pool_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -61,24 +61,24 @@ def block(folder: Path, number: int, blocks: int, workers: int, options: dict[st
     return timings.sort_values("end")
 
 
-def nothing(_folder: Path, _packed: bytes) -> str:
+def nothing(_folder: Path, _task: bytes) -> str:
     """A run that takes no time."""
     return "done"
 
 
 def handing(cluster: Cluster | None, count: int = 2000) -> float:
-    """s of this process's core for each of ``count`` runs that do nothing, from the first one's end to the last's."""
+    """s of this process's core for each of ``count`` runs that do nothing, between the first and the last one's end."""
     low = {"name": "friction.mu_t", "low": 0.04, "high": 0.12, "count": count}
     settings = {"format": 1, "recordings": [str(EXAMPLES / "beginner")], "parameter": [low]}
-    plan = planned(sweep_from(settings, Path("sweep")))
+    plan = plan_sweep(sweep_from(settings, Path("sweep")))
     at: list[float] = []
-    sweep_drive.perform, real = nothing, sweep_drive.perform
+    sweep_scheduler.perform, real = nothing, sweep_scheduler.perform
     try:
         with tempfile.TemporaryDirectory() as folder:
-            told = lambda _run, _status: at.append(time.process_time())  # noqa: E731
-            sweep_drive.do_all(Path(folder), plan.job, plan.runs(), pool_of(None, cluster), 2, told)
+            report = lambda _run, _status: at.append(time.process_time())  # noqa: E731
+            sweep_scheduler.do_all(Path(folder), plan.job, plan.runs(), pool_of(None, cluster, Path(folder)), 2, report)
     finally:
-        sweep_drive.perform = real
+        sweep_scheduler.perform = real
     return (at[-1] - at[0]) / (count - 1)
 
 

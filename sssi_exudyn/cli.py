@@ -267,7 +267,7 @@ def _call(options: argparse.Namespace) -> str:
     return to_json(groups) if options.json else format_summary(groups)
 
 
-def _swept(options: argparse.Namespace, progress: Progress) -> dict[str, Any]:
+def _swept(options: argparse.Namespace, progress: Progress) -> Mapping[str, object]:
     from sssi_exudyn.sweeps import sweep as sweeps
 
     if options.about == "status":

@@ -41,6 +41,19 @@ def read_json(path: Path, kind: type[T]) -> T:
         raise InputError(path, "", f"not JSON ({error})", "run again") from None
 
 
+def encode(value: Any) -> bytes:
+    """Dataclasses, sequences, mappings, texts and finite numbers as JSON."""
+    return msgspec.json.encode(value)
+
+
+def decode(content: bytes, kind: type[T]) -> T:
+    """The object of type ``kind`` that ``encode`` gave.  Raises ValueError for anything else."""
+    try:
+        return msgspec.json.decode(content, type=kind)
+    except RecursionError as error:
+        raise ValueError(str(error)) from None
+
+
 def convert(value: Any, kind: type[T]) -> T:
     """Plain data (mappings, lists, numbers) as an object of type ``kind``.  Raises ValueError where they do not fit."""
     return msgspec.convert(to_plain(value), type=kind)

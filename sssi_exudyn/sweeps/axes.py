@@ -1,4 +1,4 @@
-"""The parameters that a sweep names: looked up in what the parts declare, their values held against the bounds."""
+"""The parameters of a sweep: looked up among the declared ones, their values checked against the bounds."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from sssi_exudyn.bodies.ski.ski import catalogue
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.fitting.fit import FRICTION, NUISANCES
 from sssi_exudyn.io.settings import Settings, check_keys, text_of
-from sssi_exudyn.sweeps.design import LISTED, Axis
+from sssi_exudyn.sweeps.design import LISTED, Axis, size_of
 from sssi_exudyn.sweeps.file import LARGEST, SweepFile, count_of, list_of, words_of
 from sssi_exudyn.sweeps.parameters import SKIS, Parameter
 
 _FULL_ONLY: Final = ("step", "spectral_radius", "relative_tolerance", "absolute_tolerance")
-"""Numbers of ``solver`` that the reduced model has no use for: it integrates in its own way."""
+"""Numbers of ``solver`` that the reduced model does not use: it has its own integrator."""
 
 
 def axes_of(file: SweepFile, declared: Mapping[str, Parameter]) -> tuple[Axis, ...]:
-    """The file's parameters with the values they take, each held against its declared bounds.
+    """The file's parameters with their values, each checked against its declared bounds.
 
     Parameters
     ----------
-    declared : what the recordings' models declare, by name
+    declared : parameters of the recordings' models, by name
 
-    Raises InputError for an unknown name, a value outside its bounds, or one that would have no effect.
+    Raises InputError for an unknown name, a value outside its bounds, one without effect, and for too many points.
     """
     tables = _tables(file.settings, file.path)
     axes: list[Axis] = []
@@ -43,7 +43,9 @@ def axes_of(file: SweepFile, declared: Mapping[str, Parameter]) -> tuple[Axis, .
             continue
         if name not in declared:
             near = difflib.get_close_matches(name, declared, 1)
-            raise InputError(file.path, f"{place} name", f"nothing declares {name!r}", _fix_for(name, near, declared))
+            raise InputError(
+                file.path, f"{place} name", f"no parameter is called {name!r}", _fix_for(name, near, declared)
+            )
         _check_effect(file, name, place)
         axes.append(_axis(declared[name], table, file, place))
     if file.design.kind == "list" and len({len(axis.levels) for axis in axes}) > 1:
@@ -51,10 +53,12 @@ def axes_of(file: SweepFile, declared: Mapping[str, Parameter]) -> tuple[Axis, .
         raise InputError(file.path, "[[parameter]] values", f"lists of several lengths: {lengths}", "make them one")
     if file.design.kind not in LISTED and not axes:
         raise InputError(
-            file.path, "[[parameter]]", "there is nothing to draw", "add a parameter, or leave out [design]"
+            file.path, "[[parameter]]", "a drawn design needs a parameter", "add a parameter, or leave out [design]"
         )
-    if file.design.kind == "grid" and math.prod(len(axis.levels) for axis in axes) > LARGEST:
-        raise InputError(file.path, "[[parameter]]", f"more than {LARGEST} points", "give fewer values")
+    if size_of(file.design, axes) > LARGEST:
+        raise InputError(
+            file.path, "[[parameter]]", f"more than {LARGEST} points", "give fewer values or a smaller size"
+        )
     return tuple(axes)
 
 
@@ -71,12 +75,12 @@ def _fix_for(name: str, near: Sequence[str], declared: Mapping[str, Parameter]) 
 def _check_effect(file: SweepFile, name: str, place: str) -> None:
     part, _, key = name.partition(".")
     if part == "solver" and key in _FULL_ONLY and file.tier == "reduced" and file.task == "simulate":
-        raise InputError(file.path, f"{place} name", f"the reduced model has no {key}", 'write tier = "full"')
+        raise InputError(file.path, f"{place} name", f"the reduced model does not use {key}", 'write tier = "full"')
     found = [*FRICTION, *NUISANCES]
-    if file.method == "paper":  # it takes the capture's heading as the model has it
+    if file.method == "paper":  # which keeps the heading of the capture
         found.remove("start.heading_offset")
     if file.task == "fit" and name.removesuffix("_deg") in found:
-        raise InputError(file.path, f"{place} name", f"{name} is what the fit finds", "sweep another parameter")
+        raise InputError(file.path, f"{place} name", f"the fit finds {name} itself", "sweep another parameter")
 
 
 def _axis(parameter: Parameter, table: Settings, file: SweepFile, place: str) -> Axis:
@@ -85,7 +89,7 @@ def _axis(parameter: Parameter, table: Settings, file: SweepFile, place: str) ->
         check_keys(table, ("name", "low", "high"), file.path, place)
         low, high = (_number(table.get(key), parameter, file.path, f"{place} {key}") for key in ("low", "high"))
         if not low < high:
-            raise InputError(file.path, place, f"low {low:g} is not below high {high:g}", "exchange them")
+            raise InputError(file.path, place, f"low {low:g} is not below high {high:g}", "swap them")
         if parameter.whole:
             raise InputError(file.path, f"{place} name", f"{parameter.name} counts something", "use a grid or a list")
         return Axis(parameter, (low, high))

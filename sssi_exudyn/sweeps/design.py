@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Literal
@@ -16,7 +17,7 @@ from sssi_exudyn.sweeps.parameters import Parameter
 
 Kind = Literal["grid", "list", "latin_hypercube", "sobol", "sobol_indices", "morris"]
 LISTED: Final[tuple[Kind, ...]] = ("grid", "list")
-"""Designs whose values are written out; the others draw theirs between two bounds."""
+"""Designs whose values are listed; the others draw values between two bounds."""
 INDEXED: Final[tuple[Kind, ...]] = ("sobol_indices", "morris")
 """Designs that give sensitivity indices."""
 KINDS: Final[tuple[Kind, ...]] = (*LISTED, "latin_hypercube", "sobol", *INDEXED)
@@ -26,7 +27,7 @@ MORRIS_LEVELS: Final = 4
 
 @dataclass(frozen=True)
 class Axis:
-    """One parameter of a sweep: the values it takes, or for drawn designs its least and greatest."""
+    """One parameter of a sweep: its values, or for drawn designs its lowest and highest."""
 
     parameter: Parameter
     levels: tuple[float | str, ...]
@@ -57,7 +58,20 @@ def points_of(design: Design, axes: Sequence[Axis]) -> list[tuple[float | str, .
         return list(itertools.product(*(axis.levels for axis in axes)))
     if design.kind == "list":
         return list(zip(*(axis.levels for axis in axes), strict=True))
-    return [tuple(map(float, row)) for row in _drawn(design, axes)]
+    return [tuple(map(float, row)) for row in _draw(design, axes)]
+
+
+def size_of(design: Design, axes: Sequence[Axis]) -> int:
+    """The number of points."""
+    match design.kind:
+        case "grid":
+            return math.prod(len(axis.levels) for axis in axes)
+        case "list":
+            return max((len(axis.levels) for axis in axes), default=1)
+        case "latin_hypercube" | "sobol":
+            return design.size
+        case _:
+            return design.size * block_of(design, len(axes))
 
 
 def problem_of(axes: Sequence[Axis]) -> dict[str, Any]:
@@ -72,11 +86,11 @@ def salib(what: str) -> Any:
 
 
 def block_of(design: Design, count: int) -> int:
-    """Points that belong together in an index's design of ``count`` axes: one lost, the others say nothing."""
+    """Points of a block of a design for indices with ``count`` axes; without one of them the others cannot be used."""
     return 2 * count + 2 if design.kind == "sobol_indices" else count + 1
 
 
-def _drawn(design: Design, axes: Sequence[Axis]) -> Array:
+def _draw(design: Design, axes: Sequence[Axis]) -> Array:
     """(n, d)"""
     problem = problem_of(axes)
     if design.kind == "sobol_indices":

@@ -1,4 +1,4 @@
-"""The file that says what is swept: read, and held against what the parts declare, before anything runs.
+"""The file of a sweep, read and checked before anything runs.
 
 ::
 
@@ -39,19 +39,21 @@ _KEYS: Final = (
     "design", "parameter", "term",
 )  # fmt: skip
 LARGEST: Final = 10_000_000
-"""Points; beyond them the file is a mistake."""
+"""Points of a design at most."""
+_LONGEST: Final = 1000
+"""Characters of a folder's name or pattern at most."""
 Word = TypeVar("Word", bound=str)
 
 
 @dataclass(frozen=True)
 class SweepFile:
-    """A file as read; parameters are not yet looked up, since it is the recordings' models that declare them.
+    """A sweep's file; its parameters are not looked up yet, since the recordings' models declare them.
 
     path : the file;  folders : of the recordings, in order;  model : a ``model.toml`` or None
-    settings : the file's content with paths relative to the working directory resolved
+    settings : the file's content
     duration : s of each run from its start, None for whole runs
     series : whether each run's time series is kept
-    outputs : figures that indices and plots are about; empty for the usual ones
+    outputs : figures that indices and plots show; empty for the usual ones
     """
 
     path: Path
@@ -69,7 +71,7 @@ class SweepFile:
     settings: Settings
 
     def portable(self, folder: Path) -> dict[str, Any]:
-        """The file's content for a copy in ``folder``, from which its paths then count."""
+        """The file's content for a copy in ``folder``, its paths relative to that."""
         copy = dict(self.settings)
         copy["name"] = self.name
         copy["recordings"] = [_relative(found, folder) for found in self.folders]
@@ -79,7 +81,7 @@ class SweepFile:
 
 
 def read_sweep(path: Path) -> SweepFile:
-    """The sweep in a TOML file.  Raises InputError, with file, place and fix, for whatever is wrong in it."""
+    """The sweep in a TOML file.  Raises InputError, with file, place and fix, for every mistake in it."""
     return sweep_from(read_toml(path), path)
 
 
@@ -145,20 +147,31 @@ def _terms(tables: object, path: Path) -> tuple[Term, ...]:
 def _folders(patterns: object, path: Path) -> tuple[Path, ...]:
     found: list[Path] = []
     for pattern in words_of(list_of(patterns, path, "recordings"), path, "recordings"):
-        plain = path.parent / pattern
-        if glob.has_magic(pattern) and not plain.is_dir():
-            root = Path(Path(pattern).anchor) if Path(pattern).is_absolute() else path.parent
-            candidates = root.glob(pattern.removeprefix(Path(pattern).anchor))
-            matches = sorted(each for each in candidates if (each / "recording.toml").is_file())
-            if not matches:
-                raise InputError(path, "recordings", f"no recording is called {pattern!r}", "correct the pattern")
-            found += matches
-        else:
-            found.append(plain)
+        if len(pattern) > _LONGEST or not pattern.isprintable():
+            problem = f"{pattern[:60]!r} is no folder's name or pattern"
+            raise InputError(path, "recordings", problem, f"write at most {_LONGEST} printable characters")
+        try:
+            found += _matches(pattern, path)
+        except (OSError, ValueError) as error:  # a name that is too long, ** beside letters
+            problem = f"{pattern[:60]!r}: {getattr(error, 'strerror', None) or error}"
+            raise InputError(path, "recordings", problem, "correct the pattern") from None
     resolved = tuple(folder.resolve() for folder in found)
     if len({folder.name for folder in resolved}) < len(resolved):
         raise InputError(path, "recordings", "two folders have one name", "give each recording its own, once")
     return resolved
+
+
+def _matches(pattern: str, path: Path) -> list[Path]:
+    """The folder of that name, or the recordings that match the pattern."""
+    plain = path.parent / pattern
+    if plain.is_dir() or not glob.has_magic(pattern):
+        return [plain]
+    anchor = Path(pattern).anchor
+    candidates = (Path(anchor) if anchor else path.parent).glob(pattern.removeprefix(anchor))
+    matches = sorted(each for each in candidates if (each / "recording.toml").is_file())
+    if not matches:
+        raise InputError(path, "recordings", f"no recording matches {pattern[:60]!r}", "correct the pattern")
+    return matches
 
 
 def _duration(value: object, path: Path) -> float | None:

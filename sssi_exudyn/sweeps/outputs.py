@@ -1,4 +1,4 @@
-"""What a run of a sweep is summed up in: one number a figure, its unit in its name."""
+"""The figures of a run of a sweep: one number each, its unit in its name."""
 
 from __future__ import annotations
 

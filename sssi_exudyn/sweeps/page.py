@@ -1,4 +1,4 @@
-"""A sweep on one page: how it went, which parameter matters, and how the figures answer to the parameters."""
+"""A sweep on one page: the runs' outcomes, the effect of each parameter, and response curves of the figures."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from sssi_exudyn.sweeps.design import Axis
 from sssi_exudyn.sweeps.plan import Plan
 from sssi_exudyn.sweeps.plots import bars_svg, heat_svg, response_svg
 from sssi_exudyn.sweeps.records import DONE, STATUSES
-from sssi_exudyn.sweeps.sensitivity_indices import MEANINGS, TOTAL, ranked
+from sssi_exudyn.sweeps.sensitivity_indices import MEANINGS, TOTAL, rank_parameters
 from sssi_exudyn.sweeps.table import origin_of
 
 PAGE: Final = "summary.html"
 _MOST_PARAMETERS: Final = 4
-"""Parameters with a curve for each output; those that matter less are in the bars and in the table."""
+"""Parameters with a curve for each output; weaker ones are in the bars and in the table."""
 _MOST_ERRORS: Final = 10
 _BARS: Final = {"ST": ("ST", "S1"), "mu_star": ("mu_star", "sigma"), "share": ("share",)}
 _WORDS: Final = {
@@ -40,12 +40,12 @@ def render_sweep(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame) -> str:
     """
     done = runs[runs["status"] == DONE]
     varied = [axis for axis in plan.axes if len(set(done[axis.name])) > 1]
-    sections = [_section("How it went", _how_it_went(plan, runs))]
+    sections = [_section("Runs", _outcomes(plan, runs))]
     for number, output in enumerate(plan.outputs):
         known = done[done[output].notna()]
         if len(known):
             sections.append(_section(output, _about(plan, known, indices, varied, output, number)))
-    sections.append(_section("Where this sweep comes from", _origin(plan)))
+    sections.append(_section("Origin of this sweep", _origin(plan)))
     return document(plan.file.name, _lead(plan, runs), sections)
 
 
@@ -54,28 +54,28 @@ def _section(title: str, html: str) -> Section:
 
 
 def _lead(plan: Plan, runs: pd.DataFrame) -> str:
-    names = ", ".join(f"<code>{escape(axis.name)}</code>" for axis in plan.axes) or "nothing but the recording"
+    names = ", ".join(f"<code>{escape(axis.name)}</code>" for axis in plan.axes) or "only the recording"
     what = "fits" if plan.job.task == "fit" else "simulations"
     done = int((runs["status"] == DONE).sum())
     return (
-        f"<p>{len(runs)} {what} with the {plan.job.tier} model, {done} of them whole; "
-        f"changed from run to run: {names}.</p>\n"
+        f"<p>{len(runs)} {what} with the {plan.job.tier} model, {done} of them complete. "
+        f"Changed from run to run: {names}.</p>\n"
     )
 
 
-def _how_it_went(plan: Plan, runs: pd.DataFrame) -> str:
+def _outcomes(plan: Plan, runs: pd.DataFrame) -> str:
     counts = runs.groupby(["recording", "status"]).size()
     rows = [
         [folder.name, *(str(counts.get((folder.name, status), 0)) for status in STATUSES)]
-        for folder in plan.job.recordings
+        for folder in plan.file.folders
     ]
     errors = runs.loc[runs["status"] != DONE, "error"].value_counts().head(_MOST_ERRORS)
-    told = [(str(error)[:200], str(count), "") for error, count in errors.items()]
-    return grid([["", *STATUSES], *rows]) + table("What stopped runs", told)
+    errors_of = [(str(error)[:200], str(count), "") for error, count in errors.items()]
+    return grid([["", *STATUSES], *rows]) + table("Errors", errors_of)
 
 
 def _about(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame, varied: list[Axis], output: str, number: int) -> str:
-    """One output: bars for each recording, curves of the parameters that matter most, the two strongest together."""
+    """One output: bars for each recording, curves of the strongest parameters, the two strongest together."""
     unit, meaning = next((column.unit, column.meaning) for column in plan.columns if column.name == output)
     shown = [f'<p class="soft">{escape(meaning[:1].upper() + meaning[1:])}.</p>\n']
     for place, recording in enumerate(runs["recording"].unique()):
@@ -83,9 +83,9 @@ def _about(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame, varied: list[A
         kind = next((kind for kind in TOTAL if kind in set(about["index"])), None)
         if kind is not None:
             bars = bars_svg(f"bars-{number}-{place}", about, _BARS[kind], tuple(_WORDS[each] for each in _BARS[kind]))
-            shown.append(figure(bars, f"What {output} hangs on, {recording}: {MEANINGS[kind]}"))
+            shown.append(figure(bars, f"{output}, {recording}: {MEANINGS[kind]}"))
     first = str(runs["recording"].iloc[0])
-    strongest = ranked(indices, first, output, varied)[:_MOST_PARAMETERS]
+    strongest = rank_parameters(indices, first, output, varied)[:_MOST_PARAMETERS]
     for place, axis in enumerate(strongest):
         curve = response_svg(f"response-{number}-{place}", runs, axis, output, unit)
         shown.append(figure(curve, f"{output} against {axis.name}: runs, and means over all other parameters"))

@@ -1,4 +1,4 @@
-"""What a sweep may change: every number that is declared anywhere, by its name, and how a changed one is put in place.
+"""What a sweep may change: every declared number, by its name, and how a changed number enters the model.
 
 Names are ``part.number``: ``skier``, ``equipment`` and ``slope`` as in a ``recording.toml``, ``ski``, ``start``,
 ``solver``, ``posture``, and the model's force terms and sensors by their own names.  Angles are in degrees and end in
@@ -25,7 +25,7 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Equipment, Recording, Skier, Slope
 
 SKIS: Final = "equipment.skis"
-"""The one parameter that is a word: the name of a ski in the catalogue."""
+"""The one parameter that is a name: a ski of the catalogue."""
 _DEGREE: Final = float(np.pi / 180.0)
 _PROFILES: Final = {
     "width_scale": "factor on the ski's width all along",
@@ -33,7 +33,7 @@ _PROFILES: Final = {
     "height_scale": "factor on the height of camber and rocker all along",
 }
 _AS_RECORDED: Final = ("skier", "equipment", "slope")
-"""Parts that a recording declares; what is derived from them, movement and start, follows."""
+"""Parts that a recording declares; motion and start are computed anew from them."""
 _SHAPE: Final = (*_AS_RECORDED, "ski", "solver", "posture")
 _WHOLE: Final = [name for name, kind in Solver.__annotations__.items() if kind == "int"]
 
@@ -57,8 +57,8 @@ class Parameter:
 
 
 def parameters_of(several: Iterable[Term | Sensor]) -> dict[str, Parameter]:
-    """All that a sweep may change of a model with these terms and sensors, by name, but for ``SKIS``, which is no
-    number.
+    """All numbers that a sweep may change in a model with these terms and sensors, by name; without ``SKIS``, which is
+    no number.
     """
     parts: dict[str, Any] = {
         "skier": Skier,
@@ -68,7 +68,7 @@ def parameters_of(several: Iterable[Term | Sensor]) -> dict[str, Parameter]:
         "start": Start,
         "solver": Solver,
     }
-    found = [_declared(part, about, cls) for part, cls in parts.items() for about in quantities(cls).values()]
+    found = [_parameter_of(part, about, cls) for part, cls in parts.items() for about in quantities(cls).values()]
     found += [Parameter(f"ski.{name}", "1", 0.5, 2.0, meaning) for name, meaning in _PROFILES.items()]
     found += [
         Parameter(f"posture.{name}_deg", "deg", -30.0, 30.0, f"added to the recorded {name} all along", _DEGREE)
@@ -78,11 +78,11 @@ def parameters_of(several: Iterable[Term | Sensor]) -> dict[str, Parameter]:
     for part_of in several:
         seen[part_of.name] = seen.get(part_of.name, 0) + 1
         label = part_of.name if seen[part_of.name] == 1 else f"{part_of.name}#{seen[part_of.name]}"
-        found += [_declared(label, about, type(part_of)) for about in quantities(part_of).values()]
+        found += [_parameter_of(label, about, type(part_of)) for about in quantities(part_of).values()]
     return {parameter.name: parameter for parameter in found}
 
 
-def _declared(part: str, about: Quantity, cls: type) -> Parameter:
+def _parameter_of(part: str, about: Quantity, cls: type) -> Parameter:
     whole = cls.__annotations__[about.name] == "int"
     if about.unit != "rad":
         return Parameter(f"{part}.{about.name}", about.unit, about.low, about.high, about.meaning, whole=whole)
@@ -91,7 +91,7 @@ def _declared(part: str, about: Quantity, cls: type) -> Parameter:
 
 
 def numbers_of(values: Values) -> dict[str, float | str]:
-    """Values as files have them by the names that models know: angles in rad, without ``_deg``."""
+    """Values of a file under the model's names: angles in rad, without ``_deg``."""
     return {
         name.removesuffix("_deg"): value * _DEGREE if name.endswith("_deg") and not isinstance(value, str) else value
         for name, value in values.items()
@@ -99,23 +99,23 @@ def numbers_of(values: Values) -> dict[str, float | str]:
 
 
 def is_shape(name: str) -> bool:
-    """True for what changes the bodies or their movement, False for forces, start and instruments."""
+    """True for numbers of the bodies or their motion, False for those of forces, start and instruments."""
     return name.partition(".")[0] in _SHAPE
 
 
-def changed(
+def change(
     recording: Recording, motion: Motion, base: Model | None, terms: tuple[Term, ...], shape: Values
 ) -> tuple[Recording, Motion, Model]:
-    """Recording, movement and model with other bodies.
+    """Recording, motion and model with other bodies.
 
     Parameters
     ----------
-    motion : of the recording as it is
+    motion : of the unchanged recording
     base : the model to change; None for the recorded skier's own, whose start then follows a changed slope
-    terms : laws that act besides the model's
+    terms : force terms besides the model's
     shape : numbers for which ``is_shape``, as ``numbers_of`` gives them
 
-    Raises InputError for a ski that there is not, ValueError for numbers that do not fit each other.
+    Raises InputError for an unknown ski, ValueError for numbers that contradict each other.
     """
     given: dict[str, dict[str, Any]] = {part: {} for part in _SHAPE}
     for name, value in shape.items():
@@ -129,11 +129,11 @@ def changed(
             slope=replace(recording.slope, **given["slope"]),
         )
         motion = motion_from_recording(recording)
-    model = model_of(recording, motion) if base is None else _worn(base, recording, given)
+    model = model_of(recording, motion) if base is None else _equip(base, recording, given)
     solver = {key: int(value) if key in _WHOLE else value for key, value in given["solver"].items()}
     model = replace(
         model,
-        ski=_shaped(model.ski, given["ski"]),
+        ski=_reshape(model.ski, given["ski"]),
         terms=model.terms + terms,
         solver=replace(model.solver, **solver),
     )
@@ -141,8 +141,8 @@ def changed(
 
 
 def offset(motion: Motion, angles: Mapping[str, float]) -> Motion:
-    """The same movement with constants (rad) added to prescribed coordinates: splines of a B-spline basis add up to
-    one, so that a constant on all coefficients is one on the curve.
+    """The motion with constants (rad) added to prescribed coordinates.  B-splines add up to one, so a constant added
+    to all coefficients is added to the curve.
     """
     if not angles:
         return motion
@@ -152,8 +152,8 @@ def offset(motion: Motion, angles: Mapping[str, float]) -> Motion:
     return replace(motion, coefficients=coefficients)
 
 
-def _worn(base: Model, recording: Recording, given: Mapping[str, Mapping[str, Any]]) -> Model:
-    """``base`` with what was changed of skier, equipment and slope."""
+def _equip(base: Model, recording: Recording, given: Mapping[str, Mapping[str, Any]]) -> Model:
+    """``base`` with the changes of skier, equipment and slope."""
     slope = given["slope"]
     model = replace(
         base,
@@ -166,17 +166,17 @@ def _worn(base: Model, recording: Recording, given: Mapping[str, Mapping[str, An
     return model if skis is None else replace(model, ski=read_ski(skis, recording.folder))
 
 
-def _shaped(ski: Ski, numbers: Mapping[str, float]) -> Ski:
-    """The ski with other numbers and scaled profiles.  Raises ValueError when the boot no longer stands on it."""
+def _reshape(ski: Ski, numbers: Mapping[str, float]) -> Ski:
+    """The ski with other numbers and scaled profiles.  Raises ValueError where the boot is off the ski."""
     shape: dict[str, Any] = {}
     for name, value in numbers.items():
         profile = name.removesuffix("_scale")
-        shape[profile] = _scaled(getattr(ski, profile), value) if name in _PROFILES else value
+        shape[profile] = _scale(getattr(ski, profile), value) if name in _PROFILES else value
     found = replace(ski, **shape)
     if not 0.0 < found.boot_centre < found.length:
         raise ValueError(f"the boot centre at {found.boot_centre:g} m lies off a ski of {found.length:g} m")
     return found
 
 
-def _scaled(profile: Profile, factor: float) -> Profile:
+def _scale(profile: Profile, factor: float) -> Profile:
     return replace(profile, value=tuple(factor * value for value in profile.value))

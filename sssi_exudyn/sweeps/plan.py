@@ -1,13 +1,12 @@
-"""All runs of a sweep, each under the hash of what it is computed from, before the first of them begins."""
+"""The plan of a sweep: all runs, each under the hash of what it is computed from, before the first one starts."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 from sssi_exudyn.contact.registry import PAPER_TERMS
-from sssi_exudyn.contact.term import Term, parameters
+from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.fitting.fit import Method
 from sssi_exudyn.model.model import Model
@@ -21,21 +20,29 @@ from sssi_exudyn.sweeps.file import SweepFile, Task, Tier
 from sssi_exudyn.sweeps.outputs import Column, columns_of, usual_outputs
 from sssi_exudyn.sweeps.parameters import Parameter, parameters_of
 
+TermValues = tuple[str, tuple[tuple[str, float], ...]]
+"""A force term as its name and its numbers."""
+
 
 @dataclass(frozen=True)
 class Job:
-    """What all runs of a sweep share; small and plain, so that it goes to a worker with every run.
+    """What all runs of a sweep share: texts and numbers only, so that it goes to a worker as JSON with every run.
 
-    identity : hash of the whole sweep;  versions : of the program and of what it stands on
-    hashes : of each recording's files
+    identity : hash of the whole sweep
+    versions : of the program and of the packages that it uses
+    recordings : folders;  hashes : of each recording's files
+    model : a ``model.toml``, None for the recorded skier's own model
+    terms : force terms besides the model's
+    duration : s of each run from its start, None for whole runs
+    series : whether each run's time series is kept
     """
 
     identity: str
     versions: tuple[tuple[str, str], ...]
-    recordings: tuple[Path, ...]
+    recordings: tuple[str, ...]
     hashes: tuple[str, ...]
-    model: Path | None
-    terms: tuple[Term, ...]
+    model: str | None
+    terms: tuple[TermValues, ...]
     task: Task
     tier: Tier
     method: Method
@@ -44,8 +51,8 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Run:
-    """One run: its row in the table, the hash of its inputs, its recording, and its parameters as the file has them."""
+class SweepRun:
+    """One run: its row in the table, the hash of its inputs, its recording's number, its parameters as in the file."""
 
     row: int
     key: str
@@ -58,7 +65,7 @@ class Run:
 class Plan:
     """A whole sweep: rows go through the recordings, and for each through the design's points.
 
-    keys : of all rows; those of equal points are equal
+    keys : of all rows; equal points have equal keys
     files : hash of every file read, by recording and name
     """
 
@@ -71,23 +78,23 @@ class Plan:
     outputs: tuple[str, ...]
     files: dict[str, str]
 
-    def runs(self) -> Iterator[Run]:
-        """The runs in order, of equal ones the first."""
+    def runs(self) -> Iterator[SweepRun]:
+        """The runs in order; of equal ones only the first."""
         seen = set()
         for row, key in enumerate(self.keys):
             if key not in seen:
                 seen.add(key)
                 yield self.run(row)
 
-    def run(self, row: int) -> Run:
+    def run(self, row: int) -> SweepRun:
         """The run of a row."""
         recording, point = divmod(row, len(self.points))
         names = (axis.name for axis in self.axes)
-        return Run(row, self.keys[row], recording, tuple(zip(names, self.points[point], strict=True)))
+        return SweepRun(row, self.keys[row], recording, tuple(zip(names, self.points[point], strict=True)))
 
 
-def planned(file: SweepFile) -> Plan:
-    """Read the recordings and lay out the runs.
+def plan_sweep(file: SweepFile) -> Plan:
+    """The plan of a sweep: its recordings are read, its runs laid out.
 
     Raises InputError for whatever is wrong with the file or a recording, SssiError where a package is missing.
     """
@@ -95,8 +102,9 @@ def planned(file: SweepFile) -> Plan:
     recordings = [read_recording(folder) for folder in file.folders]
     for recording in recordings:
         if file.task == "fit" and recording.gps is None:
-            raise InputError(recording.folder / "recording.toml", "[gps]", "there is no GPS to fit to", "leave it out")
-    axes = axes_of(file, _declared(file, model))
+            toml = recording.folder / "recording.toml"
+            raise InputError(toml, "[gps]", "there is no GPS to fit to", "leave this recording out of the sweep")
+    axes = axes_of(file, _declared_parameters(file, model))
     points = points_of(file.design, axes)
     columns = columns_of(file.task, file.tier, file.method)
     outputs = _outputs(file, columns)
@@ -110,10 +118,10 @@ def planned(file: SweepFile) -> Plan:
     job = Job(
         identity=fingerprint(keys, file.series, outputs, [folder.name for folder in file.folders]),
         versions=tuple(versions().items()),
-        recordings=file.folders,
+        recordings=tuple(str(folder) for folder in file.folders),
         hashes=hashes,
-        model=file.model,
-        terms=file.terms,
+        model=None if file.model is None else str(file.model),
+        terms=tuple((term.name, tuple(parameters(term).items())) for term in file.terms),
         task=file.task,
         tier=file.tier,
         method=file.method,
@@ -128,8 +136,8 @@ def planned(file: SweepFile) -> Plan:
     return Plan(file, job, axes, points, keys, columns, outputs, files)
 
 
-def _declared(file: SweepFile, model: Model | None) -> dict[str, Parameter]:
-    """What the swept models declare, which all have the same parts."""
+def _declared_parameters(file: SweepFile, model: Model | None) -> dict[str, Parameter]:
+    """What the swept models declare; they all have the same parts."""
     if model is None:
         return parameters_of((*PAPER_TERMS, *file.terms))
     return parameters_of((*model.terms, *file.terms, *model.sensors))
@@ -139,5 +147,5 @@ def _outputs(file: SweepFile, columns: tuple[Column, ...]) -> tuple[str, ...]:
     names = [column.name for column in columns]
     for name in file.outputs:
         if name not in names:
-            raise InputError(file.path, "outputs", f"no figure is called {name!r}", f"use of: {', '.join(names)}")
+            raise InputError(file.path, "outputs", f"no figure is called {name!r}", f"use one of: {', '.join(names)}")
     return file.outputs or usual_outputs(file.task, file.tier)

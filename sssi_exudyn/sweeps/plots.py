@@ -1,4 +1,4 @@
-"""A sweep's plots: a figure against one parameter, against two, and how much each parameter matters."""
+"""A sweep's plots: a figure against one parameter, against two, and the effect of each parameter."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from sssi_exudyn.sweeps.design import Axis
 from sssi_exudyn.sweeps.sensitivity_indices import groups_of
 
 _MOST_POINTS: Final = 400
-"""Points in a plot; more hide each other and make the page large."""
+"""Points in a plot at most; more hide each other and make the page large."""
 _MOST_CELLS: Final = 12
-"""Distinct values of a parameter that get a column of their own in a heat map; more are put into groups."""
+"""Distinct values of a parameter that each get a column of a heat map; more are put into groups."""
 _MARKS: Final = "osD^v"
 _HEAT: Final = "cividis"
-"""Even in lightness, and the same to whoever does not tell red from green."""
+"""Even in lightness, and readable without telling red from green."""
 
 
 def response_svg(name: str, table: pd.DataFrame, axis: Axis, output: str, unit: str) -> str:
@@ -46,7 +46,7 @@ def response_svg(name: str, table: pd.DataFrame, axis: Axis, output: str, unit: 
 
 
 def heat_svg(name: str, table: pd.DataFrame, across: Axis, up: Axis, output: str, unit: str) -> str:
-    """The mean of the figure ``output`` over cells of two parameters; cells without a run stay open."""
+    """The mean of the figure ``output`` over cells of two parameters; cells without a run are empty."""
     columns, column_words = _cells(table, across)
     rows, row_words = _cells(table, up)
     means = table[output].groupby([rows, columns]).mean().unstack()  # noqa: PD010 - of a series, which cannot pivot
@@ -90,7 +90,7 @@ def bars_svg(name: str, indices: pd.DataFrame, kinds: tuple[str, ...], labels: t
 
 
 def _places(table: pd.DataFrame, axis: Axis) -> tuple[Array, list[str]]:
-    """Where each run stands along the parameter, and the words of a parameter that is no number."""
+    """The place of each run along the parameter, and the names where the parameter is no number."""
     if pd.api.types.is_numeric_dtype(table[axis.name]):
         return table[axis.name].to_numpy(dtype=float), []
     words = sorted(table[axis.name].unique())
@@ -98,7 +98,7 @@ def _places(table: pd.DataFrame, axis: Axis) -> tuple[Array, list[str]]:
 
 
 def _cells(table: pd.DataFrame, axis: Axis) -> tuple[pd.Series[int], list[str]]:
-    """The cell, from 0, that each run belongs to along the parameter, and the cells' words."""
+    """The cell, from 0, of each run along the parameter, and the cells' labels."""
     values = table[axis.name]
     if values.nunique() <= _MOST_CELLS or not pd.api.types.is_numeric_dtype(values):
         known = sorted(values.unique())

@@ -1,16 +1,23 @@
-"""Who does the runs: processes of this machine, or the workers of a Dask cluster, here or anywhere."""
+"""The workers of a sweep: processes of this machine, or those of a Dask cluster.
+
+A Dask scheduler runs what it is sent, so whoever can talk to it runs programs as its user.  The clusters started here
+talk over TLS only, with certificates made for the sweep that both sides must show; their HTTP servers listen on the
+loopback address and show no dashboard.
+"""
 
 from __future__ import annotations
 
 import logging
 import multiprocessing
 import os
+import tempfile
 import time as clock
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any, Final, Literal
 
 from sssi_exudyn.core.errors import SssiError
@@ -19,49 +26,57 @@ from sssi_exudyn.sweeps.worker import prepare_worker
 
 Cluster = Literal["local", "slurm"]
 _THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-"""One thread a worker: runs go side by side, and sums in another order would change the last digit."""
+"""One thread for each worker: runs go side by side, and sums in another order would change the last digit."""
 _MEMORY: Final = 2
-"""GB a core of a Slurm job: a worker takes half a gigabyte, and runs of minutes some more."""
-_LOUD: Final = ("asyncio", "distributed", "tornado")
+"""GB for each core of a Slurm job: a worker takes half a gigabyte, and runs of minutes some more."""
+_LOGGERS: Final = ("asyncio", "distributed", "tornado")
 _SILENT: Final = logging.CRITICAL + 1
 _PATIENCE: Final = "30s"
 """For a scheduler to answer."""
-
+_LOOPBACK: Final = "127.0.0.1:0"
+"""Any free port that other machines cannot reach."""
+CREDENTIALS: Final = ".tls-"
+"""Begin of the name of the folder that holds the certificates of Slurm jobs while a sweep runs."""
+_ROLES: Final = ("client", "scheduler", "worker")
 _LOOK_EVERY: Final = 2.0
 """s between looks at how many workers a cluster has."""
 
 
 @dataclass(frozen=True)
 class Crew:
-    """An executor and, as long as it is open, how many workers it has just then."""
+    """An executor and, as long as it is open, the number of workers it has."""
 
     executor: Executor
     size: Callable[[], int]
 
 
 Pool = Callable[[int], AbstractContextManager[Crew]]
-"""Opens a crew of that many workers, or of however many there are."""
+"""Opens a crew of that many workers, or of those that the scheduler has."""
 
 
-def pool_of(scheduler: str | None, cluster: Cluster | None) -> Pool:
-    """The pool that was asked for: Dask's scheduler at an address, a Dask cluster, or else processes of this machine.
+def pool_of(scheduler: str | None, cluster: Cluster | None, folder: Path) -> Pool:
+    """The pool of a Dask scheduler's address, of a Dask cluster to start, or else of processes of this machine.
 
-    Raises SssiError for both together, or where Dask is not installed.
+    Parameters
+    ----------
+    folder : the sweep's, which the nodes of a cluster see too
+
+    Raises SssiError where both are given, or where Dask is not installed.
     """
     if scheduler is not None and cluster is not None:
-        raise SssiError("a scheduler that runs and a cluster to start exclude each other; give one of them")
+        raise SssiError("--scheduler and --cluster exclude each other; give one of them")
     if scheduler is not None:
         return partial(_dask, scheduler)
     if cluster == "local":
         return _dask_local
     if cluster == "slurm":
-        return _dask_slurm
+        return partial(_dask_slurm, folder)
     return local_pool
 
 
 @contextmanager
 def local_pool(workers: int) -> Iterator[Crew]:
-    """Spawned processes.  They end with this one however it ends, and at once when what is inside fails."""
+    """Spawned processes.  They end with this one, however it ends, and at once when an error leaves the block."""
     before = set(multiprocessing.active_children())
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), prepare_worker)
     with _one_thread_each():
@@ -77,7 +92,7 @@ def local_pool(workers: int) -> Iterator[Crew]:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """Environment of processes that are started inside."""
+    """The environment of processes that are started inside."""
     old = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     try:
@@ -92,22 +107,25 @@ def _one_thread_each() -> Iterator[None]:
 
 @contextmanager
 def _dask(address: Any, _workers: int) -> Iterator[Crew]:
-    """Whatever workers the scheduler has; its client loses its futures when the scheduler goes away."""
+    """The workers that a scheduler or a cluster has; TLS as the cluster or Dask's own configuration has it.
+
+    The client loses its futures when the scheduler goes away.
+    """
     dask = import_for("a scheduler or a cluster", "distributed", "sweep")
     with _quiet():
         try:
             client = dask.Client(address, timeout=_PATIENCE)
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, TypeError) as error:  # a TypeError where tls:// lacks certificates
             raise SssiError(f"no Dask scheduler answers at {address}: {str(error).splitlines()[0]}") from None
         with client:
-            yield Crew(client.get_executor(pure=False), _Seen(lambda: len(client.nthreads())))
+            yield Crew(client.get_executor(pure=False), _Sampled(lambda: len(client.nthreads())))
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Without Dask's own word on workers and schedulers that come and go: what matters of it is an error of ours."""
-    loud = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in _LOUD]
-    levels = {name: logging.getLogger(name).level for name in (*_LOUD, *loud)}
+    """Without Dask's messages on workers and schedulers that come and go; what matters of them is an error of ours."""
+    named = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in _LOGGERS]
+    levels = {name: logging.getLogger(name).level for name in (*_LOGGERS, *named)}
     for name in levels:
         logging.getLogger(name).setLevel(_SILENT)
     try:
@@ -118,7 +136,7 @@ def _quiet() -> Iterator[None]:
 
 
 @dataclass
-class _Seen:
+class _Sampled:
     """A number that is asked for often and looked up from time to time."""
 
     look: Callable[[], int]
@@ -133,15 +151,19 @@ class _Seen:
 
 @contextmanager
 def _dask_local(workers: int) -> Iterator[Crew]:
-    dask = import_for("a cluster", "distributed", "sweep")
+    """A scheduler and workers of this machine, on the loopback address; TLS keeps its other users out."""
     with (
         _quiet(),
         _one_thread_each(),
-        dask.LocalCluster(
+        import_for("a cluster", "distributed", "sweep").LocalCluster(
             n_workers=workers,
             threads_per_worker=1,
             processes=True,
-            dashboard_address="127.0.0.1:0",  # any free port: the usual one may be another sweep's
+            host="127.0.0.1",
+            protocol="tls://",
+            security=_temporary_certificates(),
+            dashboard_address=None,
+            scheduler_kwargs={"dashboard_address": _LOOPBACK, "dashboard": False},
             silence_logs=_SILENT,
         ) as cluster,
         _dask(cluster, workers) as crew,
@@ -150,17 +172,53 @@ def _dask_local(workers: int) -> Iterator[Crew]:
 
 
 @contextmanager
-def _dask_slurm(workers: int) -> Iterator[Crew]:
+def _dask_slurm(folder: Path, workers: int) -> Iterator[Crew]:
     """Jobs as the user's ``jobqueue.yaml`` says (queue, account, time, cores, memory), a process for each core."""
-    with slurm_cluster() as cluster:
+    with _quiet(), slurm_cluster(folder) as cluster:
         cluster.scale(workers)
         with _dask(cluster, workers) as crew:
             yield crew
 
 
-def slurm_cluster() -> Any:
-    """A ``SLURMCluster`` without jobs yet; what the user's configuration leaves open is one core of ``_MEMORY``."""
+@contextmanager
+def slurm_cluster(folder: Path) -> Iterator[Any]:
+    """A ``SLURMCluster`` without jobs yet; what the user's configuration leaves open is one core of ``_MEMORY``.
+
+    The certificates stand in a folder inside ``folder`` that only the user can read, until the cluster ends.
+    """
     jobqueue = import_for("a cluster of jobs", "dask_jobqueue", "sweep")
-    told = import_for("a cluster of jobs", "dask.config", "sweep").get("jobqueue.slurm", {})
-    cores = told.get("cores") or 1
-    return jobqueue.SLURMCluster(cores=cores, processes=cores, memory=told.get("memory") or f"{cores * _MEMORY} GB")
+    settings = import_for("a cluster of jobs", "dask.config", "sweep").get("jobqueue.slurm", {})
+    cores = settings.get("cores") or 1
+    folder.mkdir(parents=True, exist_ok=True)
+    with (
+        tempfile.TemporaryDirectory(prefix=CREDENTIALS, dir=folder, ignore_cleanup_errors=True) as credentials,
+        jobqueue.SLURMCluster(
+            cores=cores,
+            processes=cores,
+            memory=settings.get("memory") or f"{cores * _MEMORY} GB",
+            protocol="tls://",
+            security=_in_files(_temporary_certificates(), Path(credentials)),
+            scheduler_options={"dashboard_address": _LOOPBACK, "dashboard": False},
+            worker_extra_args=[
+                *(settings.get("worker-extra-args") or []),
+                *("--no-dashboard", "--dashboard-address", _LOOPBACK),
+            ],
+        ) as cluster,
+    ):
+        yield cluster
+
+
+def _temporary_certificates() -> Any:
+    """A Dask ``Security`` that requires encryption, with a key and a certificate of its own in memory."""
+    import_for("a cluster", "cryptography", "sweep")
+    security = import_for("a cluster", "distributed", "sweep").Security
+    return security.temporary()
+
+
+def _in_files(certificates: Any, folder: Path) -> Any:
+    """The same ``Security`` with key and certificate in files, for workers on other machines."""
+    files = {"cert": folder / "certificate.pem", "key": folder / "key.pem"}
+    files["cert"].write_text(certificates.tls_ca_file, encoding="ascii")
+    files["key"].write_text(certificates.tls_worker_key, encoding="ascii")
+    names = {f"tls_{role}_{part}": str(path) for role in _ROLES for part, path in files.items()}
+    return type(certificates)(require_encryption=True, tls_ca_file=str(files["cert"]), **names)

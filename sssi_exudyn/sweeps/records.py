@@ -1,29 +1,29 @@
-"""What a sweep has done so far, on disk: one small file a finished run, gathered into larger ones from time to time.
+"""The records of a sweep's finished runs on disk: one small file each, gathered into larger ones from time to time.
 
-A record is written whole under another name and moved into place by the worker that made it, so it outlives the
-worker, the process that started it, and any scheduler between them.  While a run is worked on, its byte of
-``running.lock`` is locked: a worker whose parent is gone and the sweep that was resumed meanwhile never do the same
-run, and the operating system lets go of the byte when its owner dies.  Of a retried run the last attempt counts.
+The worker that did the run writes its record under another name and moves it into place, so the record outlives the
+worker, the process that started it, and any scheduler between them.  While a run is computed, its byte of
+``running.lock`` is locked: a worker whose parent is gone and a resumed sweep never do the same run at once, and the
+operating system releases the byte when its owner dies.  Of a retried run the last attempt counts.
 
-The folder has to be one file system for all workers, with POSIX locks.
+The folder has to be on one file system for all workers, with POSIX locks.
 """
 
 from __future__ import annotations
 
 import errno
 import fcntl
-import json
 import os
-import sys
 import uuid
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from sssi_exudyn.io.typed import decode, encode
 from sssi_exudyn.io.writing import clear_errors
 
 RECORDS: Final = "records"
@@ -31,15 +31,37 @@ SERIES: Final = "series"
 _RUNNING: Final = "running.lock"
 DONE: Final = "done"
 STATUSES: Final = (DONE, "diverged", "failed", "crashed")
-"""How a run may end: whole, given up by the solver, by another error, with the death of its worker."""
+"""How a run may end: complete, stopped by the solver, by another error, by the death of its worker."""
 _GATHERED: Final = "part-"
+_PART: Final = pa.schema([("name", pa.string()), ("record", pa.string())])
 
-Record = dict[str, Any]
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """What a finished run leaves.
+
+    key, attempt : of the run;  status : one of ``STATUSES``;  error : "" where it is done
+    figures : by column of the table, None where there is none
+    wall_s, cpu_s, memory_MB : time and memory of the run;  worker : process that did it; None where that died
+    begin, end : s since 1970
+    """
+
+    key: str
+    attempt: int
+    status: str
+    error: str
+    figures: dict[str, float | None]
+    wall_s: float | None
+    cpu_s: float | None
+    worker: int | None
+    memory_MB: float | None
+    begin: float
+    end: float
 
 
 @contextmanager
-def claimed(folder: Path, row: int) -> Iterator[bool]:
-    """Claim the run of ``row`` while inside; False where another process has it."""
+def claim(folder: Path, row: int) -> Iterator[bool]:
+    """Hold the run of ``row`` while inside; False where another process holds it."""
     with (folder / _RUNNING).open("ab") as file:
         try:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, row)
@@ -53,12 +75,12 @@ def claimed(folder: Path, row: int) -> Iterator[bool]:
 
 def write_record(folder: Path, record: Record) -> None:
     """Keep a finished run's record.  Raises InputError where it cannot be written."""
-    name = f"{record['key']}-{record['attempt']}.{uuid.uuid4().hex[:8]}.json"
+    name = f"{record.key}-{record.attempt}.{uuid.uuid4().hex[:8]}.json"
     path = folder / RECORDS / name
     made = path.with_name(f".{name}")
     with clear_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        made.write_text(json.dumps(record, allow_nan=False), encoding="utf-8")
+        made.write_bytes(encode(record))
         made.replace(path)
 
 
@@ -83,50 +105,51 @@ def write_series(folder: Path, key: str, series: pa.Table) -> None:
 
 
 def read_records(folder: Path) -> Iterator[tuple[str, Record]]:
-    """Every record there is, with the name that it was written under; a name may come twice.
+    """All records, each with the name it was written under; a name may come twice.  Torn files are passed over.
 
-    The small files first: those that are gathered meanwhile are then in the larger ones.
+    The small files come first: those that are gathered meanwhile are then in the larger ones.
     """
     for path in (folder / RECORDS).glob("*.json"):
-        text = _read(path)
-        if text is not None:
-            yield path.name, _parsed(text)
+        record = _parse(_read(path))
+        if record is not None:
+            yield path.name, record
     for path in sorted((folder / RECORDS).glob(f"{_GATHERED}*.parquet")):
-        table = pq.read_table(path)
-        for name, text in zip(table["name"].to_pylist(), table["record"].to_pylist(), strict=True):
-            yield name, _parsed(text)
+        for name, text in _read_part(path):
+            record = _parse(text.encode())
+            if record is not None:
+                yield name, record
 
 
 def last_records(folder: Path) -> tuple[dict[str, Record], int]:
     """The last attempt's record of every run that has ended, by key; and how many attempts ended more than once.
 
-    The second is a check on the claims: it is always 0.
+    The second number checks the claims: it is always 0.
     """
     found: dict[str, Record] = {}
     names: set[str] = set()
     attempts: set[tuple[str, int]] = set()
     for name, record in read_records(folder):
-        key, attempt = record["key"], record["attempt"]
         names.add(name)
-        attempts.add((key, attempt))
-        if key not in found or found[key]["attempt"] < attempt:
-            found[key] = record
+        attempts.add((record.key, record.attempt))
+        if record.key not in found or found[record.key].attempt < record.attempt:
+            found[record.key] = record
     return found, len(names) - len(attempts)
 
 
 def gather(folder: Path, only: Collection[str] | None = None) -> None:
-    """Put the small files of ended runs, of all or only of those with the keys given, together into one.
+    """Put the small files of finished runs, of all or only of those with the given keys, together into one.
 
-    A run that is still to be handed out is not among them: its worker looks for a small file.  Interrupted between the
-    two steps, it leaves records twice under one name, which does no harm.
+    A run that is still to be handed out must not be among them: its worker looks for a small file.  An interrupt
+    between the two steps leaves records twice under one name, which does no harm.
     """
     paths = [path for path in (folder / RECORDS).glob("*.json") if only is None or path.name.partition("-")[0] in only]
-    texts = {path.name: text for path in sorted(paths) if (text := _read(path)) is not None}
+    read = ((path.name, _read(path)) for path in sorted(paths))
+    texts = {name: text.decode() for name, text in read if text is not None and _parse(text) is not None}
     if not texts:
         return
     made = folder / RECORDS / f".{_GATHERED}{uuid.uuid4().hex}.parquet"
     with clear_errors(made):
-        table = pa.table({"name": list(texts), "record": list(texts.values())})
+        table = pa.table({"name": list(texts), "record": list(texts.values())}, _PART)
         pq.write_table(table, made, compression="zstd")
         made.replace(made.with_name(made.name.removeprefix(".")))
         for path in paths:
@@ -134,23 +157,34 @@ def gather(folder: Path, only: Collection[str] | None = None) -> None:
 
 
 def tidy(folder: Path) -> None:
-    """Take away what killed workers left half written."""
+    """Remove what killed workers left half written."""
     for place in (folder / RECORDS, *(folder / SERIES).glob("*")):
         for path in place.glob(".*"):
             path.unlink(missing_ok=True)
 
 
-def _parsed(text: str) -> Record:
-    """A record whose names are those of all others: a million records share them."""
-    found: Record = json.loads(text, object_pairs_hook=lambda pairs: {sys.intern(name): each for name, each in pairs})
-    return found
-
-
-def _read(path: Path) -> str | None:
-    """A record's text; None where a power cut left it torn: the run is then done again."""
+def _parse(text: bytes | None) -> Record | None:
+    """The record of a text; None where it is no whole one: the run is then done again."""
     try:
-        text = path.read_text(encoding="utf-8")
-        json.loads(text)
-    except (OSError, ValueError):
+        return None if text is None else decode(text, Record)
+    except ValueError:
         return None
-    return text
+
+
+def _read(path: Path) -> bytes | None:
+    """What a regular file holds; None for anything else."""
+    try:
+        return path.read_bytes() if path.is_file() else None
+    except OSError:
+        return None
+
+
+def _read_part(path: Path) -> Iterator[tuple[str, str]]:
+    """Names and texts of gathered records; none where a power cut tore the file: its runs are then done again."""
+    try:
+        table = pq.read_table(path, schema=_PART) if path.is_file() else _PART.empty_table()
+    except (OSError, pa.ArrowException):
+        return
+    for name, text in zip(table["name"].to_pylist(), table["record"].to_pylist(), strict=True):
+        if name is not None and text is not None:
+            yield name, text

@@ -1,8 +1,7 @@
-"""Hand the runs out and see each to its end, whatever becomes of the workers."""
+"""Give the runs to workers and wait for each to end, whatever happens to the workers."""
 
 from __future__ import annotations
 
-import pickle
 import time as clock
 from collections import deque
 from collections.abc import Callable, Iterable
@@ -11,58 +10,60 @@ from pathlib import Path
 from typing import Final
 
 from sssi_exudyn.core.errors import SssiError
-from sssi_exudyn.sweeps.plan import Job, Run
+from sssi_exudyn.io.typed import encode
+from sssi_exudyn.sweeps.plan import Job, SweepRun
 from sssi_exudyn.sweeps.pools import Crew, Pool, local_pool
 from sssi_exudyn.sweeps.records import gather, write_record
-from sssi_exudyn.sweeps.run import BUSY, crashed
+from sssi_exudyn.sweeps.run import BUSY, crash_record
 from sssi_exudyn.sweeps.worker import perform
 
 _AHEAD: Final = 4
-"""Runs handed out for each worker: enough that none waits, few enough that a sweep of any size fits in memory."""
+"""Runs submitted for each worker: enough that none waits, few enough that a sweep of any size fits in memory."""
 _GATHER_AT: Final = 1000
-"""Small files before they are put together."""
+"""Small files before they are gathered."""
 _TRIES: Final = 2
-"""Deaths of a process that had one run alone, until the run is blamed: one may be an accident."""
+"""Deaths of a process that had only this run, until the run is recorded as crashed: one may be an accident."""
 _PAUSE: Final = 0.5
-"""s between looks at runs that another process is at."""
+"""s between tries of a run that another process is doing."""
 
-Told = Callable[[Run, str], None]
+Report = Callable[[SweepRun, str], None]
+"""Called with every finished run and its status."""
 
 
-def do_all(folder: Path, job: Job, runs: Iterable[Run], pool: Pool, workers: int, told: Told) -> None:
-    """Do the runs; each ends with a record in ``folder``, and ``told`` hears its status.
+def do_all(folder: Path, job: Job, runs: Iterable[SweepRun], pool: Pool, workers: int, report: Report) -> None:
+    """Do the runs; each ends with a record in ``folder``, and ``report`` is called with its status.
 
-    Where a process pool breaks with the death of a worker, the runs that it had are done one by one in a process of
-    their own, so that the one to blame is found; a Dask cluster replaces its workers itself, and gives up on a run
-    that several have died with.
+    Where a worker's death breaks a process pool, the runs that the pool had are done one by one in a process of their
+    own, which shows the run that causes the death.  A Dask cluster replaces its workers itself, and gives up a run
+    with which several of them have died.
 
-    Raises SssiError when a scheduler goes away, InputError when the folder can no longer be written.
+    Raises SssiError when the connection to a scheduler is lost, InputError when the folder cannot be written any more.
     """
     waiting = deque(runs)
     while waiting:
         with pool(workers) as crew:
-            suspects = _hand_out(folder, job, waiting, crew, told)
-        _one_by_one(folder, job, suspects, told)
+            suspects = _distribute(folder, job, waiting, crew, report)
+        _one_by_one(folder, job, suspects, report)
 
 
-def _hand_out(folder: Path, job: Job, waiting: deque[Run], crew: Crew, told: Told) -> list[Run]:
-    """Do what is waiting; the runs that a pool had when it broke."""
-    flying: dict[Future[str], Run] = {}
+def _distribute(folder: Path, job: Job, waiting: deque[SweepRun], crew: Crew, report: Report) -> list[SweepRun]:
+    """Do the waiting runs; returns those that a pool had when it broke."""
+    pending: dict[Future[str], SweepRun] = {}
     small: set[str] = set()
-    while waiting or flying:
-        broken: list[Run] = []
-        while waiting and len(flying) < _AHEAD * crew.size():
+    while waiting or pending:
+        broken: list[SweepRun] = []
+        while waiting and len(pending) < _AHEAD * crew.size():
             run = waiting.popleft()
             try:
-                flying[_submitted(crew.executor, folder, job, run)] = run
+                pending[_submit(crew.executor, folder, job, run)] = run
             except BrokenExecutor:
                 waiting.appendleft(run)
-                if not flying:
+                if not pending:
                     return []
                 break
-        ended, _ = wait(flying, timeout=1.0, return_when=FIRST_COMPLETED)
+        ended, _ = wait(pending, timeout=1.0, return_when=FIRST_COMPLETED)
         for future in ended:
-            run = flying.pop(future)
+            run = pending.pop(future)
             status = _status(folder, future, run)
             if status is None:
                 broken.append(run)
@@ -70,32 +71,33 @@ def _hand_out(folder: Path, job: Job, waiting: deque[Run], crew: Crew, told: Tol
                 clock.sleep(_PAUSE)
                 waiting.append(run)
             else:
-                told(run, status)
+                report(run, status)
                 small.add(run.key)
         if broken:
-            return [*broken, *flying.values()]
+            return [*broken, *pending.values()]
         if len(small) >= _GATHER_AT:
             gather(folder, small)
             small.clear()
     return []
 
 
-def _status(folder: Path, future: Future[str], run: Run) -> str | None:
-    """How the run ended; None where its pool broke."""
+def _status(folder: Path, future: Future[str], run: SweepRun) -> str | None:
+    """The status of the run; None where its pool broke."""
     try:
         return future.result()
     except BrokenExecutor:
         return None
     except CancelledError:
-        raise SssiError("the scheduler went away; what is done is kept, 'sssi sweep resume' goes on") from None
+        problem = "the connection to the scheduler is lost; finished runs are kept"
+        raise SssiError(f"{problem}, 'sssi sweep resume' does the others") from None
     except Exception as error:
         if type(error).__name__ != "KilledWorker":  # Dask's, which need not be installed
             raise
-        return _blamed(folder, run)
+        return _blame(folder, run)
 
 
-def _one_by_one(folder: Path, job: Job, runs: Iterable[Run], told: Told) -> None:
-    """Do runs in a process that has one at a time, and blame one with which it dies more than once."""
+def _one_by_one(folder: Path, job: Job, runs: Iterable[SweepRun], report: Report) -> None:
+    """Do the runs in a process that has one at a time; one with which it dies more than once is recorded as crashed."""
     waiting = deque(runs)
     deaths = 0
     while waiting:
@@ -103,25 +105,25 @@ def _one_by_one(folder: Path, job: Job, runs: Iterable[Run], told: Told) -> None
             try:
                 while waiting:
                     run = waiting[0]
-                    while (status := _submitted(crew.executor, folder, job, run).result()) == BUSY:
+                    while (status := _submit(crew.executor, folder, job, run).result()) == BUSY:
                         clock.sleep(_PAUSE)
-                    told(run, status)
+                    report(run, status)
                     waiting.popleft()
                     deaths = 0
                 continue
             except BrokenExecutor:
                 deaths += 1
         if deaths == _TRIES:
-            told(run, _blamed(folder, run))
+            report(run, _blame(folder, run))
             waiting.popleft()
             deaths = 0
 
 
-def _blamed(folder: Path, run: Run) -> str:
-    record = crashed(run)
+def _blame(folder: Path, run: SweepRun) -> str:
+    record = crash_record(run)
     write_record(folder, record)
-    return str(record["status"])
+    return record.status
 
 
-def _submitted(executor: Executor, folder: Path, job: Job, run: Run) -> Future[str]:
-    return executor.submit(perform, folder, pickle.dumps((job, run)))
+def _submit(executor: Executor, folder: Path, job: Job, run: SweepRun) -> Future[str]:
+    return executor.submit(perform, folder, encode((job, run)))

@@ -1,8 +1,8 @@
-"""Which parameter matters for which figure: Sobol's and Morris's indices with SALib, a share of variance without.
+"""The effect of each parameter on each figure: Sobol's and Morris's indices with SALib, a share of variance without.
 
 Sobol's indices (Saltelli et al., Comput. Phys. Commun. 181, 2010) and Morris's (Technometrics 33, 1991) need a design
-of their own; from any other comes the share of a figure's variance that lies between groups of equal or near values of
-one parameter, corrected for the groups' number (Kelley's ε², PNAS 21, 1935): an estimate of Sobol's first order.
+of their own; any other gives the share of a figure's variance between groups of equal or near values of
+one parameter, corrected for the number of groups (Kelley's ε², PNAS 21, 1935): an estimate of Sobol's first order.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MEANINGS: Final = {
     "ST": "share of the variance due to the parameter, alone and with others",
     "S2": "share of the variance due to two parameters together, beyond each alone",
     "mu_star": "mean size of the figure's change over the parameter's range",
-    "sigma": "standard deviation of that change: how much it hangs on the other parameters, or bends",
+    "sigma": "standard deviation of that change: how far it depends on the other parameters, or is not linear",
     "share": "share of the variance between groups of equal or near values of the parameter",
 }
 TOTAL: Final = ("ST", "mu_star", "share")
@@ -33,21 +33,21 @@ _SEED: Final = 1
 """Of the intervals' bootstrap; SALib takes 0 for none."""
 _MOST_GROUPS: Final = 10
 _LEAST_IN_GROUP: Final = 5
-"""Runs from which a group's mean is worth something."""
+"""Runs in a group at least, for its mean."""
 
 
 def indices_of(plan: Plan, table: pd.DataFrame) -> pd.DataFrame:
     """The indices of every output by every parameter, one row each; columns as ``COLUMNS``.
 
-    A design's blocks with a run that is not done are left out whole; where nothing is left, or a figure never varies,
+    Blocks of a design with a run that is not done are left out; where no block remains, or a figure does not vary,
     there is no row.  Raises SssiError where SALib is needed and missing.
     """
     rows: list[tuple[object, ...]] = []
-    for folder in plan.job.recordings:
+    for folder in plan.file.folders:
         of_recording = table[table["recording"] == folder.name]
         for output in plan.outputs:
             found = (
-                _indexed(plan, of_recording, output)
+                _design_indices(plan, of_recording, output)
                 if plan.file.design.kind in INDEXED
                 else _shares(plan.axes, of_recording, output)
             )
@@ -55,8 +55,8 @@ def indices_of(plan: Plan, table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def ranked(indices: pd.DataFrame, recording: str, output: str, axes: Sequence[Axis]) -> list[Axis]:
-    """The parameters, those that matter most for the output first."""
+def rank_parameters(indices: pd.DataFrame, recording: str, output: str, axes: Sequence[Axis]) -> list[Axis]:
+    """The parameters, in the order of their effect on the output, the strongest first."""
     about = indices[(indices["recording"] == recording) & (indices["output"] == output)]
     strength = about[about["index"].isin(TOTAL)].set_index("parameter")["value"].to_dict()
     return sorted(axes, key=lambda axis: -strength.get(axis.name, 0.0))
@@ -86,7 +86,7 @@ def _shares(axes: Sequence[Axis], table: pd.DataFrame, output: str) -> list[tupl
     return rows
 
 
-def _indexed(plan: Plan, table: pd.DataFrame, output: str) -> list[tuple[object, ...]]:
+def _design_indices(plan: Plan, table: pd.DataFrame, output: str) -> list[tuple[object, ...]]:
     size = block_of(plan.file.design, len(plan.axes))
     names = [axis.name for axis in plan.axes]
     good = ((table["status"] == DONE) & table[output].notna()).to_numpy()

@@ -1,39 +1,77 @@
-"""Parameter sweeps: many runs, on one machine or a cluster, of which none is lost and none done twice.
+"""Parameter sweeps: many runs, on one machine or a cluster; none is lost and none done twice.
 
 In a script, call ``sweep`` below ``if __name__ == "__main__":``, since worker processes import the script.
 """
 
 from __future__ import annotations
 
-import json
 import os
+import shutil
 import time as clock
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypedDict
 
 import pandas as pd
 import tomli_w
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.typed import convert, read_json
 from sssi_exudyn.io.writing import folder_lock, is_locked, to_json, write_atomically
 from sssi_exudyn.runtime.progress import Progress, Stage
 from sssi_exudyn.sweeps.file import SweepFile, read_sweep, sweep_from
 from sssi_exudyn.sweeps.page import PAGE, render_sweep
-from sssi_exudyn.sweeps.plan import Plan, Run, planned
-from sssi_exudyn.sweeps.pools import Cluster, pool_of
-from sssi_exudyn.sweeps.records import DONE, STATUSES, Record, gather, last_records, tidy
+from sssi_exudyn.sweeps.plan import Plan, SweepRun, plan_sweep
+from sssi_exudyn.sweeps.pools import CREDENTIALS, Cluster, pool_of
+from sssi_exudyn.sweeps.records import DONE, Record, gather, last_records, tidy
 from sssi_exudyn.sweeps.scheduler import do_all
 from sssi_exudyn.sweeps.sensitivity_indices import indices_of
-from sssi_exudyn.sweeps.table import origin_of, same_versions, write_tables
+from sssi_exudyn.sweeps.table import origin_of, write_tables
 
 FILE: Final = "sweep.toml"
-"""The copy of a sweep's file in its folder, a whole sweep file itself."""
+"""The copy of a sweep's file in its folder, itself a complete sweep file."""
 ORIGIN: Final = "sweep.json"
 INDICES: Final = "indices.csv"
 _SILENT: Final = Progress()
+
+
+@dataclass(frozen=True)
+class Origin:
+    """``sweep.json``: rows of the sweep's table, its runs, its hash, and the files and versions it was started with."""
+
+    format: int
+    name: str
+    rows: int
+    runs: int
+    identity: str
+    inputs: dict[str, str]
+    versions: dict[str, str]
+    settings: dict[str, Any]
+    seed: int | None
+    platform: dict[str, str]
+
+
+class Counts(TypedDict):
+    """The runs of a sweep by status, those that are left, and those that ended twice (always 0)."""
+
+    name: str
+    runs: int
+    done: int
+    diverged: int
+    failed: int
+    crashed: int
+    left: int
+    repeated: int
+
+
+class Status(Counts):
+    """Counts, whether the sweep is running, its rate (runs a minute) and the time left (s), None where unknown."""
+
+    running: bool
+    per_minute: float | None
+    time_left_s: float | None
 
 
 def sweep(
@@ -44,21 +82,21 @@ def sweep(
     scheduler: str | None = None,
     cluster: Cluster | None = None,
     progress: Progress = _SILENT,
-) -> dict[str, Any]:
-    """Do the sweep of a file, or of the same content as a mapping, into ``out``; where that holds it already, go on.
+) -> Counts:
+    """Do the sweep of a file, or of a mapping of the same content, into ``out``, or continue it there.
 
     Parameters
     ----------
     file : paths in it count from its folder, in a mapping from the working directory
-    workers : processes; None for one a core
+    workers : processes; None for one for each core
     scheduler : address of a Dask scheduler, whose workers see ``out`` and the recordings under the same paths
     cluster : a Dask cluster to start
 
-    Returns counts of the runs, by how they ended.  Raises InputError for a mistake in the file, before the first run,
-    and for a folder that holds another sweep; SssiError for a package or a scheduler that is missing.
+    Returns the counts of the runs by status.  Raises InputError for a mistake in the file, before the first run, and
+    for a folder that holds another sweep; SssiError for a missing package or a scheduler that does not answer.
     """
-    read = read_sweep(file) if isinstance(file, Path) else sweep_from(file, Path("sweep"))
-    return _go_on(read, out, workers, scheduler, cluster, progress)
+    swept = read_sweep(file) if isinstance(file, Path) else sweep_from(file, Path("sweep"))
+    return _do_sweep(swept, out, workers, scheduler, cluster, progress)
 
 
 def resume(
@@ -68,10 +106,10 @@ def resume(
     scheduler: str | None = None,
     cluster: Cluster | None = None,
     progress: Progress = _SILENT,
-) -> dict[str, Any]:
-    """Go on with the sweep in ``out``: runs that have ended are not done again.  See ``sweep``."""
-    _origin(out)
-    return _go_on(read_sweep(out / FILE), out, workers, scheduler, cluster, progress)
+) -> Counts:
+    """Continue the sweep in ``out``: runs that have ended are not done again.  See ``sweep``."""
+    _read_origin(out)
+    return _do_sweep(read_sweep(out / FILE), out, workers, scheduler, cluster, progress)
 
 
 def retry(
@@ -81,27 +119,24 @@ def retry(
     scheduler: str | None = None,
     cluster: Cluster | None = None,
     progress: Progress = _SILENT,
-) -> dict[str, Any]:
-    """Do the runs of the sweep in ``out`` that are not done once more, those that failed too.  See ``sweep``."""
-    _origin(out)
-    return _go_on(read_sweep(out / FILE), out, workers, scheduler, cluster, progress, again=True)
+) -> Counts:
+    """Continue the sweep in ``out``, and do its failed runs again.  See ``sweep``."""
+    _read_origin(out)
+    return _do_sweep(read_sweep(out / FILE), out, workers, scheduler, cluster, progress, again=True)
 
 
-def status(out: Path) -> dict[str, Any]:
-    """How far the sweep in ``out`` is: counts, rate (runs a minute) and time left (s), and whether it is running.
-
-    Raises InputError where there is none.
-    """
-    origin = _origin(out)
+def status(out: Path) -> Status:
+    """How far the sweep in ``out`` is.  Raises InputError where there is none."""
+    origin = _read_origin(out)
     records, repeated = last_records(out)
-    found = _counts(origin, records, repeated)
+    counts = _count(origin, records, repeated)
     running = is_locked(out)
     rate = _rate(records)
-    left = found["left"] / rate if running and rate else None
-    return found | {"running": running, "per_minute": 60.0 * rate if rate else None, "time_left_s": left}
+    left = counts["left"] / rate if running and rate else None
+    return {**counts, "running": running, "per_minute": 60.0 * rate if rate else None, "time_left_s": left}
 
 
-def _go_on(
+def _do_sweep(
     file: SweepFile,
     out: Path,
     workers: int | None,
@@ -110,88 +145,84 @@ def _go_on(
     progress: Progress,
     *,
     again: bool = False,
-) -> dict[str, Any]:
-    pool = pool_of(scheduler, cluster)
-    plan = planned(file)
+) -> Counts:
     out = out.resolve()
+    pool = pool_of(scheduler, cluster, out)
+    plan = plan_sweep(file)
     with folder_lock(out):
-        origin = _begun(plan, out)
+        origin = _open_folder(plan, out)
+        for stale in out.glob(f"{CREDENTIALS}*"):  # of a sweep that was killed
+            shutil.rmtree(stale, ignore_errors=True)
         gather(out)
         records, _ = last_records(out)
-        todo = _to_do(plan, records, again)
+        runs = _runs_left(plan, records, again)
         with progress.stage("sweep") as stage:
-            told = _Teller(stage, len(todo))
-            do_all(out, plan.job, todo, pool, min(workers or os.cpu_count() or 1, max(1, len(todo))), told)
+            report = _Report(stage, len(runs))
+            do_all(out, plan.job, runs, pool, min(workers or os.cpu_count() or 1, max(1, len(runs))), report)
         with progress.stage("tables"):
             gather(out)
             tidy(out)
             records, repeated = last_records(out)
-            _told(out, plan, write_tables(out, plan, records))
-    return _counts(origin, records, repeated)
+            _write_summary(out, plan, write_tables(out, plan, records))
+    return _count(origin, records, repeated)
 
 
-def _told(out: Path, plan: Plan, table: pd.DataFrame) -> None:
-    """Leave the indices and the page of the sweep's table."""
+def _write_summary(out: Path, plan: Plan, table: pd.DataFrame) -> None:
+    """Write the indices and the page of the sweep's table."""
     indices = indices_of(plan, table)
     write_atomically(out / INDICES, indices.to_csv(index=False, lineterminator="\n"))
     write_atomically(out / PAGE, render_sweep(plan, table, indices))
 
 
-def _begun(plan: Plan, out: Path) -> dict[str, Any]:
-    """What the folder says of its sweep; written first where there is none."""
-    origin = {
-        "format": 1,
-        "name": plan.file.name,
-        "rows": len(plan.keys),
-        "runs": len(set(plan.keys)),
-        **origin_of(plan),
-    }
+def _open_folder(plan: Plan, out: Path) -> Origin:
+    """The origin of the folder's sweep; written first where there is none."""
     path = out / ORIGIN
     if not path.exists():
+        head = {"format": 1, "name": plan.file.name, "rows": len(plan.keys), "runs": len(set(plan.keys))}
+        origin = convert({**head, **origin_of(plan)}, Origin)
         write_atomically(out / FILE, tomli_w.dumps(plan.file.portable(out)))
         write_atomically(path, to_json(origin))
         return origin
-    found = _origin(out)
-    if found["identity"] != plan.job.identity:
+    origin = _read_origin(out)
+    if origin.identity != plan.job.identity:
         raise InputError(out, "", "the folder holds another sweep", "choose another folder with --out")
-    if not same_versions(plan, found):
-        problem = "the sweep was begun with other versions of the program or its packages"
-        raise InputError(path, "versions", problem, "install those, or begin anew in another folder")
-    return found
+    if origin.versions != dict(plan.job.versions):
+        problem = "the sweep was started with other versions of the program or its packages"
+        raise InputError(path, "versions", problem, "install those, or start again in another folder")
+    return origin
 
 
-def _origin(out: Path) -> dict[str, Any]:
+def _read_origin(out: Path) -> Origin:
     path = out / ORIGIN
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        raise InputError(out, "", "the folder holds no sweep", "give the --out of a sweep") from None
-    if not isinstance(found, dict) or found.get("format") != 1:
-        raise InputError(path, "format", "not a sweep of format 1", "begin anew with this version")
-    return found
+    if not path.exists():
+        raise InputError(out, "", "the folder holds no sweep", "give the --out of a sweep")
+    origin = read_json(path, Origin)
+    if origin.format != 1:
+        raise InputError(path, "format", "not a sweep of format 1", "start again with this version")
+    return origin
 
 
-def _to_do(plan: Plan, records: Mapping[str, Record], again: bool) -> list[Run]:
+def _runs_left(plan: Plan, records: Mapping[str, Record], again: bool) -> list[SweepRun]:
     """The runs that have not ended and, to be done ``again``, those that failed, with the number of the attempt."""
-    todo = []
+    runs = []
     for run in plan.runs():
         record = records.get(run.key)
         if record is None:
-            todo.append(run)
-        elif again and record["status"] != DONE:
-            todo.append(replace(run, attempt=record["attempt"] + 1))
-    return todo
+            runs.append(run)
+        elif again and record.status != DONE:
+            runs.append(replace(run, attempt=record.attempt + 1))
+    return runs
 
 
-class _Teller:
-    """Says how far it is: done, failed, rate, time left."""
+class _Report:
+    """Reports the progress of the runs: done, failed, rate, time left."""
 
     def __init__(self, stage: Stage, count: int) -> None:
         self.stage, self.count = stage, count
         self.ended: Counter[str] = Counter()
         self.begin = clock.monotonic()
 
-    def __call__(self, _run: Run, status: str) -> None:
+    def __call__(self, _run: SweepRun, status: str) -> None:
         self.ended[status] += 1
         ended = self.ended.total()
         rate = ended / max(clock.monotonic() - self.begin, 1e-9)
@@ -203,20 +234,23 @@ class _Teller:
         )
 
 
-def _counts(origin: Mapping[str, Any], records: Mapping[str, Record], repeated: int) -> dict[str, Any]:
-    ended = Counter(record["status"] for record in records.values())
+def _count(origin: Origin, records: Mapping[str, Record], repeated: int) -> Counts:
+    ended = Counter(record.status for record in records.values())
     return {
-        "name": origin["name"],
-        "runs": origin["runs"],
-        **{word: ended[word] for word in STATUSES},
-        "left": origin["runs"] - len(records),
+        "name": origin.name,
+        "runs": origin.runs,
+        "done": ended[DONE],
+        "diverged": ended["diverged"],
+        "failed": ended["failed"],
+        "crashed": ended["crashed"],
+        "left": origin.runs - len(records),
         "repeated": repeated,
     }
 
 
 def _rate(records: Mapping[str, Record]) -> float | None:
-    """Runs a second, over the last hundred or the whole."""
-    ends = sorted(record["end"] for record in records.values())[-100:]
+    """Runs a second, over the last hundred or over all."""
+    ends = sorted(record.end for record in records.values())[-100:]
     if len(ends) < 2 or ends[-1] <= ends[0]:
         return None
     return float((len(ends) - 1) / (ends[-1] - ends[0]))

@@ -1,7 +1,7 @@
-"""The sweep's table: one row a run, as a Parquet file that pandas, polars and DuckDB read.
+"""The sweep's table: one row for each run, as a Parquet file that pandas, polars and DuckDB read.
 
-The same file and seed give the same bytes, whoever did the runs in whatever order: what differs from time to time,
-when and how long and by whom, stands in a table of its own.
+The same file and seed give the same bytes, whichever workers did the runs in whatever order.  What differs between
+two sweeps of one file (when, how long, by which process) is in a table of its own.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from sssi_exudyn.io.writing import clear_errors, to_plain, write_atomically
-from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.sweeps.outputs import Column
 from sssi_exudyn.sweeps.parameters import SKIS
@@ -32,9 +31,9 @@ _FIRST: Final = (
 )
 _LAST: Final = (
     Column("status", "", "done, diverged, failed or crashed"),
-    Column("error", "", "what happened where the run is not done"),
+    Column("error", "", "why the run is not done"),
     Column("series", "", "file of the run's time series, where one was kept"),
-    Column("key", "", "hash of all that the run is computed from"),
+    Column("key", "", "hash of all inputs of the run"),
     Column("recording_sha256", "", "hash of the recording's files"),
     Column("sssi_exudyn", "", "version of this program"),
     Column("exudyn", "", "version of the solver"),
@@ -50,20 +49,20 @@ _TIMINGS: Final = {
 }
 
 
-def described(plan: Plan) -> tuple[Column, ...]:
+def table_columns(plan: Plan) -> tuple[Column, ...]:
     """The table's columns in order, with units and meanings."""
     inputs = tuple(Column(axis.name, axis.parameter.unit, axis.parameter.meaning) for axis in plan.axes)
     return (*_FIRST, *inputs, *plan.columns, *_LAST)
 
 
 def write_tables(folder: Path, plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:
-    """Write table, timings and the list of columns; the table.  Raises InputError where they cannot be written.
+    """Write table, timings and the list of columns; returns the table.  Raises InputError where one cannot be written.
 
     Parameters
     ----------
     records : the last record of every run, by key
     """
-    columns = described(plan)
+    columns = table_columns(plan)
     table = table_of(plan, records)
     schema = pa.schema(
         [
@@ -80,7 +79,9 @@ def write_tables(folder: Path, plan: Plan, records: Mapping[str, Record]) -> pd.
         folder / TABLE,
         pa.Table.from_pandas(table, schema, preserve_index=False).replace_schema_metadata(schema.metadata),
     )
-    timings = pd.DataFrame([{"key": key} | {name: records[key][name] for name in _TIMINGS} for key in sorted(records)])
+    timings = pd.DataFrame(
+        [{"key": key} | {name: getattr(records[key], name) for name in _TIMINGS} for key in sorted(records)]
+    )
     _write(folder / TIMINGS, pa.Table.from_pandas(timings, preserve_index=False))
     listed = pd.DataFrame([(c.name, c.unit, c.meaning) for c in columns], columns=["name", "unit", "meaning"])
     write_atomically(folder / COLUMNS, listed.to_csv(index=False, lineterminator="\n"))
@@ -88,7 +89,7 @@ def write_tables(folder: Path, plan: Plan, records: Mapping[str, Record]) -> pd.
 
 
 def table_of(plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:
-    """One row a run; runs that have not ended are left out."""
+    """One row for each run that has ended."""
     rows: list[dict[str, Any]] = []
     versions = dict(plan.job.versions)
     for number, key in enumerate(plan.keys):
@@ -99,11 +100,11 @@ def table_of(plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:
         rows.append(
             {
                 "run": number,
-                "recording": plan.job.recordings[run.recording].name,
+                "recording": plan.file.folders[run.recording].name,
                 **dict(run.values),
-                **{column.name: record["figures"].get(column.name) for column in plan.columns},
-                "status": record["status"],
-                "error": record["error"],
+                **{column.name: record.figures.get(column.name) for column in plan.columns},
+                "status": record.status,
+                "error": record.error,
                 "series": _series(plan, record),
                 "key": key,
                 "recording_sha256": plan.job.hashes[run.recording],
@@ -111,13 +112,13 @@ def table_of(plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:
                 "exudyn": versions["exudyn"],
             }
         )
-    columns = described(plan)
+    columns = table_columns(plan)
     table = pd.DataFrame(rows, columns=[column.name for column in columns])
     return table.astype({column.name: _dtype(column) for column in columns if _is_number(column)})
 
 
 def origin_of(plan: Plan) -> dict[str, Any]:
-    """Where the sweep came from, the same wherever its folder is: settings, hashes of what was read, versions, seed."""
+    """Settings, hashes of the files read, versions and seed of the sweep; the same wherever its folder is."""
     file = plan.file
     settings = {**file.settings, "name": file.name, "recordings": [folder.name for folder in file.folders]}
     if file.model is not None:
@@ -125,15 +126,10 @@ def origin_of(plan: Plan) -> dict[str, Any]:
     return {"identity": plan.job.identity, **provenance(plan.files, settings, plan.file.design.seed)}
 
 
-def same_versions(plan: Plan, origin: Mapping[str, Any]) -> bool:
-    """True when a sweep of that origin was begun with the versions that run now."""
-    return fingerprint(dict(plan.job.versions)) == fingerprint(origin["versions"])
-
-
 def _series(plan: Plan, record: Record) -> str | None:
-    if not plan.job.series or record["status"] != "done" or plan.job.task == "fit":
+    if not plan.job.series or record.status != "done" or plan.job.task == "fit":
         return None
-    return series_path(Path(), record["key"]).as_posix()
+    return series_path(Path(), record.key).as_posix()
 
 
 def _is_number(column: Column) -> bool:

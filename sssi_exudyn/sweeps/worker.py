@@ -1,24 +1,28 @@
-"""What a worker process is handed: light, so that Exudyn's build is chosen before anything imports it."""
+"""What a worker process does first; imports little, since Exudyn's build is chosen before anything imports it."""
 
 from __future__ import annotations
 
-import pickle
 import signal
 from pathlib import Path
 
+from sssi_exudyn.io.typed import decode
 from sssi_exudyn.runtime.exudyn_build import take_fast_build
 from sssi_exudyn.runtime.workers import end_with_parent
 
 
-def perform(folder: Path, packed: bytes) -> str:
-    """``sweeps.run.performed`` with the pickled job and run, and the build of Exudyn that the command line takes."""
-    take_fast_build()
-    from sssi_exudyn.sweeps.run import performed
+def perform(folder: Path, task: bytes) -> str:
+    """``sweeps.run.perform_run`` of a job and a run in JSON, with the build of Exudyn that the command line takes.
 
-    return performed(folder, *pickle.loads(packed))
+    From JSON nothing but texts and numbers can come.  Raises ValueError where they are not those of a job and a run.
+    """
+    take_fast_build()
+    from sssi_exudyn.sweeps.plan import Job, SweepRun
+    from sssi_exudyn.sweeps.run import perform_run
+
+    return perform_run(folder, *decode(task, tuple[Job, SweepRun]))
 
 
 def prepare_worker() -> None:
-    """Begin a worker of this machine: an interrupt is its parent's affair, and it does not outlive its parent."""
+    """Set up a worker of this machine: interrupts are left to its parent, and it ends with its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_parent()

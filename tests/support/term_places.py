@@ -14,7 +14,7 @@ from term_examples import EXAMPLES, UniformWind
 
 from sssi_exudyn.contact.backends import compiled
 from sssi_exudyn.contact.backends.compiled import parameter_values
-from sssi_exudyn.contact.maths import FloatMath, Math, Number
+from sssi_exudyn.contact.maths import ArrayMath, FloatMath, Math, Number
 from sssi_exudyn.contact.registry import TERMS
 from sssi_exudyn.contact.term import BodyState, FootState, PlaceState, PointState, SegmentState
 from sssi_exudyn.core.frames import Array
@@ -116,35 +116,43 @@ def compiled_on_grid(term: Any, derivatives: bool = False) -> Array:
     return np.array(rows)
 
 
-class SwitchMath(FloatMath):
-    """Plain floats, and a note of every number whose sign decides something."""
+class Switches:
+    """A note of every number whose sign decides something, before another ``Math`` computes with it."""
 
     def __init__(self) -> None:
-        self.switches: list[float] = []
+        self.switches: list[Any] = []
 
     def absolute(self, x: Number) -> Number:
         self.switches.append(x)
-        return super().absolute(x)
+        return super().absolute(x)  # type: ignore[misc]
 
     def sign(self, x: Number) -> Number:
         self.switches.append(x)
-        return super().sign(x)
+        return super().sign(x)  # type: ignore[misc]
 
     def signed_power(self, x: Number, p: Number) -> Number:
         self.switches.append(x)
-        return super().signed_power(x, p)
+        return super().signed_power(x, p)  # type: ignore[misc]
 
     def where(self, x: Number, a: Number, b: Number) -> Number:
         self.switches.append(x)
-        return super().where(x, a, b)
+        return super().where(x, a, b)  # type: ignore[misc]
 
     def maximum(self, a: Number, b: Number) -> Number:
         self.switches.append(a - b)
-        return super().maximum(a, b)
+        return super().maximum(a, b)  # type: ignore[misc]
 
     def minimum(self, a: Number, b: Number) -> Number:
         self.switches.append(b - a)
-        return super().minimum(a, b)
+        return super().minimum(a, b)  # type: ignore[misc]
+
+
+class SwitchMath(Switches, FloatMath):
+    """Plain floats with their switches."""
+
+
+class ArraySwitches(Switches, ArrayMath):
+    """Arrays with their switches."""
 
 
 def switches(term: Any, state: State) -> list[float]:
@@ -164,24 +172,55 @@ class Crossing:
 
 def crossings(term: Any) -> Iterator[Crossing]:
     """Every place where a switch turns between neighbours of the grid."""
-    axes = GRIDS[term.kind]
-    for state in grid(term.kind):
-        for name, values in axes.items():
-            for low, high in itertools.pairwise(values):
-                if state[name] == low:
-                    yield from _crossings_between(term, state, name, high)
+    states = grid(term.kind)
+    signs = {tuple(state.values()): np.array(switches(term, state)) > 0.0 for state in states}
+    for name, values in GRIDS[term.kind].items():
+        after = dict(itertools.pairwise(values))
+        turns = []
+        for state in states:
+            if state[name] in after:
+                first = signs[tuple(state.values())]
+                last = signs[tuple({**state, name: after[state[name]]}.values())]
+                turns += [(state, int(i), bool(first[i])) for i in np.flatnonzero(first != last)]
+        for (state, i, sign), a, b in zip(turns, *_brackets(term, name, after, turns), strict=True):
+            while a < (middle := 0.5 * (a + b)) < b:
+                if (switches(term, {**state, name: middle})[i] > 0.0) == sign:
+                    a = middle
+                else:
+                    b = middle
+            yield Crossing({**state, name: a}, {**state, name: b})
 
 
-def _crossings_between(term: Any, state: State, name: str, high: float) -> Iterator[Crossing]:
-    first, last = np.array(switches(term, state)), np.array(switches(term, {**state, name: high}))
-    for i in np.flatnonzero((first > 0.0) != (last > 0.0)):
-        a, b = state[name], high
-        while a < (middle := 0.5 * (a + b)) < b:
-            if (switches(term, {**state, name: middle})[i] > 0.0) == (first[i] > 0.0):
-                a = middle
-            else:
-                b = middle
-        yield Crossing({**state, name: a}, {**state, name: b})
+def _brackets(
+    term: Any, name: str, after: Mapping[float, float], turns: list[tuple[dict[str, float], int, bool]]
+) -> tuple[list[float], list[float]]:
+    """For every turn two values of the number ``name``, a few roundings apart, between which the switch turns.
+
+    All turns are halved at once with arrays, since towards zero it takes a thousand steps; arrays may round otherwise
+    than floats, so the signs at both ends are asked in floats, and where they are equal the whole step is given.
+    """
+    if not turns:
+        return [], []
+    columns = {key: np.array([state[key] for state, _, _ in turns]) for key in turns[0][0]}
+    which, sign = np.array([i for _, i, _ in turns]), np.array([sign for _, _, sign in turns])
+    low = a = columns[name]
+    high = b = np.array([after[value] for value in a])
+    every = np.arange(len(turns))
+    while np.any(apart := (a < (middle := 0.5 * (a + b))) & (middle < b)):
+        math = ArraySwitches()
+        with np.errstate(all="ignore"):
+            ask(math, term, {**columns, name: middle})
+        turned = np.stack([np.broadcast_to(x, len(turns)) for x in math.switches])[which, every] > 0.0
+        a, b = np.where(apart & (turned == sign), middle, a), np.where(apart & (turned != sign), middle, b)
+    for _ in range(8):
+        a, b = np.maximum(np.nextafter(a, -np.inf), low), np.minimum(np.nextafter(b, np.inf), high)
+    found: tuple[list[float], list[float]] = ([], [])
+    for j, (state, i, before) in enumerate(turns):
+        ends = [switches(term, {**state, name: float(x[j])})[i] > 0.0 for x in (a, b)]
+        whole = ends != [before, not before]
+        found[0].append(float(low[j] if whole else a[j]))
+        found[1].append(float(high[j] if whole else b[j]))
+    return found
 
 
 class ComplexMath:

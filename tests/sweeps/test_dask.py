@@ -14,10 +14,11 @@ from typing import Any
 import psutil
 import pytest
 import tomli_w
+from distributed import Security
 
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.sweeps import sweep as sweeps
-from sssi_exudyn.sweeps.pools import pool_of, slurm_cluster
+from sssi_exudyn.sweeps.pools import pool_of
 from sssi_exudyn.sweeps.records import read_records
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -46,6 +47,20 @@ def nannied(pid: int) -> list[psutil.Process]:
     return [child for child in children if "spawn_main" in " ".join(child.cmdline())]
 
 
+def certificates(folder: Path) -> list[str]:
+    """Options of Dask's programs for a key and a certificate written into ``folder``."""
+    made = Security.temporary()
+    options = []
+    for option, name, text in (
+        ("ca-file", "ca", made.tls_ca_file),
+        ("cert", "cert", made.tls_client_cert),
+        ("key", "key", made.tls_client_key),
+    ):
+        (folder / f"{name}.pem").write_text(text, encoding="ascii")
+        options += [f"--tls-{option}", str(folder / f"{name}.pem")]
+    return options
+
+
 @contextmanager
 def running(*command: str) -> Iterator[subprocess.Popen[bytes]]:
     """A Dask process and whatever it starts, ended at the end."""
@@ -65,13 +80,21 @@ def running(*command: str) -> Iterator[subprocess.Popen[bytes]]:
         process.wait()
 
 
-def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(tmp_path: Path) -> None:
+def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With a scheduler that asks for certificates, which Dask's own configuration names."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
-        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+        address = f"tls://127.0.0.1:{free.getsockname()[1]}"
     out = tmp_path / "out"
-    scheduling = ("distributed.cli.dask_scheduler", "--no-dashboard", "--host", address)
-    working = ("distributed.cli.dask_worker", address, "--nworkers", "2", "--nthreads", "1", "--no-dashboard")
+    tls = certificates(tmp_path)
+    scheduling = ("distributed.cli.dask_scheduler", "--no-dashboard", "--host", address, *tls)
+    working = ("distributed.cli.dask_worker", address, "--nworkers", "2", "--nthreads", "1", "--no-dashboard", *tls)
+    prefix = "DASK_DISTRIBUTED__COMM__TLS__"
+    monkeypatch.setenv(f"{prefix}CA_FILE", tls[1])
+    monkeypatch.setenv(f"{prefix}CLIENT__CERT", tls[3])
+    monkeypatch.setenv(f"{prefix}CLIENT__KEY", tls[5])
     file = tmp_path / "swept.toml"
     file.write_text(tomli_w.dumps(settings(RUNS)), encoding="utf-8")
     command = [sys.executable, "-m", "sssi_exudyn", "sweep", str(file), "--out", str(out), "--scheduler", address]
@@ -81,10 +104,10 @@ def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(tmp_path: 
         nannied(workers.pid)[0].kill()
         until(lambda: len(list((out / "records").glob("*.json"))) >= 15)
         scheduler.kill()
-        _, told = sweep.communicate(timeout=PATIENCE)
+        _, errors = sweep.communicate(timeout=PATIENCE)
     assert sweep.returncode == 1
-    assert told.splitlines()[-1].startswith("sssi: the scheduler went away")
-    assert "Traceback" not in told
+    assert errors.splitlines()[-1].startswith("sssi: the connection to the scheduler is lost")
+    assert "Traceback" not in errors
     kept = {name for name, _ in read_records(out)}
     counts = sweeps.resume(out, workers=2, cluster="local")
     assert (counts["done"], counts["left"], counts["repeated"]) == (RUNS, 0, 0)
@@ -94,20 +117,18 @@ def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(tmp_path: 
     assert (here / "runs.parquet").read_bytes() == (out / "runs.parquet").read_bytes()
 
 
-def test_slurm_jobs_have_a_core_and_a_thread_each() -> None:
-    with slurm_cluster() as cluster:
-        script = cluster.job_script()
-    assert "#SBATCH --cpus-per-task=1" in script
-    assert "--nthreads 1" in script
-
-
-def test_scheduler_that_does_not_answer_is_told_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "tls://127.0.0.1:9", "nonsense://x"])
+def test_scheduler_that_does_not_answer_is_one_line(
+    address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("sssi_exudyn.sweeps.pools._PATIENCE", "1s")
-    with pytest.raises(SssiError, match="no Dask scheduler answers"), pool_of("tcp://127.0.0.1:9", None)(1):
+    with pytest.raises(SssiError, match="no Dask scheduler answers"), pool_of(address, None, tmp_path)(1):
         pass
 
 
-def test_missing_package_is_told_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(SssiError, match=r"distributed: pip install 'sssi-exudyn\[sweep\]'"), pool_of(None, "local")(1):
+@pytest.mark.parametrize("package", ["distributed", "cryptography"])
+def test_missing_package_is_one_line(package: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    message = rf"{package}: pip install 'sssi-exudyn\[sweep\]'"
+    with pytest.raises(SssiError, match=message), pool_of(None, "local", tmp_path)(1):
         pass

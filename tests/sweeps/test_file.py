@@ -18,11 +18,12 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.sweeps.design import Axis, Design, points_of
 from sssi_exudyn.sweeps.file import read_sweep, sweep_from
-from sssi_exudyn.sweeps.parameters import Parameter, changed, numbers_of, parameters_of
-from sssi_exudyn.sweeps.plan import Plan, planned
+from sssi_exudyn.sweeps.parameters import Parameter, change, numbers_of, parameters_of
+from sssi_exudyn.sweeps.plan import Plan, plan_sweep
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MU_T = {"name": "friction.mu_t", "values": [0.05, 0.1]}
+DRAWN = {"name": "skier.mass", "low": 60.0, "high": 80.0}
 MASS = {"name": "skier.mass", "low": 60.0, "high": 80.0, "count": 3}
 
 
@@ -34,12 +35,12 @@ def base() -> tuple[Recording, Motion, Model]:
 
 
 def plan_of(settings: Mapping[str, Any]) -> Plan:
-    return planned(sweep_from({"format": 1, "recordings": ["beginner"], **settings}, EXAMPLES / "swept.toml"))
+    return plan_sweep(sweep_from({"format": 1, "recordings": ["beginner"], **settings}, EXAMPLES / "swept.toml"))
 
 
 def test_examples_are_valid() -> None:
     for path in sorted(EXAMPLES.glob("sweep*.toml")):
-        assert len(planned(read_sweep(path)).keys) > 1
+        assert len(plan_sweep(read_sweep(path)).keys) > 1
 
 
 def test_grid_goes_through_recordings_and_points_in_order() -> None:
@@ -84,13 +85,21 @@ def test_equal_points_are_run_once() -> None:
         ({"design": {"kind": "morris", "size": 4}}, "[[parameter]]", "draw"),
         ({"recordings": ["nobody"]}, "", "does not exist"),
         ({"recordings": ["x*"]}, "recordings", "x*"),
+        ({"recordings": ["beginner\0"]}, "recordings", "printable"),
+        ({"recordings": ["begin\nner"]}, "recordings", "printable"),
+        ({"recordings": ["**x"]}, "recordings", "pattern"),
+        ({"recordings": ["x" * 300]}, "recordings", "too long"),
+        ({"recordings": ["*" + "x" * 5000]}, "recordings", "1000"),
+        ({"recordings": ["["]}, "recordings", "matches"),
+        ({"design": {"kind": "latin_hypercube", "size": 10_000_001}, "parameter": [DRAWN]}, "[design] size", "whole"),
+        ({"design": {"kind": "sobol_indices", "size": 2**22}, "parameter": [DRAWN]}, "[[parameter]]", "points"),
         ({"outputs": ["beauty"]}, "outputs", "mean_speed_mps"),
         ({"duration_s": -1.0}, "duration_s", "seconds"),
         ({"term": [{"name": "magnet"}]}, "[[term]] 1", "wind"),
         ({"parameters": []}, "parameters", "parameter"),
     ],
 )
-def test_mistakes_are_told_with_their_place_before_anything_runs(
+def test_mistakes_are_reported_with_their_place_before_anything_runs(
     settings: dict[str, Any], place: str, word: str
 ) -> None:
     with pytest.raises(InputError) as error:
@@ -101,7 +110,7 @@ def test_mistakes_are_told_with_their_place_before_anything_runs(
 
 def test_copy_in_another_folder_is_the_same_sweep(tmp_path: Path) -> None:
     first = plan_of({"parameter": [MU_T]})
-    again = planned(sweep_from(first.file.portable(tmp_path), tmp_path / "sweep.toml"))
+    again = plan_sweep(sweep_from(first.file.portable(tmp_path), tmp_path / "sweep.toml"))
     assert again.job.identity == first.job.identity
 
 
@@ -133,7 +142,7 @@ def test_latin_hypercube_has_one_point_in_every_row() -> None:
 
 def test_every_declared_number_can_be_changed(base: tuple[Recording, Motion, Model]) -> None:
     recording, motion, model = base
-    untouched = changed(recording, motion, None, (), {})
+    untouched = change(recording, motion, None, (), {})
     for name, parameter in parameters_of(model.terms).items():
         middle = 0.5 * (parameter.low + parameter.high)
         value = 20.0 if parameter.whole else middle + 0.01 * (parameter.high - parameter.low)
@@ -143,7 +152,7 @@ def test_every_declared_number_can_be_changed(base: tuple[Recording, Motion, Mod
         assert number == pytest.approx(value * parameter.factor)
         part = key.partition(".")[0]
         if part in ("skier", "equipment", "slope", "ski", "solver", "posture"):
-            found = changed(recording, motion, None, (), {key: number})
+            found = change(recording, motion, None, (), {key: number})
             assert repr(found) != repr(untouched) or not np.array_equal(found[1].coefficients, motion.coefficients)
         else:
             assert model.with_values({key: float(number)}).value(key) == pytest.approx(float(number))
@@ -151,7 +160,7 @@ def test_every_declared_number_can_be_changed(base: tuple[Recording, Motion, Mod
 
 def test_posture_offset_turns_one_joint_by_a_constant(base: tuple[Recording, Motion, Model]) -> None:
     recording, motion, _ = base
-    _, moved, _ = changed(recording, motion, None, (), numbers_of({"posture.knee_angle_r_deg": 5.0}))
+    _, moved, _ = change(recording, motion, None, (), numbers_of({"posture.knee_angle_r_deg": 5.0}))
     time = np.linspace(motion.start, motion.stop, 50)
     angles, rates, accelerations = (
         after - before for after, before in zip(moved.evaluate(time), motion.evaluate(time), strict=True)
@@ -167,14 +176,14 @@ def test_posture_offset_turns_one_joint_by_a_constant(base: tuple[Recording, Mot
 def test_shape_changes_what_hangs_on_it(base: tuple[Recording, Motion, Model]) -> None:
     recording, motion, model = base
     shape = {"slope.inclination": model.inclination + 0.05, "ski.width_scale": 1.2, "skier.mass": 90.0}
-    seen, turned, heavier = changed(recording, motion, None, (), shape)
+    seen, turned, heavier = change(recording, motion, None, (), shape)
     assert turned.inclination == heavier.inclination == model.inclination + 0.05
     assert heavier.start != model.start  # the same fixes lie elsewhere on another slope
     assert heavier.skier.mass == seen.skier.mass == 90.0
     assert np.allclose(heavier.ski.width([0.5]), 1.2 * model.ski.width([0.5]))
     # a model that is given keeps its start
-    kept = changed(recording, motion, replace(model, name="given"), (), shape)[2]
+    kept = change(recording, motion, replace(model, name="given"), (), shape)[2]
     assert kept.start == model.start
     assert kept.inclination == heavier.inclination
     with pytest.raises(ValueError, match="boot centre"):
-        changed(recording, motion, None, (), {"ski.boot_centre": 1.9})
+        change(recording, motion, None, (), {"ski.boot_centre": 1.9})

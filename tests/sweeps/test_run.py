@@ -20,22 +20,22 @@ from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.sweeps import run as sweep_run
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.file import sweep_from
-from sssi_exudyn.sweeps.plan import Plan, planned
+from sssi_exudyn.sweeps.plan import Plan, plan_sweep
 from sssi_exudyn.sweeps.records import last_records
-from sssi_exudyn.sweeps.run import outcome_of, performed
+from sssi_exudyn.sweeps.run import perform_run, record_of
 from sssi_exudyn.sweeps.table import table_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def plan_of(**settings: Any) -> Plan:
-    return planned(sweep_from({"format": 1, "recordings": ["beginner"], **settings}, EXAMPLES / "swept.toml"))
+    return plan_sweep(sweep_from({"format": 1, "recordings": ["beginner"], **settings}, EXAMPLES / "swept.toml"))
 
 
 def test_run_is_the_simulation_that_its_parameters_say(tmp_path: Path) -> None:
     parameter = [{"name": "friction.mu_t", "values": [0.07]}, {"name": "skier.mass", "values": [72.0]}]
     plan = plan_of(parameter=parameter, duration_s=1.0)
-    figures = outcome_of(plan.job, plan.run(0), tmp_path)["figures"]
+    figures = record_of(plan.job, plan.run(0), tmp_path).figures
     recording = read_recording(EXAMPLES / "beginner")
     motion = motion_from_recording(recording)
     model = model_of(recording, motion)
@@ -50,7 +50,7 @@ def test_run_is_the_simulation_that_its_parameters_say(tmp_path: Path) -> None:
 
 def test_full_model_adds_joint_moments(tmp_path: Path) -> None:
     plan = plan_of(tier="full", duration_s=0.1, parameter=[{"name": "solver.step", "values": [0.01]}])
-    assert performed(tmp_path, plan.job, plan.run(0)) == "done"
+    assert perform_run(tmp_path, plan.job, plan.run(0)) == "done"
     records, _ = last_records(tmp_path)
     table = table_of(plan, records)
     assert table["max_penetration_m"][0] > 0.0
@@ -60,18 +60,18 @@ def test_full_model_adds_joint_moments(tmp_path: Path) -> None:
     assert series["knee_angle_r_moment_Nm"].abs().max() == pytest.approx(
         table["max_knee_angle_r_moment_Nm"][0], rel=1e-6
     )  # single precision
-    assert performed(tmp_path, plan.job, plan.run(0)) == "done"  # not run again
+    assert perform_run(tmp_path, plan.job, plan.run(0)) == "done"  # not run again
     assert len(last_records(tmp_path)[0]) == 1
 
 
 def test_fits_are_swept_without_any_parameter(tmp_path: Path) -> None:
     plan = plan_of(task="fit", method="paper", duration_s=3.0)
-    record = outcome_of(plan.job, plan.run(0), tmp_path)
-    assert record["error"] == ""
+    record = record_of(plan.job, plan.run(0), tmp_path)
+    assert record.error == ""
     # half to twice the truth in 3 s: that it is a fit, not how good
-    assert 0.03 < record["figures"]["fitted_mu_t"] < 0.12
-    assert record["figures"]["converged"] == 1.0
-    assert list(record["figures"]) == [column.name for column in plan.columns]
+    assert 0.03 < record.figures["fitted_mu_t"] < 0.12
+    assert record.figures["converged"] == 1.0
+    assert list(record.figures) == [column.name for column in plan.columns]
 
 
 def test_diverged_run_says_when_and_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,10 +81,10 @@ def test_diverged_run_says_when_and_why(tmp_path: Path, monkeypatch: pytest.Monk
 
     monkeypatch.setattr(sweep_run, "simulate_reduced", gives_up)
     plan = plan_of(duration_s=1.0)
-    record = outcome_of(plan.job, plan.run(0), tmp_path)
-    assert record["status"] == "diverged"
-    assert "1.250 s" in record["error"]
-    table = table_of(plan, {record["key"]: record})
+    record = record_of(plan.job, plan.run(0), tmp_path)
+    assert record.status == "diverged"
+    assert "1.250 s" in record.error
+    table = table_of(plan, {record.key: record})
     assert table["mean_speed_mps"].isna().all()
 
 
@@ -133,7 +133,7 @@ def test_command_line_refuses_no_workers(
     assert "--workers" in capsys.readouterr().err
 
 
-def test_folder_without_a_sweep_is_told_in_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_folder_without_a_sweep_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as end:
         cli.main(["sweep", "status", str(tmp_path)])
     assert end.value.code == 2

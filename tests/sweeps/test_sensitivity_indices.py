@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ import pytest
 
 from sssi_exudyn.sweeps.file import sweep_from
 from sssi_exudyn.sweeps.page import render_sweep
-from sssi_exudyn.sweeps.plan import Plan, planned
-from sssi_exudyn.sweeps.sensitivity_indices import groups_of, indices_of, ranked
+from sssi_exudyn.sweeps.plan import Plan, plan_sweep
+from sssi_exudyn.sweeps.run import crash_record
+from sssi_exudyn.sweeps.sensitivity_indices import groups_of, indices_of, rank_parameters
 from sssi_exudyn.sweeps.table import table_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -27,15 +29,15 @@ def made(
     bounds = [{"name": name, "low": low, "high": high} for name, (low, high) in RANGES.items()]
     settings: dict[str, Any] = {"format": 1, "recordings": ["beginner"], "outputs": ["mean_speed_mps"]}
     settings |= {"design": {"kind": kind, "size": size, "seed": 1}, "parameter": bounds}
-    plan = planned(sweep_from(settings, EXAMPLES / "swept.toml"))
+    plan = plan_sweep(sweep_from(settings, EXAMPLES / "swept.toml"))
     records = {}
     for run in plan.runs():
         unit = [(value - RANGES[name][0]) / np.ptp(RANGES[name]) for name, value in dict(run.values).items()]
-        figures = {"mean_speed_mps": float(function(*unit))}
-        done = {"status": "done", "error": "", "figures": figures}
-        records[run.key] = {"key": run.key, **done}
-        if run.row in lost:
-            records[run.key] |= {"status": "diverged", "error": "the simulation diverged", "figures": {}}
+        record = replace(crash_record(run), status="diverged", error="the simulation diverged")
+        if run.row not in lost:
+            figures = {"mean_speed_mps": float(function(*unit))}
+            record = replace(record, status="done", error="", figures=figures)
+        records[run.key] = record
     return plan, table_of(plan, records)
 
 
@@ -51,7 +53,8 @@ def test_sobol_indices_of_a_sum_and_a_product() -> None:
     assert values(indices, "S1") == pytest.approx({FIRST: 0.8, SECOND: 0.2, THIRD: 0.0}, abs=0.02)
     assert values(indices, "ST") == pytest.approx({FIRST: 0.8, SECOND: 0.2, THIRD: 0.0}, abs=0.02)
     assert np.allclose(indices.loc[indices["index"] == "S2", "value"], 0.0, atol=0.03)
-    assert [axis.name for axis in ranked(indices, "beginner", "mean_speed_mps", plan.axes)][:2] == [FIRST, SECOND]
+    ranked = rank_parameters(indices, "beginner", "mean_speed_mps", plan.axes)
+    assert [axis.name for axis in ranked][:2] == [FIRST, SECOND]
     # y = (a − ½)(b − ½): all of it is shared
     indices = indices_of(*made("sobol_indices", 256, lambda a, b, _c: (a - 0.5) * (b - 0.5)))
     assert values(indices, "S1") == pytest.approx(dict.fromkeys(RANGES, 0.0), abs=0.05)
@@ -110,5 +113,5 @@ def test_page_shows_every_output_and_asks_nothing_of_a_network() -> None:
 def test_page_of_a_sweep_of_which_nothing_is_done() -> None:
     plan, table = made("latin_hypercube", 4, lambda a, _b, _c: a, lost=(0, 1, 2, 3))
     page = render_sweep(plan, table, indices_of(plan, table))
-    assert "0 of them whole" in page
+    assert "0 of them complete" in page
     assert "<svg" not in page

@@ -2,30 +2,33 @@
 
 import json
 import os
-import pickle
 import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 import psutil
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import tomli_w
 
 from sssi_exudyn.core.errors import InputError, SssiError
-from sssi_exudyn.sweeps import scheduler as sweep_drive
+from sssi_exudyn.io.typed import decode, encode
+from sssi_exudyn.sweeps import scheduler as sweep_scheduler
 from sssi_exudyn.sweeps import sweep as sweeps
-from sssi_exudyn.sweeps.plan import planned
-from sssi_exudyn.sweeps.pools import local_pool
-from sssi_exudyn.sweeps.records import claimed, gather, last_records, read_records, write_record
-from sssi_exudyn.sweeps.run import crashed
+from sssi_exudyn.sweeps.plan import Job, SweepRun, plan_sweep
+from sssi_exudyn.sweeps.pools import Crew, local_pool
+from sssi_exudyn.sweeps.records import claim, gather, last_records, read_records, write_record
+from sssi_exudyn.sweeps.run import crash_record
 from sssi_exudyn.sweeps.worker import perform
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -116,24 +119,24 @@ def test_failed_runs_leave_their_error_and_may_be_retried(tmp_path: Path) -> Non
 
 def test_recording_that_has_changed_stops_the_sweep(tmp_path: Path) -> None:
     shutil.copytree(EXAMPLES / "beginner", tmp_path / "beginner")
-    plan = planned(sweeps.read_sweep(written(tmp_path, recordings=["beginner"])))
+    plan = plan_sweep(sweeps.read_sweep(written(tmp_path, recordings=["beginner"])))
     toml = tmp_path / "beginner" / "recording.toml"
     toml.write_text(toml.read_text(encoding="utf-8") + "\n", encoding="utf-8")
     with pytest.raises(InputError, match="has changed"):
-        sweep_drive.do_all(tmp_path, plan.job, plan.runs(), local_pool, 1, lambda _run, _status: None)
+        sweep_scheduler.do_all(tmp_path, plan.job, plan.runs(), local_pool, 1, lambda _run, _status: None)
 
 
-def _deadly(folder: Path, packed: bytes) -> str:
+def _deadly(folder: Path, task: bytes) -> str:
     """Stands for ``perform``: the third run kills its process, as a fault in native code does."""
-    if pickle.loads(packed)[1].row == 2:
+    if decode(task, tuple[Job, SweepRun])[1].row == 2:
         os.kill(os.getpid(), signal.SIGKILL)
-    return perform(folder, packed)
+    return perform(folder, task)
 
 
 def test_run_that_kills_its_worker_is_found_and_the_others_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sweep_drive, "perform", _deadly)
+    monkeypatch.setattr(sweep_scheduler, "perform", _deadly)
     counts = sweeps.sweep(settings(), tmp_path, workers=2)
     assert (counts["done"], counts["crashed"], counts["left"], counts["repeated"]) == (4, 1, 0, 0)
     monkeypatch.undo()
@@ -143,27 +146,27 @@ def test_run_that_kills_its_worker_is_found_and_the_others_go_on(
 
 def test_claim_holds_against_another_process_and_ends_with_it(tmp_path: Path) -> None:
     code = (
-        "import sys, time, pathlib; from sssi_exudyn.sweep_records import claimed\n"
-        "with claimed(pathlib.Path(sys.argv[1]), 7) as mine: print(mine, flush=True); time.sleep(600)"
+        "import sys, time, pathlib; from sssi_exudyn.sweeps.records import claim\n"
+        "with claim(pathlib.Path(sys.argv[1]), 7) as mine: print(mine, flush=True); time.sleep(600)"
     )
     other = subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], stdout=subprocess.PIPE, text=True)
     try:
         assert other.stdout is not None
         assert other.stdout.readline() == "True\n"
-        with claimed(tmp_path, 7) as mine, claimed(tmp_path, 8) as next_one:
+        with claim(tmp_path, 7) as mine, claim(tmp_path, 8) as next_one:
             assert (mine, next_one) == (False, True)
     finally:
         other.kill()
         other.wait()
-    with claimed(tmp_path, 7) as mine:
+    with claim(tmp_path, 7) as mine:
         assert mine
 
 
 def test_records_survive_gathering_and_its_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = planned(sweeps.sweep_from(settings(), EXAMPLES / "swept.toml"))
+    plan = plan_sweep(sweeps.sweep_from(settings(), EXAMPLES / "swept.toml"))
     runs = list(plan.runs())
     for run in runs:
-        write_record(tmp_path, crashed(run))
+        write_record(tmp_path, crash_record(run))
     gather(tmp_path, {runs[0].key})
     assert len(list((tmp_path / "records").glob("*.json"))) == 4
     monkeypatch.setattr(Path, "unlink", lambda _path, missing_ok: None)  # as if killed before it takes them away
@@ -171,8 +174,65 @@ def test_records_survive_gathering_and_its_interruption(tmp_path: Path, monkeypa
     assert len(list(read_records(tmp_path))) == 5 + 4
     found, repeated = last_records(tmp_path)
     assert (len(found), repeated) == (5, 0)
-    write_record(tmp_path, crashed(runs[0]))
+    write_record(tmp_path, crash_record(runs[0]))
     assert last_records(tmp_path)[1] == 1  # a run that ended twice is seen
+
+
+@pytest.mark.parametrize("torn", [b"", b"PAR1", b"PAR1 \0\0 PAR1", b"half"])
+def test_torn_records_are_passed_over_and_their_runs_done_again(torn: bytes, tmp_path: Path) -> None:
+    plan = plan_sweep(sweeps.sweep_from(settings(), EXAMPLES / "swept.toml"))
+    for run in plan.runs():
+        write_record(tmp_path, crash_record(run))
+    gather(tmp_path)
+    (part,) = (tmp_path / "records").glob("part-*.parquet")
+    whole = part.read_bytes()
+    part.write_bytes(whole[: len(whole) // 2] if torn == b"half" else torn)
+    write_record(tmp_path, crash_record(plan.run(0)))
+    (tmp_path / "records" / "x-0.0.json").write_bytes(torn)
+    (tmp_path / "records" / "y-0.0.json").write_text('{"key": "y", "attempt": "first"}', encoding="utf-8")
+    os.mkfifo(tmp_path / "records" / "z-0.0.json")
+    os.mkfifo(tmp_path / "records" / "part-z.parquet")
+    assert list(last_records(tmp_path)[0]) == [plan.keys[0]]
+    pq.write_table(pa.table({"words": ["no", "record"]}), tmp_path / "records" / "part-y.parquet")
+    gather(tmp_path)
+    assert list(last_records(tmp_path)[0]) == [plan.keys[0]]
+
+
+@pytest.mark.parametrize("kind", ["plain", "given"])
+def test_sweep_of_an_earlier_version_is_continued(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Folders left by version 0.1.0, one with a ``model =``; two runs of three had ended when it was killed."""
+    out = tmp_path / "out"
+    shutil.copytree(Path(__file__).with_name("begun") / kind, out)
+    file = out / "sweep.toml"
+    text = file.read_text(encoding="utf-8")
+    file.write_text(text.replace("../../../../examples", EXAMPLES.as_posix()), encoding="utf-8")
+    origin = json.loads((out / "sweep.json").read_text(encoding="utf-8"))
+    monkeypatch.setattr("sssi_exudyn.sweeps.plan.versions", lambda: origin["versions"])
+    monkeypatch.setattr("sssi_exudyn.sweeps.run.versions", lambda: origin["versions"])
+    before = last_records(out)[0]
+    assert (sweeps.status(out)["done"], sweeps.status(out)["left"]) == (2, 1)
+
+    @contextmanager
+    def here(_workers: int) -> Iterator[Crew]:
+        with ThreadPoolExecutor(1) as executor:
+            yield Crew(executor, lambda: 1)
+
+    monkeypatch.setattr(sweeps, "pool_of", lambda *_: here)
+    counts = sweeps.resume(out)
+    assert (counts["done"], counts["left"], counts["repeated"]) == (3, 0, 0)
+    after = last_records(out)[0]
+    assert {key: after[key] for key in before} == before
+    speeds = pd.read_parquet(out / "runs.parquet")["end_speed_mps"]
+    assert speeds.is_monotonic_decreasing  # with friction, the new run among the old ones
+
+
+def test_job_and_run_reach_a_worker_as_they_are() -> None:
+    given = settings(term=[{"name": "wind", "w_f": -0.1 - 0.2}], parameter=[{"name": "skier.mass", "values": [70.1]}])
+    plan = plan_sweep(sweeps.sweep_from(given, EXAMPLES / "swept.toml"))
+    task = encode((plan.job, plan.run(0)))
+    assert decode(task, tuple[Job, SweepRun]) == (plan.job, plan.run(0))
+    with pytest.raises(ValueError, match="Expected"):
+        decode(task.replace(b'"row":0', b'"row":"0"'), tuple[Job, SweepRun])
 
 
 @pytest.fixture
@@ -226,15 +286,15 @@ def test_killed_worker_then_killed_sweep_lose_nothing_and_repeat_nothing(
     process.kill()
     process.wait()
     until(lambda: all(gone(orphan) for orphan in orphans))
-    kept = {record["key"]: record for _, record in read_records(out)}
+    kept = {record.key: record for _, record in read_records(out)}
     assert 15 <= len(kept) < count
-    told = sweeps.status(out)
-    assert (told["done"], told["left"], told["running"]) == (len(kept), count - len(kept), False)
+    found = sweeps.status(out)
+    assert (found["done"], found["left"], found["running"]) == (len(kept), count - len(kept), False)
     counts = sweeps.resume(out, workers=2)
     assert (counts["done"], counts["left"], counts["repeated"]) == (count, 0, 0)
     records = [record for _, record in read_records(out)]
     assert len(records) == count
-    assert {record["key"]: record for record in records if record["key"] in kept} == kept
+    assert {record.key: record for record in records if record.key in kept} == kept
     assert len(pd.read_parquet(out / "runs.parquet")) == count
 
 
@@ -245,10 +305,10 @@ def test_interrupt_stops_workers_and_says_how_to_go_on(
     until(lambda: ended(out) >= 2)
     workers = workers_of(process.pid)
     process.send_signal(signal.SIGINT)
-    _, told = process.communicate(timeout=PATIENCE)
+    _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
-    assert told.splitlines()[-1] == "sssi: interrupted; resume with the same command"
-    assert "Traceback" not in told
+    assert errors.splitlines()[-1] == "sssi: interrupted; resume with the same command"
+    assert "Traceback" not in errors
     until(lambda: all(gone(worker) for worker in workers))
     assert sweeps.status(out)["done"] < 1000
 
