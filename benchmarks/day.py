@@ -26,25 +26,26 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.reduced import prepare
-from sssi_exudyn.validation.benchmark.cases import Recorded, other_day, recorded
-from sssi_exudyn.validation.diagnosis.day import weigh_day
+from sssi_exudyn.validation.benchmark.cases import Recorded, other_day, record
+from sssi_exudyn.validation.diagnosis.day import compare_for_day
 from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
-from sssi_exudyn.validation.diagnosis.search import Searcher, setting_of
+from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
+from sssi_exudyn.validation.diagnosis.state import first_fit
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "intermediate"
-LAWS: dict[str, tuple[Term, ...]] = {
-    "nothing": (),
-    "drag_area": (DragArea(1.0),),
-    "wind": (Wind(-5.0, 0.5),),
-    "speed_dependent_friction": (SpeedDependentFriction(0.012, 10.0),),
-    "edge_dependent_friction": (EdgeDependentFriction(0.2, 0.3),),
-    "load_dependent_friction": (LoadDependentFriction(-0.06, 400.0),),
-}
+_TERMS: tuple[Term, ...] = (
+    DragArea(1.0),
+    Wind(-5.0, 0.5),
+    SpeedDependentFriction(0.012, 10.0),
+    EdgeDependentFriction(0.2, 0.3),
+    LoadDependentFriction(-0.06, 400.0),
+)
+LAWS: dict[str, tuple[Term, ...]] = {"nothing": (), **{term.name: (term,) for term in _TERMS}}
 RUNS, LONG = 3, 6.0
 
 
 def runs_of(law: str, seed: int) -> list[Recorded]:
-    """Stretches of the intermediate's run (s) on one snow, recorded by the benchmark's world."""
+    """Stretches of the intermediate's run (s) on one snow, record by the benchmark's world."""
     recording = read_recording(EXAMPLE)
     motion = motion_from_recording(recording)
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
@@ -59,7 +60,7 @@ def runs_of(law: str, seed: int) -> list[Recorded]:
         snow = snow or drawn
         world = replace(snow, start=drawn.start, terms=(*snow.terms, *LAWS[law]))
         try:
-            made.append(recorded(rng, (recording, stretch, fitted), stretch, world, 0.0, 0.0))
+            made.append(record(rng, (recording, stretch, fitted), stretch, world, 0.0, 0.0))
         except SimulationDiverged:
             continue  # it begins in the air: another stretch
     return made
@@ -69,12 +70,12 @@ def day(case: tuple[str, int]) -> str:
     law, seed = case
     own = []
     for made in runs_of(law, seed):
-        searcher = Searcher(setting_of(*made), lambda _fraction, _detail: None)
-        own.append(separate_fit(searcher, searcher.first()))
-    alone = [{each.name or "nothing": each.probability for each in weigh_day([one])}[law] for one in own]
-    together = weigh_day(own)
-    said = ", ".join(f"{each.name or 'nothing'} {each.probability:.2f}" for each in together if each.probability > 0.05)
-    return f"| {law} | {', '.join(f'{p:.2f}' for p in alone)} | {said} |"
+        problem = diagnosis_problem(*made)
+        own.append(separate_fit(problem, *first_fit(problem)))
+    alone = [{each.name or "nothing": each.probability for each in compare_for_day([one])}[law] for one in own]
+    together = compare_for_day(own)
+    listed = [f"{each.name or 'nothing'} {each.probability:.2f}" for each in together if each.probability > 0.05]
+    return f"| {law} | {', '.join(f'{p:.2f}' for p in alone)} | {', '.join(listed)} |"
 
 
 def main() -> None:

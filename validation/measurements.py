@@ -24,7 +24,7 @@ _MARGIN: Final = 0.3
 """s at both ends in which the insoles are not used: the simulated skier is still settling, splines end."""
 
 
-class Run(Protocol):
+class SimulatedRun(Protocol):
     """What is needed of a simulated run, full or reduced."""
 
     @property
@@ -65,7 +65,7 @@ class Measurements:
         """Instants of a block's values (s)."""
         return self.windows if block in ("load", "difference") else self.fixes
 
-    def predicted(self, model: Model, run: Run) -> Array:
+    def predicted(self, model: Model, run: SimulatedRun) -> Array:
         """(N,) what the instruments would say of a simulated run."""
         assert run.antenna is not None
         place = seen_by_gps(model, run.time, run.antenna, self.fixes)

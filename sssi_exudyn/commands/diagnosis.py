@@ -24,7 +24,7 @@ from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.validation.benchmark.known_answers import compared, read_truth
 from sssi_exudyn.validation.benchmark.run import base_of, run_benchmark
-from sssi_exudyn.validation.diagnosis.day import day_to_dict, weigh_day
+from sssi_exudyn.validation.diagnosis.day import compare_for_day, day_to_dict
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose as find_missing
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.diagnosis.search_result import SearchResult
@@ -51,8 +51,8 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SIL
             raise InputError(out / name, "", "two recordings would leave their results here", "rename one's folder")
     with folder_lock(out):
         found = {name: _diagnosed(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)}
-        with progress.stage("weigh together"):
-            weighed = weigh_day([each.separate_fit() for _, each in found.values()])
+        with progress.stage("compare together"):
+            weighed = compare_for_day([each.separate_fit() for _, each in found.values()])
         sentence = sentence_of_day(weighed, len(names), found[names[0]][1].model)
         hashes = {f"{name}/{file}": made for name, (files, _) in found.items() for file, made in files.items()}
         origin = provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0)
@@ -74,7 +74,7 @@ def _diagnosed(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, s
             )
         with progress.stage("diagnose") as stage:
             found = find_missing(
-                recording, motion, model_of(recording, motion), cache=Cache(out / CACHE), say=stage.advance
+                recording, motion, model_of(recording, motion), cache=Cache(out / CACHE), progress=stage.advance
             )
         assert found.result is not None
         errors = np.sqrt(np.diag(found.fit.covariance))

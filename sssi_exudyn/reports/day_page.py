@@ -4,47 +4,45 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
-from typing import Final
 from urllib.parse import quote
 
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.reports.html import document, grid
 from sssi_exudyn.reports.section import Markup, Section
-from sssi_exudyn.validation.diagnosis.day import Weighed
-from sssi_exudyn.validation.diagnosis.result import Alternative, Number
+from sssi_exudyn.validation.diagnosis.day import DayExplanation
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
+from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Alternative, Number
 from sssi_exudyn.validation.diagnosis.search_result import STANDS_OUT, SURE, WORTH_NAMING
-from sssi_exudyn.validation.diagnosis.sentences import doubt, saying
-
-_NOTHING: Final = "nothing"
+from sssi_exudyn.validation.diagnosis.sentences import list_alternatives
 
 
-def sentence_of_day(weighed: Sequence[Weighed], runs: int, model: Model) -> str:
+def sentence_of_day(explanations: Sequence[DayExplanation], runs: int, model: Model) -> str:
     """What acts on all runs alike, in one sentence: nothing, unless that is improbable as in a single diagnosis.
 
     model : of one of the runs
     """
-    nothing = next(each for each in weighed if not each.name)
-    best = nothing if nothing.probability > STANDS_OUT else weighed[0]
+    nothing = next(each for each in explanations if not each.name)
+    best = nothing if nothing.probability > STANDS_OUT else explanations[0]
     numbers = {name.partition(".")[2]: number for name, number in best.numbers.items()}
-    what = saying(best.name, numbers, model) if best.name else "nothing is missing that acts on all alike"
+    what = BY_NAME[best.name].sentence(numbers, model) if best.name else "nothing is missing that acts on all alike"
     others = [
-        Alternative(each.name or _NOTHING, each.probability)
-        for each in weighed
+        Alternative(each.name or NOTHING_MISSING, each.probability)
+        for each in explanations
         if each is not best and each.probability >= WORTH_NAMING
     ]
     unsure = best.name and best.probability < SURE and others
-    beside = f"; {doubt(best.name, others)}" if unsure else ""
+    beside = f"; {list_alternatives(best.name, others)}" if unsure else ""
     friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n {_around(numbers['mu_n'])}"
     return f"In {runs} runs together {what} ({best.probability:.0%} probable{beside}); {friction}."
 
 
-def day_page(names: Sequence[str], weighed: Sequence[Weighed], sentence: str) -> str:
+def day_page(names: Sequence[str], explanations: Sequence[DayExplanation], sentence: str) -> str:
     """The page: the sentence, every explanation with its numbers, and the way to each run's own page."""
     rows = [["", "probability", "log evidence", "numbers, 90 % intervals"]]
-    none = next(each.log_evidence for each in weighed if not each.name)
-    for each in weighed:
+    none = next(each.log_evidence for each in explanations if not each.name)
+    for each in explanations:
         said = "; ".join(f"{name} {_between(number)}" for name, number in each.numbers.items())
-        title = (each.name or _NOTHING).replace("_", " ")
+        title = (each.name or NOTHING_MISSING).replace("_", " ")
         rows.append([title, f"{each.probability:.1%}", f"{each.log_evidence - none:+.1f}", said])
     runs = "".join(f'<li><a href="{quote(name)}/report.html">{escape(name)}</a></li>\n' for name in names)
     sections = [

@@ -2,7 +2,7 @@
 
 It shares the recorded movements, the skeleton and the beams with the program, and nothing of the diagnosis: shapes of
 the concealed effects are other ones (ramps, smooth steps, half sines), steps are finer, snow is stiffer or softer than
-assumed, the capture is wrong joint by joint, and instruments have noise that remembers.
+assumed, the capture is wrong joint by joint, and instruments have autocorrelated noise.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.instruments.insoles import Insoles
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.validation.benchmark.concealed_terms import (
     OneSkiSlow,
     WorldBump,
@@ -43,6 +44,24 @@ from sssi_exudyn.validation.benchmark.concealed_terms import (
     WorldPush,
     WorldSlope,
 )
+from sssi_exudyn.validation.diagnosis.hypotheses.boot_cuff import LoadOnCuffs
+from sssi_exudyn.validation.diagnosis.hypotheses.drag_area import OtherDragArea
+from sssi_exudyn.validation.diagnosis.hypotheses.edge_dependent_friction import FrictionByEdge
+from sssi_exudyn.validation.diagnosis.hypotheses.gps_delay import GpsDelay
+from sssi_exudyn.validation.diagnosis.hypotheses.gps_jump import DisplacedFixes
+from sssi_exudyn.validation.diagnosis.hypotheses.gust import PassingGust
+from sssi_exudyn.validation.diagnosis.hypotheses.heading_drift import DriftingHeading
+from sssi_exudyn.validation.diagnosis.hypotheses.heading_misalignment import HeadingMisalignment
+from sssi_exudyn.validation.diagnosis.hypotheses.insole_gain import WrongInsoleGain
+from sssi_exudyn.validation.diagnosis.hypotheses.lever_arm import OtherLeverArm
+from sssi_exudyn.validation.diagnosis.hypotheses.load_dependent_friction import FrictionByLoad
+from sssi_exudyn.validation.diagnosis.hypotheses.pole_plant import PolePlants
+from sssi_exudyn.validation.diagnosis.hypotheses.slope_change import OtherInclination
+from sssi_exudyn.validation.diagnosis.hypotheses.snow_compaction import CompactedSnow
+from sssi_exudyn.validation.diagnosis.hypotheses.snow_patch import PatchOfSnow
+from sssi_exudyn.validation.diagnosis.hypotheses.speed_dependent_friction import FrictionBySpeed
+from sssi_exudyn.validation.diagnosis.hypotheses.terrain_bump import RollOrDip
+from sssi_exudyn.validation.diagnosis.hypotheses.wind import SteadyWind
 
 _ATTEMPTS: Final = 10
 STEP: Final = 0.004
@@ -99,16 +118,20 @@ class _Effect:
     truth: dict[str, float] | None = None
 
 
-Maker = Callable[[np.random.Generator, float, "_Scene"], _Effect]
+Maker = Callable[[np.random.Generator, float, "_PlainRun"], _Effect]
 
 
 @dataclass(frozen=True)
-class _Scene:
+class _PlainRun:
+    """A run with nothing concealed: begin, end and transitions (s), mean speed (m/s), and the place along the fall line
+    (m) at a time.
+    """
+
     begin: float
     end: float
     speed: float
     transitions: Array
-    passed: Callable[[float], float]
+    place_at: Callable[[float], float]
 
     def stretch(self, rng: np.random.Generator, least: float, most: float) -> tuple[float, float]:
         long = float(rng.uniform(least, most))
@@ -120,102 +143,102 @@ def _sign(rng: np.random.Generator) -> float:
     return float(rng.choice([-1.0, 1.0]))
 
 
-def _wind(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _wind(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     f, l = -2.5 * size * _sign(rng), float(rng.normal(0.0, 1.0))  # noqa: E741  the slope frame's name of the axis
     return _Effect((Wind(f, l),), truth={"w_f": f})
 
 
-def _gust(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
-    window = scene.stretch(rng, 1.5, 3.0)
+def _gust(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
+    window = plain.stretch(rng, 1.5, 3.0)
     turn = rng.uniform(0.0, 2.0 * np.pi)
     f, l = 4.0 * size * np.cos(turn), 4.0 * size * np.sin(turn)  # noqa: E741  the slope frame's name of the axis
     return _Effect((WorldGust(float(f), float(l), *window),), window=window, truth={"w_f": float(f), "w_l": float(l)})
 
 
-def _drag(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _drag(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     share = 0.35 * size * (1.0 if size > 1.0 else _sign(rng))
     return _Effect((DragArea(share),), truth={"share": share})
 
 
-def _patch(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
-    t0, t1 = scene.stretch(rng, 1.5, 3.0)
+def _patch(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
+    t0, t1 = plain.stretch(rng, 1.5, 3.0)
     delta = 0.025 * size
-    patch = WorldPatch(delta, scene.passed(t0), scene.passed(t1))
+    patch = WorldPatch(delta, plain.place_at(t0), plain.place_at(t1))
     return _Effect((patch,), window=(t0, t1), truth={"delta_mu_t": delta})
 
 
-def _speed(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _speed(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     b = 0.005 * size
-    return _Effect((SpeedDependentFriction(b, scene.speed),), truth={"b": b})
+    return _Effect((SpeedDependentFriction(b, plain.speed),), truth={"b": b})
 
 
-def _edge(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _edge(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     return _Effect((EdgeDependentFriction(0.08 * size, 0.3),), truth={"b": 0.08 * size})
 
 
-def _load(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _load(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     return _Effect((LoadDependentFriction(0.03 * size, 400.0),), truth={"b": 0.03 * size})
 
 
-def _compaction(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _compaction(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     return _Effect((SnowCompaction(5e3 * size),), truth={"c": 5e3 * size})
 
 
-def _slope(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
-    t0 = float(rng.uniform(scene.begin + 2.0, scene.end - 2.0))
+def _slope(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
+    t0 = float(rng.uniform(plain.begin + 2.0, plain.end - 2.0))
     delta = np.radians(0.6).item() * size * _sign(rng)
-    return _Effect((WorldSlope(delta, scene.passed(t0)),), window=(t0, scene.end), truth={"delta": delta})
+    return _Effect((WorldSlope(delta, plain.place_at(t0)),), window=(t0, plain.end), truth={"delta": delta})
 
 
-def _bump(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
-    t0 = float(rng.uniform(scene.begin + 2.0, scene.end - 2.0))
-    f0, reach, rise = scene.passed(t0), float(rng.uniform(6.0, 12.0)), 0.1 * size * _sign(rng)
-    return _Effect((WorldBump(rise, f0, reach),), window=(t0 - reach / scene.speed, t0 + reach / scene.speed), truth={})
+def _bump(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
+    t0 = float(rng.uniform(plain.begin + 2.0, plain.end - 2.0))
+    f0, reach, rise = plain.place_at(t0), float(rng.uniform(6.0, 12.0)), 0.1 * size * _sign(rng)
+    return _Effect((WorldBump(rise, f0, reach),), window=(t0 - reach / plain.speed, t0 + reach / plain.speed), truth={})
 
 
-def _poles(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _poles(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     forward, up = 6.0 * size, 4.0 * size
-    times = scene.transitions + rng.normal(0.0, 0.05, len(scene.transitions))
+    times = plain.transitions + rng.normal(0.0, 0.05, len(plain.transitions))
     return _Effect(tuple(WorldPole(forward, up, float(t)) for t in times), truth={"forward": forward})
 
 
-def _delay(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _delay(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     return _Effect(delay=0.04 * size, truth={"clock_offset": 0.04 * size})
 
 
-def _jump(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
-    window = scene.stretch(rng, 0.8, 2.5)
+def _jump(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
+    window = plain.stretch(rng, 0.8, 2.5)
     turn = rng.uniform(0.0, 2.0 * np.pi)
     x, y = 0.08 * size * np.cos(turn), 0.08 * size * np.sin(turn)
     return _Effect(sensors=(GpsJump(float(x), float(y), *window),), window=window, truth={"x": float(x), "y": float(y)})
 
 
-def _heading(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _heading(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     turn = np.radians(2.0).item() * size * _sign(rng)
     return _Effect(heading=turn, truth={"heading_offset": turn})
 
 
-def _drift(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _drift(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     rate = np.radians(0.25).item() * size * _sign(rng)
-    return _Effect(sensors=(HeadingDrift(rate, 0.5 * (scene.begin + scene.end)),), truth={"rate": rate})
+    return _Effect(sensors=(HeadingDrift(rate, 0.5 * (plain.begin + plain.end)),), truth={"rate": rate})
 
 
-def _lever(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _lever(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     arm = 0.1 * size * rng.normal(0.0, 1.0, 3) / np.sqrt(3.0)
     return _Effect(sensors=(LeverArm(*(float(x) for x in arm)),), truth={})
 
 
-def _gain(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _gain(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     left = 0.1 * size * _sign(rng)
     return _Effect(sensors=(InsoleGain(left, 0.0),), truth={"left": left})
 
 
-def _cuff(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _cuff(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     return _Effect(sensors=(BootCuff(0.06 * size),), truth={"share": 0.06 * size})
 
 
-def _push(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
-    window = scene.stretch(rng, 0.3, 0.8)
+def _push(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
+    window = plain.stretch(rng, 0.3, 0.8)
     turn = rng.uniform(0.0, 2.0 * np.pi)
     force = 60.0 * size
     return _Effect(
@@ -223,40 +246,41 @@ def _push(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
     )
 
 
-def _one_ski(rng: np.random.Generator, size: float, scene: _Scene) -> _Effect:
+def _one_ski(rng: np.random.Generator, size: float, plain: _PlainRun) -> _Effect:
     return _Effect((OneSkiSlow(0.03 * size, _sign(rng)),), truth={})
 
 
 PHYSICS: Final[dict[str, Maker]] = {
-    "wind": _wind,
-    "gust": _gust,
-    "drag_area": _drag,
-    "snow_patch": _patch,
-    "speed_dependent_friction": _speed,
-    "edge_dependent_friction": _edge,
-    "load_dependent_friction": _load,
-    "snow_compaction": _compaction,
-    "slope_change": _slope,
-    "terrain_bump": _bump,
-    "pole_plant": _poles,
+    SteadyWind.name: _wind,
+    PassingGust.name: _gust,
+    OtherDragArea.name: _drag,
+    PatchOfSnow.name: _patch,
+    FrictionBySpeed.name: _speed,
+    FrictionByEdge.name: _edge,
+    FrictionByLoad.name: _load,
+    CompactedSnow.name: _compaction,
+    OtherInclination.name: _slope,
+    RollOrDip.name: _bump,
+    PolePlants.name: _poles,
 }
+"""Makers of effects, by the names of the hypotheses that explain them."""
 SENSOR: Final[dict[str, Maker]] = {
-    "gps_delay": _delay,
-    "gps_jump": _jump,
-    "heading_misalignment": _heading,
-    "heading_drift": _drift,
-    "lever_arm": _lever,
-    "insole_gain": _gain,
-    "boot_cuff": _cuff,
+    GpsDelay.name: _delay,
+    DisplacedFixes.name: _jump,
+    HeadingMisalignment.name: _heading,
+    DriftingHeading.name: _drift,
+    OtherLeverArm.name: _lever,
+    WrongInsoleGain.name: _gain,
+    LoadOnCuffs.name: _cuff,
 }
 UNKNOWN: Final[dict[str, Maker]] = {"external_push": _push, "one_ski_slow": _one_ski}
 SIZES: Final = (0.5, 1.0, 2.0, 4.0)
 """The four strengths, as multiples of what each maker calls one."""
 _PAIRS: Final = (
-    ("snow_patch", "gps_jump"),
-    ("gust", "slope_change"),
-    ("snow_patch", "gust"),
-    ("slope_change", "gps_delay"),
+    (PatchOfSnow.name, DisplacedFixes.name),
+    (PassingGust.name, OtherInclination.name),
+    (PatchOfSnow.name, PassingGust.name),
+    (OtherInclination.name, GpsDelay.name),
 )
 
 
@@ -286,13 +310,13 @@ def make(index: int, planned: tuple[str, str, int], bases: list[Recorded], seed:
     """
     for attempt in range(_ATTEMPTS):
         try:
-            return _drawn(index, planned, bases, np.random.default_rng([seed, 1, index, attempt]))
+            return _draw(index, planned, bases, np.random.default_rng([seed, 1, index, attempt]))
         except SimulationDiverged as error:
             failure = error
     raise failure
 
 
-def _drawn(
+def _draw(
     index: int,
     planned: tuple[str, str, int],
     bases: list[Recorded],
@@ -304,10 +328,9 @@ def _drawn(
     begin = float(rng.uniform(motion.start, motion.stop - long))
     motion = replace(motion, start=begin, stop=begin + long)
     true = other_day(rng, recording, motion, fitted)
-    plain = simulate(replace(true, solver=replace(true.solver, step=0.01)), motion)
-    scene = _scene(plain.time, plain.com, plain.com_velocity, plain.edge_angle)
+    plain = _plain_run(simulate(replace(true, solver=replace(true.solver, step=0.01)), motion))
     effects = [
-        _maker(part)(rng, SIZES[strength] * float(rng.uniform(0.85, 1.15)), scene)
+        _maker(part)(rng, SIZES[strength] * float(rng.uniform(0.85, 1.15)), plain)
         for part in name.split("+")
         if part != "none"
     ]
@@ -316,7 +339,7 @@ def _drawn(
     world = replace(true, terms=(*true.terms, *terms), sensors=sensors)
     given = (replace(recording, name=f"case_{index:03d}"), motion, fitted)
     same_noise = deepcopy(rng)
-    made = recorded(rng, given, motion, world, sum(e.delay for e in effects), sum(e.heading for e in effects))
+    made = record(rng, given, motion, world, sum(e.delay for e in effects), sum(e.heading for e in effects))
     case = Case(
         index,
         recording.name,
@@ -326,21 +349,21 @@ def _drawn(
         effects[0].window if len(effects) == 1 else None,
         {k: v for e in effects for k, v in (e.truth or {}).items()} if len(effects) == 1 else {},
     )
-    return Made(case, *made, recorded(same_noise, given, motion, true, 0.0, 0.0) if effects else None)
+    return Made(case, *made, record(same_noise, given, motion, true, 0.0, 0.0) if effects else None)
 
 
-def recorded(
+def record(
     rng: np.random.Generator, given: Recorded, motion: Motion, world: Model, delay: float, heading: float
 ) -> Recorded:
     """A run of the world as its instruments and the capture have it."""
     recording, _, fitted = given
     run = simulate(world, motion)
     assert run.antenna is not None
-    gps = _gps(rng, recording, world.with_values({"start.clock_offset": delay}), run.time, run.antenna, motion)
-    insoles = _insoles(rng, recording, world, run.time, run.sole_force)
-    captured = _captured(rng, motion, heading)
+    gps = _record_gps(rng, recording, world.with_values({"start.clock_offset": delay}), run.time, run.antenna, motion)
+    insoles = _record_insoles(rng, recording, world, run.time, run.sole_force)
+    captured = _record_capture(rng, motion, heading)
     made = replace(recording, gps=gps, insoles=insoles)
-    return made, captured, _as_known(fitted, made, captured)
+    return made, captured, _model_as_known(fitted, made, captured)
 
 
 def _maker(name: str) -> Maker:
@@ -360,46 +383,50 @@ def other_day(rng: np.random.Generator, recording: Recording, motion: Motion, fi
     )
 
 
-def _as_known(fitted: Model, made: Recording, motion: Motion) -> Model:
+def _model_as_known(fitted: Model, made: Recording, motion: Motion) -> Model:
     """What the diagnosis knows of it: the paper's model with usual snow."""
     assert made.gps is not None
     start = first_guess(made.gps, motion, fitted.inclination, fitted.fall_line_azimuth)
     return replace(fitted, start=start)
 
 
-def _scene(time: Array, com: Array, velocity: Array, edge: Array) -> _Scene:
-    along = np.maximum.accumulate(com[:, 0])
-    mean = np.convolve(edge.mean(axis=1), np.ones(31) / 31.0, mode="same")
+def _plain_run(run: SimulationResult) -> _PlainRun:
+    """What makers of effects need of a run with nothing concealed."""
+    time = run.time
+    along = np.maximum.accumulate(run.com[:, 0])
+    mean = np.convolve(run.edge_angle.mean(axis=1), np.ones(31) / 31.0, mode="same")
     crossing = np.flatnonzero(np.diff(np.sign(mean)) != 0)
     inner = crossing[(time[crossing] > time[0] + 0.5) & (time[crossing] < time[-1] - 0.5)]
-    speed = float(np.mean(np.linalg.norm(velocity, axis=1)))
-    return _Scene(float(time[0]), float(time[-1]), speed, time[inner], lambda t: float(np.interp(t, time, along)))
+    speed = float(np.mean(np.linalg.norm(run.com_velocity, axis=1)))
+    return _PlainRun(float(time[0]), float(time[-1]), speed, time[inner], lambda t: float(np.interp(t, time, along)))
 
 
-def _remembering(rng: np.random.Generator, time: Array, sigma: float, memory: float) -> Array:
+def _autocorrelated_noise(rng: np.random.Generator, time: Array, sigma: float, correlation_time: float) -> Array:
     """(n,) noise with an exponential correlation."""
     out = np.empty(len(time))
     out[0] = rng.normal(0.0, sigma)
     for k, step in enumerate(np.diff(time)):
-        keep = np.exp(-step / memory)
+        keep = np.exp(-step / correlation_time)
         out[k + 1] = keep * out[k] + sigma * np.sqrt(1.0 - keep**2) * rng.normal()
     return out
 
 
-def _gps(
+def _record_gps(
     rng: np.random.Generator, recording: Recording, world: Model, time: Array, antenna: Array, motion: Motion
 ) -> Gps:
     assert recording.gps is not None
     fixes = np.arange(motion.start, motion.stop, 0.1)
-    sigma, memory = 0.02 * float(np.exp(rng.normal(0.0, 0.2))), float(rng.uniform(2.0, 5.0))
+    sigma, correlation_time = 0.02 * float(np.exp(rng.normal(0.0, 0.2))), float(rng.uniform(2.0, 5.0))
     place = seen_by_gps(world, time, antenna, fixes)
     for axis, factor in enumerate((1.0, 1.0, 1.3)):
-        place[:, axis] += _remembering(rng, fixes, factor * sigma, memory)
+        place[:, axis] += _autocorrelated_noise(rng, fixes, factor * sigma, correlation_time)
     enu = place @ level_to_enu(world.fall_line_azimuth).T
     return replace(recording.gps, time=fixes, enu=enu, sigma=np.full(len(fixes), 0.02), speed=None, course=None)
 
 
-def _insoles(rng: np.random.Generator, recording: Recording, world: Model, time: Array, sole: Array) -> Insoles | None:
+def _record_insoles(
+    rng: np.random.Generator, recording: Recording, world: Model, time: Array, sole: Array
+) -> Insoles | None:
     if recording.insoles is None:
         return None
     at = np.arange(time[0], time[-1], 0.02)
@@ -412,7 +439,7 @@ def _insoles(rng: np.random.Generator, recording: Recording, world: Model, time:
     return replace(recording.insoles, time=at, left=read[:, 0], right=read[:, 1], left_cells=cells, right_cells=cells)
 
 
-def _captured(rng: np.random.Generator, motion: Motion, heading: float) -> Motion:
+def _record_capture(rng: np.random.Generator, motion: Motion, heading: float) -> Motion:
     """The movement as a capture with errors in every joint has it, turned by ``heading``."""
     time = np.arange(motion.start - 0.2, motion.stop + 0.2, 1.0 / 60.0)
     time = time[(time >= motion.knots[0]) & (time <= motion.knots[-1])]

@@ -38,7 +38,7 @@ def compared(truth: Mapping[str, Mapping[str, Any]], said: Mapping[str, Mapping[
         findings: Sequence[Mapping[str, Any]] = told["findings"]
         names = [NOTHING] if not findings else [str(finding["name"]) for finding in findings]
         might = {str(other["name"]) for finding in findings for other in finding["alternatives"]}
-        unexplained = truth[name].get("kind") == "unexplained" and "unexplained_force" in names
+        unexplained = truth[name].get("kind") == "unexplained" and any(f["kind"] == "unexplained" for f in findings)
         right = "right" if hidden in names or unexplained else ("in the set" if hidden in might else "wrong")
         rows.append(
             {

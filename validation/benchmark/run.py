@@ -32,10 +32,10 @@ from sssi_exudyn.runtime.workers import end_with_parent
 from sssi_exudyn.simulation.reduced import prepare
 from sssi_exudyn.validation.benchmark.cases import Case, Made, Recorded, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page
-from sssi_exudyn.validation.benchmark.scores import STRONG, scored
-from sssi_exudyn.validation.diagnosis.diagnose import diagnose, figures_as_it_is
-from sssi_exudyn.validation.diagnosis.evidence import Account, log_factors
-from sssi_exudyn.validation.diagnosis.hypotheses import BY_NAME, HYPOTHESES
+from sssi_exudyn.validation.benchmark.scores import STRONG, score
+from sssi_exudyn.validation.diagnosis.diagnose import diagnose, figures_without_findings
+from sssi_exudyn.validation.diagnosis.evidence import log_factors
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.search import Round
 from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
@@ -52,7 +52,7 @@ def base_of(recording: Recording, motion: Motion, model: Model) -> Recorded:
     return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 
 
-def sealed(folder: Path, cases: Sequence[Case]) -> str:
+def seal(folder: Path, cases: Sequence[Case]) -> str:
     """Write the answers and their hash; the hash.  Raises ValueError where other answers are sealed there already."""
     text = to_json([asdict(case) for case in cases])
     digest = hashlib.sha256(text.encode()).hexdigest()
@@ -64,7 +64,7 @@ def sealed(folder: Path, cases: Sequence[Case]) -> str:
     return digest
 
 
-def judged_case(made: Made, *, full: bool) -> dict[str, Any]:
+def diagnose_case(made: Made, *, full: bool) -> dict[str, Any]:
     """Diagnose one case; what it said, with what baselines and oracle say of it."""
     try:
         found = diagnose(made.recording, made.motion, made.model, full=full)
@@ -79,21 +79,21 @@ def judged_case(made: Made, *, full: bool) -> dict[str, Any]:
         "said": to_plain(found.diagnosis),
         "friction": {k: found.model.value(f"friction.{k}") for k in ("mu_t", "mu_n")},
         "held_out_m": found.figures[-1].held_out_error,
-        "held_out_plain_m": figures_as_it_is(*made.plain).held_out_error if made.plain and clear else None,
+        "held_out_plain_m": figures_without_findings(*made.plain).held_out_error if made.plain and clear else None,
         **_baselines(first),
         "oracle": oracle,
     }
 
 
-def _baselines(weighed: Round) -> dict[str, str]:
+def _baselines(searched: Round) -> dict[str, str]:
     """Names that white-noise BIC and the best fit in sample give, by the same linear responses."""
-    account = weighed.account
-    count = len(account.residual)
+    linear = searched.linear
+    count = len(linear.residual)
     scale = np.ones(count)
-    for place in account.measurements.blocks.values():
+    for place in linear.measurements.blocks.values():
         if place.stop > place.start:
-            scale[place] = np.std(account.residual[place]) or 1.0
-    y, x = account.residual / scale, account.free.columns / scale[:, None]
+            scale[place] = np.std(linear.residual[place]) or 1.0
+    y, x = linear.residual / scale, linear.free.columns / scale[:, None]
 
     def left(columns: Array) -> float:
         table = np.column_stack([x, columns / scale[:, None]])
@@ -103,30 +103,29 @@ def _baselines(weighed: Round) -> dict[str, str]:
     nothing = left(np.zeros((count, 0)))
     best_bic, best_fit = ("none", count * np.log(nothing)), ("none", nothing)
     for hypothesis in HYPOTHESES:
-        verdict = next((v for v in weighed.verdicts if v.name == hypothesis.name), None)
-        if verdict is None or verdict.candidate is None:
+        explanation = next((v for v in searched.explanations if v.name == hypothesis.name), None)
+        if explanation is None or explanation.candidate is None:
             continue
-        columns = verdict.candidate.free.columns
+        columns = explanation.candidate.free.columns
         remains = left(columns)
-        places = len(verdict.candidate.places)
+        places = len(explanation.candidate.places)
         bic = count * np.log(remains) + (columns.shape[1] + places) * np.log(count)
         best_bic = min(best_bic, (hypothesis.name, bic), key=lambda each: each[1])
         best_fit = min(best_fit, (hypothesis.name, remains), key=lambda each: each[1])
     return {"bic": best_bic[0], "in_sample": best_fit[0]}
 
 
-def _oracle(case: Case, found: SearchResult, weighed: Round) -> float | None:
+def _oracle(case: Case, found: SearchResult, searched: Round) -> float | None:
     """How many standard errors strong the effect is to one who knows its form: root of twice the log likelihood ratio
     of the best candidate of its name.  None where the program has no such name.
     """
     hypothesis = BY_NAME.get(case.name)
     if hypothesis is None:
         return None
-    candidates = hypothesis.candidates(weighed.scene, weighed.responses[hypothesis.name])
-    account: Account = weighed.account
+    candidates = hypothesis.candidates(searched.fitted, searched.responses[hypothesis.name])
     if not candidates:
         return None
-    best = float(np.max(log_factors(account, found.noise, [c.free for c in candidates])))
+    best = float(np.max(log_factors(searched.linear, found.noise, [c.free for c in candidates])))
     return float(np.sqrt(max(0.0, 2.0 * best)))
 
 
@@ -139,19 +138,19 @@ def run_benchmark(
     planned = plan(count, seed)
     cases: dict[int, Case] = {}
     with ProcessPoolExecutor(workers, get_context("spawn"), _prepare_worker, (bases, seed, full, folder)) as pool:
-        making = [pool.submit(_made, index, each) for index, each in enumerate(planned)]
+        making = [pool.submit(_make, index, each) for index, each in enumerate(planned)]
         for future in as_completed(making):
             case = future.result()
             cases[case.index] = case
             say(len(cases) / count, f"made {len(cases)} of {count}")
         ordered = [cases[index] for index in range(count)]
-        digest = sealed(folder, ordered)
-        judging = [pool.submit(_judged, index) for index in range(count)]
-        for number, each in enumerate(as_completed(judging), 1):
+        digest = seal(folder, ordered)
+        diagnosing = [pool.submit(_diagnose, index) for index in range(count)]
+        for number, each in enumerate(as_completed(diagnosing), 1):
             each.result()
-            say(number / count, f"judged {number} of {count}")
+            say(number / count, f"diagnosed {number} of {count}")
     done = [json.loads(_case_file(folder, index).read_text(encoding="utf-8")) for index in range(count)]
-    scores = scored(ordered, done)
+    scores = score(ordered, done)
     scores["seal"] = digest
     write_atomically(folder / "scores.json", to_json(scores))
     write_atomically(folder / "scores.md", benchmark_page(scores))
@@ -172,27 +171,27 @@ def _case_file(folder: Path, index: int) -> Path:
     return folder / f"case_{index:03d}.json"
 
 
-def _made(index: int, planned: tuple[str, str, int]) -> Case:
-    """Make a case and keep it for its judge; made before, it is taken as it was."""
+def _make(index: int, planned: tuple[str, str, int]) -> Case:
+    """Make a case and keep it for its diagnosis; one that was made before is read."""
     bases, seed, _, folder = _given
     path = folder / "made" / f"{index:03d}.pickle"
     if path.exists():
-        return _kept(path).case
+        return _read_case(path).case
     made = make(index, planned, bases, seed)
     path.parent.mkdir(exist_ok=True)
     write_atomically(path, pickle.dumps(made))
     return made.case
 
 
-def _kept(path: Path) -> Made:
+def _read_case(path: Path) -> Made:
     made = pickle.loads(path.read_bytes())  # this program's own, of this run
     assert isinstance(made, Made)
     return made
 
 
-def _judged(index: int) -> None:
+def _diagnose(index: int) -> None:
     _, _, full, folder = _given
     path = _case_file(folder, index)
     if not path.exists():
-        made = _kept(folder / "made" / f"{index:03d}.pickle")
-        write_atomically(path, to_json(judged_case(made, full=index < full)))
+        made = _read_case(folder / "made" / f"{index:03d}.pickle")
+        write_atomically(path, to_json(diagnose_case(made, full=index < full)))

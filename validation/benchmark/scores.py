@@ -45,7 +45,7 @@ def _named(said: Mapping[str, Any]) -> list[set[str]]:
     return sets
 
 
-def scored(cases: Sequence[Case], done: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def score(cases: Sequence[Case], done: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """All figures from the answers and what was said."""
     rows = [(case, each) for case, each in zip(cases, done, strict=True) if "failed" not in each]
     nothing = [(c, d) for c, d in rows if c.kind == "none"]

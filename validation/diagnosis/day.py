@@ -1,7 +1,7 @@
-"""Several runs of one day weighed together: the same snow, the same air, each its own path.
+"""Several runs of one day compared together: the same snow, the same air, each its own path.
 
-What one run cannot tell apart, several may: friction and drag take the same speed from one run, but not from a slow and
-a fast one.  Friction along and across the ski is one number for all runs, and so is the strength of whatever acts
+What one run cannot distinguish, several may: friction and drag take the same speed from one run, but not from a slow
+and a fast one.  Friction along and across the ski is one number for all runs, and so is the strength of whatever acts
 everywhere; starts, headings, mountings and the capture's errors are each run's own.
 """
 
@@ -16,31 +16,32 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.evidence import Account, Freedom, NoiseLevels, log_volume, whitened
-from sssi_exudyn.validation.diagnosis.hypotheses import OF_A_DAY
-from sssi_exudyn.validation.diagnosis.hypothesis import added
-from sssi_exudyn.validation.diagnosis.result import Number
-from sssi_exudyn.validation.diagnosis.search import INTERVAL_90, SIZES, probabilities, responses_of
+from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, NoiseLevels, log_volume, whitened
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
+from sssi_exudyn.validation.diagnosis.hypothesis import add_part
+from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, SIZES, probabilities
+from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Number
+from sssi_exudyn.validation.diagnosis.search import responses_of
 from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
 
 SHARED: Final = ("friction.mu_t", "friction.mu_n")
 
 
 @dataclass(frozen=True)
-class Run:
-    """One run as the day sees it.
+class DayRun:
+    """What is needed of one run.
 
-    account : about its fit without anything that all share;  levels : its noise
-    shared : columns of the account's freedom that are the day's numbers, in the order of ``SHARED``
+    linear : about its fit without anything that all share;  levels : its noise
+    shared : columns of the linear model's freedom that are the day's numbers, in the order of ``SHARED``
     """
 
-    account: Account
+    linear: LinearModel
     levels: NoiseLevels
     shared: tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class Weighed:
+class DayExplanation:
     """An explanation of the whole day, "" for nothing, and its numbers, those of friction first."""
 
     name: str
@@ -49,49 +50,49 @@ class Weighed:
     numbers: dict[str, Number]
 
 
-def together(runs: Sequence[Run], extra: Sequence[Freedom] | None = None) -> tuple[float, Array, Array]:
+def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = None) -> tuple[float, Array, Array]:
     """Log evidence of all runs, with what ``extra`` (one a run, of the same scales) adds in common; and the most
     probable shared numbers with their standard deviations: those of ``SHARED``, then the extra ones.
     """
     rows, shared, own, volume = [], [], [], 0.0
     for i, run in enumerate(runs):
-        account = run.account
-        free = account.free.with_more(account.capture, np.full(account.capture.shape[1], run.levels.capture))
+        linear = run.linear
+        free = linear.free.with_more(linear.capture, np.full(linear.capture.shape[1], run.levels.capture))
         columns = free.columns * free.scales
         common = columns[:, list(run.shared)]
         if extra is not None:
             common = np.hstack([common, extra[i].columns * extra[i].scales])
         apart = np.delete(columns, list(run.shared), axis=1)
-        table = whitened(account, run.levels, np.column_stack([account.residual, common, apart]))
+        table = whitened(linear, run.levels, np.column_stack([linear.residual, common, apart]))
         rows.append(table[:, 0])
         shared.append(table[:, 1 : 1 + common.shape[1]])
         own.append(table[:, 1 + common.shape[1] :])
-        volume += log_volume(account, run.levels)
+        volume += log_volume(linear, run.levels)
     y, x = np.concatenate(rows), np.hstack([np.vstack(shared), block_diag(*own)])
     factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
     along = x.T @ y
     found = cho_solve(factor, along)
     evidence = -0.5 * float(y @ y - along @ found) - float(np.sum(np.log(np.diag(factor[0])))) - volume
     count = shared[0].shape[1]
-    first = runs[0].account.free.scales[list(runs[0].shared)]
+    first = runs[0].linear.free.scales[list(runs[0].shared)]
     scales = first if extra is None else np.concatenate([first, extra[0].scales])
     inverse = cho_solve(factor, np.eye(x.shape[1])[:, :count])
     return evidence, scales * found[:count], scales * np.sqrt(np.diag(inverse[:count]))
 
 
-def run_of(own: SeparateFit) -> Run:
+def day_run(own: SeparateFit) -> DayRun:
     """What the day needs of a run."""
     names = [p.names[0] for p in own.fit.parameters]
-    mounting = own.account.free.columns.shape[1] - len(names)  # those of the instruments' mounting come first
-    return Run(own.account, own.levels, tuple(mounting + names.index(name) for name in SHARED))
+    mounting = own.linear.free.columns.shape[1] - len(names)  # those of the instruments' mounting come first
+    return DayRun(own.linear, own.levels, tuple(mounting + names.index(name) for name in SHARED))
 
 
-def weigh_day(runs_alone: Sequence[SeparateFit]) -> list[Weighed]:
+def compare_for_day(runs_alone: Sequence[SeparateFit]) -> list[DayExplanation]:
     """Everything that can act on all runs alike, and nothing, the most probable first.
 
     What was found in one run alone, a gust or a late clock, stays with it.
     """
-    runs = [run_of(each) for each in runs_alone]
+    runs = [day_run(each) for each in runs_alone]
     first = runs_alone[0]
     known = {p.names[0]: p.prior.mean for p in first.fit.parameters if p.names[0] in SHARED}
 
@@ -103,23 +104,26 @@ def weigh_day(runs_alone: Sequence[SeparateFit]) -> list[Weighed]:
             for name, value, h in zip(names, found, half, strict=True)
         }
 
-    evidence, values, errors = together(runs)
+    evidence, values, errors = joint_evidence(runs)
     found = [("", evidence, numbers(first.fit.model, SHARED, values, errors))]
-    for hypothesis in OF_A_DAY:
-        part = hypothesis.part(first.scene)  # one law for all: the speed, edge or load that it refers to is the same
-        responses = [responses_of(each.scene, hypothesis.holding(each.scene.model, part)) for each in runs_alone]
-        usual = np.array(list(hypothesis.scales.values()))
-        by_size = [together(runs, [Freedom(r, size * usual) for r in responses]) for size in SIZES]
+    for hypothesis in STEADY_LAWS:
+        part = hypothesis.part(first.fitted)  # one law for all: the speed, edge or load that it refers to is the same
+        responses = [responses_of(each.fitted, hypothesis.probes_of(each.fitted.model, part)) for each in runs_alone]
+        usual = hypothesis.scales
+        by_size = [joint_evidence(runs, [Freedom(r, size * usual) for r in responses]) for size in SIZES]
         total = float(np.logaddexp.reduce([each[0] for each in by_size]) - np.log(len(SIZES)))
         _, values, errors = max(by_size, key=lambda each: each[0])
-        names = (*SHARED, *(f"{hypothesis.name}.{key}" for key in hypothesis.scales))
-        found.append((hypothesis.name, total, numbers(added(first.fit.model, part), names, values, errors)))
+        names = (*SHARED, *(f"{hypothesis.name}.{key}" for key, _ in hypothesis.amplitudes))
+        found.append((hypothesis.name, total, numbers(add_part(first.fit.model, part), names, values, errors)))
     odds = probabilities([name for name, _, _ in found], np.array([total for _, total, _ in found]))
-    weighed = [Weighed(name, float(p), total, each) for p, (name, total, each) in zip(odds, found, strict=True)]
-    return sorted(weighed, key=lambda each: -each.probability)
+    explanations = [
+        DayExplanation(name, float(probability), evidence, fitted)
+        for probability, (name, evidence, fitted) in zip(odds, found, strict=True)
+    ]
+    return sorted(explanations, key=lambda each: -each.probability)
 
 
-def day_to_dict(names: Sequence[str], weighed: Sequence[Weighed], sentence: str) -> dict[str, Any]:
+def day_to_dict(names: Sequence[str], explanations: Sequence[DayExplanation], sentence: str) -> dict[str, Any]:
     """The answer as ``day.json`` holds it."""
     return {
         "format": 1,
@@ -127,11 +131,11 @@ def day_to_dict(names: Sequence[str], weighed: Sequence[Weighed], sentence: str)
         "sentence": sentence,
         "explanations": [
             {
-                "name": each.name or "nothing",
+                "name": each.name or NOTHING_MISSING,
                 "probability": each.probability,
                 "log_evidence": each.log_evidence,
                 "numbers": {name: asdict(number) for name, number in each.numbers.items()},
             }
-            for each in weighed
+            for each in explanations
         ],
     }

@@ -12,10 +12,14 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import whiten
 from sssi_exudyn.validation.diagnosis.evidence import NoiseLevels, Whitener
 from sssi_exudyn.validation.diagnosis.held_out import folds_of, held_out_error, held_out_errors, misfit, track_error
-from sssi_exudyn.validation.diagnosis.hypotheses import BY_NAME
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
+from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.missing_force import MissingForce, missing_force, placebos
+from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90
+from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.result import (
+    NOTHING_MISSING,
     Alternative,
     Change,
     Diagnosis,
@@ -35,35 +39,37 @@ from sssi_exudyn.validation.diagnosis.result import (
     Vector,
     Where,
 )
-from sssi_exudyn.validation.diagnosis.search import INTERVAL_90, Round, Searcher, Verdict
+from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search_result import SURE, WORTH_NAMING, Figures
 from sssi_exudyn.validation.diagnosis.sentences import sentence_of
+from sssi_exudyn.validation.diagnosis.state import State, fit_track
 from sssi_exudyn.validation.measurements import Measurements
 
-Accepted = tuple[Round, Verdict, Refit]
+Accepted = tuple[Round, Explanation, Refit]
 """A round, what was taken of it, and the fit with it."""
 
 
 def describe(
     recording: str,
-    searcher: Searcher,
+    problem: DiagnosisProblem,
+    state: State,
     first: Refit,
     final: Refit,
     rounds: Sequence[Round],
     accepted: Sequence[Accepted],
 ) -> tuple[Diagnosis, tuple[Figures, ...]]:
     """The diagnosis of a recording of that name, and the figures of the fit without anything and with each finding."""
-    measurements = searcher.setting.measurements
-    tracks = [searcher.of_the_track(fit) for fit in (first, *(fit for _, _, fit in accepted))]
-    folds = folds_of(measurements, rounds[0].scene.transitions)
-    figures = figures_of(searcher, tracks, folds)
+    measurements = problem.measurements
+    tracks = [fit_track(problem, state, fit) for fit in (first, *(fit for _, _, fit in accepted))]
+    folds = folds_of(measurements, rounds[0].fitted.transitions)
+    figures = figures_of(problem, state, tracks, folds)
     before, after = (
-        missing_force(each.account, searcher.levels, each.scene, each.responses["unexplained_force"])
+        missing_force(each.linear, state.levels, each.fitted, each.responses[LATENT_FORCE.name])
         for each in (rounds[0], rounds[-1])
     )
     findings = []
     for (each, best, _), (fit, _), worse, better in zip(accepted, tracks[:-1], figures[:-1], figures[1:], strict=True):
-        columns = placebos(each.scene, each.responses["unexplained_force"])
+        columns = placebos(each.fitted, each.responses[LATENT_FORCE.name])
         residual = measurements.measured - fit.predicted
         errors = held_out_errors(fit, residual, measurements, tracks[-1][1], folds, columns)
         findings.append(_finding(each, best, final, before, _evidence(worse, better, errors)))
@@ -75,8 +81,8 @@ def describe(
         sentence=sentence_of(verdict, findings, first.model, final.model, figures[0], figures[-1]),
         findings=tuple(findings),
         friction=FrictionChange(_friction(first), _friction(final)),
-        noise=_noise(searcher.levels),
-        weighed=tuple(tuple(_posterior(v) for v in each.verdicts) for each in rounds),
+        noise=_noise(state.levels),
+        weighed=tuple(tuple(_posterior(v) for v in each.explanations) for each in rounds),
         stands_out=tuple(
             Stretch(begin, end, _vector(before.impulse((begin, end)))) for begin, end in before.stretches()
         ),
@@ -87,10 +93,10 @@ def describe(
 
 
 def figures_of(
-    searcher: Searcher, tracks: Sequence[tuple[Refit, Whitener]], folds: list[tuple[float, float]]
+    problem: DiagnosisProblem, state: State, tracks: Sequence[tuple[Refit, Whitener]], folds: list[tuple[float, float]]
 ) -> list[Figures]:
     """Of each fit of the track; the noise of all of them is what the last of them leaves."""
-    measurements, covariance = searcher.setting.measurements, tracks[-1][1]
+    measurements, covariance = problem.measurements, tracks[-1][1]
 
     def figures(fit: Refit) -> Figures:
         residual = measurements.measured - fit.predicted
@@ -98,7 +104,7 @@ def figures_of(
             track_error(residual, measurements),
             held_out_error(fit, residual, measurements, covariance, folds),
             misfit(residual, measurements, covariance, len(fit.values)),
-            _memory(residual, measurements, searcher.levels),
+            _memory(residual, measurements, state.levels),
         )
 
     return [figures(fit) for fit, _ in tracks]
@@ -112,28 +118,32 @@ def _verdict(findings: Sequence[Finding]) -> Outcome:
     return "explained" if all(f.probability >= SURE for f in findings) else "ambiguous"
 
 
-def _finding(weighed: Round, verdict: Verdict, final: Refit, missing: MissingForce, evidence: Evidence) -> Finding:
-    candidate, kind = verdict.candidate, BY_NAME[verdict.name].kind
+def _finding(
+    searched: Round, explanation: Explanation, final: Refit, missing: MissingForce, evidence: Evidence
+) -> Finding:
+    hypothesis, candidate = BY_NAME[explanation.name], explanation.candidate
     assert candidate is not None
     numbers: dict[str, Number] = {}
     for names in (*candidate.amplitudes, *((name,) for name in candidate.places)):
         value, low, high = final.interval(names[0], INTERVAL_90)
         numbers[names[0].partition(".")[2]] = Number(value, low, high, final.model.about(names[0]).unit)
-    window = _window(candidate.window, numbers, weighed)
-    acting = window or (float(weighed.scene.run.time[0]), float(weighed.scene.run.time[-1]))
+    fitted = searched.fitted
+    window = hypothesis.window(fitted, candidate, numbers)
+    acting = window or (float(fitted.run.time[0]), float(fitted.run.time[-1]))
     return Finding(
-        kind=kind,
-        name=verdict.name,
-        probability=verdict.probability,
+        kind=hypothesis.kind,
+        name=hypothesis.name,
+        probability=explanation.probability,
         alternatives=tuple(
-            Alternative(v.name or "nothing", v.probability)
-            for v in weighed.verdicts
-            if v is not verdict and v.probability >= WORTH_NAMING
+            Alternative(other.name or NOTHING_MISSING, other.probability)
+            for other in searched.explanations
+            if other is not explanation and other.probability >= WORTH_NAMING
         ),
-        where=None if window is None else _where(window, weighed),
+        where=None if window is None else _where(window, fitted),
         parameters=numbers,
-        impulse_Ns=_vector(missing.impulse(acting)) if kind != "sensor" else (0.0, 0.0, 0.0),
+        impulse_Ns=_vector(missing.impulse(acting)) if hypothesis.kind != "sensor" else (0.0, 0.0, 0.0),
         evidence=evidence,
+        caption=hypothesis.caption,
     )
 
 
@@ -145,34 +155,15 @@ def _evidence(before: Figures, after: Figures, placebo_errors: Array) -> Evidenc
         placebo_held_out_error_m=Placebos(
             float(np.min(placebo_errors)), float(np.median(placebo_errors)), tuple(placebo_errors.tolist())
         ),
-        residual_memory=Change(before.whiteness, after.whiteness),
+        residual_memory=Change(before.residual_memory, after.residual_memory),
     )
 
 
-def _window(
-    sought: tuple[float, float] | None, numbers: dict[str, Number], weighed: Round
-) -> tuple[float, float] | None:
-    """When the finding acts, by its fitted places where it has some."""
-    if sought is None:
-        return None
-    scene = weighed.scene
-    if "t0" in numbers:
-        return numbers["t0"].value, numbers["t1"].value
-    if "f1" in numbers:
-        return scene.passed(numbers["f0"].value), scene.passed(numbers["f1"].value)
-    if "f0" in numbers:
-        f0, reach = numbers["f0"].value, 2.0 * numbers["width"].value
-        if "delta" in numbers:
-            return scene.passed(f0), float(scene.run.time[-1])
-        return scene.passed(f0 - reach), scene.passed(f0 + reach)
-    return sought
-
-
-def _where(window: tuple[float, float], weighed: Round) -> Where:
-    run = weighed.scene.run
+def _where(window: tuple[float, float], fitted: FittedRun) -> Where:
+    run = fitted.run
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(run.com, axis=0), axis=1))])
     distance = [float(np.interp(t, run.time, way)) for t in window]
-    edges = np.concatenate([[run.time[0]], weighed.scene.transitions, [run.time[-1]]])
+    edges = np.concatenate([[run.time[0]], fitted.transitions, [run.time[-1]]])
     met = set()
     for begin, end in itertools.pairwise(edges):
         third = (end - begin) / 3.0
@@ -206,9 +197,10 @@ def _noise(levels: NoiseLevels) -> Noise:
     )
 
 
-def _posterior(verdict: Verdict) -> Posterior:
-    evidence = verdict.log_evidence if np.isfinite(verdict.log_evidence) else None
-    return Posterior(verdict.name or "nothing", verdict.probability, evidence, bool(verdict.name and verdict.fit))
+def _posterior(explanation: Explanation) -> Posterior:
+    evidence = explanation.log_evidence if np.isfinite(explanation.log_evidence) else None
+    refitted = bool(explanation.name) and explanation.fit is not None
+    return Posterior(explanation.name or NOTHING_MISSING, explanation.probability, evidence, refitted)
 
 
 def _over_time(missing: MissingForce) -> ForceOverTime:

@@ -1,4 +1,4 @@
-"""Where a recording and its simulation part, what physics was left out, the extended model, and the proof.
+"""Where a recording and its simulation differ, what physics was left out, the extended model, and the evidence for it.
 
 ``diagnose`` is the whole of it; the ``diagnosis`` in what it gives is what ``diagnosis.json`` holds.
 """
@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Final
 
@@ -16,14 +17,27 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.validation.diagnosis.description import Accepted, describe, figures_of
 from sssi_exudyn.validation.diagnosis.held_out import folds_of
-from sssi_exudyn.validation.diagnosis.hypotheses import OF_A_DAY
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
+from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Progress, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.refit import Refit
-from sssi_exudyn.validation.diagnosis.search import Progress, Searcher, setting_of
+from sssi_exudyn.validation.diagnosis.search import compare_hypotheses
 from sssi_exudyn.validation.diagnosis.search_result import STANDS_OUT, Figures, SearchResult, SeparateFit
+from sssi_exudyn.validation.diagnosis.state import (
+    State,
+    confirm,
+    first_fit,
+    fit_track,
+    fitted_run,
+    linear_model,
+    remove,
+    settle,
+)
 
 MOST_FINDINGS: Final = 3
 ONCE_MORE: Final = 0.05
-"""The same once something has been found: a second finding has to be more certain, as the first is no exact model."""
+"""The same as ``STANDS_OUT`` once something has been found: a second finding has to be more certain, as the first is no
+exact model.
+"""
 
 
 def diagnose(
@@ -33,22 +47,23 @@ def diagnose(
     *,
     full: bool = True,
     cache: Cache | None = None,
-    say: Progress = lambda _fraction, _detail: None,
+    progress: Progress = lambda _share, _detail: None,
 ) -> SearchResult:
     """Find what is missing from ``model`` to explain the recording.
 
-    With ``full`` every fit is confirmed by the full model; without, all is judged by the reduced one.
+    With ``full`` every fit is confirmed by the full model; without, the reduced one is used throughout.
 
     Raises ValueError without a GPS, and SimulationDiverged when the model cannot be simulated.
     """
-    searcher = Searcher(setting_of(recording, motion, model), say, cache)
-    first = base = searcher.first()
+    problem = diagnosis_problem(recording, motion, model, progress, cache)
+    state, base = first_fit(problem)
     result = None
     if full:
-        say(None, "the full model")
-        base, result = searcher.confirmed(base)
-        first = base
-    rounds = [searcher.round(base)]
+        progress(None, "the full model")
+        state, base, result = confirm(problem, state, base)
+    first = base
+    rounds = [compare_hypotheses(problem, state, base)]
+    state = replace(state, first_evidence=rounds[0].nothing.log_evidence)
     accepted: list[Accepted] = []
     while len(accepted) < MOST_FINDINGS:
         latest = rounds[-1]
@@ -56,93 +71,94 @@ def diagnose(
         best = latest.best
         if latest.nothing.probability > allowed or best.fit is None:
             break
-        as_it_was, run = (searcher.levels, searcher.beyond), result
-        searcher.levels = best.levels
         try:
-            found = searcher.settled(best.fit)
+            following, found = settle(problem, replace(state, levels=best.levels), best.fit)
+            run = result
             if full:
-                say(None, f"the full model with {best.name}")
-                found, run = searcher.confirmed(found)
-            rounds.append(searcher.round(found))
+                progress(None, f"the full model with {best.name}")
+                following, found, run = confirm(problem, following, found)
+            rounds.append(compare_hypotheses(problem, following, found))
         except SimulationDiverged as error:
-            say(None, f"nothing more is looked for: with {best.name} {error}")
-            searcher.levels, searcher.beyond = as_it_was
+            progress(None, f"the search ends: with {best.name} {error}")
             break
-        base, result = found, run
+        state, base, result = following, found, run
         accepted.append((latest, best, base))
     if len(accepted) > 1:
-        names = [verdict.name for _, verdict, _ in accepted]
-        levels = searcher.levels
+        names = sorted(explanation.name for _, explanation, _ in accepted)
         try:
-            accepted = _weighed_again(searcher, accepted)
+            state, accepted = _compare_again(problem, state, accepted)
         except SimulationDiverged as error:
-            say(None, f"what was found is not weighed again: {error}")
-            searcher.levels = levels
+            progress(None, f"findings are not compared again: {error}")
         base = accepted[-1][2] if accepted else first
         if full:
-            say(None, "the full model with all that was found")
-            base, result = searcher.confirmed(base)
+            progress(None, "the full model with all findings")
+            state, base, result = confirm(problem, state, base)
             accepted[-1:] = [(*each[:2], base) for each in accepted[-1:]]
-        if sorted(names) != sorted(verdict.name for _, verdict, _ in accepted):
-            rounds.append(searcher.round(base))
-    diagnosis, figures = describe(recording.name, searcher, first, base, rounds, accepted)
+        if names != sorted(explanation.name for _, explanation, _ in accepted):
+            rounds.append(compare_hypotheses(problem, state, base))
+    diagnosis, figures = describe(recording.name, problem, state, first, base, rounds, accepted)
     return SearchResult(
         diagnosis=diagnosis,
         first=first,
         fit=base,
         result=result,
-        noise=searcher.levels,
+        noise=state.levels,
         rounds=tuple(rounds),
         figures=figures,
-        separate_fit=partial(separate_fit, searcher, base, accepted),
+        separate_fit=partial(separate_fit, problem, state, base, accepted),
     )
 
 
-def _weighed_again(searcher: Searcher, accepted: list[Accepted]) -> list[Accepted]:
-    """Every finding weighed again beside the others; the last only when one of them has become another.
+def _compare_again(
+    problem: DiagnosisProblem, state: State, accepted: Sequence[Accepted]
+) -> tuple[State, list[Accepted]]:
+    """Every finding compared again with all hypotheses beside the other findings; the last only when one of them has
+    become another.
 
-    What was said first was said while the others were still hidden: it may have stood for one of them, and its
+    The first finding was made while the others were still hidden: it may have stood for one of them, and its
     probability and its alternatives were those of a mixture.  What is superfluous beside the others goes.
     """
-    said = [verdict for _, verdict, _ in accepted]
-    names = sorted(verdict.name for verdict in said)
-    for verdict in said:
-        if verdict is said[-1] and sorted(each.name for _, each, _ in accepted) == names:
+    accepted = list(accepted)
+    explanations = [explanation for _, explanation, _ in accepted]
+    names = sorted(explanation.name for explanation in explanations)
+    for explanation in explanations:
+        if explanation is explanations[-1] and sorted(each.name for _, each, _ in accepted) == names:
             break
-        candidate = verdict.candidate
-        at = next(i for i, (_, each, _) in enumerate(accepted) if each is verdict)
-        if candidate is None or [each.name for _, each, _ in accepted].count(verdict.name) > 1:
-            continue  # two of a name cannot be taken apart by it
-        rest = [
-            *accepted[:at],
-            *((seen, each, searcher.without(fit, candidate)) for seen, each, fit in accepted[at + 1 :]),
-        ]
-        again = searcher.round(rest[-1][2] if rest else searcher.without(accepted[at][2], candidate))
+        candidate = explanation.candidate
+        at = next(i for i, (_, each, _) in enumerate(accepted) if each is explanation)
+        if candidate is None or [each.name for _, each, _ in accepted].count(explanation.name) > 1:
+            continue  # two of one name cannot be removed separately
+        rest = accepted[:at]
+        for searched, each, fit in accepted[at + 1 :]:
+            state, less = remove(problem, state, fit, candidate)
+            rest.append((searched, each, less))
+        if rest:
+            base = rest[-1][2]
+        else:
+            state, base = remove(problem, state, accepted[at][2], candidate)
+        again = compare_hypotheses(problem, state, base)
         accepted = rest
         if again.nothing.probability <= STANDS_OUT and again.best.fit is not None:
-            searcher.levels = again.best.levels
-            accepted.append((again, again.best, searcher.settled(again.best.fit)))
-    return accepted
+            state, fit = settle(problem, replace(state, levels=again.best.levels), again.best.fit)
+            accepted.append((again, again.best, fit))
+    return state, accepted
 
 
-def separate_fit(searcher: Searcher, fit: Refit, accepted: Sequence[Accepted] = ()) -> SeparateFit:
+def separate_fit(problem: DiagnosisProblem, state: State, fit: Refit, accepted: Sequence[Accepted] = ()) -> SeparateFit:
     """What the runs of a day are compared by, from a fit with what was ``accepted``."""
-    levels = searcher.levels
-    shared = {hypothesis.name for hypothesis in OF_A_DAY}
-    for _, verdict, _ in reversed(accepted):  # a second of a name goes before the first
-        if verdict.name in shared and verdict.candidate is not None:
-            fit = searcher.without(fit, verdict.candidate)
-    own = SeparateFit(fit, searcher.scene(fit), searcher.account(fit), searcher.levels)
-    searcher.levels = levels
-    return own
+    shared = {hypothesis.name for hypothesis in STEADY_LAWS}
+    for _, explanation, _ in reversed(accepted):  # a second of a name goes before the first
+        if explanation.name in shared and explanation.candidate is not None:
+            state, fit = remove(problem, state, fit, explanation.candidate)
+    return SeparateFit(fit, fitted_run(problem, state, fit), linear_model(problem, state, fit), state.levels)
 
 
-def figures_as_it_is(recording: Recording, motion: Motion, model: Model) -> Figures:
-    """The figures of ``model``, fitted, with nothing sought; by the reduced model.
+def figures_without_findings(recording: Recording, motion: Motion, model: Model) -> Figures:
+    """The figures of ``model``, fitted, with nothing searched; by the reduced model.
 
     Raises ValueError without a GPS, and SimulationDiverged when the model cannot be simulated.
     """
-    searcher = Searcher(setting_of(recording, motion, model), lambda _fraction, _detail: None)
-    fit = searcher.first()
-    folds = folds_of(searcher.setting.measurements, searcher.scene(fit).transitions)
-    return figures_of(searcher, [searcher.of_the_track(fit)], folds)[0]
+    problem = diagnosis_problem(recording, motion, model)
+    state, fit = first_fit(problem)
+    folds = folds_of(problem.measurements, fitted_run(problem, state, fit).transitions)
+    return figures_of(problem, state, [fit_track(problem, state, fit)], folds)[0]

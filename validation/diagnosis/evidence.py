@@ -1,10 +1,10 @@
-"""How probable measurements are under an explanation: a linear Gaussian model with noise that remembers.
+"""How probable measurements are under an explanation: a linear Gaussian model with autocorrelated noise.
 
     y = X a + e,   a ~ N(0, diag(scale²)),   e: each block an exponentially correlated noise
 
 The amplitudes a (of a hypothesis, of what a fit leaves free, of the capture's errors) are integrated out, so that a
-freedom costs what it could have explained and did not (Occam's factor).  Noise levels are not known beforehand: they
-are those that make the measurements most probable, weighed by what instruments usually show.
+freedom costs what it could have explained and did not (Occam's factor).  Noise levels are not known
+beforehand: they maximise the evidence times a prior of what instruments usually show.
 
 Source: Rasmussen and Williams 2006, ch. 2 and 5; MacKay 2003, ch. 28.
 """
@@ -91,8 +91,8 @@ class Freedom:
 
 
 @dataclass(frozen=True)
-class Account:
-    """Measurements less prediction, and all that may vary.
+class LinearModel:
+    """Measurements less prediction, and the linear responses to all that may vary.
 
     residual : (N,);  free : parameters of the fit;  capture : errors of the capture, for one radian
     """
@@ -103,54 +103,54 @@ class Account:
     capture: Array
 
 
-def whitened(account: Account, levels: NoiseLevels, columns: Array) -> Array:
+def whitened(linear: LinearModel, levels: NoiseLevels, columns: Array) -> Array:
     """Columns (N, c) as they are in units of independent noise."""
     out = np.empty_like(columns)
-    for name, place in account.measurements.blocks.items():
+    for name, place in linear.measurements.blocks.items():
         if place.stop > place.start:
-            out[place] = whiten(account.measurements.time_of(name), columns[place], levels.of(name))
+            out[place] = whiten(linear.measurements.time_of(name), columns[place], levels.of(name))
     return out
 
 
-def log_volume(account: Account, levels: NoiseLevels) -> float:
+def log_volume(linear: LinearModel, levels: NoiseLevels) -> float:
     """Σ log of the whitening's divisors: what turns a density of whitened numbers into one of the measured ones."""
     total = 0.0
-    for name, place in account.measurements.blocks.items():
+    for name, place in linear.measurements.blocks.items():
         if place.stop > place.start:
-            time = account.measurements.time_of(name)
+            time = linear.measurements.time_of(name)
             noise = levels.of(name)
             decay = np.diff(time) / noise.correlation_time
             total += len(time) * np.log(noise.sigma) + 0.5 * float(np.sum(np.log(-np.expm1(-2.0 * decay))))
     return total
 
 
-def prior_of_levels(measurements: Measurements, levels: NoiseLevels) -> float:
-    """log of how usual such noise is, but for a constant."""
+def log_prior(measurements: Measurements, levels: NoiseLevels) -> float:
+    """Log prior of the noise levels, but for a constant."""
     apart = (levels.vector - usual_levels(measurements).vector) / _SPREAD
     return float(-0.5 * apart @ apart)
 
 
-def log_evidence(account: Account, levels: NoiseLevels, extra: Freedom | None = None) -> float:
+def log_evidence(linear: LinearModel, levels: NoiseLevels, extra: Freedom | None = None) -> float:
     """log p(measurements), amplitudes integrated out, but for a constant that all explanations share."""
-    free = account.free.with_more(account.capture, np.full(account.capture.shape[1], levels.capture))
+    free = linear.free.with_more(linear.capture, np.full(linear.capture.shape[1], levels.capture))
     if extra is not None:
         free = free.with_more(extra.columns, extra.scales)
-    table = whitened(account, levels, np.column_stack([account.residual, free.columns * free.scales]))
+    table = whitened(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
     y, x = table[:, 0], table[:, 1:]
     factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
     along = x.T @ y
     misfit = float(y @ y - along @ cho_solve(factor, along))
-    return -0.5 * misfit - float(np.sum(np.log(np.diag(factor[0])))) - log_volume(account, levels)
+    return -0.5 * misfit - float(np.sum(np.log(np.diag(factor[0])))) - log_volume(linear, levels)
 
 
-def best_levels(account: Account, start: NoiseLevels, extra: Freedom | None = None) -> tuple[NoiseLevels, float]:
+def best_levels(linear: LinearModel, start: NoiseLevels, extra: Freedom | None = None) -> tuple[NoiseLevels, float]:
     """The noise that makes the measurements most probable, and log evidence plus the noise's own prior there."""
 
     def minus(logs: Array) -> float:
         levels = NoiseLevels.from_vector(logs)
-        return -log_evidence(account, levels, extra) - prior_of_levels(account.measurements, levels)
+        return -log_evidence(linear, levels, extra) - log_prior(linear.measurements, levels)
 
-    usual = usual_levels(account.measurements).vector
+    usual = usual_levels(linear.measurements).vector
     farthest = Bounds(usual - _FARTHEST * _SPREAD, usual + _FARTHEST * _SPREAD)
     searches = [
         minimize(minus, begin, method="L-BFGS-B", bounds=farthest, options={"maxiter": 40, "ftol": 1e-7, "eps": 1e-3})
@@ -173,32 +173,32 @@ class Whitener:
         return np.asarray(solve_triangular(self.lower, columns, lower=True))
 
 
-def whitener(account: Account, levels: NoiseLevels, kept: Array | None = None) -> Whitener:
+def whitener(linear: LinearModel, levels: NoiseLevels, kept: Array | None = None) -> Whitener:
     """Of the measurements, everything but the fit's parameters (and hypotheses') counted as noise; ``kept`` (k, 2)
     are further columns with scale, such as the height's origin.
     """
-    size = len(account.residual)
+    size = len(linear.residual)
     covariance = np.zeros((size, size))
-    for name, place in account.measurements.blocks.items():
-        time, noise = account.measurements.time_of(name), levels.of(name)
+    for name, place in linear.measurements.blocks.items():
+        time, noise = linear.measurements.time_of(name), levels.of(name)
         apart = np.abs(time[:, None] - time[None, :])
         covariance[place, place] = noise.sigma**2 * np.exp(-apart / noise.correlation_time)
-    errors = levels.capture * account.capture
+    errors = levels.capture * linear.capture
     covariance += errors @ errors.T
     if kept is not None:
         covariance += kept @ kept.T
     return Whitener(np.asarray(np.linalg.cholesky(covariance + 1e-12 * np.diag(np.diag(covariance)))))
 
 
-def log_factors(account: Account, levels: NoiseLevels, candidates: list[Freedom]) -> Array:
+def log_factors(linear: LinearModel, levels: NoiseLevels, candidates: list[Freedom]) -> Array:
     """(c,) log Bayes factor of each candidate against none, at given noise levels."""
-    free = account.free.with_more(account.capture, np.full(account.capture.shape[1], levels.capture))
-    table = whitened(account, levels, np.column_stack([account.residual, free.columns * free.scales]))
+    free = linear.free.with_more(linear.capture, np.full(linear.capture.shape[1], levels.capture))
+    table = whitened(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
     y, x = table[:, 0], table[:, 1:]
     factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
     rest = y - x @ cho_solve(factor, x.T @ y)
     widths = [c.columns.shape[1] for c in candidates]
-    together = whitened(account, levels, np.hstack([c.columns * c.scales for c in candidates]))
+    together = whitened(linear, levels, np.hstack([c.columns * c.scales for c in candidates]))
     cleared = together - x @ cho_solve(factor, x.T @ together)
     found, begin = np.empty(len(candidates)), 0
     for i, width in enumerate(widths):

@@ -1,10 +1,14 @@
-"""What a hypothesis is: which change to the model it proposes, where, and how strong that usually is."""
+"""What a hypothesis is: which change to the model it proposes, where, how strong that usually is, and how it reads.
+
+A hypothesis names probes: models that hold a little of it, at a place or everywhere.  From the instruments' responses
+to the probes it builds candidates, one a place, each a linear response with the amplitudes it usually has.
+"""
 
 from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Final
 
@@ -17,30 +21,33 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
 from sssi_exudyn.simulation.sensitivities import STEPS
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
-from sssi_exudyn.validation.diagnosis.result import Kind
+from sssi_exudyn.validation.diagnosis.result import Kind, Number
 from sssi_exudyn.validation.measurements import Measurements
 
-CELL: Final = 0.4
+_CELL: Final = 0.4
 """s; the finest division of a run in the search for a place."""
-_CELLS: Final = 48
+_MOST_CELLS: Final = 48
 """Cells at most."""
 
 
 @dataclass(frozen=True)
-class Scene:
-    """A fitted run that a hypothesis is tried on."""
+class FittedRun:
+    """A fitted run that hypotheses are tried on.
+
+    prediction : (N,) what the instruments would measure of it, by the reduced model
+    """
 
     model: Model
     prepared: Prepared
     run: ReducedRun
     measurements: Measurements
-    base: Array
+    prediction: Array
 
     @property
     def time_edges(self) -> Array:
         """Edges of the cells in time (s)."""
         begin, end = float(self.run.time[0]), float(self.run.time[-1])
-        count = int(np.clip(round((end - begin) / CELL), 4, _CELLS))
+        count = int(np.clip(round((end - begin) / _CELL), 4, _MOST_CELLS))
         return np.linspace(begin, end, count + 1)
 
     @property
@@ -50,8 +57,8 @@ class Scene:
         edges = np.interp(self.time_edges, self.run.time, f)
         return np.asarray(edges[np.concatenate([[True], np.diff(edges) > 0.2])])
 
-    def passed(self, f: float) -> float:
-        """When the skier passes the place f (s)."""
+    def time_at(self, f: float) -> float:
+        """Time (s) at which the skier passes the place f (m) along the fall line."""
         along = np.maximum.accumulate(self.run.foot_position[..., 0].mean(axis=1))
         return float(np.interp(f, along, self.run.time))
 
@@ -83,7 +90,7 @@ class Probe:
 class Candidate:
     """A hypothesis at a place.
 
-    model : the scene's model extended, with amplitudes zero
+    model : the fitted model extended, with amplitudes zero
     free : linear response and usual amplitudes
     amplitudes : the extended model's numbers that are amplitudes; several names in one entry are one number
     places : further numbers of its that say where, with their prior standard deviations
@@ -97,97 +104,148 @@ class Candidate:
     window: tuple[float, float] | None = None
 
 
+Numbers = Mapping[str, Number]
+"""Fitted numbers of a hypothesis by their names in its term or fault."""
+
+
+@dataclass(frozen=True)
+class Distinction:
+    """The measurement that would distinguish a hypothesis from others, by their names."""
+
+    others: tuple[str, ...]
+    measurement: str
+
+
 class Hypothesis(ABC):
     """One name in ``diagnosis.json``.
 
-    weight : how probable it is beforehand, against others
-    moves_all : it moves the whole track by far more than the noise, so that its linear response tells little of it, and
-        a fit has to begin on both sides
+    caption : what it adds to the model, as a figure names it
+    weight : prior probability relative to the others
+    moves_all : it moves the whole track by far more than the noise, so that a linear response is a poor start of a fit,
+        which then begins on both sides
+    distinctions : measurements that would distinguish it from others; each pair stands with one of the two
     """
 
     name: ClassVar[str]
     kind: ClassVar[Kind]
+    caption: ClassVar[str]
     weight: ClassVar[float] = 1.0
     moves_all: ClassVar[bool] = False
+    distinctions: ClassVar[tuple[Distinction, ...]] = ()
 
     @abstractmethod
-    def probes(self, scene: Scene) -> list[Probe]:
+    def probes(self, fitted: FittedRun) -> list[Probe]:
         """Models whose responses the candidates are made of."""
 
     @abstractmethod
-    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
+    def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         """Candidates from the responses (N, probes), a unit of amplitude."""
 
+    @abstractmethod
+    def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float] | None:
+        """When it acts (s), by its fitted numbers; None for always."""
+
+    @abstractmethod
+    def sentence(self, numbers: Numbers, model: Model) -> str:
+        """What its fitted numbers mean, in a clause; ``model`` is the fitted one."""
+
     def possible(self, model: Model) -> bool:
-        """Whether a model fitted with it is one that can be."""
+        """Whether a model fitted with it is physically possible."""
         return True
 
 
-def added(model: Model, part: Term | Sensor) -> Model:
+def by_sign(value: float, positive: str, negative: str) -> str:
+    """The word for the sign of ``value``."""
+    return positive if value > 0.0 else negative
+
+
+def add_part(model: Model, part: Term | Sensor) -> Model:
     """The model with one more term or fault."""
     if isinstance(part, Term):
         return replace(model, terms=(*model.terms, part))
     return replace(model, sensors=(*model.sensors, part))
 
 
-def newest(model: Model, part: Term | Sensor) -> str:
-    """How ``Model.value`` calls the part that is added last."""
+def name_in_model(model: Model, part: Term | Sensor) -> str:
+    """The name by which ``Model.value`` finds the part once it is added."""
     parts: Sequence[Term | Sensor] = (*model.terms, *model.sensors)
     count = sum(other.name == part.name for other in parts) + 1
     return part.name if count == 1 else f"{part.name}#{count}"
 
 
-@dataclass(frozen=True)
 class Everywhere(Hypothesis):
-    """What acts all the time, or an instrument's steady fault.
+    """What acts all the time.
 
-    part : the term or fault for a scene, amplitudes zero
-    scales : usual amplitude of each of its numbers that is one;  tries : what the probes hold of them
+    amplitudes : names of the part's numbers that are amplitudes, each with its usual size
+    trial : what the probes hold of that
     """
 
-    part: Callable[[Scene], Term | Sensor]
-    scales: dict[str, float]
-    tries: float = 0.2
+    amplitudes: ClassVar[tuple[tuple[str, float], ...]]
+    trial: ClassVar[float] = 0.2
 
-    def probes(self, scene: Scene) -> list[Probe]:
-        return self.holding(scene.model, self.part(scene))
+    @abstractmethod
+    def part(self, fitted: FittedRun) -> Term | Sensor:
+        """The term or fault for a run, amplitudes zero."""
 
-    def holding(self, model: Model, part: Term | Sensor) -> list[Probe]:
+    @property
+    def scales(self) -> Array:
+        """Usual sizes of the amplitudes."""
+        return np.array([scale for _, scale in self.amplitudes])
+
+    def probes(self, fitted: FittedRun) -> list[Probe]:
+        return self.probes_of(fitted.model, self.part(fitted))
+
+    def probes_of(self, model: Model, part: Term | Sensor) -> list[Probe]:
         """The model with a little of each amplitude of ``part``."""
-        extended, owner = added(model, part), newest(model, part)
+        extended, owner = add_part(model, part), name_in_model(model, part)
         return [
-            Probe(extended.with_values({f"{owner}.{key}": self.tries * scale}), self.tries * scale)
-            for key, scale in self.scales.items()
+            Probe(extended.with_values({f"{owner}.{key}": self.trial * scale}), self.trial * scale)
+            for key, scale in self.amplitudes
         ]
 
-    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
-        part = self.part(scene)
-        owner = newest(scene.model, part)
-        names = tuple((f"{owner}.{key}",) for key in self.scales)
-        return [Candidate(added(scene.model, part), Freedom(responses, np.array(list(self.scales.values()))), names)]
+    def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
+        part = self.part(fitted)
+        owner = name_in_model(fitted.model, part)
+        names = tuple((f"{owner}.{key}",) for key, _ in self.amplitudes)
+        return [Candidate(add_part(fitted.model, part), Freedom(responses, self.scales), names)]
+
+    def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
+        return None
 
 
-def everywhere(name: str, kind: Kind, part: Callable[[Scene], Term | Sensor], scales: dict[str, float]) -> Hypothesis:
-    """A hypothesis of that name that acts all the time."""
-    made = type(name, (Everywhere,), {"name": name, "kind": kind})
-    return made(part, scales)  # type: ignore[no-any-return]
+class SteadyLaw(Everywhere):
+    """A law of physics that acts all the time, and on all runs of a day alike."""
+
+    kind = "physics"
 
 
-@dataclass(frozen=True)
-class OfTheStart(Hypothesis):
-    """A number of every model that is known beforehand, and is not as it was thought to be."""
+class SteadyFault(Everywhere):
+    """A fault of an instrument that does not change during a run."""
 
+    kind = "sensor"
+
+
+class KnownNumber(Hypothesis):
+    """A number that every model has, which is not what its instrument states.
+
+    number : its name in the model;  scale : its usual size
+    """
+
+    kind = "sensor"
     moves_all = True
-    number: str
-    scale: float
+    number: ClassVar[str]
+    scale: ClassVar[float]
 
-    def probes(self, scene: Scene) -> list[Probe]:
-        # as near as a fit's own derivatives: what curvature makes of a larger step would part the two
+    def probes(self, fitted: FittedRun) -> list[Probe]:
+        # as near as a fit's own derivatives: what curvature makes of a larger step would make the two differ
         size = STEPS[self.number.partition(".")[2]]
-        return [Probe(scene.model.with_values({self.number: scene.model.value(self.number) + size}), size)]
+        return [Probe(fitted.model.with_values({self.number: fitted.model.value(self.number) + size}), size)]
 
-    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
-        return [Candidate(scene.model, Freedom(responses, np.array([self.scale])), ((self.number,),))]
+    def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
+        return [Candidate(fitted.model, Freedom(responses, np.array([self.scale])), ((self.number,),))]
+
+    def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
+        return None
 
 
 def intervals(count: int, least: int, most: int) -> Iterator[tuple[int, int]]:
@@ -221,31 +279,34 @@ class InTime(Hypothesis):
         """The term that a probe holds of one cell; all cells together act as one that acts always."""
 
     @abstractmethod
-    def course(self, share: Array, rise: float) -> Array:
-        """How much of the amplitude there is at a share (c,) of the way from t0 to t1."""
+    def profile(self, share: Array, rise: float) -> Array:
+        """How much of the amplitude there is at a share (c,) of the time from t0 to t1."""
 
-    def probes(self, scene: Scene) -> list[Probe]:
-        edges = scene.time_edges
+    def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float]:
+        return numbers["t0"].value, numbers["t1"].value
+
+    def probes(self, fitted: FittedRun) -> list[Probe]:
+        edges = fitted.time_edges
         return [
-            Probe(added(scene.model, self.cell(float(a), float(b), {key: self.trial})), self.trial)
+            Probe(add_part(fitted.model, self.cell(float(a), float(b), {key: self.trial})), self.trial)
             for key in self.keys
             for a, b in itertools.pairwise(edges)
         ]
 
-    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
-        edges, found = scene.time_edges, []
+    def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
+        edges, found = fitted.time_edges, []
         cells, count = len(edges) - 1, len(self.keys)
         shaped = responses.reshape(len(responses), count, cells)
         spread = float(edges[1] - edges[0])
         stretches = intervals(cells, self.least, max(self.least, round(self.longest * cells)))
         for (i, j), rise in itertools.product(stretches, self.rises):
             part = self.part(float(edges[i]), float(edges[j]), rise, {})
-            owner = newest(scene.model, part)
-            course = self.course((np.arange(j - i) + 0.5) / (j - i), rise)
+            owner = name_in_model(fitted.model, part)
+            profile = self.profile((np.arange(j - i) + 0.5) / (j - i), rise)
             found.append(
                 Candidate(
-                    added(scene.model, part),
-                    Freedom(shaped[:, :, i:j] @ course, np.full(count, self.scale)),
+                    add_part(fitted.model, part),
+                    Freedom(shaped[:, :, i:j] @ profile, np.full(count, self.scale)),
                     tuple((f"{owner}.{key}",) for key in self.keys),
                     {f"{owner}.t0": spread, f"{owner}.t1": spread},
                     (float(edges[i]), float(edges[j])),
@@ -266,31 +327,34 @@ class Terrain(Hypothesis):
         """The surface."""
 
     @abstractmethod
-    def window(self, scene: Scene, f0: float, width: float) -> tuple[float, float]:
-        """When the skier is on it."""
+    def span(self, fitted: FittedRun, f0: float, width: float) -> tuple[float, float]:
+        """When the skier is on it (s)."""
 
-    def _spots(self, scene: Scene) -> list[tuple[float, float]]:
-        edges = scene.place_edges
+    def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float]:
+        return self.span(fitted, numbers["f0"].value, numbers["width"].value)
+
+    def _spots(self, fitted: FittedRun) -> list[tuple[float, float]]:
+        edges = fitted.place_edges
         every = edges[1:-1] if len(edges) < 40 else edges[1:-1:2]
         return [(float(f), width) for width in self.widths for f in every]
 
-    def probes(self, scene: Scene) -> list[Probe]:
+    def probes(self, fitted: FittedRun) -> list[Probe]:
         size = 0.1 * self.scale
-        return [Probe(added(scene.model, self.part(f, width, size)), size) for f, width in self._spots(scene)]
+        return [Probe(add_part(fitted.model, self.part(f, width, size)), size) for f, width in self._spots(fitted)]
 
-    def candidates(self, scene: Scene, responses: Array) -> list[Candidate]:
+    def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         found = []
-        edges = scene.place_edges
-        for k, (f, width) in enumerate(self._spots(scene)):
+        edges = fitted.place_edges
+        for k, (f, width) in enumerate(self._spots(fitted)):
             part = self.part(f, width)
-            owner = newest(scene.model, part)
+            owner = name_in_model(fitted.model, part)
             found.append(
                 Candidate(
-                    added(scene.model, part),
+                    add_part(fitted.model, part),
                     Freedom(responses[:, [k]], np.array([self.scale])),
                     ((f"{owner}.{self.amplitude}",),),
                     {f"{owner}.f0": 2.0 * float(edges[-1] - edges[0]) / len(edges), f"{owner}.width": width},
-                    self.window(scene, f, width),
+                    self.span(fitted, f, width),
                 )
             )
         return found

@@ -3,8 +3,8 @@
     residual = G u + X a + e,   u ~ N(0, K)
 
 u is the force at the centre of mass, along and across the skis and normal to the snow, in cells of time; K says that it
-is of some size and remembers for about a second; a is everything else that may vary (see ``evidence``).  What stands
-out is judged against what the same smoothing makes of noise alone, with the false discovery rate held over all cells.
+is of some size and correlated over about a second; a is everything else that may vary (see ``evidence``).  What stands
+out is compared with what the same smoothing makes of noise alone, with the false discovery rate held over all cells.
 
 Source: Rasmussen and Williams 2006, ch. 2; Benjamini and Hochberg 1995.
 """
@@ -20,13 +20,13 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.validation.diagnosis.evidence import Account, NoiseLevels, whitened
-from sssi_exudyn.validation.diagnosis.hypothesis import Scene
+from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, whitened
+from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 
 DIRECTIONS: Final = ("along", "across", "normal")
 _SIZE: Final = 60.0
 """N; of a missing force, before the data speak."""
-_MEMORY: Final = 0.8
+_CORRELATION: Final = 0.8
 """s over which it keeps its direction."""
 FALSE_DISCOVERIES: Final = 0.05
 PLACEBOS: Final = 19
@@ -67,20 +67,20 @@ class MissingForce:
         return found
 
 
-def missing_force(account: Account, levels: NoiseLevels, scene: Scene, responses: Array) -> MissingForce:
-    """Smooth the residual of ``account`` into a force; ``responses`` (N, 3·c) are those to a newton down the fall line,
+def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, responses: Array) -> MissingForce:
+    """Smooth the residual of ``linear`` into a force; ``responses`` (N, 3·c) are those to a newton down the fall line,
     to the left and away from the snow in each cell.
     """
-    edges = scene.time_edges
+    edges = fitted.time_edges
     cells = len(edges) - 1
     middles = 0.5 * (edges[1:] + edges[:-1])
-    forward = scene.run.foot_forward.mean(axis=1)
-    course = np.stack([np.interp(middles, scene.run.time, forward[:, axis]) for axis in range(2)])
+    forward = fitted.run.foot_forward.mean(axis=1)
+    course = np.stack([np.interp(middles, fitted.run.time, forward[:, axis]) for axis in range(2)])
     cosine, sine = course / np.linalg.norm(course, axis=0)
     by_f, by_l, by_n = responses.reshape(len(responses), 3, cells).transpose(1, 0, 2)
     shaped = np.hstack([by_f * cosine + by_l * sine, by_l * cosine - by_f * sine, by_n])
-    free = account.free.with_more(account.capture, np.full(account.capture.shape[1], levels.capture))
-    table = whitened(account, levels, np.column_stack([account.residual, free.columns * free.scales, shaped]))
+    free = linear.free.with_more(linear.capture, np.full(linear.capture.shape[1], levels.capture))
+    table = whitened(linear, levels, np.column_stack([linear.residual, free.columns * free.scales, shaped]))
     count = free.columns.shape[1]
     y, x, g = table[:, 0], table[:, 1 : 1 + count], table[:, 1 + count :]
     inner = cho_factor(x.T @ x + np.eye(count), lower=True)
@@ -98,11 +98,11 @@ def missing_force(account: Account, levels: NoiseLevels, scene: Scene, responses
     return MissingForce(edges, mean.reshape(3, cells).T, band.reshape(3, cells).T, score.T, out.T)
 
 
-def placebos(scene: Scene, responses: Array) -> Array:
+def placebos(fitted: FittedRun, responses: Array) -> Array:
     """(N, ``PLACEBOS``) what forces do that are drawn at random, as large and as lasting as a missing one may be;
     ``responses`` as in ``missing_force``.
     """
-    edges = scene.time_edges
+    edges = fitted.time_edges
     lower = np.linalg.cholesky(_usual(0.5 * (edges[1:] + edges[:-1])))
     draws = np.random.default_rng(0).normal(size=(lower.shape[0], PLACEBOS))
     return np.asarray(responses @ (lower @ draws))
@@ -111,13 +111,13 @@ def placebos(scene: Scene, responses: Array) -> Array:
 def _usual(middles: Array) -> Array:
     """(3·c, 3·c) covariance of a missing force in its three directions, before the data speak."""
     apart = np.abs(middles[:, None] - middles[None, :])
-    return np.asarray(np.kron(np.eye(3), _SIZE**2 * np.exp(-apart / _MEMORY)))
+    return np.asarray(np.kron(np.eye(3), _SIZE**2 * np.exp(-apart / _CORRELATION)))
 
 
 def _standing_out(force: Array, under_noise: Array, cells: int) -> tuple[Array, NDArray[np.bool_]]:
     """(3, c) scores of single cells, and whether a cell is in a window whose mean stands out.
 
-    Windows of several lengths are asked, since a force of a second or two is told better as a whole; the false
+    Windows of several lengths are asked, since a force of a second or two is found better as a whole; the false
     discovery rate is held over all of them.
     """
     asked, scores = [], []

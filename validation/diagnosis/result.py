@@ -7,11 +7,13 @@ later, so that files without them are still read.  ``diagnosis.schema.json`` bes
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 Kind = Literal["physics", "sensor", "unexplained"]
 Outcome = Literal["none", "explained", "ambiguous", "unexplained"]
 Vector = tuple[float, float, float]
+NOTHING_MISSING: Final = "nothing"
+"""The name of the explanation that nothing is missing."""
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import Final
 
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.result import SimulationResult
-from sssi_exudyn.validation.diagnosis.evidence import Account, NoiseLevels
-from sssi_exudyn.validation.diagnosis.hypothesis import Scene
+from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels
+from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.diagnosis.search import Round
@@ -23,15 +23,15 @@ WORTH_NAMING: Final = 0.02
 
 @dataclass(frozen=True)
 class Figures:
-    """One model against the recording: mean horizontal errors (m), χ² per degree of freedom, memory of what is left.
+    """One model against the recording: mean horizontal errors (m), χ² per degree of freedom.
 
-    whiteness : correlation of neighbours in the whitened residual; 0 for what is only noise
+    residual_memory : correlation of neighbours in the whitened residual; 0 is noise
     """
 
     trajectory_error: float
     held_out_error: float
     chi2_per_dof: float
-    whiteness: float
+    residual_memory: float
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class SeparateFit:
     """A run with what it alone was found to have, and nothing that acts on all runs of a day alike."""
 
     fit: Refit
-    scene: Scene
-    account: Account
+    fitted: FittedRun
+    linear: LinearModel
     levels: NoiseLevels
 
 

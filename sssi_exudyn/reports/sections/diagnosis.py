@@ -9,6 +9,7 @@ from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.section import Block, Drawing, Facts, Heading, Runs, Section, Text, section_of_each
 from sssi_exudyn.validation.diagnosis.missing_force import DIRECTIONS
 from sssi_exudyn.validation.diagnosis.result import (
+    NOTHING_MISSING,
     Change,
     Diagnosis,
     Finding,
@@ -94,10 +95,10 @@ def _change(what: str, change: Change, form: str, scale: str = "") -> Row:
 
 def _hypotheses(posteriors: tuple[Posterior, ...]) -> list[Row]:
     """Every hypothesis with its probability, the most probable first."""
-    nothing = next((each.log_evidence for each in posteriors if each.name == "nothing"), None)
+    nothing = next((each.log_evidence for each in posteriors if each.name == NOTHING_MISSING), None)
 
     def meaning(each: Posterior) -> str:
-        if each.name == "nothing":
+        if each.name == NOTHING_MISSING:
             return ""
         if each.log_evidence is None or nothing is None:
             return "not possible"
@@ -106,7 +107,7 @@ def _hypotheses(posteriors: tuple[Posterior, ...]) -> list[Row]:
 
     return [
         (
-            "nothing is missing" if each.name == "nothing" else each.name.replace("_", " "),
+            "nothing is missing" if each.name == NOTHING_MISSING else each.name.replace("_", " "),
             f"{each.probability:.1%}",
             meaning(each),
         )

@@ -11,7 +11,8 @@ from sssi_exudyn.validation.benchmark.known_answers import compared, read_truth
 
 def said(name: str, probability: float = 0.9, *others: str) -> dict[str, object]:
     alternatives = [{"name": other, "probability": 0.05} for other in others]
-    return {"findings": [{"name": name, "probability": probability, "alternatives": alternatives}]}
+    kind = "unexplained" if name == "unexplained_force" else "physics"
+    return {"findings": [{"kind": kind, "name": name, "probability": probability, "alternatives": alternatives}]}
 
 
 def test_what_was_said_against_what_was_hidden() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_evidence import LEVELS, account, covariance
+from test_evidence import LEVELS, covariance, linear_model
 
 from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFriction
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
@@ -16,41 +16,43 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.simulation.reduced import prepare
-from sssi_exudyn.validation.benchmark.cases import _as_known, recorded
-from sssi_exudyn.validation.diagnosis.day import Run, Weighed, day_to_dict, together, weigh_day
+from sssi_exudyn.validation.benchmark.cases import _model_as_known, record
+from sssi_exudyn.validation.diagnosis.day import DayExplanation, DayRun, compare_for_day, day_to_dict, joint_evidence
 from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, log_evidence
+from sssi_exudyn.validation.diagnosis.probabilities import probabilities
+from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.result import Number
-from sssi_exudyn.validation.diagnosis.search import Searcher, probabilities, setting_of
 from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
+from sssi_exudyn.validation.diagnosis.state import first_fit
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "intermediate"
 
 
-def test_runs_that_share_nothing_are_weighed_apart() -> None:
-    accounts = [account(seed) for seed in (2, 3)]
-    found, _, _ = together([Run(each, LEVELS, ()) for each in accounts])
-    assert found == pytest.approx(sum(log_evidence(each, LEVELS) for each in accounts), rel=1e-9)  # rounding
+def test_runs_that_share_nothing_have_separate_evidence() -> None:
+    models = [linear_model(seed) for seed in (2, 3)]
+    found, _, _ = joint_evidence([DayRun(each, LEVELS, ()) for each in models])
+    assert found == pytest.approx(sum(log_evidence(each, LEVELS) for each in models), rel=1e-9)  # rounding
 
 
 def test_what_is_shared_is_one_number() -> None:
-    accounts = [account(seed) for seed in (2, 3)]
-    scales = accounts[0].free.scales
-    runs = [Run(each, LEVELS, (0, 2)) for each in accounts]
-    evidence, values, errors = together(runs)
-    alone, _, _ = together([replace(run, shared=()) for run in runs])
-    size = [len(each.residual) for each in accounts]
+    models = [linear_model(seed) for seed in (2, 3)]
+    scales = models[0].free.scales
+    runs = [DayRun(each, LEVELS, (0, 2)) for each in models]
+    evidence, values, errors = joint_evidence(runs)
+    alone, _, _ = joint_evidence([replace(run, shared=()) for run in runs])
+    size = [len(each.residual) for each in models]
     whole = np.zeros((sum(size), sum(size)))
     apart = np.zeros_like(whole)
     columns = []
-    for i, each in enumerate(accounts):
+    for i, each in enumerate(models):
         at = slice(i * size[0], i * size[0] + size[i])
         own = each.free.columns * scales
         whole[at, at] = covariance(each) + np.outer(own[:, 1], own[:, 1])
         apart[at, at] = covariance(each) + own @ own.T
         columns.append(own[:, [0, 2]])
     shared = np.vstack(columns)
-    y = np.concatenate([each.residual for each in accounts])
+    y = np.concatenate([each.residual for each in models])
 
     def density(cov: np.ndarray) -> float:
         return float(-0.5 * np.linalg.slogdet(cov)[1] - 0.5 * y @ np.linalg.solve(cov, y))
@@ -63,18 +65,18 @@ def test_what_is_shared_is_one_number() -> None:
     np.testing.assert_allclose(errors, scales[[0, 2]] * np.sqrt(np.diag(np.linalg.inv(gram))), rtol=1e-6)
 
 
-def test_a_common_effect_is_told_better_by_two_runs() -> None:
+def test_a_common_effect_is_estimated_better_by_two_runs() -> None:
     rng = np.random.default_rng(8)
-    accounts = [account(seed) for seed in (2, 3)]
-    extra = [Freedom(rng.normal(size=(len(each.residual), 1)) * 0.05, np.array([1.0])) for each in accounts]
-    accounts = [replace(a, residual=a.residual + 2.0 * e.columns[:, 0]) for a, e in zip(accounts, extra, strict=True)]
-    runs = [Run(each, LEVELS, ()) for each in accounts]
-    _, _, both = together(runs, extra)
-    alone = [together([run], [e])[2] for run, e in zip(runs, extra, strict=True)]
+    models = [linear_model(seed) for seed in (2, 3)]
+    extra = [Freedom(rng.normal(size=(len(each.residual), 1)) * 0.05, np.array([1.0])) for each in models]
+    models = [replace(a, residual=a.residual + 2.0 * e.columns[:, 0]) for a, e in zip(models, extra, strict=True)]
+    runs = [DayRun(each, LEVELS, ()) for each in models]
+    _, _, both = joint_evidence(runs, extra)
+    alone = [joint_evidence([run], [e])[2] for run, e in zip(runs, extra, strict=True)]
     assert both[0] < min(a[0] for a in alone)
 
 
-def test_two_runs_tell_what_neither_does_alone() -> None:
+def test_two_runs_find_what_neither_does_alone() -> None:
     """Friction that rises with speed, as the benchmark's world records it on two stretches at different speeds."""
     recording = read_recording(EXAMPLE)
     motion = motion_from_recording(recording)
@@ -84,15 +86,15 @@ def test_two_runs_tell_what_neither_does_alone() -> None:
     own: list[SeparateFit] = []
     for number, after in enumerate((0.2, 8.0)):
         stretch = replace(motion, start=motion.start + after, stop=motion.start + after + 5.0)
-        start = _as_known(fitted, recording, stretch).start
+        start = _model_as_known(fitted, recording, stretch).start
         world = replace(fitted, start=start, terms=(*fitted.terms, law))
         given = (recording, stretch, fitted)
-        made = recorded(np.random.default_rng([3, number]), given, stretch, world, 0.0, 0.0)
-        searcher = Searcher(setting_of(*made), lambda *_: None)
-        own.append(separate_fit(searcher, searcher.first()))
-    alone = [{each.name: each for each in weigh_day([one])} for one in own]
+        made = record(np.random.default_rng([3, number]), given, stretch, world, 0.0, 0.0)
+        problem = diagnosis_problem(*made)
+        own.append(separate_fit(problem, *first_fit(problem)))
+    alone = [{each.name: each for each in compare_for_day([one])} for one in own]
     assert all(each[""].probability > 0.2 for each in alone)
-    best = weigh_day(own)[0]
+    best = compare_for_day(own)[0]
     assert best.name == "speed_dependent_friction"
     assert best.probability > 0.6
     found = best.numbers["speed_dependent_friction.b"]
@@ -119,14 +121,14 @@ def test_a_day_in_words_and_as_a_page() -> None:
 
     friction = {"friction.mu_t": number(0.1), "friction.mu_n": number(0.8)}
     law = {**friction, "speed_dependent_friction.b": Number(0.012, 0.008, 0.016, "s/m")}
-    speed = Weighed("speed_dependent_friction", 0.7, 12.0, law)
-    nothing = Weighed("", 0.1, 4.0, friction)
-    drag = Weighed("drag_area", 0.2, 9.0, {**friction, "drag_area.share": number(0.5)})
+    speed = DayExplanation("speed_dependent_friction", 0.7, 12.0, law)
+    nothing = DayExplanation("", 0.1, 4.0, friction)
+    drag = DayExplanation("drag_area", 0.2, 9.0, {**friction, "drag_area.share": number(0.5)})
     recording = read_recording(EXAMPLE)
     model = model_of(recording, motion_from_recording(recording))
     sentence = sentence_of_day([speed, drag, nothing], 3, model)
     assert sentence.startswith("In 3 runs together μ_t changes by +0.0120 for each m/s of speed (70% probable; it may")
-    assert "the same skier at another speed or posture on the same snow would tell" in sentence
+    assert "the same skier at another speed or posture on the same snow would distinguish them" in sentence
     assert sentence.endswith("μ_t is 0.100 ± 0.002 and μ_n 0.800 ± 0.002.")
     assert "nothing is missing that acts on all alike (90% probable)" in sentence_of_day(
         [replace(nothing, probability=0.9)], 2, model
@@ -136,6 +138,6 @@ def test_a_day_in_words_and_as_a_page() -> None:
     page = day_page(["morning", "a & b"], [speed, drag, nothing], sentence)
     assert 'href="a%20%26%20b/report.html"' in page
     assert "0.012 (0.008 to 0.016) s/m" in page
-    told = day_to_dict(["morning", "noon"], [speed, nothing], sentence)
-    assert [each["name"] for each in told["explanations"]] == ["speed_dependent_friction", "nothing"]
-    assert told["explanations"][0]["numbers"]["speed_dependent_friction.b"]["unit"] == "s/m"
+    written = day_to_dict(["morning", "noon"], [speed, nothing], sentence)
+    assert [each["name"] for each in written["explanations"]] == ["speed_dependent_friction", "nothing"]
+    assert written["explanations"][0]["numbers"]["speed_dependent_friction.b"]["unit"] == "s/m"

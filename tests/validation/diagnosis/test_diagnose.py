@@ -1,4 +1,4 @@
-"""The diagnosis on runs whose hidden effect is known, made by the benchmark's world; judged with the reduced model."""
+"""The diagnosis on runs whose hidden effect is known, made by the benchmark's world; with the reduced model."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from schema_check import check_against_schema
+from test_evidence import LEVELS
 
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
@@ -31,19 +32,29 @@ from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.section import Section
 from sssi_exudyn.reports.sections.diagnosis import diagnosis_blocks
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
-from sssi_exudyn.simulation.sensitivities import sensitivities, simulate_each
+from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.benchmark.cases import Case, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page
-from sssi_exudyn.validation.benchmark.run import sealed
-from sssi_exudyn.validation.benchmark.scores import scored, share
+from sssi_exudyn.validation.benchmark.run import seal
+from sssi_exudyn.validation.benchmark.scores import score, share
+from sssi_exudyn.validation.diagnosis import diagnose as diagnose_module
 from sssi_exudyn.validation.diagnosis import search
-from sssi_exudyn.validation.diagnosis.diagnose import _weighed_again, diagnose
+from sssi_exudyn.validation.diagnosis.diagnose import diagnose
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
-from sssi_exudyn.validation.diagnosis.hypotheses import BY_NAME, HYPOTHESES
-from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, Probe, Scene
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
+from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Probe
+from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
-from sssi_exudyn.validation.diagnosis.search import Searcher, extended, responses_of, setting_of
+from sssi_exudyn.validation.diagnosis.search import compare_hypotheses, extended_parameters, responses_of
+from sssi_exudyn.validation.diagnosis.state import (
+    State,
+    first_fit,
+    fit_model,
+    initial_state,
+    noise_whitener,
+    remove,
+)
 
 ROOT = Path(__file__).parents[3]
 SCHEMA = ROOT / "validation" / "diagnosis" / "diagnosis.schema.json"
@@ -63,7 +74,9 @@ def shown(diagnosis: Diagnosis) -> str:
     return section_html(Section("", diagnosis_blocks(diagnosis)), "part")
 
 
-def said_of(name: str, kind: str, strength: int, base: Any, seed: int, tmp_path: Path) -> tuple[Any, dict[str, Any]]:
+def diagnose_case(
+    name: str, kind: str, strength: int, base: Any, seed: int, tmp_path: Path
+) -> tuple[Any, dict[str, Any]]:
     made = make(0, (name, kind, strength), [base], seed)
     found = diagnose(made.recording, made.motion, made.model, full=False)
     diagnosis = found.diagnosis
@@ -77,9 +90,9 @@ def said_of(name: str, kind: str, strength: int, base: Any, seed: int, tmp_path:
 
 
 def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any, tmp_path: Path) -> None:
-    case, said = said_of("snow_patch", "physics", 3, base, seed=4, tmp_path=tmp_path)
-    assert said.keys() >= KEYS
-    finding = said["findings"][0]
+    case, written = diagnose_case("snow_patch", "physics", 3, base, seed=4, tmp_path=tmp_path)
+    assert written.keys() >= KEYS
+    finding = written["findings"][0]
     names = [finding["name"], *(other["name"] for other in finding["alternatives"])]
     assert "snow_patch" in names[:3]
     begin, end = case.window
@@ -92,53 +105,25 @@ def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any, tmp_path: Pat
     assert finding["evidence"]["trajectory_error_m"]["after"] < finding["evidence"]["trajectory_error_m"]["before"]
 
 
-def test_where_nothing_is_hidden_nothing_is_said(base: Any, tmp_path: Path) -> None:
-    _, said = said_of("none", "none", 0, base, seed=6, tmp_path=tmp_path)
-    assert said["verdict"] == "none"
-    assert said["findings"] == []
-    assert abs(said["friction"]["after"]["mu_t"] - said["friction"]["before"]["mu_t"]) < 1e-12
+def test_where_nothing_is_hidden_nothing_is_found(base: Any, tmp_path: Path) -> None:
+    _, written = diagnose_case("none", "none", 0, base, seed=6, tmp_path=tmp_path)
+    assert written["verdict"] == "none"
+    assert written["findings"] == []
+    assert abs(written["friction"]["after"]["mu_t"] - written["friction"]["before"]["mu_t"]) < 1e-12
 
 
-def test_linear_responses_are_those_of_the_terms(base: Any) -> None:
-    """Stretches put together from cells, against the model with the term itself at a tenth of its usual strength."""
-    recording, motion, model = base
-    setting = setting_of(recording, replace(motion, stop=motion.start + 5.0), model)
-    run = simulate_reduced(setting.model, setting.prepared)
-    start = setting.measurements.predicted(setting.model, run)
-    scene = Scene(setting.model, setting.prepared, run, setting.measurements, start)
-    for hypothesis in HYPOTHESES:
-        probes = hypothesis.probes(scene)
-        seen = simulate_each([p.model for p in probes], setting.prepared, setting.measurements.predicted)
-        columns = [(each - start) / p.size for each, p in zip(seen, probes, strict=True)]
-        responses = np.stack(columns, axis=1) if columns else np.zeros((len(start), 0))
-        candidates = hypothesis.candidates(scene, responses)
-        if not candidates:
-            continue
-        candidate = candidates[len(candidates) // 2]
-        size = 0.1 * candidate.free.scales[0]
-        names = candidate.amplitudes[0]
-        changed = candidate.model.with_values({name: candidate.model.value(name) + size for name in names})
-        moved = simulate_each([changed], setting.prepared, setting.measurements.predicted)[0] - start
-        track = slice(0, setting.measurements.blocks["height"].stop)
-        expected = size * candidate.free.columns[track, 0]
-        # a third of the largest change, or 3 mm: cells of 0.4 s for the shapes that are put together, and the
-        # curvature of what a few of the terms do
-        allowed = 0.003 + 0.35 * np.max(np.abs(expected))
-        assert np.max(np.abs(moved[track] - expected)) < allowed, hypothesis.name
-
-
-def test_the_plan_is_as_told_and_the_answers_are_sealed(tmp_path: Path) -> None:
+def test_the_plan_follows_from_its_seed_and_the_answers_are_sealed(tmp_path: Path) -> None:
     planned = plan(200, 3)
     assert len(planned) == 200
     assert sum(kind == "none" for _, kind, _ in planned) == 50
     assert planned == plan(200, 3)
     assert planned != plan(200, 4)
     assert {strength for name, kind, strength in planned if kind == "physics"} == {0, 1, 2, 3}
-    digest = sealed(tmp_path, [])
+    digest = seal(tmp_path, [])
     assert (tmp_path / "answers.sha256").read_text().strip() == digest
     (tmp_path / "answers.sha256").write_text("of others")
     with pytest.raises(ValueError, match="the seal of other answers"):
-        sealed(tmp_path, [])
+        seal(tmp_path, [])
 
 
 def test_shares_have_exact_intervals() -> None:
@@ -146,7 +131,7 @@ def test_shares_have_exact_intervals() -> None:
     # 0 of 59 bounds a rate below 1 − 0.025^(1/59)
     assert found["high"] == pytest.approx(1.0 - 0.025 ** (1.0 / 59.0))
     assert share(3, 3)["low"] == pytest.approx(0.025 ** (1.0 / 3.0))
-    scores = scored([], [])
+    scores = score([], [])
     assert scores["cases"] == 0
     assert "0 cases" in benchmark_page(scores)
 
@@ -179,7 +164,7 @@ def finding(name: str, probability: float, *others: tuple[str, float], after: fl
     }
 
 
-def test_scores_count_what_was_said() -> None:
+def test_scores_count_the_answers() -> None:
     def case(name: str, kind: str, strength: int = 0) -> Case:
         return Case(0, "beginner", name, kind, strength, (2.0, 4.5), {"w_f": -4.5} if name == "gust" else {})
 
@@ -194,7 +179,7 @@ def test_scores_count_what_was_said() -> None:
         (case("push", "unexplained", 3), answer(finding("unexplained_force", 0.7))),
         (case("gust+wind", "pair", 2), answer(finding("wind", 0.9), finding("gust", 0.9))),
     ]
-    scores = scored([c for c, _ in rows], [d for _, d in rows])
+    scores = score([c for c, _ in rows], [d for _, d in rows])
     assert (scores["false_alarms"]["hits"], scores["false_alarms"]["of"]) == (1, 2)
     assert (scores["strong_right_or_small_set"]["hits"], scores["strong_right_or_small_set"]["of"]) == (2, 4)
     assert scores["strong_right_name_first"]["hits"] == 1
@@ -217,47 +202,54 @@ def test_scores_count_what_was_said() -> None:
 
 
 class Scripted:
-    """A searcher whose rounds are written beforehand; fits are words."""
+    """Rounds that are written beforehand, in place of the search's own functions; fits are words."""
 
-    def __init__(self, *rounds: Any) -> None:
-        self.rounds, self.asked, self.levels = list(rounds), [], None
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, *rounds: Any) -> None:
+        self.rounds, self.asked = list(rounds), []
+        for function in (self.compare_hypotheses, self.remove, self.settle):
+            monkeypatch.setattr(diagnose_module, function.__name__, function)
 
-    def without(self, fit: str, candidate: str) -> str:
-        return f"{fit} less {candidate}"
-
-    def round(self, base: str) -> Any:
+    def compare_hypotheses(self, problem: Any, state: State, base: str) -> Any:
         self.asked.append(base)
         return self.rounds.pop(0)
 
-    def settled(self, fit: str) -> str:
-        return fit
+    def remove(self, problem: Any, state: State, fit: str, candidate: str) -> tuple[State, str]:
+        return state, f"{fit} less {candidate}"
+
+    def settle(self, problem: Any, state: State, fit: str) -> tuple[State, str]:
+        return state, fit
+
+    def compare_again(self, accepted: list[Any]) -> list[Any]:
+        nothing = np.zeros(0)
+        state = State(LEVELS, Freedom(np.zeros((0, 0)), nothing), nothing, nothing, np.zeros((0, 0)))
+        return diagnose_module._compare_again(None, state, accepted)[1]  # type: ignore[arg-type]
 
 
-def weighed(name: str, nothing: float) -> Any:
-    verdict = SimpleNamespace(name=name, candidate=name, fit=f"with {name}", levels=None)
-    return SimpleNamespace(best=verdict, nothing=SimpleNamespace(probability=nothing))
+def round_with(name: str, nothing: float) -> Any:
+    best = SimpleNamespace(name=name, candidate=name, fit=f"with {name}", levels=LEVELS)
+    return SimpleNamespace(best=best, nothing=SimpleNamespace(probability=nothing))
 
 
-def test_what_was_said_first_is_weighed_again_beside_the_rest() -> None:
-    first, second = weighed("lever_arm", 0.0), weighed("slope_change", 0.0)
+def test_the_first_finding_is_compared_again_beside_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    first, second = round_with("lever_arm", 0.0), round_with("slope_change", 0.0)
     accepted: list[Any] = [(each, each.best, each.best.fit) for each in (first, second)]
-    same = Scripted(weighed("lever_arm", 0.01))
-    assert len(_weighed_again(same, accepted)) == 2  # type: ignore[arg-type]
+    same = Scripted(monkeypatch, round_with("lever_arm", 0.01))
+    assert len(same.compare_again(accepted)) == 2
     assert same.asked == ["with slope_change less lever_arm"]
-    better = Scripted(weighed("gps_delay", 0.01), weighed("slope_change", 0.0))
-    after = _weighed_again(better, accepted)  # type: ignore[arg-type]
+    better = Scripted(monkeypatch, round_with("gps_delay", 0.01), round_with("slope_change", 0.0))
+    after = better.compare_again(accepted)
     assert better.asked == ["with slope_change less lever_arm", "with gps_delay less slope_change"]
-    assert [verdict.name for _, verdict, _ in after] == ["gps_delay", "slope_change"]
-    superfluous = _weighed_again(Scripted(weighed("lever_arm", 0.6), weighed("gust", 0.6)), accepted[:])  # type: ignore[arg-type]
-    assert superfluous == []
+    assert [explanation.name for _, explanation, _ in after] == ["gps_delay", "slope_change"]
+    superfluous = Scripted(monkeypatch, round_with("lever_arm", 0.6), round_with("gust", 0.6))
+    assert superfluous.compare_again(accepted) == []
     twice = [accepted[0], accepted[0], accepted[1]]
-    assert _weighed_again(Scripted(), twice) == twice  # type: ignore[arg-type]
+    assert Scripted(monkeypatch).compare_again(twice) == twice
 
 
 def test_what_is_put_in_and_taken_out_leaves_the_fit_as_it_was(base: Any) -> None:
     recording, motion, model = base
-    searcher = Searcher(setting_of(recording, replace(motion, stop=motion.start + 4.0), model), lambda *_: None, None)
-    fit = searcher.first()
+    problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 4.0), model)
+    state, fit = first_fit(problem)
     part = SlopeChange(0.0, model.start.f + 8.0, 3.0)
     candidate = Candidate(
         replace(fit.model, terms=(*fit.model.terms, part)),
@@ -265,10 +257,10 @@ def test_what_is_put_in_and_taken_out_leaves_the_fit_as_it_was(base: Any) -> Non
         (("slope_change.delta",),),
         {"slope_change.f0": 1.0},
     )
-    parameters, places = extended(fit, candidate)
-    more = searcher.fitted(candidate.model, (*parameters, *places), searcher.levels)
+    parameters, places = extended_parameters(fit, candidate)
+    more = fit_model(problem, state, candidate.model, (*parameters, *places), state.levels)
     assert len(more.parameters) == len(fit.parameters) + 2
-    again = searcher.without(more, candidate)
+    _, again = remove(problem, state, more, candidate)
     assert [p.names for p in again.parameters] == [p.names for p in fit.parameters]
     assert [term.name for term in again.model.terms] == [term.name for term in fit.model.terms]
     # fits stop when a step is a twentieth of the standard errors
@@ -276,7 +268,7 @@ def test_what_is_put_in_and_taken_out_leaves_the_fit_as_it_was(base: Any) -> Non
     assert np.all(np.abs(again.values - fit.values) < 0.3 * spread)
 
 
-def test_what_cannot_be_is_not_said(base: Any) -> None:
+def test_what_is_physically_impossible_is_refused(base: Any) -> None:
     _, _, model = base
 
     def possible(part: Any) -> bool:
@@ -292,25 +284,25 @@ def test_what_cannot_be_is_not_said(base: Any) -> None:
 
 def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
     recording, motion, model = base
-    setting = setting_of(recording, replace(motion, stop=motion.start + 5.0), model)
+    problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 5.0), model)
     begin = motion.start + 2.1
 
     def pushed(force: float, t0: float, t1: float) -> Model:
         part = UnexplainedForce(force, 0.5 * force, 0.0, t0, t1)
-        return replace(setting.model, terms=(*setting.model.terms, part))
+        return replace(problem.model, terms=(*problem.model.terms, part))
 
     true = pushed(150.0, begin, begin + 0.5)
-    seen = setting.measurements.predicted(true, simulate_reduced(true, setting.prepared))
+    seen = problem.measurements.predicted(true, simulate_reduced(true, problem.prepared))
     # nothing but the push: what is left of the measurements is taken out again
-    offset = setting.measurements.measured - seen
+    offset = problem.measurements.measured - seen
     amplitudes = [Parameter((f"unexplained_force.force_{axis}",), Prior(0.0, 100.0)) for axis in "fl"]
     places = [
         Parameter((f"unexplained_force.{key}",), Prior(t, 0.4)) for key, t in (("t0", begin - 0.3), ("t1", begin + 0.5))
     ]
-    searcher = Searcher(setting, lambda *_: None)
-    noise = searcher.covariance(searcher.levels)
+    state = initial_state(problem)
+    noise = noise_whitener(problem, state, state.levels)
     start = pushed(0.0, begin - 0.3, begin + 0.5)
-    fit = refit(start, (*amplitudes, *places), setting.prepared, setting.measurements, noise, offset)
+    fit = refit(start, (*amplitudes, *places), problem.prepared, problem.measurements, noise, offset)
     force_f, force_l, t0, t1 = fit.values
     # fits stop within a twentieth of the standard errors; priors draw by a few per cent
     assert abs(0.5 * (t0 + t1) - begin - 0.25) < 0.02
@@ -321,34 +313,34 @@ def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
 def test_derivatives_by_instants_are_taken_nearby(base: Any) -> None:
     """Against central differences of twice the step: what they differ by is curvature."""
     recording, motion, model = base
-    setting = setting_of(recording, replace(motion, stop=motion.start + 5.0), model)
+    problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 5.0), model)
     t0 = motion.start + 2.0
     part = Gust(w_f=-10.0, w_l=3.0, t0=t0, t1=t0 + 1.5)
-    gusty = replace(setting.model, terms=(*setting.model.terms, part))
-    predicted = setting.measurements.predicted
-    track = slice(0, setting.measurements.blocks["y"].stop)
-    slope = sensitivities(gusty, setting.prepared, ["gust.t0"], predicted)[1][track, 0]
+    gusty = replace(problem.model, terms=(*problem.model.terms, part))
+    predicted = problem.measurements.predicted
+    track = slice(0, problem.measurements.blocks["y"].stop)
+    slope = sensitivities(gusty, problem.prepared, ["gust.t0"], predicted)[1][track, 0]
     ahead, behind = (
-        predicted(each, simulate_reduced(each, setting.prepared))[track]
+        predicted(each, simulate_reduced(each, problem.prepared))[track]
         for each in (gusty.with_values({"gust.t0": t0 + d}) for d in (0.02, -0.02))
     )
     central = (ahead - behind) / 0.04
     assert np.max(np.abs(slope - central)) < 0.05 * np.max(np.abs(central))
 
 
-def test_a_turned_capture_is_told_by_the_fit_s_own_derivatives(base: Any) -> None:
+def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> None:
     """Freedom of the fit and hypothesis are one column, so that a turn that the fit has found may be either's."""
     recording, motion, model = base
-    setting = setting_of(recording, replace(motion, stop=motion.start + 5.0), model)
-    searcher = Searcher(setting, lambda *_: None)
-    turned = setting.model.with_values({"start.heading_offset": 0.06})
+    problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 5.0), model)
+    state = initial_state(problem)
+    turned = problem.model.with_values({"start.heading_offset": 0.06})
     names = ["start.heading_offset", "start.clock_offset"]
-    seen, slopes = sensitivities(turned, setting.prepared, names, setting.measurements.predicted)
-    run = simulate_reduced(turned, setting.prepared)
-    scene = Scene(turned, setting.prepared, run, setting.measurements, seen)
+    seen, slopes = sensitivities(turned, problem.prepared, names, problem.measurements.predicted)
+    run = simulate_reduced(turned, problem.prepared)
+    fitted = FittedRun(turned, problem.prepared, run, problem.measurements, seen)
     for name, column in zip(("heading_misalignment", "gps_delay"), slopes.T, strict=True):
-        response = responses_of(scene, BY_NAME[name].probes(scene))[:, 0]
-        whitened = searcher.covariance(searcher.levels)(np.column_stack([response, column]))
+        response = responses_of(fitted, BY_NAME[name].probes(fitted))[:, 0]
+        whitened = noise_whitener(problem, state, state.levels)(np.column_stack([response, column]))
         apart = np.linalg.norm(whitened[:, 0] - whitened[:, 1]) / np.linalg.norm(whitened[:, 1])
         assert apart < 1e-9, name  # rounding
 
@@ -359,15 +351,15 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     few = tuple(BY_NAME[name] for name in ("snow_patch", "unexplained_force"))
     monkeypatch.setattr(search, "HYPOTHESES", few)
     made = make(0, ("snow_patch", "physics", 3), [base], seed=4)
-    weigh, asked = Searcher.round, []
+    asked = []
 
-    def once(self: Searcher, fit: Any) -> Any:
+    def once(problem: DiagnosisProblem, state: State, fit: Any) -> Any:
         asked.append(fit)
         if len(asked) > 1:
             raise SimulationDiverged(3.0, "a probe")
-        return weigh(self, fit)
+        return compare_hypotheses(problem, state, fit)
 
-    monkeypatch.setattr(Searcher, "round", once)
+    monkeypatch.setattr(diagnose_module, "compare_hypotheses", once)
     found = diagnose(made.recording, made.motion, made.model, full=False)
     assert len(asked) == 2
     assert found.diagnosis.verdict == "none"
@@ -376,15 +368,15 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
 
 def test_a_probe_that_cannot_be_simulated_moves_nothing(base: Any) -> None:
     recording, motion, model = base
-    setting = setting_of(recording, replace(motion, stop=motion.start + 4.0), model)
-    run = simulate_reduced(setting.model, setting.prepared)
-    scene = Scene(
-        setting.model, setting.prepared, run, setting.measurements, setting.measurements.predicted(setting.model, run)
+    problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 4.0), model)
+    run = simulate_reduced(problem.model, problem.prepared)
+    fitted = FittedRun(
+        problem.model, problem.prepared, run, problem.measurements, problem.measurements.predicted(problem.model, run)
     )
     parts = (TerrainBump(0.05, model.start.f + 6.0, 4.0), TerrainBump(-2.0, model.start.f + 6.0, 1.0))
-    gentle, hard = (Probe(replace(setting.model, terms=(*setting.model.terms, part)), part.rise) for part in parts)
+    gentle, hard = (Probe(replace(problem.model, terms=(*problem.model.terms, part)), part.rise) for part in parts)
     with pytest.raises(SimulationDiverged):
-        simulate_reduced(hard.model, setting.prepared)
-    responses = responses_of(scene, [gentle, hard])
+        simulate_reduced(hard.model, problem.prepared)
+    responses = responses_of(fitted, [gentle, hard])
     assert np.max(np.abs(responses[:, 0])) > 0.0
     assert np.max(np.abs(responses[:, 1])) == 0.0

@@ -8,8 +8,8 @@ import pytest
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.validation.diagnosis.evidence import (
-    Account,
     Freedom,
+    LinearModel,
     NoiseLevels,
     best_levels,
     log_evidence,
@@ -40,13 +40,13 @@ def instruments(fixes: int = 12, windows: int = 7) -> Measurements:
     )
 
 
-def account(seed: int = 2) -> Account:
+def linear_model(seed: int = 2) -> LinearModel:
     measurements = instruments()
     size = len(measurements.measured)
     rng = np.random.default_rng(seed)
     scale = np.ones(size)
     scale[measurements.blocks["load"].start :] = 500.0
-    return Account(
+    return LinearModel(
         measurements,
         0.03 * scale * rng.normal(size=size),
         Freedom(scale[:, None] * rng.normal(size=(size, 3)), np.array([0.1, 0.02, 0.5])),
@@ -54,7 +54,7 @@ def account(seed: int = 2) -> Account:
     )
 
 
-def covariance(given: Account) -> Array:
+def covariance(given: LinearModel) -> Array:
     """By its definition."""
     size = len(given.residual)
     found = np.zeros((size, size))
@@ -66,10 +66,10 @@ def covariance(given: Account) -> Array:
 
 
 def test_evidence_is_the_density_with_everything_integrated_out() -> None:
-    one, other = account(2), account(3)
+    one, other = linear_model(2), linear_model(3)
     extra = Freedom(np.roll(one.free.columns[:, :1], 1), np.array([0.3]))
 
-    def density(given: Account, extra: Freedom | None) -> float:
+    def density(given: LinearModel, extra: Freedom | None) -> float:
         free = given.free.columns * given.free.scales
         whole = covariance(given) + free @ free.T
         if extra is not None:
@@ -86,7 +86,7 @@ def test_evidence_is_the_density_with_everything_integrated_out() -> None:
 
 
 def test_factors_of_candidates_are_differences_of_evidence() -> None:
-    given = account()
+    given = linear_model()
     rng = np.random.default_rng(5)
     candidates = [Freedom(rng.normal(size=(len(given.residual), k)), np.full(k, 0.2)) for k in (1, 2, 3)]
     found = log_factors(given, LEVELS, candidates)
@@ -95,7 +95,7 @@ def test_factors_of_candidates_are_differences_of_evidence() -> None:
 
 
 def test_whitener_makes_the_noise_white() -> None:
-    given = account()
+    given = linear_model()
     white = whitener(given, LEVELS)
     np.testing.assert_allclose(
         white(white(covariance(given)).T), np.eye(len(given.residual)), atol=1e-6
@@ -111,7 +111,7 @@ def test_noise_levels_are_found() -> None:
         cov = noise.sigma**2 * np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
         residual[place] = np.linalg.cholesky(cov) @ rng.normal(size=len(time))
     size = len(residual)
-    given = Account(measurements, residual, Freedom(np.zeros((size, 0)), np.zeros(0)), np.zeros((size, 0)))
+    given = LinearModel(measurements, residual, Freedom(np.zeros((size, 0)), np.zeros(0)), np.zeros((size, 0)))
     found, _ = best_levels(given, usual_levels(measurements))
     # 40 s of noise that remembers for 2 s are some 20 independent samples an axis: its σ is told to 20 %
     assert found.gps.sigma == pytest.approx(LEVELS.gps.sigma, rel=0.4)

@@ -1,0 +1,96 @@
+"""What every hypothesis has to state and to do, checked on one fitted run."""
+
+from __future__ import annotations
+
+import math
+from typing import get_args
+
+import numpy as np
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.simulation.sensitivities import simulate_each
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
+from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Hypothesis
+from sssi_exudyn.validation.diagnosis.result import Kind, Number
+from sssi_exudyn.validation.diagnosis.search import responses_of
+
+UNSIGNED = ("gps_jump", "lever_arm")
+"""Their sentence gives a distance, whose direction is in the parameters."""
+
+
+def check_statements(hypothesis: Hypothesis) -> None:
+    """Name, kind, caption, formula or meaning, prior and distinctions are stated."""
+    cls = type(hypothesis)
+    assert hypothesis.name.isidentifier()
+    assert hypothesis.name.islower()
+    assert hypothesis.kind in get_args(Kind)
+    assert hypothesis.caption
+    assert not hypothesis.caption.endswith(".")
+    assert (cls.__dict__.get("__doc__") or "").strip(), "no formula, nor the term that has it"
+    assert hypothesis.weight > 0.0
+    others = [other for each in hypothesis.distinctions for other in each.others]
+    assert all(each.measurement for each in hypothesis.distinctions)
+    assert len(others) == len(set(others))
+    assert set(others) <= BY_NAME.keys() - {hypothesis.name}
+
+
+def check_on_run(hypothesis: Hypothesis, fitted: FittedRun) -> None:
+    """Probes move what instruments measure; candidates, their windows and their sentence fit the run."""
+    probes = hypothesis.probes(fitted)
+    size = len(fitted.prediction)
+    assert all(probe.size > 0.0 for probe in probes)
+    responses = responses_of(fitted, probes) if probes else np.zeros((size, 0))
+    assert np.all(np.isfinite(responses))
+    assert np.all(np.any(responses != 0.0, axis=0)), "a probe that nothing measures"
+    candidates = hypothesis.candidates(fitted, responses)
+    assert candidates
+    for index in {0, len(candidates) // 2, len(candidates) - 1}:
+        check_candidate(hypothesis, fitted, candidates[index], size)
+    check_linear(fitted, candidates[len(candidates) // 2])
+
+
+def check_candidate(hypothesis: Hypothesis, fitted: FittedRun, candidate: Candidate, size: int) -> None:
+    """Shapes and priors, the window inside the run, a sentence for both signs of the amplitudes."""
+    count = len(candidate.amplitudes)
+    assert candidate.free.columns.shape == (size, count)
+    assert candidate.free.scales.shape == (count,)
+    assert np.all(candidate.free.scales > 0.0)
+    assert all(spread > 0.0 for spread in candidate.places.values())
+    # only an amplitude of zero leaves the run as it was; a number of every model stands where it was fitted
+    amplitudes = {name: candidate.model.value(name) for group in candidate.amplitudes for name in group}
+    assert all(value == 0.0 or math.isclose(value, fitted.model.value(name)) for name, value in amplitudes.items())
+    readings = set()
+    for sign in (-1.0, 1.0):
+        numbers = _numbers(candidate, sign * candidate.free.scales)
+        window = hypothesis.window(fitted, candidate, numbers)
+        if window is not None:
+            assert fitted.run.time[0] <= window[0] < window[1] <= fitted.run.time[-1]
+        sentence = hypothesis.sentence(numbers, fitted.model)
+        assert sentence
+        assert sentence[0].islower() or sentence[0] == "μ"  # it follows "between 3.0 s and 4.0 s"
+        assert not sentence.endswith(".")
+        readings.add(sentence)
+    signed = any(candidate.model.bounds(group[0])[0] < 0.0 for group in candidate.amplitudes)
+    assert len(readings) == (2 if signed and hypothesis.name not in UNSIGNED else 1)
+
+
+def check_linear(fitted: FittedRun, candidate: Candidate) -> None:
+    """The linear response of the first amplitude, put together from cells, against the model with the term itself at a
+    tenth of its usual strength.
+    """
+    size = 0.1 * candidate.free.scales[0]
+    names = candidate.amplitudes[0]
+    changed = candidate.model.with_values({name: candidate.model.value(name) + size for name in names})
+    moved = simulate_each([changed], fitted.prepared, fitted.measurements.predicted)[0] - fitted.prediction
+    track = slice(0, fitted.measurements.blocks["height"].stop)
+    expected = size * candidate.free.columns[track, 0]
+    # a third of the largest change, or 3 mm: cells of 0.4 s for the shapes that are put together, and the curvature of
+    # what a few of the terms do
+    allowed = 0.003 + 0.35 * np.max(np.abs(expected))
+    assert np.max(np.abs(moved[track] - expected)) < allowed
+
+
+def _numbers(candidate: Candidate, sizes: Array) -> dict[str, Number]:
+    values = {group[0]: float(size) for group, size in zip(candidate.amplitudes, sizes, strict=True)}
+    values |= {name: candidate.model.value(name) for name in candidate.places}
+    return {name.partition(".")[2]: Number(value, value, value, "1") for name, value in values.items()}

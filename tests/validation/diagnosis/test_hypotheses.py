@@ -1,0 +1,206 @@
+"""The contract of every hypothesis, without exceptions, and that nothing else in the package knows their names."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis_contract import check_on_run, check_statements
+
+from sssi_exudyn.contact.terms.wind import Wind
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import (
+    BY_NAME,
+    HYPOTHESES,
+    STEADY_LAWS,
+    distinguishing_measurement,
+)
+from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Hypothesis, Numbers, SteadyLaw
+from sssi_exudyn.validation.measurements import measurements_of
+
+ROOT = Path(__file__).parents[3]
+IN_THE_FORMAT = 19
+"""Names that the format of ``diagnosis.json`` lists."""
+
+
+@pytest.fixture(scope="module")
+def fitted() -> FittedRun:
+    """Five seconds of a run, which have transitions, by the reduced model."""
+    recording = read_recording(ROOT / "examples" / "beginner")
+    motion = motion_from_recording(recording)
+    motion = replace(motion, stop=motion.start + 5.0)
+    model = problem_of(recording, motion, model_of(recording, motion), "joint").model
+    prepared = prepare(model, motion, step=0.01)
+    run = simulate_reduced(model, prepared)
+    measurements = measurements_of(recording, model, motion.start, motion.stop)
+    return FittedRun(model, prepared, run, measurements, measurements.predicted(model, run))
+
+
+def test_names_are_unique() -> None:
+    assert len(BY_NAME) == len(HYPOTHESES) == IN_THE_FORMAT
+
+
+@pytest.mark.parametrize("hypothesis", HYPOTHESES, ids=lambda each: each.name)
+def test_each_states_all_that_is_asked(hypothesis: Hypothesis) -> None:
+    check_statements(hypothesis)
+    assert any(distinguishing_measurement(hypothesis.name, other) for other in BY_NAME if other != hypothesis.name)
+
+
+@pytest.mark.parametrize("hypothesis", HYPOTHESES, ids=lambda each: each.name)
+def test_each_is_tried_on_a_run(hypothesis: Hypothesis, fitted: FittedRun) -> None:
+    check_on_run(hypothesis, fitted)
+
+
+def test_one_place_for_each_pair() -> None:
+    pairs = [
+        frozenset({hypothesis.name, other})
+        for hypothesis in HYPOTHESES
+        for distinction in hypothesis.distinctions
+        for other in distinction.others
+    ]
+    assert len(pairs) == len(set(pairs))
+    for pair in pairs:
+        one, other = pair
+        assert distinguishing_measurement(one, other) == distinguishing_measurement(other, one) is not None
+    assert distinguishing_measurement("nothing", "wind") is None
+
+
+def test_laws_of_a_day_are_physics() -> None:
+    assert {each.kind for each in STEADY_LAWS} == {"physics"}
+    assert not any(each.moves_all for each in STEADY_LAWS)
+
+
+class Draught(SteadyLaw):
+    """A hypothesis as it should be."""
+
+    name = "draught"
+    caption = "a draught"
+    amplitudes = (("w_f", 1.0),)
+
+    def part(self, fitted: FittedRun) -> Wind:
+        return Wind()
+
+    def sentence(self, numbers: Numbers, model: Model) -> str:
+        return f"a draught of {numbers['w_f'].value:.1f} m/s"
+
+
+class Uncaptioned(Draught):
+    """No caption."""
+
+    caption = ""
+
+
+class Impossible(Draught):
+    """A prior of zero."""
+
+    weight = 0.0
+
+
+class OneSided(Draught):
+    """The same words for wind from both sides."""
+
+    def sentence(self, numbers: Numbers, model: Model) -> str:
+        return "a draught"
+
+
+class Unfelt(Draught):
+    """A probe that changes nothing."""
+
+    def probes(self, fitted: FittedRun) -> list[object]:  # type: ignore[override]
+        return [replace(probe, model=fitted.model) for probe in super().probes(fitted)]
+
+
+class Misshapen(Draught):
+    """Usual sizes for amplitudes that it has not."""
+
+    @property
+    def scales(self) -> Array:
+        return np.array([1.0, 1.0])
+
+
+class Timeless(Draught):
+    """A window that is not inside the run."""
+
+    def window(self, fitted: FittedRun, candidate: object, numbers: Numbers) -> tuple[float, float]:  # type: ignore[override]
+        return -1.0, 0.0
+
+
+def test_the_contract_accepts_a_whole_hypothesis(fitted: FittedRun) -> None:
+    check_statements(Draught())
+    check_on_run(Draught(), fitted)
+
+
+@pytest.mark.parametrize("wrong", [Uncaptioned, Impossible])
+def test_a_statement_that_is_missing_is_noticed(wrong: type[Draught]) -> None:
+    with pytest.raises(AssertionError):
+        check_statements(wrong())
+
+
+@pytest.mark.parametrize("wrong", [OneSided, Unfelt, Misshapen, Timeless])
+def test_a_hypothesis_that_does_not_fit_the_run_is_noticed(wrong: type[Draught], fitted: FittedRun) -> None:
+    with pytest.raises(AssertionError):
+        check_on_run(wrong(), fitted)
+
+
+def test_no_hypothesis_without_a_sentence() -> None:
+    class Silent(SteadyLaw):
+        """What it means stands nowhere."""
+
+        name = "silent"
+        caption = "nothing"
+        amplitudes = (("w_f", 1.0),)
+
+        def part(self, fitted: FittedRun) -> Wind:
+            return Wind()
+
+    with pytest.raises(TypeError, match="sentence"):
+        Silent()  # type: ignore[abstract]
+
+
+def names_outside(tree: ast.Module, names: set[str]) -> list[str]:
+    """String literals that are one of ``names``, but for the name that a term's or fault's class gives itself."""
+    own = {
+        id(statement.value)
+        for cls in ast.walk(tree)
+        if isinstance(cls, ast.ClassDef)
+        for statement in cls.body
+        if isinstance(statement, ast.AnnAssign | ast.Assign)
+        for target in (statement.targets if isinstance(statement, ast.Assign) else [statement.target])
+        if isinstance(target, ast.Name) and target.id in ("name", "kind")
+    }
+    return [
+        f"{node.value!r} in line {node.lineno}"
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and node.value in names and id(node) not in own
+    ]
+
+
+def test_nothing_else_in_the_package_knows_their_names() -> None:
+    known = {
+        "contact/backends/compiled.py": {"wind"},  # the kind of a term, which wind's own name happens to be
+    }
+    folder = ROOT / "validation" / "diagnosis" / "hypotheses"
+    tops = [ROOT / name for name in ("sssi_exudyn", "bodies", "contact", "fitting", "validation")]
+    files = {path.resolve() for top in tops for path in top.rglob("*.py")}
+    found = {
+        str(path.relative_to(ROOT)): mentions
+        for path in sorted(files)
+        if folder not in path.parents
+        if (
+            mentions := names_outside(
+                ast.parse(path.read_text(encoding="utf-8")),
+                BY_NAME.keys() - known.get(str(path.relative_to(ROOT)), set()),
+            )
+        )
+    }
+    assert found == {}
+    assert names_outside(ast.parse('TABLE = {"gust": 1}'), set(BY_NAME)) == ["'gust' in line 1"]

@@ -1,0 +1,66 @@
+"""GPS fixes that are displaced for a while."""
+
+import numpy as np
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.faults import GpsJump
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.diagnosis.evidence import Freedom
+from sssi_exudyn.validation.diagnosis.hypothesis import (
+    Candidate,
+    Distinction,
+    FittedRun,
+    Hypothesis,
+    Numbers,
+    Probe,
+    add_part,
+    name_in_model,
+)
+
+
+class DisplacedFixes(Hypothesis):
+    """Fixes that are displaced for a while, which needs no simulation; the formula is that of ``GpsJump``."""
+
+    name = GpsJump.name
+    kind = "sensor"
+    caption = "displaced GPS fixes"
+    distinctions = (Distinction(("gust", "unexplained_force"), "a second receiver"),)
+    _USUAL = 0.6
+
+    def probes(self, fitted: FittedRun) -> list[Probe]:
+        return []
+
+    def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
+        time, found = fitted.measurements.fixes, []
+        n = len(time)
+        step = max(1, n // 80)
+        edges = [*range(0, n, step), n]
+        for a in range(len(edges) - 1):
+            for b in range(a + 1, len(edges)):
+                i, j = edges[a], edges[b]
+                if j - i < 3 or j - i > 0.5 * n:
+                    continue
+                t0 = float(0.5 * (time[i - 1] + time[i])) if i else float(time[0] - 1.0)
+                t1 = float(0.5 * (time[j - 1] + time[j])) if j < n else float(time[-1] + 1.0)
+                columns = np.zeros((len(fitted.prediction), 2))
+                columns[i:j, 0] = 1.0
+                columns[n + i : n + j, 1] = 1.0
+                part = GpsJump(t0=t0, t1=t1)
+                owner = name_in_model(fitted.model, part)
+                found.append(
+                    Candidate(
+                        add_part(fitted.model, part),
+                        Freedom(columns, np.full(2, self._USUAL)),
+                        ((f"{owner}.x",), (f"{owner}.y",)),
+                        {},
+                        (max(t0, float(time[0])), min(t1, float(time[-1]))),
+                    )
+                )
+        return found
+
+    def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float] | None:
+        return candidate.window
+
+    def sentence(self, numbers: Numbers, model: Model) -> str:
+        distance = np.hypot(numbers["x"].value, numbers["y"].value)
+        return f"the GPS fixes are displaced by {distance:.2f} m; no physics is missing"

@@ -1,0 +1,27 @@
+"""A motion capture that is turned about the vertical."""
+
+import numpy as np
+
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, KnownNumber, Numbers
+
+
+class HeadingMisalignment(KnownNumber):
+    """The capture's heading is off by ``heading_offset``, more than its instrument states: the commonest fault of
+    inertial sensors, whose compasses have steel edges and bindings beside them.
+    """
+
+    name = "heading_misalignment"
+    caption = "a correction of the capture's heading"
+    number = "start.heading_offset"
+    scale = 0.1
+    weight = 4.0
+    distinctions = (
+        Distinction(
+            ("heading_drift",), "the capture's heading held against a known direction before and after the run"
+        ),
+    )
+
+    def sentence(self, numbers: Numbers, model: Model) -> str:
+        offset = np.degrees(numbers["heading_offset"].value)
+        return f"the capture's heading is off by {offset:+.1f}°; no physics is missing"

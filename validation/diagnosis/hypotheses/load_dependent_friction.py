@@ -1,0 +1,22 @@
+"""Friction that depends on the load."""
+
+import numpy as np
+
+from sssi_exudyn.contact.terms.friction_corrections import LoadDependentFriction
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, Numbers, SteadyLaw
+
+
+class FrictionByLoad(SteadyLaw):
+    """Friction along the ski that changes with the load; the formula is that of ``LoadDependentFriction``."""
+
+    name = LoadDependentFriction.name
+    caption = "friction that depends on the load"
+    amplitudes = (("b", 0.05),)
+    distinctions = (Distinction(("snow_compaction",), "a straight run beside the turns on the same snow"),)
+
+    def part(self, fitted: FittedRun) -> LoadDependentFriction:
+        return LoadDependentFriction(load_ref=float(np.mean(fitted.run.foot_load)))
+
+    def sentence(self, numbers: Numbers, model: Model) -> str:
+        return f"μ_t changes by {numbers['b'].value:+.4f} when the load on a ski doubles"

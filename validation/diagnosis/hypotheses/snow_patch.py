@@ -1,0 +1,77 @@
+"""A stretch of other snow."""
+
+import itertools
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.diagnosis.evidence import Freedom
+from sssi_exudyn.validation.diagnosis.hypothesis import (
+    Candidate,
+    Distinction,
+    FittedRun,
+    Hypothesis,
+    Numbers,
+    Probe,
+    add_part,
+    by_sign,
+    intervals,
+    name_in_model,
+)
+
+
+class PatchOfSnow(Hypothesis):
+    """Snow that glides differently over a stretch, put together from cells along the fall line; the formula is that of
+    ``SnowPatch``.
+    """
+
+    name = SnowPatch.name
+    kind = "physics"
+    caption = "a stretch of other snow"
+    distinctions = (Distinction(("unexplained_force",), "a second run over the same place"),)
+    _TRIAL: Final = 0.02
+    _USUAL: Final = 0.06
+    _SLICKEST: Final = 0.01  # half of the least gliding friction that Wolfsperger et al. (2021) measured
+
+    def possible(self, model: Model) -> bool:
+        fallen = min(term.delta_mu_t for term in model.terms if isinstance(term, SnowPatch))
+        return model.friction.mu_t + fallen >= self._SLICKEST
+
+    def probes(self, fitted: FittedRun) -> list[Probe]:
+        edges = fitted.place_edges
+        return [
+            Probe(add_part(fitted.model, SnowPatch(self._TRIAL, float(a), float(b), 0.5)), self._TRIAL)
+            for a, b in itertools.pairwise(edges)
+        ]
+
+    def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
+        edges, found = fitted.place_edges, []
+        cells = len(edges) - 1
+        summed = np.hstack([np.zeros((len(responses), 1)), np.cumsum(responses, axis=1)])
+        spread = float(edges[-1] - edges[0]) / cells
+        for i, j in intervals(cells, 2, max(2, round(0.6 * cells))):
+            part = SnowPatch(0.0, float(edges[i]), float(edges[j]), 0.5)
+            owner = name_in_model(fitted.model, part)
+            found.append(
+                Candidate(
+                    add_part(fitted.model, part),
+                    Freedom(summed[:, [j]] - summed[:, [i]], np.array([self._USUAL])),
+                    ((f"{owner}.delta_mu_t",),),
+                    {f"{owner}.f0": spread, f"{owner}.f1": spread},
+                    (fitted.time_at(edges[i]), fitted.time_at(edges[j])),
+                )
+            )
+        return found
+
+    def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float]:
+        return fitted.time_at(numbers["f0"].value), fitted.time_at(numbers["f1"].value)
+
+    def sentence(self, numbers: Numbers, model: Model) -> str:
+        delta, elsewhere = numbers["delta_mu_t"].value, model.friction.mu_t
+        return (
+            f"the skis glide on {by_sign(delta, 'slower', 'faster')} snow: μ_t is {elsewhere + delta:.3f} there "
+            f"against {elsewhere:.3f} elsewhere"
+        )

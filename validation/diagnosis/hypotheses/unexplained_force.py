@@ -1,0 +1,36 @@
+"""A force that no known law explains."""
+
+import numpy as np
+
+from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.diagnosis.hypothesis import InTime, Numbers
+
+
+class LatentForce(InTime):
+    """A force in any direction for a while, which stands for all that the list does not know; the formula is that of
+    ``UnexplainedForce``.
+    """
+
+    name = UnexplainedForce.name
+    kind = "unexplained"
+    caption = "a force that no known law explains"
+    weight = 2.0
+    keys = ("force_f", "force_l", "force_n")
+    scale, trial, longest, least = 80.0, 20.0, 0.4, 1
+
+    def part(self, t0: float, t1: float, rise: float, amplitudes: dict[str, float]) -> UnexplainedForce:
+        return UnexplainedForce(t0=t0, t1=t1, **amplitudes)
+
+    def cell(self, t0: float, t1: float, amplitudes: dict[str, float]) -> UnexplainedForce:
+        return self.part(t0, t1, 1.0, amplitudes)
+
+    def profile(self, share: Array, rise: float) -> Array:
+        return np.ones(len(share))
+
+    def sentence(self, numbers: Numbers, model: Model) -> str:
+        return (
+            f"a force acts that no known law explains: {numbers['force_f'].value:+.0f} N down the slope, "
+            f"{numbers['force_l'].value:+.0f} N to the left, {numbers['force_n'].value:+.0f} N away from the snow"
+        )

@@ -1,0 +1,47 @@
+"""From log evidence to probabilities: priors of the hypotheses, and what evidence is worth when no model is exact."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
+
+SIZES: Final = (0.5, 1.0, 2.0)
+"""An effect may be weaker or stronger than usual; each counts a third."""
+NOTHING: Final = 0.5
+"""Prior probability that nothing is missing."""
+SHAPELESS: Final = 150.0
+"""Log evidence that an effect brings from which its exact form, which nobody knows, matters more than the noise: there
+the difference between two names counts for half.
+"""
+TEMPER: Final = 0.6
+"""Log evidence counts for this share: the world is none of our models, and errors that none of them knows make
+differences look more certain than they are.  Calibrated by the blind benchmark.
+"""
+INTERVAL_90: Final = 1.6449 / TEMPER**0.5
+"""Standard deviations to either side that hold the true number in nine of ten cases: what errors that no model knows
+take from the evidence they add to the intervals.
+"""
+
+
+def probabilities(names: Sequence[str], log_evidence: Array, explained: float = 0.0) -> Array:
+    """Posterior probabilities (…,) of hypotheses by their names, "" for nothing.
+
+    Differences of log evidence count less than they are (``TEMPER``), and less still the more there is to explain
+    (``SHAPELESS``).  What was ``explained`` (log evidence) by earlier findings makes nothing more probable: the
+    residual of a strong effect is partly its own form, which nobody knows.
+    """
+    whole = sum(BY_NAME[name].weight for name in names if name)
+    shares = [(1.0 - NOTHING) * BY_NAME[name].weight / whole if name else NOTHING for name in names]
+    nothing = list(names).index("")
+    behind = TEMPER * (np.max(log_evidence) - log_evidence)
+    gain = float(np.max(log_evidence) - log_evidence[nothing])
+    shapeless = np.full(len(behind), 1.0 + gain / SHAPELESS)
+    shapeless[nothing] += explained / SHAPELESS
+    logs = np.log(shares) - behind / shapeless
+    odds = np.exp(logs - logs.max())
+    return np.asarray(odds / odds.sum())
