@@ -21,12 +21,12 @@ A4: Final = (8.27, 11.69)
 _LINE: Final = 0.017
 """Height of a line of text, of the page's."""
 _TOP, _BOTTOM, _LEFT, _RIGHT = 0.93, 0.05, 0.08, 0.95
-_FIRST_COLUMN: Final = 0.42
-"""Share of a table's width that its first column takes."""
 _FACTS: Final = (0.0, 0.45, 0.48)
 """Where the columns of a table of facts begin, of its width; the second one ends there."""
 _MANY: Final = 6
-"""Columns from which a table is set smaller."""
+"""Columns beyond which a table is set smaller."""
+_LETTERS: Final = 880.0
+"""Letters of one point that fill a table's width."""
 
 
 def pdf_bytes(title: str, sentences: Sequence[str], sections: Iterable[Section]) -> bytes:
@@ -190,14 +190,11 @@ def _add_grid(paper: _Paper, rows: Sequence[Sequence[str]]) -> None:
     """A table; where it does not fit it goes on on the next page, below its headline again."""
     if len(rows) < 2:
         return
-    columns = len(rows[0]) - 1
-    first = _FIRST_COLUMN if columns < 4 else 0.2
-    width = (1.0 - first) / max(1, columns)
-    size = 8.0 if columns < _MANY else 7.0
+    size = 8.0 if len(rows[0]) <= _MANY else 7.0
+    edges = _column_edges(rows, size)
 
     def cells(row: Sequence[str]) -> list[tuple[str, float, float, str]]:
-        values = [(cell, first + k * width, first + (k + 1) * width, "right") for k, cell in enumerate(row[1:])]
-        return [(row[0], 0.0, first, "left"), *values]
+        return [(cell, edges[k], edges[k + 1], "right" if k > 0 else "left") for k, cell in enumerate(row)]
 
     head = cells(rows[0])
     paper.row(head, size=size, weight="bold")
@@ -207,8 +204,20 @@ def _add_grid(paper: _Paper, rows: Sequence[Sequence[str]]) -> None:
         paper.row(cells(row), size=size)
 
 
+def _column_edges(rows: Sequence[Sequence[str]], size: float) -> list[float]:
+    """Where the columns begin and the last one ends, of the table's width: each as wide as its longest cell.  What is
+    left goes to the first column; what is missing is taken from the widest one at a time.
+    """
+    letters = int(_LETTERS / size)
+    widths = [max(len(row[k]) for row in rows) + 3 for k in range(len(rows[0]))]
+    while sum(widths) > letters:
+        widths[widths.index(max(widths))] -= 1
+    widths[0] += letters - sum(widths)
+    return [sum(widths[:k]) / letters for k in range(len(widths) + 1)]
+
+
 def _wrapped(cells: Sequence[tuple[str, float, float, str]], size: float) -> list[list[str]]:
-    letters = 880.0 / size
+    letters = _LETTERS / size
     return [textwrap.wrap(text, max(8, int(letters * (end - begin)) - 1)) for text, begin, end, _ in cells]
 
 

@@ -3,19 +3,30 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
+from a_diagnosis import whole_version
 from a_run import GPS_BIAS, NAME, a_run
+from matplotlib.figure import Figure
 from tiny import Tiny
 
 from sssi_exudyn import commands
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.reports.report import render, write_run
+from sssi_exudyn.core.quantity import quantities
+from sssi_exudyn.io.typed import convert
+from sssi_exudyn.reports.report import render, render_pdf, write_run
+from sssi_exudyn.reports.section import Grid
+from sssi_exudyn.reports.sections.terms import terms
 from sssi_exudyn.results.folder import MEASURED, read_skeleton, read_summary, read_table
-from sssi_exudyn.results.stored import read_run
+from sssi_exudyn.results.stored import StoredRun, read_run
+from sssi_exudyn.results.summary import Estimate, FrictionShares, Posture, PostureSigma, Prediction
+from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 
 class Outline(HTMLParser):
@@ -155,12 +166,12 @@ def test_a_minute_stays_within_the_budget() -> None:
 
 
 def test_what_went_wrong_and_what_was_missing_is_said_first() -> None:
-    told = {
+    figures = {
         "diverged": "no step at 3.2 s",
         "diagnosis": {"verdict": "explained", "sentence": "A gust blows."},
         "notices": ["Slope estimated."],
     }
-    shown = Outline(render([a_run(3.0, **told)])).text
+    shown = Outline(render([a_run(3.0, **figures)])).text
     lead = shown[: shown.index("The run")]
     assert "stopped before the end (no step at 3.2 s)" in lead
     assert "A gust blows." in lead
@@ -205,6 +216,82 @@ def test_a_result_folder_gives_the_page_again(folder: Path, tmp_path: Path, page
     assert (folder / "report.html").read_text(encoding="utf-8") == page
     made = commands.report([folder], tmp_path / "again.html")
     assert made.read_text(encoding="utf-8") == page
+
+
+def few_sensors_run() -> StoredRun:
+    """A run of few sensors: most of its posture is assumed."""
+    posture = Posture(
+        measured=("both skis",),
+        assumed=("knee flexion <90°",),
+        sigma=PostureSigma(edge_deg=5.0, pitch_deg=3.0, heading_deg=6.0, height_m=0.05),
+        gps_lag_s=None,
+        unbalanced_rms_m=0.02,
+        mu_t_se=FrictionShares(0.001, 0.004, 0.01, 0.02),
+        effective_friction=Estimate(0.2, 0.01),
+        second_half=Prediction(0.05, 0.4, 0.9, 7.0),
+    )
+    time = np.arange(0.0, 14.0, 0.1)
+    speeds = pd.DataFrame({"time_s": time, "measured_mps": 5.0 + np.sin(time), "predicted_mps": 5.0 + 0.0 * time})
+    return replace(a_run(posture=posture), second_half=speeds)
+
+
+def test_every_command_leaves_the_report_that_is_made_from_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    results = {
+        "muscles": a_run(),
+        "few sensors": few_sensors_run(),
+        "diagnosis": replace(a_run(), diagnosis=convert(whole_version(), Diagnosis)),
+    }
+    words = {
+        "muscles": ["Muscles", "quadriceps femoris", "Contact forces of knees and L5/S1."],
+        "few sensors": ["Few sensors", "knee flexion <90°", "Nothing was fitted beyond the line"],
+        "diagnosis": ["What was left out", "snow patch (97%)", "Force that the model lacks"],
+    }
+    for name, run in results.items():
+        folder = tmp_path / name
+        write_run(folder, run)
+        if name == "muscles":
+            commands.muscles(folder, None)
+        left = (folder / "report.html").read_bytes()
+        assert commands.report([folder], tmp_path / "again.html").read_bytes() == left, name
+        shown = Outline(left.decode())
+        for each in words[name]:
+            assert each in shown.text, name
+        written = words_on_paper(folder, monkeypatch)
+        for each in words[name]:
+            assert each in written, name
+
+
+def words_on_paper(folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """All text of the document to print, without what stands in its plots."""
+    lines: list[str] = []
+    text = Figure.text
+
+    def spy(self: Figure, x: float, y: float, words: str, **look: Any) -> Any:
+        lines.append(words)
+        return text(self, x, y, words, **look)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Figure, "text", spy)
+        render_pdf([read_run(folder)])
+    return " ".join(lines)
+
+
+def test_every_force_term_is_there_with_its_numbers_and_their_sources(outline: Outline) -> None:
+    model = a_run().model
+    for term in model.terms:
+        for name, about in quantities(term).items():
+            assert re.search(rf"\n{name}.*{re.escape(about.source)}", outline.text), (term.name, name)
+    assert "0.061 ± 0.001" in outline.text
+
+
+def test_fitted_numbers_of_terms_carry_their_error() -> None:
+    fitted = {"parameters": {"friction.mu_t": {"value": 0.1, "se": 0.02}}}
+    section = terms([a_run(fit=fitted)])
+    rows = {row[0]: row for block in section.blocks if isinstance(block, Grid) for row in block.rows}
+    assert rows["mu_t"][1:6] == ["0.10 ± 0.02", "1", "0.01", "0.99", "fitted"]
+    assert rows["mu_n"][5] == "fixed"
 
 
 def test_the_document_to_print_is_whole_and_the_same_each_time(folder: Path, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.section import Block, Drawing, Facts, Heading, Items, Runs, Section, Text, section_of_each
-from sssi_exudyn.reports.sections.tables import number
+from sssi_exudyn.reports.sections.tables import estimate_text, number
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Posture
 
@@ -54,7 +54,7 @@ def _rows(posture: Posture) -> list[tuple[str, str, str]]:
         ("balance (m)", number(posture.unbalanced_rms_m), "by which the posture fails to balance in roll"),
         (
             "effective friction",
-            f"{number(effective.value)} ± {number(effective.se, 1)}",
+            estimate_text(effective),
             "of the way: along and across the skis together, which only a measured steering angle distinguishes",
         ),
     ]

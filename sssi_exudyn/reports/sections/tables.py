@@ -12,7 +12,7 @@ import numpy as np
 
 from sssi_exudyn.reports.section import Runs, Section, table_section
 from sssi_exudyn.results.stored import StoredRun
-from sssi_exudyn.results.summary import SegmentRoundTrip, Summary
+from sssi_exudyn.results.summary import Estimate, SegmentRoundTrip, Summary
 
 Entry = tuple[str, Callable[[Summary], str]]
 """What a row is about, and its figure in a summary as text."""
@@ -37,10 +37,14 @@ def table_1(runs: Runs) -> Section:
 
 def friction(summary: Summary, name: str) -> str:
     """A friction coefficient, ± its standard error where it was fitted."""
-    figure = getattr(summary.friction, name)
-    if figure.value is None:
+    return estimate_text(getattr(summary.friction, name))
+
+
+def estimate_text(estimate: Estimate) -> str:
+    """A number, ± its standard error where it has one; a dash where there is none."""
+    if estimate.value is None:
         return "–"
-    return f"{figure.value:.3f}" if figure.se is None else with_spread(figure.value, figure.se)
+    return f"{estimate.value:.3f}" if estimate.se is None else with_spread(estimate.value, estimate.se)
 
 
 def agreement(runs: Runs) -> Section:
@@ -83,8 +87,10 @@ def capture(runs: Runs) -> Section:
     def cell(row: SegmentRoundTrip | None) -> str:
         if row is None:
             return "–"
-        angles = f"{number(row.filtered_rms_deg, 2)}° ({number(row.filtered_max_deg, 2)}°)"
-        return f"{angles}, {number(row.place_rms_mm, 2)} mm"
+        figures = (row.filtered_rms_deg, row.filtered_max_deg, row.place_rms_mm)
+        if any(figure is None for figure in figures):
+            return "–"
+        return "{:.2f}° ({:.2f}°), {:.1f} mm".format(*figures)
 
     rows = [
         [segment.replace("_r", ", right").replace("_l", ", left"), *(cell(rows.get(segment)) for rows in known)]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from a_diagnosis import FIRST_VERSION, whole_version
 from schema_check import check_against_schema
 
 from sssi_exudyn.core.errors import InputError
@@ -16,40 +17,9 @@ from sssi_exudyn.io.writing import to_json, to_plain
 from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.section import Section
 from sssi_exudyn.reports.sections.diagnosis import diagnosis_blocks
-from sssi_exudyn.validation.diagnosis.result import Diagnosis, ForceOverTime, LatentForce, TrackDistance
+from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 SCHEMA = Path(__file__).parents[3] / "validation" / "diagnosis" / "diagnosis.schema.json"
-FIRST_VERSION: dict[str, Any] = {
-    "format": 1,
-    "recording": "train_patch",
-    "verdict": "explained",
-    "sentence": "Between 5.6 s and 8.3 s the skis glide on slower snow: μ_t is 0.15 there against 0.09 elsewhere.",
-    "findings": [
-        {
-            "kind": "physics",
-            "name": "snow_patch",
-            "probability": 0.97,
-            "alternatives": [{"name": "pole_plant", "probability": 0.02}],
-            "where": {
-                "t0_s": 5.6,
-                "t1_s": 8.3,
-                "distance_m": [52.1, 75.4],
-                "side": "both",
-                "phase": ["control", "completion"],
-            },
-            "parameters": {"delta_mu_t": {"value": 0.062, "low": 0.055, "high": 0.069, "unit": "1"}},
-            "impulse_Ns": [-98.0, 4.1, 0.3],
-            "evidence": {
-                "trajectory_error_m": {"before": 0.61, "after": 0.03},
-                "held_out_error_m": {"before": 0.58, "after": 0.04},
-                "chi2_per_dof": {"before": 41.0, "after": 1.02},
-            },
-        }
-    ],
-    "friction": {"before": {"mu_t": 0.112, "mu_n": 0.71}, "after": {"mu_t": 0.0901, "mu_n": 0.72}},
-    "noise": {"gps_sigma_m": 0.021, "gps_correlation_s": 3.6},
-}
-"""What the format's first description shows."""
 
 
 def shown(diagnosis: Diagnosis) -> str:
@@ -90,23 +60,7 @@ def test_a_file_of_the_first_version_is_read_and_shown(tmp_path: Path) -> None:
 
 
 def test_the_section_shows_what_the_file_holds(tmp_path: Path) -> None:
-    zero = (0.0, 0.0, 0.0)
-    force = ForceOverTime(
-        (0.0, 1.0, 2.0), (zero, (50.0, -3.0, 1.0)), (zero, zero), ((False,) * 3, (True, False, False))
-    )
-    content = {
-        **FIRST_VERSION,
-        "latent_force": to_plain(LatentForce(force, force)),
-        "track_distance": to_plain(TrackDistance((0.0, 0.1), (0.5, 0.6), (0.1, 0.1))),
-        "weighed": [
-            [
-                {"name": "snow_patch", "probability": 0.97, "log_evidence": 12.0, "refitted": True},
-                {"name": "gust", "probability": 0.0, "log_evidence": None},
-                {"name": "nothing", "probability": 0.02, "log_evidence": 2.0},
-            ]
-        ],
-    }
-    section = shown(read(tmp_path, content))
+    section = shown(read(tmp_path, whole_version()))
     assert section.count("<svg") == 3
     assert "log evidence +10.0 against nothing; refitted" in section
     assert "not possible" in section
