@@ -10,6 +10,7 @@ import argparse
 import os
 import sys
 import traceback
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from importlib import metadata
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from sssi_exudyn.core.errors import InputError, SssiError
+from sssi_exudyn.core.text import one_line
 from sssi_exudyn.runtime.progress import Progress, progress_on_stderr
 
 BACKENDS = ("fastest", "compiled", "numpy", "symbolic", "python")
@@ -179,7 +181,7 @@ def _status(options: argparse.Namespace) -> int:
             return _failed(
                 options, 1, "Exudyn needs the OpenGL library libGL.so.1; on Debian: sudo apt-get install libgl1"
             )
-        fault = f"{type(error).__name__}: {error}".splitlines()[0]
+        fault = one_line(f"{type(error).__name__}: {error}", 500)
         return _failed(options, 1, f"{fault}; this is a fault of the program, --debug shows where")
     return 0
 
@@ -190,6 +192,8 @@ def _call(options: argparse.Namespace) -> str:
     from sssi_exudyn.runtime.exudyn_build import take_fast_build
 
     take_fast_build()
+    if not options.debug:
+        warnings.simplefilter("ignore")  # of libraries, about figures that are checked here: the error line says it
     from sssi_exudyn import commands
     from sssi_exudyn.io.writing import to_json
     from sssi_exudyn.results.summary import summary_to_dict

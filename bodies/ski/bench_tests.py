@@ -23,7 +23,6 @@ A folder holds ``bench.toml`` and the tests' tables::
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,7 +32,8 @@ from sssi_exudyn.bodies.ski.ski import PROFILES
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import build_checked, quantity
-from sssi_exudyn.io.files import inside, read_text
+from sssi_exudyn.io.files import inside
+from sssi_exudyn.io.settings import name_of, read_toml
 from sssi_exudyn.io.table import read_table
 
 
@@ -68,16 +68,13 @@ def read_measurements(folder: str | Path) -> Measurements:
     """Read ``bench.toml`` and its tables.  Raises InputError."""
     folder = Path(folder)
     file = inside(folder, "bench.toml", folder / "bench.toml", "")
-    try:
-        settings: dict[str, object] = tomllib.loads(read_text(file))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(file, "", f"is not TOML: {error}", "correct the file") from None
+    settings = dict(read_toml(file))
     sections = {name: _section(settings, name, file) for name in ("scan", "bending", "vibration")}
     scan = _columns(folder, sections["scan"], file, "scan", ("from_tail_mm", "width_mm", "thickness_mm", "height_mm"))
     bending = _columns(folder, sections["bending"], file, "bending", ("force_N", "deflection_mm"))
     vibration = _columns(folder, sections["vibration"], file, "vibration", ("time_s", "signal"))
     values: dict[str, object] = {
-        "name": str(settings.get("name", folder.resolve().name)),
+        "name": name_of(settings, "name", file, "", default=folder.resolve().name),
         "scan_place": 1e-3 * scan[0],
         "width": 1e-3 * scan[1],
         "thickness": 1e-3 * scan[2],

@@ -6,7 +6,6 @@ is the same measured forwards from the boot centre.  The catalogue is ``skis.tom
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,13 +17,19 @@ from numpy.typing import ArrayLike
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import build_checked, quantities, quantity
-from sssi_exudyn.io.files import inside, read_text
+from sssi_exudyn.core.text import one_line
+from sssi_exudyn.io.files import inside
+from sssi_exudyn.io.settings import read_toml
 
 CATALOGUE: Final = Path(__file__).with_name("skis.toml")
 KINDS: Final = ("linear", "flat_at_start", "flat_at_end")
 PROFILES: Final = {"width": (20.0, 300.0), "thickness": (1.0, 60.0), "height": (-50.0, 400.0)}
 """The profiles of a ski and the bounds of their values (mm): wide enough for snowboards, too narrow for metres."""
 _GAUSS_S, _GAUSS_W = np.polynomial.legendre.leggauss(8)
+
+
+_MOST_POINTS: Final = 1000
+"""Of a profile in a file; scans have one every few centimetres."""
 
 
 @dataclass(frozen=True)
@@ -188,7 +193,7 @@ def ski_from_table(name: str, table: object, file: str | Path) -> Ski:
         if key in PROFILES:
             numbers[key] = _profile(value, key, file, f"[{name}.{key}]")
         elif key == "source":
-            numbers[key] = str(value)
+            numbers[key] = one_line(value, 500)
         elif key in keys:
             numbers[keys[key]] = value
         else:
@@ -232,6 +237,8 @@ def _profile(table: object, name: str, file: str | Path, place: str) -> Profile:
         ):
             raise InputError(file, f"{place} {key}", f"not a list of numbers from {least:g} to {most:g}", "correct it")
     s, between = table["s"], table["between"]
+    if len(s) > _MOST_POINTS:
+        raise InputError(file, f"{place} s", f"{len(s)} points are more than a profile needs", "leave some out")
     words = [between] * (len(s) - 1) if isinstance(between, str) else between
     if not isinstance(words, list) or not all(isinstance(word, str) for word in words):
         raise InputError(file, f"{place} between", "is neither a word nor a list of words", f"use {', '.join(KINDS)}")
@@ -242,10 +249,7 @@ def _profile(table: object, name: str, file: str | Path, place: str) -> Profile:
 
 
 def _tables(path: Path) -> dict[str, object]:
-    try:
-        return tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(path, "", f"is not TOML: {error}", "correct the file") from None
+    return dict(read_toml(path))
 
 
 def uniform_ski(

@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final
+
+from sssi_exudyn.core.text import one_line
+
+_LONGEST: Final = 1000
+"""Characters of the path, of the problem and of the fix each."""
 
 
 class SssiError(Exception):
     """Something went wrong that the user can read about in one line."""
 
+    def __init__(self, message: object = "") -> None:
+        super().__init__(one_line(message, 4 * _LONGEST))
+
 
 class InputError(SssiError):
     """Bad input: names the file, the place in it, what is wrong and how to fix it.
+
+    The message is one printable line of bounded length, whatever the file and its name hold.
 
     Parameters
     ----------
@@ -21,9 +32,10 @@ class InputError(SssiError):
     """
 
     def __init__(self, file: str | Path, place: str, problem: str, fix: str) -> None:
-        self.file, self.place, self.problem, self.fix = str(file), place, problem, fix
-        where = f"{file}: {place}" if place else f"{file}"
-        super().__init__(f"{where}: {problem}; {fix}")
+        self.file = str(file)
+        self.place, self.problem, self.fix = one_line(place), one_line(problem, _LONGEST), one_line(fix, _LONGEST)
+        where = one_line(self.file, _LONGEST) + (f": {self.place}" if self.place else "")
+        super().__init__(f"{where}: {self.problem}; {self.fix}")
 
     def __reduce__(self) -> tuple[type, tuple[object, ...]]:  # so that it comes back whole from another process
         return type(self), (self.file, self.place, self.problem, self.fix)

@@ -17,15 +17,17 @@ import tomli_w
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.text import one_line
 from sssi_exudyn.importing.bvh_writer import bvh_text
 from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
 from sssi_exudyn.importing.sensor_logs import BAROMETER, PRESSURE, split_place, write_pressure, write_sensors
+from sssi_exudyn.io.files import read_bytes
 from sssi_exudyn.io.writing import clear_errors, folder_lock
 from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes
 from sssi_exudyn.recording.instruments.gps import READERS, gps_from_fixes, read_fixes
 from sssi_exudyn.recording.instruments.insoles import is_insoles, read_insoles
-from sssi_exudyn.recording.read import FILE, read_recording
-from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.recording import FILE, Recording
 
 MOTION, GPS, INSOLES, SENSORS = "motion.bvh", "gps.csv", "insoles.csv", "sensors"
 _NEEDED: Final = ("mass_kg", "height_m", "skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m")
@@ -157,8 +159,8 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
     given = (sources.motion, *(path for _, path in sources.sensors), sources.gps, sources.insoles)
     settings: dict[str, Any] = {
         "format": 1,
-        "name": answers.name or sources.first.stem,
-        "note": f"imported from {', '.join(path.name for path in given if path is not None)}",
+        "name": one_line(answers.name or sources.first.stem),
+        "note": f"imported from {', '.join(one_line(path.name) for path in given if path is not None)}",
         "skier": _without_none({"mass_kg": answers.mass_kg, "height_m": answers.height_m, "sex": answers.sex}),
         "equipment": {name: getattr(answers, name) for name in _NEEDED[2:]},
     }
@@ -183,7 +185,7 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
     if sources.insoles is not None:
         read_insoles(sources.insoles)  # errors name this file, not the copy
         settings["insoles"] = {"file": INSOLES}
-        shutil.copyfile(sources.insoles, made / INSOLES)
+        (made / INSOLES).write_bytes(read_bytes(sources.insoles))
     (made / FILE).write_text(tomli_w.dumps(settings), encoding="utf-8")
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.bounds import MAX_NUMBERS
 from sssi_exudyn.io.files import read_bytes
 from sssi_exudyn.runtime.optional import library
 
@@ -82,6 +83,8 @@ def _child(path: str) -> None:
     file = library("ezc3d", Path(path)).c3d(path)
     point = file["parameters"]["POINT"]
     labels = [*point["LABELS"]["value"], *point.get("LABELS2", {"value": []})["value"]]
+    if 3 * file["data"]["points"][0].size > MAX_NUMBERS:
+        raise ValueError("more points than any run has")
     places = np.moveaxis(file["data"]["points"][:3], 0, -1).swapaxes(0, 1)  # frames, points, x y z
     lost = file["data"]["meta_points"]["residuals"][0].T < 0.0
     places[lost] = np.nan

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import BODY_FROM_BVH, Array
 from sssi_exudyn.importing.resample import even_frames
+from sssi_exudyn.io.bounds import MAX_JOINTS, check_samples
 from sssi_exudyn.io.markup import elements, local_name, text_below
 from sssi_exudyn.recording.instruments.bvh import Bvh
 
@@ -33,6 +34,8 @@ _ENDS: Final = {
     "Head": "pTopOfHead", "RightHand": "pRightTopOfHand", "LeftHand": "pLeftTopOfHand",
     "RightToe": "pRightToe", "LeftToe": "pLeftToe",
 }  # fmt: skip
+_LATEST: Final = 10**14
+"""ms since 1970, beyond the year 5000."""
 _RATES: Final = (20.0, 2000.0)
 
 
@@ -84,9 +87,13 @@ def _add_subject(path: Path, parts: _Parts, element: Element) -> None:
 def _add_segment(path: Path, parts: _Parts, element: Element) -> None:
     label = element.get("label", "")
     parts.segments.append(label)
+    if len(parts.segments) > MAX_JOINTS:
+        raise InputError(path, f"segment {label}", "more segments than any skier has", "export one skier alone")
     for point in element.iter():
+        if local_name(point) != "point":
+            continue
         place = text_below(point, "pos_b") or text_below(point, "pos_s")  # version 4; version 3 and before
-        if local_name(point) == "point" and place:
+        if place:
             name = f"{label}/{point.get('label')}"
             parts.points[name] = _floats(path, f"point {name}", place, 3)
 
@@ -95,10 +102,13 @@ def _add_frame(path: Path, parts: _Parts, element: Element) -> None:
     number = len(parts.index)
     place = f"frame {element.get('index', number)}"
     try:
-        parts.index.append(int(element.get("index", number)))
-        moment = int(element.get("ms", 0))
+        index, moment = int(element.get("index", number)), int(element.get("ms", 0))
+        if max(abs(index), abs(moment)) > _LATEST:
+            raise ValueError
     except ValueError:
         raise InputError(path, place, "index or ms is no whole number", "export the capture again") from None
+    parts.index.append(index)
+    check_samples(path, place, len(parts.index), 7 * len(parts.segments))
     if number == 0 and moment > 0:
         parts.began = moment / 1000.0
     wide = 4 * len(parts.segments)
@@ -171,7 +181,7 @@ def _tree(path: Path, parts: _Parts) -> tuple[list[str], tuple[int, ...], Array,
 def _floats(path: Path, place: str, text: str | None, count: int) -> Array:
     """``count`` finite numbers; raises InputError otherwise."""
     try:
-        values = np.array((text or "").split(), dtype=float)
+        values = np.array((text or "").split(None, count)[: count + 1], dtype=float)
     except ValueError:
         values = np.empty(0)
     if len(values) != count or not np.all(np.isfinite(values)):

@@ -23,7 +23,7 @@ def even_frames(path: Path, time: Array, rotations: Array, root: Array) -> tuple
     Returns time, rotations and root at even steps, and what was done, in words.  Raises InputError where no stretch is
     long enough.
     """
-    clock = bridge_gaps(path, time)
+    clock = bridge_gaps(path, time, 3 * rotations.shape[1])
     kept = time[clock.keep]
     count = len(clock.time)
     even = np.linspace(clock.time[0], clock.time[-1], count)

@@ -15,8 +15,9 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.io.bounds import MAX_COLUMNS, check_samples
 from sssi_exudyn.io.files import read_text
-from sssi_exudyn.io.table import numbers
+from sssi_exudyn.io.table import check_time, numbers
 from sssi_exudyn.recording.instruments.imu import PLACES, read_barometer, read_imu
 from sssi_exudyn.recording.instruments.insoles import read_insoles
 
@@ -71,7 +72,7 @@ def write_pressure(path: Path, folder: Path, mass: float) -> None:
     Counts are no newtons: they are scaled so that all cells together carry the skier's weight (``mass`` kg) on average,
     which leaves the share between the feet as the cells have it.  Raises InputError for other tables.
     """
-    lines = [(number, line.split(",")) for number, line in enumerate(read_text(path).split("\n"), 1) if line.strip()]
+    lines = _cells(path)
     names = [name.strip() for name in lines[0][1]]
     cells = [column for column, name in enumerate(names) if name.endswith("_adc")]
     if "t_s" not in names or "side" not in names or not cells:
@@ -86,8 +87,10 @@ def write_pressure(path: Path, folder: Path, mass: float) -> None:
         if len(rows) < 3:
             raise InputError(path, "column side", f"{len(rows)} samples of side {side}", "log both feet, L and R")
         by_side[side] = numbers(path, rows, 1 + len(cells), ",")
+        check_time(path, by_side[side][:, 0], tuple(f"line {number}" for number, _ in rows))
     start, stop = (pick(float(table[end, 0]) for table in by_side.values()) for pick, end in ((max, 0), (min, -1)))
     step = float(np.median([np.median(np.diff(table[:, 0])) for table in by_side.values()]))
+    check_samples(path, "column t_s", (stop - start) / step, 2 * len(cells))
     time = np.arange(start, stop, step)
     columns = {"time_s": time}
     for side, word in _SIDES.items():
@@ -106,9 +109,19 @@ def write_pressure(path: Path, folder: Path, mass: float) -> None:
         raise InputError(path, error.place, error.problem, error.fix) from None
 
 
+def _cells(path: Path) -> list[tuple[int, list[str]]]:
+    """The cells of every line that is not empty, with its number.  Raises InputError for more than any run has."""
+    lines = [(number, line) for number, line in enumerate(read_text(path).split("\n"), 1) if line.strip()]
+    widest = 1 + max(line.count(",") for _, line in lines)
+    if widest > MAX_COLUMNS:
+        raise InputError(path, "header", "more columns than any instrument has", "export the file again")
+    check_samples(path, "", len(lines), widest)
+    return [(number, line.split(",")) for number, line in lines]
+
+
 def _channels(path: Path) -> dict[str, Array]:
     """The channels of a logger's table under the names of a recording; samples that repeat a time are left out."""
-    lines = [(number, line.split(",")) for number, line in enumerate(read_text(path).split("\n"), 1) if line.strip()]
+    lines = _cells(path)
     names = [_NAMES.get(name.split("(")[0].strip(), name.strip()) for name in lines[0][1]]
     used = [column for column, name in enumerate(names) if name.startswith(_CHANNELS)]
     if "time_s" not in names or len(used) < 2:

@@ -1,4 +1,4 @@
-"""Files of a recording: found only inside its folder, bounded in size, decoded and hashed; nothing is trusted.
+"""Files from outside: regular files only, found inside their folder, bounded in size, decoded and hashed.
 
 Every function raises InputError, with a fix, instead of the operating system's errors.
 """
@@ -6,16 +6,17 @@ Every function raises InputError, with a fix, instead of the operating system's 
 from __future__ import annotations
 
 import hashlib
+import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Final
+from typing import BinaryIO
+
+import numpy as np
 
 from sssi_exudyn.core.errors import InputError
-
-MAX_BYTES: Final = 50_000_000
-"""The largest file that is read, bytes: two and a half minutes of capture at 100 Hz, 59 joints with all channels."""
-MAX_LINES: Final = 2_000_000
-"""The most lines a text may have: five hours at 100 Hz."""
+from sssi_exudyn.io.bounds import MAX_BYTES, MAX_LINE, MAX_LINES
 
 
 def inside(folder: Path, name: str, file: Path, place: str) -> Path:
@@ -45,9 +46,8 @@ def inside(folder: Path, name: str, file: Path, place: str) -> Path:
     try:
         about = path.stat()
     except OSError as error:
-        reason = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read ({error.strerror})"
         fix = f"put it there or correct {place} in {file.name}" if place else "give the recording's folder"
-        raise InputError(folder / name, "", f"the file {reason}", fix) from None
+        raise InputError(folder / name, "", f"the file {_reason(error)}", fix) from None
     if not stat.S_ISREG(about.st_mode):
         raise InputError(folder / name, "", "this is not a file", f"correct {place} in {file}")
     if about.st_size == 0:
@@ -62,14 +62,32 @@ def inside(folder: Path, name: str, file: Path, place: str) -> Path:
     return path
 
 
-def read_bytes(path: Path, limit: int = MAX_BYTES) -> bytes:
-    """The bytes of a file; raises InputError where it cannot be read, is empty or has more than ``limit`` bytes."""
+@contextmanager
+def open_regular(path: Path) -> Iterator[BinaryIO]:
+    """A regular file, opened for reading; a pipe or a device, which may never end, is not waited for.
+
+    Raises InputError where it is no regular file or cannot be read.
+    """
     try:
-        with path.open("rb") as stream:
+        # O_NONBLOCK: else a pipe without a writer would block here already.  Windows has no such flag.
+        number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        regular = stat.S_ISREG(os.fstat(number).st_mode)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        raise InputError(path, "", f"the file {_reason(error)}", "put it there or correct its path") from None
+    if not regular:
+        os.close(number)
+        raise InputError(path, "", "this is not a file", "give the path of a file")
+    with os.fdopen(number, "rb") as stream:
+        yield stream
+
+
+def read_bytes(path: Path, limit: int = MAX_BYTES) -> bytes:
+    """The bytes of a regular file; raises InputError where it cannot be read, is empty or has more than ``limit``."""
+    with open_regular(path) as stream:
+        try:
             data = stream.read(limit + 1)  # bounded even if the file grows meanwhile
-    except OSError as error:
-        reason = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read ({error.strerror})"
-        raise InputError(path, "", f"the file {reason}", "put it there or correct its path") from None
+        except OSError as error:
+            raise InputError(path, "", f"the file {_reason(error)}", "put it there or correct its path") from None
     if not data.strip():
         raise InputError(path, "", "the file is empty", "export it again")
     if len(data) > limit:
@@ -80,22 +98,35 @@ def read_bytes(path: Path, limit: int = MAX_BYTES) -> bytes:
 def read_text(path: Path, limit: int = MAX_BYTES) -> str:
     """The text of a UTF-8 file, with or without byte order mark, every line ending as a line feed.
 
-    Raises InputError for what ``read_bytes`` refuses, other encodings and more than ``MAX_LINES`` lines.
+    Raises InputError for what ``read_bytes`` refuses, other encodings, more than ``MAX_LINES`` lines and lines of more
+    than ``MAX_LINE`` bytes.
     """
+    data = read_bytes(path, limit)
+    if b"\r" in data:
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    ends = np.flatnonzero(np.frombuffer(data, dtype=np.uint8) == ord("\n"))
+    if len(ends) > MAX_LINES:
+        raise InputError(path, f"line {MAX_LINES + 1}", "more lines than any run has", "cut the file to the run")
+    lengths = np.diff(ends, prepend=-1, append=len(data))
+    if np.max(lengths) > MAX_LINE:
+        raise InputError(path, f"line {np.argmax(lengths) + 1}", "longer than any line of a run", "export it again")
     try:
-        text = read_bytes(path, limit).decode("utf-8-sig")
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(
             path, f"byte {error.start + 1}", "this is not UTF-8 text", "save the file as UTF-8 (plain text)"
         ) from None
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
     if not text.strip():
         raise InputError(path, "", "the file is empty", "export it again")
-    if text.count("\n") > MAX_LINES:
-        raise InputError(path, f"line {MAX_LINES + 1}", "more lines than any run has", "cut the file to the run")
     return text
 
 
 def sha256(path: Path) -> str:
     """``"sha256:<hex>"`` of a file's bytes."""
     return "sha256:" + hashlib.sha256(read_bytes(path)).hexdigest()
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, FileNotFoundError):
+        return "does not exist"
+    return f"cannot be read ({error.strerror if isinstance(error, OSError) else 'its name is no name'})"

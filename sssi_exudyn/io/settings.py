@@ -1,4 +1,4 @@
-"""Tables of ``recording.toml``: keys that carry units on one side, declared quantities in SI on the other.
+"""TOML files: read within bounds; keys that carry units on one side, declared quantities in SI on the other.
 
 A field declared ``quantity(..., "kg", ...)`` as ``mass`` is the key ``mass_kg``; angles stand in degrees in the file.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 import tomllib
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
@@ -14,10 +15,10 @@ from typing import Any, Final
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import Quantity, quantities
+from sssi_exudyn.core.text import one_line
+from sssi_exudyn.io.bounds import MAX_DEPTH, MAX_NAME, MAX_TOML, MAX_VALUES
 from sssi_exudyn.io.files import read_text
 
-MAX_TOML: Final = 1_000_000
-"""bytes; a recording's notes have a thousand."""
 _IN_FILE: Final = {"kg": ("kg", 1.0), "m": ("m", 1.0), "s": ("s", 1.0), "rad": ("deg", math.pi / 180.0)}
 """SI unit → the unit in the key, and the factor from it to SI."""
 _MISTAKEN: Final = {
@@ -26,17 +27,58 @@ _MISTAKEN: Final = {
 }
 """Units often written where the first is due, and their size in it."""
 
+_PART: Final = r"""(?:[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*')"""
+_LONG_KEY: Final = re.compile(rf"(?<![A-Za-z0-9_-]){_PART}(?:[ \t]*\.[ \t]*{_PART}){{{MAX_DEPTH}}}")
+"""A dotted key of more parts than tables are nested; one of n parts costs the TOML reader n² of time and memory."""
+
 Settings = Mapping[str, Any]  # Any: what TOML holds is checked value by value below
 
 
 def read_toml(path: Path) -> Settings:
-    """Read a TOML file; raises InputError with the line where it cannot be understood."""
+    """Read a TOML file of any kind.
+
+    Raises InputError with the line where it cannot be understood, and for keys, numbers, nesting and counts beyond the
+    bounds.
+    """
+    text = read_text(path, MAX_TOML)
+    key = _LONG_KEY.search(text)
+    if key is not None:
+        line = text.count("\n", 0, key.start()) + 1
+        raise InputError(path, f"line {line}", "a key of too many parts", "write it as in the documentation")
     try:
-        return tomllib.loads(read_text(path, MAX_TOML))
+        settings = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(path, "", f"not valid TOML: {error}", "correct that line") from None
-    except (RecursionError, ValueError):  # nested or figured beyond what any recording needs
-        raise InputError(path, "", "not valid TOML", "write it as in the documentation of recordings") from None
+        raise InputError(path, "", f"this is not TOML: {error}", "correct that line") from None
+    except (RecursionError, ValueError):  # nested or figured beyond what any file needs
+        raise InputError(path, "", "this is not TOML", "write it as in the documentation") from None
+    _check_bounds(path, settings)
+    return settings
+
+
+def _check_bounds(path: Path, settings: Settings) -> None:
+    """Raise InputError for nesting, names, numbers and counts beyond those of any file."""
+    count = 0
+    waiting: list[tuple[str, object, int]] = [("", settings, 0)]
+    while waiting:
+        place, value, depth = waiting.pop()
+        count += 1
+        if depth > MAX_DEPTH or count > MAX_VALUES:
+            what = "tables within tables" if depth > MAX_DEPTH else "values"
+            raise InputError(path, place, f"more {what} than any file needs", "write it as in the documentation")
+        if isinstance(value, Mapping):
+            for name in value:
+                if len(name) > MAX_NAME or one_line(name) != name:
+                    raise InputError(path, f"{place} {name}".strip(), "this is no key", "write a word")
+            waiting += [(_below(place, name, inner), inner, depth + 1) for name, inner in value.items()]
+        elif isinstance(value, list):
+            waiting += [(place, inner, depth + 1) for inner in value]
+        elif isinstance(value, int) and abs(value) >= 2**63:
+            raise InputError(path, place, "the number is too large: it is not a number of TOML", "correct it")
+
+
+def _below(place: str, name: str, value: object) -> str:
+    """The place of a value, as other messages name it: ``[skier] mass_kg``."""
+    return f"{place} {name}" if place else (f"[{name}]" if isinstance(value, Mapping) else name)
 
 
 def key_of(about: Quantity) -> str:
@@ -90,8 +132,15 @@ def text_of(table: Settings, key: str, path: Path, place: str, default: str | No
     if value is None:
         raise InputError(path, where, "the key is missing", f'add {key} = "…"')
     if not isinstance(value, str) or (not value.strip() and value != default):
-        raise InputError(path, where, f"{value!r} is not a text", f'write {key} = "…"')
+        raise InputError(path, where, f"{str(value)[:MAX_NAME]!r} is not a text", f'write {key} = "…"')
     return value
+
+
+def name_of(table: Settings, key: str, path: Path, place: str, default: str | None = None) -> str:
+    """A string that is shown: one line without invisible characters, of bounded length.  Raises InputError as
+    ``text_of``.
+    """
+    return one_line(text_of(table, key, path, place, default), MAX_NAME).strip()
 
 
 def vector_of(table: Settings, key: str, path: Path, place: str, limit: float) -> tuple[float, float, float]:

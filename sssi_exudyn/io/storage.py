@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -11,6 +10,7 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.table import numbers
 
 GROUND_FROM_LEVEL: Final[Array] = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """Components (x forward, y left, z up) → (x forward, y up, z right)."""
@@ -41,31 +41,18 @@ def read_storage(path: Path, text: str) -> Storage:
 
     Raises InputError with the line of the fault.
     """
-    lines = text.splitlines()
+    lines = text.split("\n")
     ends = next((i for i, line in enumerate(lines) if line.strip().lower() == "endheader"), None)
     if ends is None or ends + 1 >= len(lines):
         raise InputError(path, "header", "no line 'endheader' with a table after it", "write it anew from OpenSim")
     pairs = (line.partition("=") for line in lines[:ends])
     head = {key.strip().lower(): value.strip() for key, found, value in pairs if found}
     columns = tuple(lines[ends + 1].split())
-    rows: list[Sequence[float]] = []
-    for number, line in enumerate(lines[ends + 2 :], ends + 3):
-        if not line.strip():
-            continue
-        try:
-            row = [float(value) for value in line.split()]
-        except ValueError as error:
-            raise InputError(path, f"line {number}", f"not a number ({error})", "fix or delete it") from error
-        if len(row) != len(columns):
-            raise InputError(
-                path, f"line {number}", f"{len(row)} values under {len(columns)} columns", "fix or delete it"
-            )
-        rows.append(row)
+    rows = [(number, line) for number, line in enumerate(lines[ends + 2 :], ends + 3) if line.strip()]
     for key, count in (("nrows", len(rows)), ("ncolumns", len(columns)), ("datarows", len(rows))):
         if key in head and head[key] != str(count):
             raise InputError(path, "header", f"{key} is {head[key]}, the table has {count}", f"write {count}")
-    if not rows or columns[0] != "time":
+    if not rows or columns[:1] != ("time",):
         raise InputError(path, "table", "no rows, or the first column is not time", "write it anew from OpenSim")
-    return Storage(
-        lines[0].strip(), columns, np.array(rows, dtype=np.float64), head.get("indegrees", "no").lower() == "yes"
-    )
+    values = numbers(path, rows, len(columns), None)
+    return Storage(lines[0].strip(), columns, values, head.get("indegrees", "no").lower() == "yes")

@@ -10,11 +10,11 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_NAME, check_samples
 from sssi_exudyn.io.files import read_text
 
 SHORT_GAP: Final = 1.0
 """s; gaps up to this are interpolated, longer ones split the run.  A skier moves by less than a turn in it."""
-_MOST_COLUMNS: Final = 2000
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,12 @@ def read_table(path: Path) -> Table:
     """
     rows = [(number, line) for number, line in enumerate(read_text(path).split("\n"), 1) if line.strip()]
     line, header = rows[0]
-    if header.count(",") >= _MOST_COLUMNS:
+    if header.count(",") >= MAX_COLUMNS:
         raise InputError(path, f"line {line}", "more columns than any instrument has", "export the file again")
     names = [name.strip().strip('"') for name in header.split(",")]
+    longest = max(names, key=len)
+    if len(longest) > MAX_NAME:
+        raise InputError(path, f"line {line}", f"{longest!r} is no name of a column", "export the file again")
     if ";" in header or "\t" in header:
         raise InputError(
             path, f"line {line}", "columns are not separated by commas", "export with commas and decimal points"
@@ -75,8 +78,10 @@ def read_table(path: Path) -> Table:
 def numbers(path: Path, rows: list[tuple[int, str]], width: int, separator: str | None) -> Array:
     """(len(rows), width) finite numbers from text lines; ``rows`` holds (line number, text).
 
-    Raises InputError that names the first line (and column) that is not ``width`` finite numbers.
+    Raises InputError that names the first line (and column) that is not ``width`` finite numbers, and for more of them
+    than any run has.
     """
+    check_samples(path, "", len(rows), width)
     try:
         values = np.loadtxt((line for _, line in rows), delimiter=separator, comments=None, ndmin=2)
     except ValueError:
@@ -129,13 +134,18 @@ def check_time(path: Path, time: Array, places: tuple[str, ...]) -> None:
     )
 
 
-def bridge_gaps(path: Path, time: Array) -> Clock:
+def bridge_gaps(path: Path, time: Array, width: int = 1) -> Clock:
     """Find the gaps in rising ``time`` (n,) s: short ones get new sample times, long ones split the run.
 
     A gap is an interval of more than one and a half median ones.  It is short where up to ``SHORT_GAP`` is missing, or
     up to two samples of a slow instrument.  Of a split run the longest part is kept.
 
-    Raises InputError when the longest part is shorter than ``SHORT_GAP``.
+    Parameters
+    ----------
+    width : numbers of one sample, for the bound on what filling the gaps takes
+
+    Raises InputError when the longest part is shorter than ``SHORT_GAP``, and when its gaps would take more samples
+    than any run has.
     """
     steps = np.diff(time)
     usual = float(np.median(steps))
@@ -158,6 +168,9 @@ def bridge_gaps(path: Path, time: Array) -> Clock:
         )
     steps = np.diff(kept)
     holes = np.flatnonzero(steps > 1.5 * usual)
+    with np.errstate(over="ignore"):  # beyond all floats is beyond the bound too
+        filled = len(kept) + float(np.sum(np.round(steps[holes] / usual)))
+    check_samples(path, f"time_s, steps of {usual:.3g} s with gaps between them", filled, width)
     pieces, marks, gaps, last = [], [], [], 0
     for hole in holes:
         missing = max(round(steps[hole] / usual) - 1, 1)

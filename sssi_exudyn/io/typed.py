@@ -12,12 +12,10 @@ from typing import Any, TypeVar
 import msgspec
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.writing import clear_errors, to_plain
+from sssi_exudyn.io.files import read_bytes
+from sssi_exudyn.io.writing import to_plain
 
 T = TypeVar("T")
-
-LARGEST_JSON = 50_000_000
-"""Bytes of a JSON file that is read at most."""
 
 
 def read_json(path: Path, kind: type[T]) -> T:
@@ -26,18 +24,13 @@ def read_json(path: Path, kind: type[T]) -> T:
     Raises InputError for a file that is missing, no regular file, too large or no JSON, and for a field that is
     missing or of another type, with its place (``$.findings[0].name``).
     """
-    with clear_errors(path):
-        if path.exists() and not path.is_file():
-            raise InputError(path, "", "this is not a file", "give the folder of a result")
-        if path.stat().st_size > LARGEST_JSON:
-            raise InputError(path, "", f"larger than {LARGEST_JSON / 1e6:.0f} MB", "run again")
-        content = path.read_bytes()
+    content = read_bytes(path)
     try:
         return msgspec.json.decode(content, type=kind)
     except msgspec.ValidationError as error:
         problem, _, place = str(error).partition(" - at ")
         raise InputError(path, place.strip("`"), problem[:1].lower() + problem[1:], "run again") from None
-    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
+    except (msgspec.DecodeError, RecursionError, ValueError) as error:
         raise InputError(path, "", f"not JSON ({error})", "run again") from None
 
 

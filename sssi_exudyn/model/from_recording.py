@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski.ski import read_ski
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.core.frames import slope_to_enu
 from sssi_exudyn.model.model import Model, Start
 from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.equipment import read_equipped_ski
 from sssi_exudyn.recording.instruments.gps import Gps
-from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.recording.slope_and_heading import COARSE
 
 
@@ -22,7 +22,7 @@ def model_of(recording: Recording, motion: Motion) -> Model:
         name=recording.name,
         skier=recording.skier,
         equipment=recording.equipment,
-        ski=read_ski(recording.equipment.skis, recording.folder),
+        ski=read_equipped_ski(recording.equipment, recording.folder, recording.folder / FILE),
         inclination=recording.slope.inclination,
         fall_line_azimuth=recording.slope.fall_line_azimuth,
         terms=PAPER_TERMS,

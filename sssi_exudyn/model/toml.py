@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski.ski import read_ski
+from sssi_exudyn.bodies.skier.anthropometry import SEXES
 from sssi_exudyn.contact.registry import read_term
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked
+from sssi_exudyn.io.settings import Settings, name_of, read_toml, table_of
 from sssi_exudyn.model.faults import read_sensor, values_of
 from sssi_exudyn.model.model import Model, Solver, Start
-from sssi_exudyn.recording.recording import Equipment, Skier
+from sssi_exudyn.recording.equipment import read_equipped_ski
+from sssi_exudyn.recording.recording import Equipment, Skier, Slope
+
+_MOST_PARTS: Final = 100
+"""Terms, or sensors, of a model."""
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:
@@ -50,35 +53,41 @@ def read_model(path: Path) -> Model:
 
     Raises InputError for whatever is missing, unknown or outside its bounds.
     """
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(path, "", "there is no such file", "name the model.toml of a result") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(path, "", f"not a TOML file: {error}", "correct the file") from None
+    data = read_toml(path)
 
-    def table(name: str) -> Mapping[str, Any]:
-        found = data.get(name)
-        if not isinstance(found, dict):
-            raise InputError(path, f"[{name}]", "the table is missing", "add it as in a model.toml of this program")
-        return found
+    def table(name: str) -> Settings:
+        return table_of(data, name, path)
 
-    def number(name: str, key: str) -> float:
-        value = table(name).get(key)
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InputError(path, f"[{name}] {key}", f"{value!r} is not a number", "give a number")
-        return float(value)
+    def number(name: str, key: str) -> object:
+        return table(name).get(key)
+
+    def radians(name: str, key: str) -> object:
+        """The angle, where it is a number; ``build_checked`` refuses anything else."""
+        value = number(name, key)
+        return np.radians(value).item() if isinstance(value, int | float) else value
 
     skier, gear, start = table("skier"), table("equipment"), dict(table("start"))
-    start["heading_offset"] = np.radians(number("start", "heading_offset_deg")).item()
-    del start["heading_offset_deg"]
-    terms = data.get("term")
-    if not isinstance(terms, list) or not terms:
+    start["heading_offset"] = radians("start", "heading_offset_deg")
+    start.pop("heading_offset_deg", None)
+    terms = _tables(data, "term", path)
+    if not terms:
         raise InputError(path, "[[term]]", "there is no term", "give at least penetration, friction and air")
+    sex = name_of(skier, "sex", path, "[skier]", default="male")
+    if sex not in SEXES:
+        raise InputError(path, "[skier] sex", f"{sex!r} has no anthropometric table", f"use of: {', '.join(SEXES)}")
+    slope = build_checked(
+        Slope,
+        {
+            "inclination": radians("slope", "inclination_deg"),
+            "fall_line_azimuth": radians("slope", "fall_line_azimuth_deg"),
+        },
+        path,
+        "[slope]",
+    )
     equipment = build_checked(
         Equipment,
         {
-            "skis": gear.get("skis"),
+            "skis": name_of(gear, "skis", path, "[equipment]"),
             "ski_mass": number("equipment", "ski_mass_kg"),
             "boot_mass": number("equipment", "boot_mass_kg"),
             "ankle_to_ski_base": number("equipment", "ankle_to_ski_base_m"),
@@ -87,21 +96,21 @@ def read_model(path: Path) -> Model:
         "[equipment]",
     )
     return Model(
-        name=str(data.get("name", path.stem)),
+        name=name_of(data, "name", path, "", default=path.stem),
         skier=build_checked(
             Skier,
             {
                 "mass": number("skier", "mass_kg"),
                 "height": number("skier", "height_m"),
-                "sex": skier.get("sex", "male"),
+                "sex": sex,
             },
             path,
             "[skier]",
         ),
         equipment=equipment,
-        ski=read_ski(equipment.skis, path.parent),
-        inclination=float(np.radians(number("slope", "inclination_deg"))),
-        fall_line_azimuth=float(np.radians(number("slope", "fall_line_azimuth_deg"))),
+        ski=read_equipped_ski(equipment, path.parent, path),
+        inclination=slope.inclination,
+        fall_line_azimuth=slope.fall_line_azimuth,
         terms=tuple(
             read_term(
                 str(entry.get("name")), {k: v for k, v in entry.items() if k != "name"}, path, f"[[term]] {i + 1}"
@@ -114,6 +123,16 @@ def read_model(path: Path) -> Model:
             read_sensor(
                 str(entry.get("name")), {k: v for k, v in entry.items() if k != "name"}, path, f"[[sensor]] {i + 1}"
             )
-            for i, entry in enumerate(data.get("sensor", []))
+            for i, entry in enumerate(_tables(data, "sensor", path))
         ),
     )
+
+
+def _tables(data: Settings, name: str, path: Path) -> list[Settings]:
+    """The tables ``[[name]]``; raises InputError for anything else, and for more than any model has."""
+    found = data.get(name, [])
+    if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
+        raise InputError(path, f"[[{name}]]", "these must be tables", f"write [[{name}]] with name and numbers below")
+    if len(found) > _MOST_PARTS:
+        raise InputError(path, f"[[{name}]]", f"{len(found)} of them, more than any model has", "leave some out")
+    return found

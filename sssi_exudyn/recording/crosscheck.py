@@ -21,7 +21,7 @@ from sssi_exudyn.recording.slope_and_heading import (
     SlopeEstimate,
     estimate_heading,
     estimate_slope,
-    ski_direction_misfit,
+    ski_direction_misfits,
     stance_at_fixes,
     track_of_skis,
 )
@@ -78,8 +78,7 @@ def check_coordinates(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, path: Path) 
     stance = stance_at_fixes(bvh, gps, ankle_to_ski_base)
     if len(stance.time) < 5:
         return
-    as_is = ski_direction_misfit(stance, gps)
-    swapped = ski_direction_misfit(stance, gps, swap=True)
+    as_is, swapped = ski_direction_misfits(stance, gps)
     # skidding turns skis from the course, but along with it: mirrored, a true track fits three times worse, not better.
     # 0.03 is a deviation of 14°, below which a run is too straight to decide
     if as_is > 0.03 and swapped < 0.4 * as_is:
@@ -147,12 +146,17 @@ def check_slope(
 
 
 def check_size(bvh: Bvh, height: float, path: Path) -> None:
-    """Raise InputError when the capture's legs cannot belong to a skier of ``height`` m."""
+    """Raise InputError when the capture's legs, or any other bone, cannot belong to a skier of ``height`` m."""
     shafts = [bvh.index(side + part) for side in ("Left", "Right") for part in ("Leg", "Foot")]
     leg = 0.5 * float(np.sum(np.linalg.norm(bvh.offsets[shafts], axis=1)))
     ratio = leg / (_LEG_SHARE * height)
     # people's legs differ by 15 % of their share (three sigma); twice that leaves room for a rough skeleton
     if 0.7 < ratio < 1.3:
+        bones = np.linalg.norm(bvh.offsets[1:], axis=1)
+        if np.max(bones) > height:
+            name = bvh.names[1 + int(np.argmax(bones))]
+            problem = f"{np.max(bones):.3g} m do not fit a skier of {height:g} m"
+            raise InputError(path, f"OFFSET of {name}", problem, "export the capture again")
         return
     looks = [f": lengths look like {unit}" for unit, factor in _LENGTH_UNITS.items() if 0.7 < ratio / factor < 1.3]
     raise InputError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,8 +13,11 @@ from matplotlib.figure import Figure
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.text import plot_text
 from sssi_exudyn.recording.crosscheck import estimate_slope_and_heading
 from sssi_exudyn.recording.recording import Recording
+
+_PICTURES: Final = (".png", ".svg", ".pdf")
 
 
 @dataclass(frozen=True)
@@ -126,8 +130,11 @@ def format_inspection(inspection: Inspection) -> str:
 def plot_inspection(recording: Recording, path: Path) -> None:
     """Draw track with fall line, altitude, insole totals and the instruments' sampling into an image file.
 
-    ``path`` ends in a format that matplotlib writes (.png, .svg, .pdf); raises InputError where it cannot be written.
+    ``path`` ends in .png, .svg or .pdf.  Raises InputError for another ending, and where it cannot be written.
     """
+    if path.suffix.lower() not in _PICTURES or path.is_dir():
+        problem = "this is a folder" if path.is_dir() else f"{path.suffix!r} is no picture format"
+        raise InputError(path, "", problem, "write a .png, .svg or .pdf")
     figure = Figure(figsize=(11.0, 8.0), layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(2, 2)
@@ -135,13 +142,11 @@ def plot_inspection(recording: Recording, path: Path) -> None:
     _draw_altitude(panels[0, 1], recording)
     _draw_load(panels[1, 0], recording)
     _draw_sampling(panels[1, 1], recording)
-    figure.suptitle(recording.name)
+    figure.suptitle(plot_text(recording.name))
     try:
         figure.savefig(path, dpi=120)
     except OSError as error:
         raise InputError(path, "", f"cannot be written ({error.strerror})", "choose another place") from None
-    except ValueError:
-        raise InputError(path, "", f"{path.suffix!r} is no picture format", "write .png, .svg or .pdf") from None
 
 
 def _instrument(name: str, time: Array) -> Instrument:

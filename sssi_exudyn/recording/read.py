@@ -10,8 +10,19 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.core.quantity import quantities, quantity
+from sssi_exudyn.core.text import one_line
 from sssi_exudyn.io.files import inside, sha256
-from sssi_exudyn.io.settings import Settings, check_keys, key_of, numbers_of, read_toml, table_of, text_of, vector_of
+from sssi_exudyn.io.settings import (
+    Settings,
+    check_keys,
+    key_of,
+    name_of,
+    numbers_of,
+    read_toml,
+    table_of,
+    text_of,
+    vector_of,
+)
 from sssi_exudyn.recording.crosscheck import (
     SlopeAndHeading,
     check_coordinates,
@@ -21,21 +32,22 @@ from sssi_exudyn.recording.crosscheck import (
     check_slope,
     estimate_slope_and_heading,
 )
+from sssi_exudyn.recording.equipment import read_equipped_ski
 from sssi_exudyn.recording.few_sensors.complete import Ground, complete, ground_of, use_barometer_heights
 from sssi_exudyn.recording.few_sensors.posture_model import JOINTS, Body
 from sssi_exudyn.recording.instruments.bvh import Bvh, read_bvh
 from sssi_exudyn.recording.instruments.gps import Gps, read_gps
 from sssi_exudyn.recording.instruments.insoles import Insoles, read_insoles
-from sssi_exudyn.recording.recording import _AZIMUTH, _STEEPEST, Equipment, Heading, Recording, Skier, Slope
+from sssi_exudyn.recording.recording import _AZIMUTH, _STEEPEST, FILE, Equipment, Heading, Recording, Skier, Slope
 from sssi_exudyn.recording.sensor_tables import read_sensors
 from sssi_exudyn.recording.slope_and_heading import CAPTURE_HEADING_SIGMA
 
-FILE: Final = "recording.toml"
 _FEWEST_FIXES: Final = 4
 """A track of fewer has no direction to start from."""
 _SHORTEST: Final = 1.0
 """s; less than this of all instruments together is no run."""
 _DAY: Final = 86400.0
+_LONGEST_NOTICE: Final = 500
 
 _STEEP_PISTE: Final = float(np.deg2rad(40.0))
 """rad; the steepest groomed pistes have 78 %, 38°."""
@@ -88,7 +100,7 @@ def read_recording(folder: str | Path) -> Recording:
     )
     if settings.get("format") != 1 or isinstance(settings["format"], bool):
         raise InputError(toml, "format", f"{settings.get('format')!r} is not known", "write format = 1")
-    name = text_of(settings, "name", toml, "")
+    name = name_of(settings, "name", toml, "")
     hashes = {FILE: sha256(toml)}
     skier, notices = _read_skier(settings, toml)
     equipment = _read_equipment(folder, settings, toml, hashes)
@@ -129,7 +141,7 @@ def read_recording(folder: str | Path) -> Recording:
         start=start,
         stop=stop,
         hashes=hashes,
-        notices=notices + slope_notices + heading_notices,
+        notices=_clean(notices + slope_notices + heading_notices),
     )
 
 
@@ -171,7 +183,7 @@ def _read_few_sensors(
     if insoles is not None:
         notices += insoles.notes + check_load(insoles, skier.mass, folder / settings["insoles"]["file"])
     return Recording(
-        name=text_of(settings, "name", toml, ""),
+        name=name_of(settings, "name", toml, ""),
         note=text_of(settings, "note", toml, "", default=""),
         folder=folder,
         skier=skier,
@@ -184,9 +196,14 @@ def _read_few_sensors(
         start=start,
         stop=stop,
         hashes=hashes,
-        notices=notices + slope_notices + made.notes + cut,
+        notices=_clean(notices + slope_notices + made.notes + cut),
         completed=made,
     )
+
+
+def _clean(notices: tuple[str, ...]) -> tuple[str, ...]:
+    """Notices as lines to show: they hold names from files."""
+    return tuple(one_line(notice, _LONGEST_NOTICE) for notice in notices)
 
 
 def _keys(cls: type, *others: str) -> tuple[str, ...]:
@@ -206,10 +223,12 @@ def _read_skier(settings: Settings, toml: Path) -> tuple[Skier, tuple[str, ...]]
 def _read_equipment(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> Equipment:
     table = table_of(settings, "equipment", toml)
     check_keys(table, _keys(Equipment, "skis"), toml, "[equipment]")
-    skis = text_of(table, "skis", toml, "[equipment]")
+    skis = name_of(table, "skis", toml, "[equipment]")
     if "/" in skis or skis.endswith(".toml"):  # a ski file; other names are looked up in the catalogue
         hashes[skis] = sha256(inside(folder, skis, toml, "[equipment] skis"))
-    return Equipment(skis=skis, **numbers_of(Equipment, table, toml, "[equipment]"))
+    equipment = Equipment(skis=skis, **numbers_of(Equipment, table, toml, "[equipment]"))
+    read_equipped_ski(equipment, folder, toml)
+    return equipment
 
 
 def _read_slope(settings: Settings, toml: Path) -> Slope | None:

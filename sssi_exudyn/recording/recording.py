@@ -18,6 +18,7 @@ from sssi_exudyn.recording.instruments.bvh import Bvh
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.instruments.insoles import Insoles
 
+FILE: Final = "recording.toml"
 _AZIMUTH: Final = 2.0 * np.pi
 _STEEPEST: Final = float(np.deg2rad(60.0))
 

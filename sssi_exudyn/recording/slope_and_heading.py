@@ -24,6 +24,10 @@ _TRAVERSE_SIGMA: Final = float(np.tan(np.deg2rad(20.0)))
 """Tangent of the angle by which the way from start to end of a run usually departs from the fall line."""
 COARSE: Final = 0.5
 """m; fixes that are less exact give a worse velocity than the receiver's own, by its Doppler shifts."""
+_ENOUGH: Final = 64
+"""Fixes in a window; of more every second, third … is used."""
+_BLOCK: Final = 1024
+"""Windows that are fitted at once."""
 _SLOW: Final = 1.5
 """m/s; below it skis point anywhere and the course is noise."""
 
@@ -168,18 +172,18 @@ def estimate_heading(stance: Stance, gps: Gps) -> Estimate:
     return Estimate(_wrap(value), float(np.hypot(weights.sum() ** -0.5, CAPTURE_HEADING_SIGMA)))
 
 
-def ski_direction_misfit(stance: Stance, gps: Gps, swap: bool = False) -> float:
-    """Speed-weighted mean of 1 − cos(course − ski direction − heading) at the heading that fits best; 0 is alike.
+def ski_direction_misfits(stance: Stance, gps: Gps) -> tuple[float, float]:
+    """Speed-weighted means of 1 − cos(course − ski direction − heading) at the heading that fits best; 0 is alike.
 
-    Parameters
-    ----------
-    swap : True to compare the track with east and north exchanged, as swapped coordinates would have it
+    The second one is that of the track with east and north exchanged, as swapped coordinates would have it.
     """
     velocity, _ = _motion_of_antenna(stance, gps)
-    if swap:
-        velocity = velocity.imag + 1j * velocity.real
-    alike = np.sum(velocity * np.conj(_unit(_level(stance.forward)))) / np.sum(np.abs(velocity))
-    return float(1.0 - np.abs(alike))
+    skis = np.conj(_unit(_level(stance.forward)))
+
+    def misfit(course: Complex) -> float:
+        return float(1.0 - np.abs(np.sum(course * skis) / np.sum(np.abs(course))))
+
+    return misfit(velocity), misfit(velocity.imag + 1j * velocity.real)
 
 
 def _heading_by_course(time: Array, velocity: Complex, skis: Complex, heading: float) -> Estimate:
@@ -222,15 +226,31 @@ def _motion_of_antenna(stance: Stance, gps: Gps) -> tuple[Complex, Array]:
 
 
 def local_fit(time: Array, values: Array, window: float) -> Array:
-    """(3, n, k): value, first and second derivative of ``values`` (n, k), by quadratics within about ±``window`` s."""
+    """(3, n, k): value, first and second derivative of ``values`` (n, k), by quadratics within about ±``window`` s.
+
+    Where that holds fewer than four samples, the window is as wide as the four nearest.
+    """
+    count = len(time)
+    around = np.arange(count)[:, None] + np.arange(-3, 4)  # the four nearest are among them
+    apart = np.abs(time[np.clip(around, 0, count - 1)] - time[:, None])
+    apart[(around < 0) | (around >= count)] = np.inf
+    reach = np.maximum(window, np.sort(apart, axis=1)[:, min(3, count - 1)])
+    edge = reach * (1.0 + 1e-9)  # the ends included
+    first, last = np.searchsorted(time, time - edge), np.searchsorted(time, time + edge)
+    stride = 1 + (last - first) // _ENOUGH
     found = np.empty((3, *values.shape))
-    for sample, centre in enumerate(time):
-        near = np.abs(time - centre) <= max(window, np.sort(np.abs(time - centre))[min(3, len(time) - 1)])
-        apart = time[near] - centre
-        weight = np.exp(-6.0 * (apart / window) ** 2)
-        columns = np.column_stack([np.ones_like(apart), apart, 0.5 * apart**2])
-        found[:, sample] = _least_squares(columns, values[near], weight)
-    return found
+    for block in range(0, count, _BLOCK):
+        rows = slice(block, block + _BLOCK)
+        widest = int(np.max((last[rows] - first[rows]) / stride[rows])) + 1
+        near = first[rows, None] + stride[rows, None] * np.arange(widest)
+        inside = near < last[rows, None]
+        near = np.minimum(near, count - 1)
+        apart = (time[near] - time[rows, None]) / reach[rows, None]
+        columns = np.stack([np.ones_like(apart), apart, 0.5 * apart**2], axis=-1)
+        weighted = np.swapaxes(columns * np.where(inside, np.exp(-6.0 * apart**2), 0.0)[..., None], -1, -2)
+        fitted = np.linalg.pinv(weighted @ columns, hermitian=True) @ (weighted @ values[near])
+        found[:, rows] = np.moveaxis(fitted, 1, 0)
+    return np.asarray(found / reach[:, None] ** np.arange(3.0)[:, None, None])
 
 
 def _robust_fit(columns: Array, data: Array, weights: Array) -> tuple[Array, Array]:

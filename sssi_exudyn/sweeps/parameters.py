@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski.ski import Profile, Ski, read_ski
+from sssi_exudyn.bodies.ski.ski import Profile, Ski
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.quantity import Quantity, quantities
@@ -22,7 +22,8 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model, Solver, Start
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.recording.recording import Equipment, Recording, Skier, Slope
+from sssi_exudyn.recording.equipment import read_equipped_ski
+from sssi_exudyn.recording.recording import FILE, Equipment, Recording, Skier, Slope
 
 SKIS: Final = "equipment.skis"
 """The one parameter that is a name: a ski of the catalogue."""
@@ -163,7 +164,9 @@ def _equip(base: Model, recording: Recording, given: Mapping[str, Mapping[str, A
         fall_line_azimuth=slope.get("fall_line_azimuth", base.fall_line_azimuth),
     )
     skis = given["equipment"].get("skis")
-    return model if skis is None else replace(model, ski=read_ski(skis, recording.folder))
+    if skis is None:
+        return model
+    return replace(model, ski=read_equipped_ski(model.equipment, recording.folder, recording.folder / FILE))
 
 
 def _reshape(ski: Ski, numbers: Mapping[str, float]) -> Ski:

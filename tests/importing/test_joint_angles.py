@@ -51,7 +51,7 @@ FAULTS: dict[str, tuple[Callable[[str], str], str]] = {
     "no header": (lambda t: t.replace("endheader", ""), "endheader"),
     "other names": (lambda t: t.replace("hip_flexion_r", "RHipFlex"), "missing coordinates: hip_flexion_r"),
     "text": (lambda t: t[:-5] + "x\n", "not a number"),
-    "nan": (lambda t: t.replace("\t" + t.split("\t")[-1], "\tnan\n"), "not all numbers"),
+    "nan": (lambda t: t.replace("\t" + t.split("\t")[-1], "\tnan\n"), "not a number"),
     "radians called degrees": (lambda t: t.replace("inDegrees=yes", "inDegrees=no"), "beyond three turns"),
     "time stands still": (lambda t: t.replace("\n0.05\t", "\n0.03333333333\t"), "time stands still"),
 }

@@ -11,10 +11,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import tomli_w
 from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, TOML, Tiny, loads
 
+from sssi_exudyn.bodies.ski.ski import read_ski, ski_to_table
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.files import MAX_BYTES
+from sssi_exudyn.io.bounds import MAX_BYTES
 from sssi_exudyn.recording.read import read_recording
 
 
@@ -69,7 +71,8 @@ def test_time_offsets_move_each_instrument(tmp_path: Path) -> None:
 def test_own_ski_file_is_read_from_the_folder_and_hashed(tmp_path: Path) -> None:
     folder = Tiny(toml=TOML.replace('"slalom_165"', '"skis/mine.toml"')).write(tmp_path)
     (folder / "skis").mkdir()
-    (folder / "skis" / "mine.toml").write_text("length_m = 1.5\n", encoding="utf-8")
+    own = {"mine": ski_to_table(read_ski("slalom_165", folder))}
+    (folder / "skis" / "mine.toml").write_text(tomli_w.dumps(own), encoding="utf-8")
     found = read_recording(folder)
     assert found.equipment.skis == "skis/mine.toml"
     assert "skis/mine.toml" in found.hashes
@@ -107,7 +110,7 @@ SETTINGS: dict[str, tuple[Callable[[str], str], str, str]] = {
     "name of spaces": (instead('"tiny"', '" "'), "name", "not a text"),
     "unknown joint": (instead('"Spine2"', '"Backpack"'), "[gps] segment", "no joint 'Backpack'"),
     "not TOML": (instead("mass_kg = 70.0", "mass_kg 70.0"), "", "line 5"),
-    "bottomless": (lambda t: "x = " + "[" * 5000, "", "not valid TOML"),
+    "bottomless": (lambda t: "x = " + "[" * 5000, "", "not TOML"),
     "missing file": (instead('"gps.csv"', '"fixes.csv"'), "", "does not exist"),
     "folder as a file": (instead('"gps.csv"', '"."'), "", "not a file"),
     "climbs out": (instead('"gps.csv"', '"../gps.csv"'), "[gps] file", "out of the recording's folder"),

@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 from scipy.interpolate import BSpline
+from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 from vqf import offlineVQF
 
@@ -81,18 +82,28 @@ def slow_curve(time: Array, values: Array, weights: Array, spacing: float) -> BS
     pieces = max(1, round(float(time[-1] - time[0]) / spacing))
     inner = np.linspace(time[0], time[-1], pieces + 1)
     knots = np.r_[[inner[0]] * 3, inner, [inner[-1]] * 3]
-    columns = BSpline.design_matrix(time, knots, 3).toarray()
+    columns = BSpline.design_matrix(time, knots, 3)
     stiff = _STIFFNESS * np.sqrt(len(time) / float(time[-1] - time[0]))  # a second of samples counts as one
     bend = stiff * np.diff(np.eye(columns.shape[1]), 2, axis=0)
+    bending = bend.T @ bend
     robust = np.ones(len(time))
     for _ in range(10):
-        root = np.sqrt(weights * robust)
-        sides = np.r_[values * root, np.zeros(len(bend))]
-        found = np.linalg.lstsq(np.r_[columns * root[:, None], bend], sides, rcond=None)[0]
+        found = solve_spline(columns, values, weights * robust, bending)
         left = np.abs(values - columns @ found)
         scale = 1.4826 * float(np.median(left)) + 1e-12  # a perfect fit must not divide by nothing
         robust = np.minimum(1.0, 1.345 * scale / np.maximum(left, 1e-12))
     return BSpline(knots, found, 3)
+
+
+def solve_spline(columns: csr_array, values: Array, weights: Array, bending: Array) -> Array:
+    """Coefficients c (p,) with least Σ weights·(values − columns·c)² + c·bending·c, by the normal equations.
+
+    ``columns`` (n, p) is sparse, so that the work grows with n, not with n·p².
+    """
+    normal = (columns.T @ (columns.multiply(weights[:, None]))).toarray() + bending
+    # what neither data nor bending determine, such as the gain of a sensor that never turns, becomes zero
+    normal += 1e-13 * np.trace(normal) / len(normal) * np.eye(len(normal))
+    return np.asarray(np.linalg.solve(normal, columns.T @ (weights * values)))
 
 
 @dataclass(frozen=True)

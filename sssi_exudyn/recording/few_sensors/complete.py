@@ -35,6 +35,8 @@ from sssi_exudyn.recording.slope_and_heading import SlopeEstimate, estimate_slop
 
 _RATE: Final = 50.0
 """Hz of the made-up capture's frames, as inertial captures have at least."""
+_LONGEST: Final = 2000.0
+"""s of skiing that are completed at once."""
 _EDGE_CUTOFF: Final = 2.0
 """Hz; edging takes a second, what is faster of a ski is chatter that does not change where it goes."""
 _SWING_CUTOFF: Final = 1.0
@@ -128,6 +130,8 @@ def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Com
     stop = min(last, *(imu.time[-1] for imu in imus))
     if stop - start < 5.0:
         raise SssiError("sensors and fixes have less than five seconds of skiing in common")
+    if stop - start > _LONGEST:
+        raise SssiError(f"{stop - start:.0f} s of skiing are more than one run")
     time = start + np.arange(int((stop - start) * _RATE) + 1) / _RATE
     yaw = np.interp(time, attitudes[best].time, attitudes[best].yaw_rate) if lag is not None else None
     swing = np.zeros((len(time), 2))

@@ -15,10 +15,12 @@ from typing import Final
 
 import numpy as np
 from scipy.interpolate import BSpline
+from scipy.sparse import csr_array, hstack
 
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.rotations import lowpass
+from sssi_exudyn.recording.few_sensors.attitude import solve_spline
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.slope_and_heading import local_fit
 
@@ -121,7 +123,7 @@ def find_lag(time: Array, velocity: Array, gyro_time: Array, yaw_rate: Array) ->
     best = int(np.clip(np.argmin(left), 1, len(lags) - 2))
     bend = (left[best + 1] - 2.0 * left[best] + left[best - 1]) / _LAG_STEP**2
     shift = -0.5 * (left[best + 1] - left[best - 1]) / _LAG_STEP / bend if bend > 0.0 else 0.0
-    variance = left[best] / max(1, fixes - 3)
+    variance = max(left[best], 0.0) / max(1, fixes - 3)
     sigma = float(np.sqrt(2.0 * variance / bend)) if bend > 0.0 else _LAGS[1] - _LAGS[0]
     return Lag(
         value=float(lags[best] + np.clip(shift, -_LAG_STEP, _LAG_STEP)),
@@ -155,18 +157,17 @@ def fused_course(gps: Gps, velocity: Array, time: Array, yaw_rate: Array | None,
     knots = np.r_[[inner[0]] * 3, inner, [inner[-1]] * 3]
     inside = (gps.time >= time[0]) & (gps.time <= time[-1])
     at = gps.time[inside]
-    basis = BSpline.design_matrix(at, knots, 3).toarray()
+    basis = csr_array(BSpline.design_matrix(at, knots, 3))
     weight = np.minimum(speed[inside] / 3.0, 1.0)  # a course is the more certain, the faster the skier
     known = course[inside]
     if gain is not None:
         known = known - gain * columns[inside].sum(axis=1)
     else:
-        basis = np.hstack([basis, columns[inside]])
+        basis = csr_array(hstack([basis, columns[inside]]))
     count = len(knots) - 4
     bend = np.zeros((count - 2, basis.shape[1]))
     bend[:, :count] = 0.1 * np.diff(np.eye(count), 2, axis=0)  # holds the curve where fixes are slow or missing
-    sides = np.r_[known * weight, np.zeros(count - 2)]
-    found = np.linalg.lstsq(np.r_[basis * weight[:, None], bend], sides, rcond=None)[0]
+    found = solve_spline(basis, known, weight**2, bend.T @ bend)
     slow = BSpline(knots, found[:count], 3)
     used = gain if gain is not None else (float(found[count]) if yaw_rate is not None else 0.0)
     azimuth = slow(time) + used * body.sum(axis=1)

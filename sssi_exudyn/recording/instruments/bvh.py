@@ -17,6 +17,7 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.bounds import MAX_JOINTS, MAX_LINES, MAX_NAME
 from sssi_exudyn.io.files import read_text
 from sssi_exudyn.io.table import numbers
 
@@ -35,7 +36,12 @@ _XSENS: Final = {
     **{f"{side}{theirs}": f"{side}{ours}" for side in _SIDES for theirs, ours in _XSENS_SIDED.items()},
 }  # fmt: skip
 """Names that Xsens MVN writes, and what a recording calls the same joints."""
-_MOST_JOINTS: Final = 500
+_LONGEST_BONE: Final = 1000.0
+"""m between two joints, whatever the unit; bones are held against the skier's height later (``crosscheck``)."""
+_FARTHEST: Final = 1e5
+"""m that a capture may place its root from the origin."""
+_LARGEST_ANGLE: Final = 1e5
+"""degrees of a channel; unwrapped angles of a run stay below some thousand."""
 _PREFIX: Final = re.compile(r"[^:_]*[:_]")
 
 _FRAME_TIME: Final = (0.0005, 0.05)
@@ -172,10 +178,14 @@ def _read_hierarchy(path: Path, lines: list[str], renamed: Mapping[str, str]) ->
                 raise InputError(path, f"line {number}", "the hierarchy is not closed", "export the motion again")
             return tree, number
         if key in ("ROOT", "JOINT") and len(words) >= 2:
-            if (key == "ROOT") == bool(tree.names) or (key == "JOINT" and not stack):
+            if (key == "ROOT") == bool(tree.names) or (key == "JOINT" and not (stack and stack[-1] >= 0)):
                 raise InputError(path, f"line {number}", "a second root", "export one skier alone")
             pending = renamed.get(" ".join(words[1:]), " ".join(words[1:]))
-            if len(tree.names) >= _MOST_JOINTS:
+            if len(pending) > MAX_NAME:
+                raise InputError(
+                    path, f"line {number}", f"{pending!r} is no name of a joint", "export the motion again"
+                )
+            if len(tree.names) >= MAX_JOINTS:
                 raise InputError(path, f"line {number}", "more joints than any skier has", "export one skier alone")
             if pending in tree.names:
                 raise InputError(path, f"line {number}", f"joint {pending!r} appears twice", "export one skier alone")
@@ -183,9 +193,9 @@ def _read_hierarchy(path: Path, lines: list[str], renamed: Mapping[str, str]) ->
             tree.names.append(pending)
             tree.offsets.append([])
             tree.channels.append([])
-        elif key == "END":
+        elif key == "END" and stack and stack[-1] >= 0:
             pending = "End Site"
-        elif key == "{":
+        elif key == "{" and pending:
             stack.append(-1 if pending == "End Site" else len(tree.names) - 1)
             pending = ""
         elif key == "}" and stack:
@@ -208,6 +218,10 @@ def _read_offset(path: Path, number: int, words: list[str], tree: _Tree, stack: 
         offset = []
     if len(offset) != 3 or not np.all(np.isfinite(offset)):
         raise InputError(path, f"line {number}", "OFFSET needs three numbers", "export the motion again")
+    if max(map(abs, offset)) > (_FARTHEST if stack[-1] == 0 else _LONGEST_BONE):
+        raise InputError(
+            path, f"line {number}", f"an OFFSET of {max(map(abs, offset)):.3g} m is no bone's", "export in centimetres"
+        )
     if stack[-1] >= 0:
         tree.offsets[stack[-1]] = offset
     else:
@@ -246,7 +260,7 @@ def _read_motion_header(path: Path, lines: list[str], motion: int) -> tuple[int,
                 path, f"line {number}", f"expected 'Frames:' and 'Frame Time:', found {line[:40]!r}", "export it again"
             ) from None
     frames, frame_time = found["frames"], found["frame time"]
-    if not (frames >= 2 and frames == int(frames)):
+    if not (2 <= frames <= MAX_LINES and frames == int(frames)):
         raise InputError(path, f"line {motion + 1}", f"{frames:g} frames are no motion", "export the recorded motion")
     if not _FRAME_TIME[0] <= frame_time <= _FRAME_TIME[1]:
         raise InputError(
@@ -311,8 +325,10 @@ def _assemble(path: Path, tree: _Tree, values: Array, time: Array) -> Bvh:
             column += 1
             axis = "xyz".index(channel[0])
             if channel.endswith("position"):
+                _check_channel(path, name, channel, data, 100.0 * _FARTHEST)
                 position[:, axis] = data / 100.0
             else:
+                _check_channel(path, name, channel, data, _LARGEST_ANGLE)
                 rotation = rotation @ _about(axis, np.deg2rad(data))
                 if np.ptp(data) == 0.0:
                     constant.append(channel)
@@ -330,6 +346,12 @@ def _assemble(path: Path, tree: _Tree, values: Array, time: Array) -> Bvh:
             " as segments are rigid"
         )
     return Bvh(tuple(tree.names), tuple(tree.parents), offsets, tree.ends, time, rotations, root_position, tuple(notes))
+
+
+def _check_channel(path: Path, name: str, channel: str, data: Array, limit: float) -> None:
+    worst = float(np.max(np.abs(data)))
+    if worst > limit:
+        raise InputError(path, f"joint {name}", f"{channel} reaches {worst:.3g}", "export in centimetres and degrees")
 
 
 def _check_constant(path: Path, name: str, constant: list[str], frozen: list[str], notes: list[str]) -> None:

@@ -16,6 +16,7 @@ import pymap3d
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.bounds import MAX_FIXES, check_samples
 from sssi_exudyn.io.markup import elements, text_below
 from sssi_exudyn.io.table import Table, read_table
 
@@ -132,6 +133,7 @@ def fixes_gpx(path: Path) -> Fixes:
     values: dict[str, list[float]] = {"lat": [], "lon": [], "ele": [], "speed": [], "course": []}
     clock: list[float] = []
     for number, point in enumerate(elements(path, ("trkpt",)), 1):
+        check_samples(path, f"trkpt {number}", number, limit=MAX_FIXES)
         clock.append(_gpx_time(path, point, number))
         for name in ("lat", "lon", "ele"):
             values[name].append(_gpx_number(path, point, name, number))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from time import process_time
 from typing import Any, Final
 
 import numpy as np
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.bounds import MAX_FIT
 from sssi_exudyn.io.files import read_bytes
 from sssi_exudyn.recording.instruments.fixes import Fixes
 from sssi_exudyn.runtime.optional import library
@@ -17,8 +19,8 @@ _DEGREES: Final = 180.0 / 2**31
 """A semicircle, the format's unit of angle."""
 _EPOCH: Final = 631065600.0
 """s from 1970 to 1989-12-31, from which the format counts."""
-_MOST: Final = 1_000_000
-"""Messages in a file: eleven days at one a second."""
+_SECONDS: Final = 6.0
+"""of computing; a day's log takes three."""
 
 
 def fixes_fit(path: Path) -> Fixes:
@@ -30,13 +32,14 @@ def fixes_fit(path: Path) -> Fixes:
     rows: list[tuple[float, float, float, float, float | None]] = []
     places: list[str] = []
     without = 0
-    stream = io.BytesIO(read_bytes(path))
+    stream = io.BytesIO(read_bytes(path, MAX_FIT))
+    began = process_time()
     try:
         with fitdecode.FitReader(
             stream, processor=None, check_crc=fitdecode.CrcCheck.RAISE, error_handling=fitdecode.ErrorHandling.RAISE
         ) as frames:
-            for number, frame in enumerate(frames):
-                if number > _MOST:
+            for frame in frames:
+                if process_time() - began > _SECONDS:
                     raise InputError(path, "", "more messages than any run has", "export the run alone")
                 if frame.frame_type != fitdecode.FIT_FRAME_DATA or frame.name != "record":
                     continue

@@ -10,12 +10,14 @@ from typing import Any, Final
 import numpy as np
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.bounds import MAX_FIXES, check_samples
 from sssi_exudyn.io.files import read_text
 from sssi_exudyn.recording.instruments.fixes import OPTIONAL, Fixes
 from sssi_exudyn.runtime.optional import library
 
 _KNOT: Final = 1852.0 / 3600.0
 """m/s"""
+_KINDS: Final = ("GGA", "RMC", "GST")
 _TORN: Final = 0.1
 """A log of which more than this share of lines is torn is no log of a receiver."""
 
@@ -50,7 +52,10 @@ def fixes_nmea(path: Path) -> Fixes:
         at = line.find("$")  # loggers put their own clock before it
         if at < 0:
             continue
+        if line[at + 3 : at + 6] not in _KINDS:
+            continue
         log.sentences += 1
+        check_samples(path, f"line {number}", log.sentences, limit=len(_KINDS) * MAX_FIXES)
         try:
             _add_sentence(log, pynmea2.parse(line[at:].strip(), check=True), number)
         except pynmea2.SentenceTypeError:
@@ -73,7 +78,7 @@ def fixes_nmea(path: Path) -> Fixes:
 
 def _add_sentence(log: _Log, sentence: Any, number: int) -> None:  # Any: the library makes its classes from a table
     kind = sentence.sentence_type
-    if kind not in ("GGA", "RMC", "GST") or not isinstance(sentence.timestamp, time):
+    if kind not in _KINDS or not isinstance(sentence.timestamp, time):
         return
     clock = sentence.timestamp
     moment = clock.hour * 3600.0 + clock.minute * 60.0 + clock.second + 1e-6 * clock.microsecond + 86400.0 * log.days

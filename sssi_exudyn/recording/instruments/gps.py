@@ -16,6 +16,7 @@ import pymap3d
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.bounds import MAX_FIXES, MAX_RATE, check_samples
 from sssi_exudyn.io.table import Clock, bridge_gaps, check_time
 from sssi_exudyn.recording.instruments.fixes import Fixes, fixes_csv, fixes_gpx
 from sssi_exudyn.recording.instruments.fixes_fit import fixes_fit
@@ -113,8 +114,10 @@ def gps_from_fixes(
     skier can make, a speed in another unit, and a missing standard deviation.
     """
     columns, places = fixes.columns, fixes.places
+    check_samples(path, "", len(places), limit=MAX_FIXES)
     _check_columns(path, columns, places)
     check_time(path, columns["time_s"], places)
+    _check_rate(path, columns["time_s"], places)
     lat, lon, alt = columns["latitude_deg"], columns["longitude_deg"], columns["altitude_m"]
     origin = (float(lat[0]), float(lon[0]), float(alt[0]))
     enu = np.stack(pymap3d.geodetic2enu(lat, lon, alt, *origin), axis=-1)
@@ -128,6 +131,7 @@ def gps_from_fixes(
         )
     _check_travel(path, columns, enu, spread, places)
     clock = bridge_gaps(path, columns["time_s"])
+    check_samples(path, "time_s, with gaps filled", len(clock.time), limit=MAX_FIXES)
     keep = clock.keep
     speed, course = columns.get("speed_mps"), columns.get("course_deg")
     turned = None if course is None else np.unwrap(np.deg2rad(course[keep]))
@@ -190,6 +194,19 @@ def _check_columns(path: Path, columns: dict[str, Array], places: tuple[str, ...
             )
 
 
+def _check_rate(path: Path, time: Array, places: tuple[str, ...]) -> None:
+    """Raise InputError for more fixes in a second than any receiver gives."""
+    crowd = np.searchsorted(time, time + 1.0) - np.arange(len(time))
+    if np.max(crowd) > MAX_RATE:
+        first = int(np.argmax(crowd))
+        raise InputError(
+            path,
+            places[first],
+            f"{crowd[first]} fixes follow in one second",
+            "give time in seconds, at the rate of the receiver",
+        )
+
+
 def _check_travel(path: Path, columns: dict[str, Array], enu: Array, sigma: Array, places: tuple[str, ...]) -> None:
     """Jumps no skier makes, an antenna at rest, and speeds in another unit."""
     time = columns["time_s"]
@@ -243,15 +260,16 @@ def _bridge(clock: Clock, enu: Array) -> Array:
     fixes would swing.
     """
     full = np.empty((len(clock.time), 3))
-    full[~clock.bridged] = enu
-    known = clock.time[~clock.bridged]
-    for gap_start in known[:-1][np.diff(np.flatnonzero(~clock.bridged)) > 1]:
-        gap_stop = known[np.searchsorted(known, gap_start, side="right")]
+    measured = np.flatnonzero(~clock.bridged)
+    full[measured] = enu
+    known = clock.time[measured]
+    for gap in np.flatnonzero(np.diff(measured) > 1):
+        gap_start, gap_stop = known[gap], known[gap + 1]
         reach = gap_stop - gap_start
-        near = (known >= gap_start - reach) & (known <= gap_stop + reach)
-        lacking = clock.bridged & (clock.time > gap_start) & (clock.time < gap_stop)
-        degree = min(3, int(np.count_nonzero(near)) - 1)
+        near = slice(*np.searchsorted(known, [gap_start - reach, np.nextafter(gap_stop + reach, np.inf)]))
+        missing = slice(measured[gap] + 1, measured[gap + 1])
+        degree = min(3, len(known[near]) - 1)
         middle = 0.5 * (gap_start + gap_stop)
         cubic = np.polynomial.polynomial.polyfit(known[near] - middle, enu[near], degree)
-        full[lacking] = np.polynomial.polynomial.polyval(clock.time[lacking] - middle, cubic).T
+        full[missing] = np.polynomial.polynomial.polyval(clock.time[missing] - middle, cubic).T
     return full

@@ -158,7 +158,7 @@ def _require(path: Path, table: Table, names: tuple[str, ...]) -> None:
 def _clock(path: Path, table: Table) -> tuple[Array, Clock]:
     time = table.columns["time_s"]
     check_time(path, time, tuple(f"line {line}" for line in table.lines))
-    return time, bridge_gaps(path, time)
+    return time, bridge_gaps(path, time, len(table.columns))
 
 
 def _columns(table: Table, names: tuple[str, ...]) -> Array:

@@ -14,7 +14,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.files import read_text
 from sssi_exudyn.io.table import Table, bridge_gaps, check_time, read_table
 
-_CELL: Final = re.compile(r"(left|right)_(\d+)_N")
+_CELL: Final = re.compile(r"(left|right)_([0-9]{1,4})_N")
 _SHARE_STUCK: Final = 0.2
 """A cell that stays on one value for this share of the run, while its foot is loaded, is dead."""
 
@@ -63,7 +63,7 @@ def read_insoles(path: Path, time_offset: float = 0.0) -> Insoles:
     values = np.column_stack([table.columns[name] for name in left + right])
     _check_forces(path, table, left + right, values)
     dead = _dead(path, left, values[:, : len(left)]) + _dead(path, right, values[:, len(left) :])
-    clock = bridge_gaps(path, time)
+    clock = bridge_gaps(path, time, len(left + right))
     kept = time[clock.keep]
     cells = np.column_stack([np.interp(clock.time, kept, column[clock.keep]) for column in values.T])
     living = {name: name not in dead for name in left + right}
@@ -124,6 +124,13 @@ def _check_forces(path: Path, table: Table, names: list[str], values: Array) -> 
             f"{values[sample, cell]:g} N is no force of a foot",
             "correct the value or its unit",
         )
+    half = len(names) // 2
+    for foot, cells in (("left", values[:, :half]), ("right", values[:, half:])):
+        mean = float(np.mean(cells)) * half
+        if mean < 0.0:
+            raise InputError(
+                path, f"columns {foot}_…", f"the {foot} foot pulls: {mean:.3g} N on average", "correct the sign"
+            )
 
 
 def _dead(path: Path, names: list[str], values: Array) -> tuple[str, ...]:

@@ -1,0 +1,35 @@
+"""Text from files and file names, cleaned for a terminal, a page or a plot: printable, one line, of bounded length."""
+
+from __future__ import annotations
+
+from typing import Final
+
+LONGEST: Final = 200
+"""Characters of a name that is shown."""
+_JOINERS: Final = frozenset("\u200c\u200d")
+"""Part of words in some scripts and of emoji; no other invisible character passes."""
+_CUT: Final = " … "
+
+
+def one_line(text: object, longest: int = LONGEST) -> str:
+    """``text`` on one line, cut in the middle to ``longest`` characters.
+
+    Line breaks and tabs become spaces.  Control characters (terminals take them for commands), marks that reverse the
+    direction of writing and bytes that are no text become ``\\x1b``, ``\\u202e`` and so on.
+    """
+    whole = str(text)
+    if len(whole) > longest:
+        head = (longest - len(_CUT)) * 2 // 3
+        whole = whole[:head] + _CUT + whole[head + len(_CUT) - longest :]
+    return "".join(_clean(letter) for letter in whole)
+
+
+def plot_text(text: object, longest: int = LONGEST) -> str:
+    """``text`` as ``one_line`` gives it, for Matplotlib: a dollar sign begins no formula."""
+    return one_line(text, longest).replace("$", r"\$")
+
+
+def _clean(letter: str) -> str:
+    if letter.isprintable() or letter in _JOINERS:
+        return letter
+    return " " if letter.isspace() else letter.encode("unicode_escape").decode("ascii")

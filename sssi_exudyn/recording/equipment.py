@@ -1,0 +1,26 @@
+"""The ski that a recording's or a model's equipment names, held against the masses given there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from sssi_exudyn.bodies.ski.ski import Ski, read_ski
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.recording.recording import Equipment
+
+
+def read_equipped_ski(equipment: Equipment, folder: Path, file: Path) -> Ski:
+    """The ski of the catalogue, or of a file in ``folder``.
+
+    Raises InputError for an unknown ski, a faulty file, and a ski that is heavier than ``ski_mass_kg`` in ``file``,
+    which counts the binding too.
+    """
+    ski = read_ski(equipment.skis, folder)
+    if ski.mass > equipment.ski_mass:
+        raise InputError(
+            file,
+            "[equipment] ski_mass_kg",
+            f"{equipment.ski_mass:g} kg with the binding is less than {ski.mass:g} kg of {equipment.skis!r} alone",
+            "weigh one ski with its binding",
+        )
+    return ski
