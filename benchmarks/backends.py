@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -12,12 +11,12 @@ from naive import contact
 
 from sssi_exudyn.contact.backends.backend import BACKENDS, Backend, Forces
 from sssi_exudyn.contact.backends.full_kernel import NODE
-from sssi_exudyn.contact.backends.sections import Sections
+from sssi_exudyn.contact.backends.structs import Carrier, Sections
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.simulation.full import Run, integrate
+from sssi_exudyn.simulation.full import FullRun, integrate
 
 PASSES: Final[dict[Backend, int]] = {"compiled": 1000, "numpy": 100, "symbolic": 100, "python": 5}
 REPEATS: Final = 7
@@ -34,17 +33,18 @@ def microseconds(work: Callable[[], Any], count: int) -> float:
     return 1e6 * min(walls) / count
 
 
-def forces_of(run: Run, sections: Sections, backend: Backend) -> Forces:
+def forces_of(run: FullRun, sections: Sections, backend: Backend) -> Forces:
     """The forces of a run, with other sections and by another back end."""
     model, system = run.parts.model, run.system
-    gravity, area = gravity_in_slope(model.inclination), np.array(list(run.parts.areas.values()))
-    return Forces(model.terms, sections, gravity, system.skeleton.sign, area, system.ref, backend)
+    area = np.array(list(run.parts.areas.values()))
+    carrier = Carrier(system.skeleton.sign, area, gravity_in_slope(model.inclination))
+    return Forces(model.terms, sections, carrier, system.ref, backend)
 
 
 def without_contact(sections: Sections) -> Sections:
     """The same ski with nothing that touches the snow."""
     none = {name: getattr(sections, name)[:0] for name in ("element", "share", "offset", "length")}
-    return replace(sections, **none)
+    return sections._replace(**none)
 
 
 def backends(model: Model, motion: Motion) -> dict[str, Any]:

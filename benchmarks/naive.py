@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from sssi_exudyn.contact.backends.backend import Instant
 from sssi_exudyn.contact.backends.full_kernel import NODE
-from sssi_exudyn.contact.backends.sections import Sections
+from sssi_exudyn.contact.backends.structs import Instant, Sections
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.term import PointState
 from sssi_exudyn.contact.terms.penetration import HuntCrossley

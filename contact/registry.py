@@ -46,7 +46,7 @@ PAPER_TERMS: Final[tuple[Term, ...]] = (HuntCrossley(), AnisotropicFriction(), A
 _PUBLISHED: Final = tuple(type(term) for term in PAPER_TERMS)
 
 
-def padded(terms: Sequence[Term]) -> tuple[Term, ...]:
+def pad_terms(terms: Sequence[Term]) -> tuple[Term, ...]:
     """The same laws with those of the registry that are missing added at their default, which is no strength, so that
     one compiled kernel serves them all.  The published terms alone stay as they are.
     """

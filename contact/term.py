@@ -21,7 +21,7 @@ from sssi_exudyn.core.quantity import quantities
 class Term(ABC):
     """What all terms have in common: the name used in files, the place they act in, where they come from.
 
-    A term that amends another law names it in ``corrects``; it may give energy back where the law takes more.
+    A term that corrects another law names it in ``corrects``; it may give energy back where the law takes more.
     """
 
     name: ClassVar[str]
@@ -177,7 +177,7 @@ KINDS: tuple[type[Term], ...] = (PointTerm, FootTerm, SegmentTerm, WindTerm, Ter
 """The places a term may act in."""
 
 
-def added(vectors: Iterable[tuple[Number, ...]], size: int) -> tuple[Number, ...]:
+def vector_sum(vectors: Iterable[tuple[Number, ...]], size: int) -> tuple[Number, ...]:
     """The sum of vectors of the given size, component by component; zeros when there is none."""
     total: tuple[Number, ...] = (0.0,) * size
     for vector in vectors:
@@ -187,32 +187,32 @@ def added(vectors: Iterable[tuple[Number, ...]], size: int) -> tuple[Number, ...
 
 def point_force(math: Math, terms: Iterable[Term], state: PointState) -> Number:
     """Normal force of all point terms among ``terms`` (N)."""
-    return added(((term.force(math, state),) for term in terms if isinstance(term, PointTerm)), 1)[0]
+    return vector_sum(((term.force(math, state),) for term in terms if isinstance(term, PointTerm)), 1)[0]
 
 
 def foot_force(math: Math, terms: Iterable[Term], state: FootState) -> tuple[Number, ...]:
     """Force of all foot terms among ``terms``, along and across (N)."""
-    return added((term.force(math, state) for term in terms if isinstance(term, FootTerm)), 2)
+    return vector_sum((term.force(math, state) for term in terms if isinstance(term, FootTerm)), 2)
 
 
 def segment_force(math: Math, terms: Iterable[Term], state: SegmentState) -> tuple[Number, ...]:
     """Force of all segment terms among ``terms``, components f, l, n (N)."""
-    return added((term.force(math, state) for term in terms if isinstance(term, SegmentTerm)), 3)
+    return vector_sum((term.force(math, state) for term in terms if isinstance(term, SegmentTerm)), 3)
 
 
 def air_velocity(math: Math, terms: Iterable[Term], state: PlaceState) -> tuple[Number, ...]:
     """Velocity of the air by all wind terms among ``terms``, components f, l, n (m/s)."""
-    return added((term.velocity(math, state) for term in terms if isinstance(term, WindTerm)), 3)
+    return vector_sum((term.velocity(math, state) for term in terms if isinstance(term, WindTerm)), 3)
 
 
 def terrain_height(math: Math, terms: Iterable[Term], f: Number, l: Number) -> tuple[Number, ...]:  # noqa: E741
     """Height (m) and slopes (1) of the snow by all terrain terms among ``terms``: h, ∂h/∂f, ∂h/∂l."""
-    return added((term.height(math, f, l) for term in terms if isinstance(term, TerrainTerm)), 3)
+    return vector_sum((term.height(math, f, l) for term in terms if isinstance(term, TerrainTerm)), 3)
 
 
 def body_force(math: Math, terms: Iterable[Term], state: BodyState) -> tuple[Number, ...]:
     """Force of all body terms among ``terms``, components f, l, n (N)."""
-    return added((term.force(math, state) for term in terms if isinstance(term, BodyTerm)), 3)
+    return vector_sum((term.force(math, state) for term in terms if isinstance(term, BodyTerm)), 3)
 
 
 def parameters(term: Term) -> dict[str, float]:

@@ -3,7 +3,7 @@
 The search runs on the reduced model until it stands still, then on the full model from there, without the skeleton's
 tree, which changes no path: its objective is the full model's, its gradient combines the full residual with the
 reduced model's sensitivities, which differ from the full ones by a few percent.  Such a gradient vanishes where the
-full residual is as orthogonal to the sensitivities as can be told.
+full residual is orthogonal to the sensitivities, as far as they are known.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, fit_noise
-from sssi_exudyn.fitting.gps_observation import corrected_fixes, track_of
+from sssi_exudyn.fitting.gps_observation import correct_fixes, track_of
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, uncertainty, weight_of
 from sssi_exudyn.fitting.optimise import Optimum, minimise
 from sssi_exudyn.model.from_recording import first_guess
@@ -103,7 +103,7 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     if recording.gps is None:
         raise ValueError("the recording has no GPS")
     track = track_of(recording.gps, model.fall_line_azimuth, motion.start, motion.stop)
-    guess = first_guess(corrected_fixes(recording.gps, model), motion, model.inclination, model.fall_line_azimuth)
+    guess = first_guess(correct_fixes(recording.gps, model), motion, model.inclination, model.fall_line_azimuth)
     known = model.start
     start = replace(guess, heading_offset=known.heading_offset, clock_offset=known.clock_offset)
     model = replace(model, start=start).with_values(START_VALUES)
@@ -142,12 +142,12 @@ def fit(
     coarse = motion.foot_sigma is not None
     prepared = prepare(problem.model, motion, step=COARSE_STEP if coarse else STEP)
     enough = _COARSE_TOLERANCE if coarse else _tolerance(problem)
-    reduced = _kept_search(cache, motion, problem, prepared, say, enough if coarse else 10.0 * enough)
+    reduced = _cached_search(cache, motion, problem, prepared, say, enough if coarse else 10.0 * enough)
     if method == "joint":  # the residual now tells what the noise is
         residual, _ = _reduced(problem, prepared, reduced.values)
         problem = problem.with_noise(fit_noise(problem.track.time, residual))
         again = replace(problem, model=problem.model_at(reduced.values))
-        reduced = _kept_search(cache, motion, again, prepared, say, enough)
+        reduced = _cached_search(cache, motion, again, prepared, say, enough)
     _, sensitivity = _reduced(problem, prepared, reduced.values)
     count = 0
 
@@ -156,7 +156,7 @@ def fit(
         residual = full_residual(problem, motion, values, cache)
         value = problem.value(residual, values)
         count += 1
-        say(None, f"full model, evaluation {count}: {_described(problem, residual, values)}")
+        say(None, f"full model, evaluation {count}: {_description(problem, residual, values)}")
         return value, problem.gradient(residual, sensitivity, values)
 
     optimum = reduced
@@ -182,7 +182,7 @@ def fit(
     )
 
 
-def _kept_search(
+def _cached_search(
     cache: Cache | None, motion: Motion, problem: Problem, prepared: Prepared, say: Progress, tolerance: float
 ) -> Optimum:
     """``fit_reduced``, or what it found before an interrupt."""
@@ -216,7 +216,7 @@ def fit_reduced(
 
     def evaluate(values: Array) -> tuple[float, Array]:
         residual, sensitivity = _reduced(problem, prepared, values)
-        say(None, f"reduced model: {_described(problem, residual, values)}")
+        say(None, f"reduced model: {_description(problem, residual, values)}")
         return problem.value(residual, values), problem.gradient(residual, sensitivity, values)
 
     enough = _tolerance(problem) if tolerance is None else tolerance
@@ -254,7 +254,7 @@ def _tolerance(problem: Problem) -> float:
     return 1e-3 if problem.priors else 1e-6 * float(problem.track.time[-1] - problem.track.time[0])
 
 
-def _described(problem: Problem, residual: Array, values: Array) -> str:
+def _description(problem: Problem, residual: Array, values: Array) -> str:
     found: Mapping[str, float] = dict(zip(problem.names, values, strict=True))
     error = float(np.mean(np.linalg.norm(residual, axis=1)))
     friction = ", ".join(f"{name.partition('.')[2]} {value:.4f}" for name, value in found.items() if name in FRICTION)

@@ -40,7 +40,7 @@ def track_of(gps: Gps, azimuth: float, start: float, stop: float, margin: float 
     return Track(gps.time[inside], place[:, :2], gps.sigma[inside])
 
 
-def seen_by_gps(model: Model, time: Array, antenna: Array, fixes: Array) -> Array:
+def predict_fixes(model: Model, time: Array, antenna: Array, fixes: Array) -> Array:
     """The simulated antenna (m, 3) at ``time`` (m,), slope frame, as places (n, 3) in the level frame at ``fixes``
     (n,).
 
@@ -60,7 +60,7 @@ def seen_by_gps(model: Model, time: Array, antenna: Array, fixes: Array) -> Arra
     return seen + gps_offset(model.sensors, fixes)
 
 
-def corrected_fixes(gps: Gps, model: Model) -> Gps:
+def correct_fixes(gps: Gps, model: Model) -> Gps:
     """The fixes as they would be without the GPS faults that the model has."""
     azimuth = model.fall_line_azimuth
     offset = gps_offset(model.sensors, gps.time) @ level_to_enu(azimuth).T

@@ -17,7 +17,7 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
-from sssi_exudyn.fitting.gps_observation import Track, seen_by_gps
+from sssi_exudyn.fitting.gps_observation import Track, predict_fixes
 from sssi_exudyn.model.model import Model
 
 
@@ -65,7 +65,7 @@ class Problem:
 
     def residual(self, model: Model, time: Array, antenna: Array) -> Array:
         """(n, 2) m measured minus simulated, at the fixes."""
-        return self.track.place - seen_by_gps(model, time, antenna, self.track.time)[:, :2]
+        return self.track.place - predict_fixes(model, time, antenna, self.track.time)[:, :2]
 
     def value(self, residual: Array, values: Array) -> float:
         """The objective."""

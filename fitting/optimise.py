@@ -62,7 +62,7 @@ def minimise(
     least, best = np.inf, np.asarray(start, dtype=np.float64)
     used = 0
 
-    def scaled(z: Array, gradient: Array) -> float:
+    def objective(z: Array, gradient: Array) -> float:
         nonlocal used, least, best
         used += 1
         x = np.clip(start + back @ z, bounds[:, 0], bounds[:, 1])
@@ -80,7 +80,7 @@ def minimise(
             gradient[:] = np.vstack([-back, back])
 
     search = nlopt.opt(nlopt.LD_SLSQP, size)
-    search.set_min_objective(scaled)
+    search.set_min_objective(objective)
     search.add_inequality_mconstraint(outside, np.full(2 * size, 1e-10))
     search.set_ftol_abs(objective_tolerance)
     search.set_xtol_abs(step_tolerance)

@@ -12,7 +12,7 @@ from typing import Final, Protocol
 import numpy as np
 
 from sssi_exudyn.core.frames import Array, level_to_enu
-from sssi_exudyn.fitting.gps_observation import seen_by_gps
+from sssi_exudyn.fitting.gps_observation import predict_fixes
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.recording import Recording
@@ -68,7 +68,7 @@ class Measurements:
     def predicted(self, model: Model, run: SimulatedRun) -> Array:
         """(N,) what the instruments would say of a simulated run."""
         assert run.antenna is not None
-        place = seen_by_gps(model, run.time, run.antenna, self.fixes)
+        place = predict_fixes(model, run.time, run.antenna, self.fixes)
         return _stacked(place, insole_readings(model.sensors, averages(run.time, run.sole_force, self.windows)))
 
 

@@ -34,7 +34,7 @@ from sssi_exudyn.contact.terms.penetration import POINT_LENGTH, HuntCrossley
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.simulation.assembly import Parts, as_worn
+from sssi_exudyn.simulation.assembly import Parts, correct_motion
 
 MODES = 8
 """Vibrations of each ski that are kept, bending and twisting together: the eighth is above 100 Hz."""
@@ -146,7 +146,7 @@ class FlatModel:
         assert isinstance(friction, AnisotropicFriction)
         assert isinstance(air, AirDrag)
         self.snow, self.friction, self.air = snow, friction, air
-        self.parts = Parts(model, as_worn(model, motion))
+        self.parts = Parts(model, correct_motion(model, motion))
         self.ski = flat_ski(self.parts, modes)
         self.area = np.array(list(self.parts.areas.values()))
         self.gravity = GRAVITY * np.array([np.sin(model.inclination), 0.0, -np.cos(model.inclination)])

@@ -71,7 +71,7 @@ class Bones:
                 return i
         raise KeyError(name)
 
-    def completed(self, q: Array) -> tuple[Array, Array]:
+    def complete(self, q: Array) -> tuple[Array, Array]:
         """Coordinates (n, c) with the dependent ones as the couplings have them, and how the whole follows the given
         ones: (n, c, c), d completed_i / d given_j, zero for j that depends.
         """
@@ -126,13 +126,13 @@ def stand(tree: Bones, q: Array) -> Stance:
             turning[:, i], moving[:, i] = turning[:, p], moving[:, p]
         carried = frame
         for drive in bone.slides:
-            amount, slope = _driven(drive, value, n)
+            amount, slope = _driven_value(drive, value, n)
             along = carried @ drive.axis
             place = place + amount[:, None] * along
             if drive.coordinate in column:
                 moving[:, i, column[drive.coordinate]] += slope[:, None] * along
         for drive in bone.turns:
-            amount, slope = _driven(drive, value, n)
+            amount, slope = _driven_value(drive, value, n)
             if drive.coordinate in column:
                 spin = slope[:, None] * (frame @ drive.axis)
                 turning[:, i, column[drive.coordinate]] += spin
@@ -143,7 +143,7 @@ def stand(tree: Bones, q: Array) -> Stance:
     return Stance(q, rotation, origin, turning, moving)
 
 
-def _driven(drive: Drive, value: Mapping[str, Array], n: int) -> tuple[Array, Array]:
+def _driven_value(drive: Drive, value: Mapping[str, Array], n: int) -> tuple[Array, Array]:
     """What a drive does and its slope, each (n,)."""
     return drive.curve(np.zeros(n) if drive.coordinate is None else value[drive.coordinate])
 

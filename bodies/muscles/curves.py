@@ -45,7 +45,7 @@ class Curve:
         right = np.stack([a + h * (b + h * (c + h * d)), b + h * (2.0 * c + 3.0 * h * d), c + 3.0 * h * d, d], axis=1)
         return Curve(ends, right[::-1] * powers)
 
-    def raised(self, by: float) -> Curve:
+    def lift(self, by: float) -> Curve:
         """This curve plus a constant."""
         moved = self.coefficients.copy()
         moved[:, 0] += by

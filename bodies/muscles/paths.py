@@ -142,7 +142,7 @@ def _paths(
 ) -> tuple[Array, Array, Array]:
     """Length, moment arm and pull."""
     tree = model.bones
-    q, follows = tree.completed(given)
+    q, follows = tree.complete(given)
     stance = stand(tree, q)
     points = [point for muscle in model.muscles for point in muscle.points]
     bone = np.array([tree.index(point.bone) for point in points], dtype=np.int64)

@@ -83,7 +83,7 @@ def body_inertia(
         raise ValueError(f"sex is {sex!r}, not one of {', '.join(SEXES)}")
     if min(skier_mass, boot_mass, binding_mass) < 0.0:
         raise ValueError("a mass is below zero")
-    rows = _scaled_rows(sex, skier_mass)
+    rows = _rows_for_mass(sex, skier_mass)
     wear = footwear or Footwear()
     made = {"head": _along(rows["head"], geometry.segment_end[SEGMENT["head"]], np.zeros(3))}
     made["pelvis"], made["torso"] = _trunk(rows, geometry)
@@ -96,7 +96,7 @@ def body_inertia(
     return tuple(made[name] for name in SEGMENTS)
 
 
-def combined(parts: list[SegmentInertia]) -> SegmentInertia:
+def combine(parts: list[SegmentInertia]) -> SegmentInertia:
     """Several bodies, all given in one frame, as one (parallel axes)."""
     mass = sum(part.mass for part in parts)
     if mass == 0.0:
@@ -119,7 +119,7 @@ class _Row:
     length: float
 
 
-def _scaled_rows(sex: str, skier_mass: float) -> dict[str, _Row]:
+def _rows_for_mass(sex: str, skier_mass: float) -> dict[str, _Row]:
     table: dict[str, Any] = tomllib.loads(TABLE.read_text(encoding="utf-8"))
     lines = {name: entry[sex] for name, entry in table.items()}
     paired = ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")
@@ -162,7 +162,7 @@ def _trunk(rows: dict[str, _Row], geometry: Geometry) -> tuple[SegmentInertia, S
     pelvis = _along(rows["lower_trunk"], omph, midh)
     middle = _along(rows["middle_trunk"], xyph - lumbar, omph - lumbar)
     upper = _along(rows["upper_trunk"], cerv - lumbar, xyph - lumbar)
-    return pelvis, combined([middle, upper])
+    return pelvis, combine([middle, upper])
 
 
 def _arm(rows: dict[str, _Row], geometry: Geometry, side: str) -> dict[str, SegmentInertia]:
@@ -199,7 +199,7 @@ def _foot(
     whole = sum(_FOOT_PARTS.values())
     parts = {name: _share(foot, share / whole, origin[name]) for name, share in _FOOT_PARTS.items()}
     worn = [_share(body, 1.0, origin["calcn"]) for body in (boot, binding)]
-    parts["calcn"] = combined([parts["calcn"], *worn])
+    parts["calcn"] = combine([parts["calcn"], *worn])
     return {f"{name}_{side}": body for name, body in parts.items()}
 
 

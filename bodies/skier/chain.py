@@ -252,7 +252,7 @@ def rates(poses: Poses, qd: Array, qdd: Array) -> Rates:
     return Rates(omega, velocity, alpha, acceleration)
 
 
-def _moved_by() -> Array:
+def _moving_coordinates() -> Array:
     """(21, 31) True where the coordinate moves the segment: it belongs to the segment's joint or to an ancestor's."""
     moved = np.zeros((len(SEGMENTS), len(COORDINATES)), dtype=bool)
     for i, joint in enumerate(JOINTS):
@@ -262,7 +262,7 @@ def _moved_by() -> Array:
     return moved
 
 
-_MOVED_BY: Final = _moved_by()
+_MOVED_BY: Final = _moving_coordinates()
 _CARRIER: Final = np.array([0, 0, 0] + [i for i, joint in enumerate(JOINTS) for _ in joint.rotations])
 """Index of the segment at whose origin each coordinate's axis passes."""
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.backends import full_kernel as kernel
+from sssi_exudyn.contact.backends.structs import Carrier, ForcePass, Instant, Sections
 from sssi_exudyn.contact.backends.vectors import ski_axes
 from sssi_exudyn.contact.maths import ArrayMath
 from sssi_exudyn.contact.term import Term
@@ -111,14 +112,12 @@ class ArrayKernel:
         return np.array(along), np.array(across), float(edge)
 
     def forces(
-        self, _parameters: Array, q: Array, v: Array, ref: Array, t: float,
-        element: Any, share: Array, offset: Array, length: Array, damping: Array, node_mass: Array, node_moment: Array,
-        gravity: Array, sign: Array, foot_place: Array, foot_velocity: Array, foot_acceleration: Array,
-        foot_rotation: Array, foot_spin: Array, foot_spin_rate: Array, foot_jacobian: Array,
-        com_place: Array, com_velocity: Array, com_jacobian: Array, area: Array, exposed_velocity: Array,
-        exposed_jacobian: Array, out: Array, seen: Array, drag: Array, body: Array,
+        self, _parameters: Array, q: Array, v: Array, ref: Array, sections: Sections, carrier: Carrier, at: Instant,
+        found: ForcePass,
     ) -> None:  # fmt: skip
         """As ``kernel.forces``."""
+        out, seen, drag, body = found
+        sign = carrier.sign
         out[:] = 0.0
         seen[:] = 0.0
         head = len(sign)
@@ -128,35 +127,36 @@ class ArrayKernel:
         rates = np.ascontiguousarray(v[head:].reshape(2, -1, kernel.NODE).swapaxes(1, 2))
         spins = _spin(nodes[:, 3:], rates[:, 3:])
         force, torque = _inertia(
-            nodes, rates, foot_rotation.swapaxes(1, 2), foot_spin, foot_spin_rate, gravity - foot_acceleration,
-            node_mass, node_moment.T,
+            nodes, rates, at.foot_rotation.swapaxes(1, 2), at.foot_spin, at.foot_spin_rate,
+            carrier.gravity - at.foot_acceleration, sections.node_mass, sections.node_moment.T,
         )  # fmt: skip
-        _damp(seen, nodes[:, 3:], spins, torque, damping.T)
-        feet = Feet(pelvis + foot_place, speed + foot_velocity, foot_rotation, foot_spin)
-        self._contact(seen, nodes, rates[:, :3], spins, force, torque, feet, element, share, offset, length)
+        _damp(seen, nodes[:, 3:], spins, torque, sections.damping.T)
+        feet = Feet(pelvis + at.foot_place, speed + at.foot_velocity, at.foot_rotation, at.foot_spin)
+        self._contact(seen, nodes, rates[:, :3], spins, force, torque, feet, sections)
         wrench = np.concatenate([force, _on_quaternion(nodes[:, 3:], torque)], axis=1)
         out[head:] = wrench.swapaxes(1, 2).ravel()
-        out[:3] = (foot_rotation @ force.sum(axis=2, keepdims=True)).sum(axis=0)[:, 0]
-        _add_to_tree(out, sign, self._friction(seen, t, feet), foot_jacobian)
-        moving = speed + exposed_velocity
-        drag[:, :3] = self._laws.segments(t, pelvis[0], pelvis[1], moving, area)
+        out[:3] = (at.foot_rotation @ force.sum(axis=2, keepdims=True)).sum(axis=0)[:, 0]
+        _add_to_tree(out, sign, self._friction(seen, at.time, feet), at.foot_jacobian)
+        moving = speed + at.exposed_velocity
+        drag[:, :3] = self._laws.segments(at.time, pelvis[0], pelvis[1], moving, carrier.area)
         drag[:, 3] = np.sum(drag[:, :3] * moving, axis=1)
-        _add_to_tree(out, sign, drag[:, :3], exposed_jacobian)
-        place, velocity = pelvis + com_place, speed + com_velocity
-        body[:] = self._laws.body(t, place[0], place[1], velocity)
-        _add_to_tree(out, sign, body[None], com_jacobian[None])
+        _add_to_tree(out, sign, drag[:, :3], at.exposed_jacobian)
+        place, velocity = pelvis + at.com_place, speed + at.com_velocity
+        body[:] = self._laws.body(at.time, place[0], place[1], velocity)
+        _add_to_tree(out, sign, body[None], at.com_jacobian[None])
 
     def _contact(
         self, seen: Array, nodes: Array, paces: Array, spins: Array, force: Array, torque: Array, feet: Feet,
-        element: Any, share: Array, offset: Array, length: Array,
+        sections: Sections,
     ) -> None:  # fmt: skip
         """Add the snow's forces and torques (2, 3, n) on the nodes.  A section's two edges stand side by side."""
+        element, share = sections.element, sections.share
         weights = np.zeros((len(share), nodes.shape[2]))
         rows = np.arange(len(share))
         weights[rows, element], weights[rows, element + 1] = 1.0 - share, share
         weights = np.repeat(weights, 2, axis=0)
         p, r = _between(nodes[:, :, element], nodes[:, :, element + 1], share)
-        arm = _turned(np.repeat(r, 2, axis=2), offset.reshape(1, -1, 3).swapaxes(1, 2))
+        arm = _rotate(np.repeat(r, 2, axis=2), sections.offset.reshape(1, -1, 3).swapaxes(1, 2))
         reach = feet.rotation @ (np.repeat(p, 2, axis=2) + arm)
         point = feet.place[:, :, None] + reach
         height, normal = self._ground(point[:, 0], point[:, 1])
@@ -167,7 +167,7 @@ class ArrayKernel:
         local = paces @ weights.T + _cross(spins @ weights.T, arm)
         pace = feet.velocity[:, :, None] + _skew(feet.spin) @ reach + feet.rotation @ local
         rate = -np.sum(pace * normal, axis=1)
-        long = np.repeat(length, 2)
+        long = np.repeat(sections.length, 2)
         push = np.zeros_like(depth)
         push[pressed] = self._laws.point(depth[pressed], rate[pressed], np.broadcast_to(long, depth.shape)[pressed])
         sunk = np.maximum(depth, 0.0)
@@ -217,10 +217,10 @@ def _damp(seen: Array, turns: Array, spins: Array, torque: Array, damping: Array
     """Add the structural damping (3, n − 1) of the elements against relative spin about their own axes."""
     middle = turns[:, :, :-1] + turns[:, :, 1:]
     middle /= np.sqrt(np.sum(middle * middle, axis=1, keepdims=True))
-    local = _turned(_conjugate(middle), spins[:, :, 1:] - spins[:, :, :-1])
+    local = _rotate(_conjugate(middle), spins[:, :, 1:] - spins[:, :, :-1])
     resisting = damping * local
     seen[:, kernel.DAMPING_POWER] = -np.sum(local * resisting, axis=(1, 2))
-    resisting = _turned(middle, resisting)
+    resisting = _rotate(middle, resisting)
     torque[:, :, :-1] += resisting
     torque[:, :, 1:] -= resisting
 
@@ -255,7 +255,7 @@ def _conjugate(q: Array) -> Array:
     return np.asarray(q * _CONJUGATE)
 
 
-def _turned(q: Array, v: Array) -> Array:
+def _rotate(q: Array, v: Array) -> Array:
     """Vectors (2, 3, k) turned by quaternions (2, 4, k)."""
     once = 2.0 * _cross(q[:, 1:], v)
     return np.asarray(v + q[:, :1] * once + _cross(q[:, 1:], once))
@@ -291,12 +291,12 @@ def _between(first: Array, second: Array, share: Array) -> tuple[Array, Array]:
     theta = np.where(straight, 1.0, theta)
     axis = relative[:, 1:] / np.where(straight, 1.0, sine)
     half, part = 0.5 * theta, share * theta
-    d = _turned(back, apart)
+    d = _rotate(back, apart)
     once = _cross(axis, d)
     rho = d - half * once + (1.0 - half / np.tan(half)) * _cross(axis, once)
     once = _cross(axis, rho)
     bow = (1.0 - np.cos(part)) / theta * once + (part - np.sin(part)) / theta * _cross(axis, once)
     turn = np.concatenate([np.cos(0.5 * part), np.sin(0.5 * part) * axis], axis=1)
-    move = np.where(straight, share * apart, _turned(q0, share * rho + bow))
+    move = np.where(straight, share * apart, _rotate(q0, share * rho + bow))
     mean = (1.0 - share) * q0 + share * second[:, 3:]
     return first[:, :3] + move, np.where(straight, mean, _product(q0, turn))

@@ -12,7 +12,6 @@ All give the same forces.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 import exudyn as exu
@@ -23,9 +22,9 @@ from sssi_exudyn.contact.backends import full_kernel as kernel
 from sssi_exudyn.contact.backends.arrays import ArrayKernel, ArrayLaws
 from sssi_exudyn.contact.backends.compiled import compile_kernel, parameter_values
 from sssi_exudyn.contact.backends.interpreted import interpreted_kernel
-from sssi_exudyn.contact.backends.sections import Sections
+from sssi_exudyn.contact.backends.structs import Carrier, ForcePass, Instant, Sections, Triplets
 from sssi_exudyn.contact.backends.symbolic import SymbolicLaws
-from sssi_exudyn.contact.registry import padded
+from sssi_exudyn.contact.registry import pad_terms
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
@@ -35,7 +34,7 @@ Backend = Literal["fastest", "compiled", "numpy", "symbolic", "python"]
 BACKENDS: Final[tuple[Backend, ...]] = ("fastest", "compiled", "numpy", "symbolic", "python")
 
 
-def installed(backend: Backend) -> Backend:
+def choose_backend(backend: Backend) -> Backend:
     """What is used when ``backend`` is asked for: ``fastest`` becomes the fastest there is.
 
     Raises InputError where ``compiled`` is asked for and Numba is missing or broken.
@@ -53,34 +52,15 @@ def kernel_of(terms: Sequence[Term], backend: Backend) -> tuple[Any, Array]:
     The Jacobian is the kernel's in every back end, as machine code where Numba works: it steers Newton's method, not
     the result, and is wanted far less often than forces.
     """
-    chosen = installed(backend)
+    chosen = choose_backend(backend)
     if chosen == "python":
         return interpreted_kernel(terms, kernel), parameter_values(terms)
-    generated = tuple(terms) if FAULT else padded(terms)
+    generated = tuple(terms) if FAULT else pad_terms(terms)
     template, parameters = compile_kernel(generated, kernel), parameter_values(generated)
     if chosen == "compiled":
         return template, parameters
     laws = ArrayLaws(terms) if chosen == "numpy" else SymbolicLaws(terms)
     return ArrayKernel(laws, template.jacobian), parameters
-
-
-@dataclass(frozen=True)
-class Instant:
-    """What the forces need to know of the posture at one time: see ``Posture`` for the meaning of each."""
-
-    time: float
-    foot_place: Array
-    foot_velocity: Array
-    foot_acceleration: Array
-    foot_rotation: Array
-    foot_spin: Array
-    foot_spin_rate: Array
-    foot_jacobian: Array
-    com_place: Array
-    com_velocity: Array
-    com_jacobian: Array
-    exposed_velocity: Array
-    exposed_jacobian: Array
 
 
 class Forces:
@@ -89,10 +69,7 @@ class Forces:
     Parameters
     ----------
     terms : the model's terms
-    sections : contact sections of a ski
-    gravity : (3,) m/s² in the slope frame
-    sign : (s,) skeleton's coordinate / chain's coordinate: s = 31 for the tree, 3 for the pelvis' place alone
-    area : (k,) frontal areas of the exposed segments, m²
+    sections, carrier : what of the skis and of the skier does not change
     ref : reference coordinates of all nodes, in the kernel's order
     """
 
@@ -100,35 +77,43 @@ class Forces:
         self,
         terms: Sequence[Term],
         sections: Sections,
-        gravity: Array,
-        sign: Array,
-        area: Array,
+        carrier: Carrier,
         ref: Array,
         backend: Backend = "fastest",
     ) -> None:
         self._kernel, self._parameters = kernel_of(terms, backend)
-        self._contacts = (sections.element, sections.share, sections.offset, sections.length, sections.damping)
-        self._inertia = (sections.node_mass, sections.node_moment, gravity)
-        self._sign, self._area, self.ref = sign, area, ref
-        self.out = np.zeros(len(ref))
-        self.seen = np.zeros((2, kernel.SEEN))
-        self.drag = np.zeros((len(area), 4))
-        self.body = np.zeros(3)
-        entries = 2 * (17**2 * len(sections.share) + 64 * len(sections.damping)) + 3 * len(sign)
-        self._rows = np.zeros(entries, dtype=np.int64)
-        self._columns = np.zeros_like(self._rows)
-        self._values = np.zeros(entries)
+        self._sections, self._carrier, self.ref = sections, carrier, ref
+        self._found = ForcePass(
+            np.zeros(len(ref)), np.zeros((2, kernel.SEEN)), np.zeros((len(carrier.area), 4)), np.zeros(3)
+        )
+        entries = 2 * (17**2 * len(sections.share) + 64 * len(sections.damping)) + 3 * len(carrier.sign)
+        self._triplets = Triplets(np.zeros(entries, np.int64), np.zeros(entries, np.int64), np.zeros(entries))
+
+    @property
+    def out(self) -> Array:
+        """Generalised forces on all coordinates of the last pass."""
+        return self._found.out
+
+    @property
+    def seen(self) -> Array:
+        """(2, 11) what the last pass saw of each ski, as ``kernel`` names the columns."""
+        return self._found.seen
+
+    @property
+    def drag(self) -> Array:
+        """(e, 4) the air's force (N) and power (W) on the exposed segments in the last pass."""
+        return self._found.drag
+
+    @property
+    def body(self) -> Array:
+        """(3,) N, force of the body terms in the last pass."""
+        return self._found.body
 
     def evaluate(self, q: Array, v: Array, at: Instant) -> Array:
         """Generalised forces on all coordinates (a buffer that the next call overwrites); fills ``seen``, ``drag``,
         ``body``.
         """
-        self._kernel.forces(
-            self._parameters, q, v, self.ref, at.time, *self._contacts, *self._inertia,
-            self._sign, at.foot_place, at.foot_velocity, at.foot_acceleration, at.foot_rotation, at.foot_spin,
-            at.foot_spin_rate, at.foot_jacobian, at.com_place, at.com_velocity, at.com_jacobian,
-            self._area, at.exposed_velocity, at.exposed_jacobian, self.out, self.seen, self.drag, self.body,
-        )  # fmt: skip
+        self._kernel.forces(self._parameters, q, v, self.ref, self._sections, self._carrier, at, self._found)
         return self.out
 
     def foot_axes(self, place: Array, rotation: Array) -> tuple[Array, Array, float]:
@@ -139,11 +124,10 @@ class Forces:
     def triplets(self, q: Array, v: Array, at: Instant, by_place: float, by_rate: float) -> Array:
         """Sparse triplets (k, 3) of −(by_place ∂f/∂q + by_rate ∂f/∂v), after an ``evaluate`` near by."""
         count = self._kernel.jacobian(
-            self._parameters, q, v, self.ref, at.time, by_place, by_rate, *self._contacts,
-            self._sign, at.foot_place, at.foot_velocity, at.foot_rotation, at.foot_spin, at.foot_jacobian, self.seen,
-            self._area, at.exposed_velocity, at.exposed_jacobian, self._rows, self._columns, self._values,
+            self._parameters, q, v, self.ref, self._sections, self._carrier, at, self.seen, by_place, by_rate,
+            self._triplets,
         )  # fmt: skip
-        return np.column_stack([self._rows[:count], self._columns[:count], self._values[:count]])
+        return np.column_stack([part[:count] for part in self._triplets])
 
 
 class CoupledMass:

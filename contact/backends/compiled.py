@@ -40,7 +40,7 @@ from platformdirs import user_cache_path
 
 from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.backends import vectors
-from sssi_exudyn.contact.backends.tape import Operand, Tape, TapeMath, written
+from sssi_exudyn.contact.backends.tape import Operand, Tape, TapeMath, source_lines
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
 
@@ -201,7 +201,7 @@ def _function(law: _Law, name: str, terms: Sequence[Term], variables: Sequence[s
     outputs = tuple(law.trace(TapeMath(tape), _on_tape(terms, tape), arguments))
     slopes = [tape.derivatives(outputs, tape.name(variable)) for variable in variables]
     rows = [column[row] for row in range(len(outputs)) for column in slopes]
-    body = "\n".join(f"    {line}" for line in written(tape, (*outputs, *rows)))
+    body = "\n".join(f"    {line}" for line in source_lines(tape, (*outputs, *rows)))
     return f"@_compiled\ndef {name}(parameters, {', '.join(law.arguments)}):\n{body}\n"
 
 

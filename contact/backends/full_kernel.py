@@ -35,11 +35,11 @@ from sssi_exudyn.contact.backends.vectors import (
     on_quaternion,
     out_of,
     plus,
+    rotate,
     ski_axes,
     spin,
     three,
     times,
-    turned,
 )
 from sssi_exudyn.runtime.jit import njit
 
@@ -99,7 +99,7 @@ def section(q, v, ref, base, element, xi):
 @njit(cache=True)
 def edge_contact(parameters, place, velocity, frame, turning, p, r, v, omega, offset):
     """Depth and rate of sinking of an edge's point, the snow's normal and the point's arm, both in the foot's frame."""
-    arm = turned(r, offset)
+    arm = rotate(r, offset)
     local = plus(p, arm)
     out = out_of(frame, local)
     point = plus(place, out)
@@ -127,13 +127,14 @@ def add_to_tree(out, sign, force, jacobian):
 
 
 @njit(cache=True)
-def ski_inertia(q, v, ref, base, mass, moment, gravity, frame, spin_in, spin_rate, acceleration, out):
+def ski_inertia(q, v, ref, base, sections, gravity, frame, spin_in, spin_rate, acceleration, out):
     """Weight and forces of inertia of one ski's nodes but for the pelvis' own acceleration, and their sum on the
     pelvis.
 
-    mass (n + 1,) kg, moment (n + 1, 3) kg m² of each node about the foot's axes; gravity (3,) and acceleration (3,)
-    of the foot relative to the pelvis in the slope frame; spin_in, spin_rate in the foot's frame.
+    gravity (3,) and acceleration (3,) of the foot relative to the pelvis in the slope frame; spin_in, spin_rate in the
+    foot's frame.
     """
+    mass, moment = sections.node_mass, sections.node_moment
     fall = into(frame, (gravity[0] - acceleration[0], gravity[1] - acceleration[1], gravity[2] - acceleration[2]))
     total = (0.0, 0.0, 0.0)
     for node in range(mass.shape[0]):
@@ -142,8 +143,8 @@ def ski_inertia(q, v, ref, base, mass, moment, gravity, frame, spin_in, spin_rat
         swing = cross(spin_in, plus(cross(spin_in, place), times(2.0, three(v, i))))
         felt = plus(fall, times(-1.0, plus(cross(spin_rate, place), swing)))
         force = times(mass[node], felt)
-        turned_inertia = (moment[node, 0] * spin_in[0], moment[node, 1] * spin_in[1], moment[node, 2] * spin_in[2])
-        gyro = cross(spin_in, turned_inertia)
+        momentum = (moment[node, 0] * spin_in[0], moment[node, 1] * spin_in[1], moment[node, 2] * spin_in[2])
+        gyro = cross(spin_in, momentum)
         torque = (
             -moment[node, 0] * spin_rate[0] - gyro[0],
             -moment[node, 1] * spin_rate[1] - gyro[1],
@@ -157,24 +158,15 @@ def ski_inertia(q, v, ref, base, mass, moment, gravity, frame, spin_in, spin_rat
 
 
 @njit(cache=True)
-def forces(
-    parameters, q, v, ref, t,
-    element, share, offset, length, damping, node_mass, node_moment, gravity,
-    sign, foot_place, foot_velocity, foot_acceleration, foot_rotation, foot_spin, foot_spin_rate, foot_jacobian,
-    com_place, com_velocity, com_jacobian, area, exposed_velocity, exposed_jacobian,
-    out, seen, drag, body,
-):  # fmt: skip
+def forces(parameters, q, v, ref, sections, carrier, at, found):
     """Generalised forces of all terms, of the skis' structural damping and of their weight and inertia.
 
-    q, v, ref, out : (s + 2·7·(n + 1),);  t : s
-    element, share, length : (m,) element, ξ and length of edge of each contact section; offset : (m, 2, 3) of its edges
-    damping : (n, 3) N m s of each element against relative spin about its own axes
-    node_mass, node_moment : (n + 1,) kg, (n + 1, 3) kg m²;  gravity : (3,) m/s²
-    sign : (s,) skeleton's coordinate / chain's coordinate; foot_…, com_…, exposed_… : one row of ``Posture``; area :
-        (k,) m²
-    seen : (2, 11) is filled as its columns say; drag : (k, 4) with the air's force (N) and its power (W) on each
-        exposed segment; body : (3,) with the force of the body terms (N)
+    q, v, ref : (s + 2·7·(n + 1),);  sections : ``Sections``;  carrier : ``Carrier``;  at : ``Instant``
+    found : ``ForcePass``, which is filled
     """
+    element, share, length, damping = sections.element, sections.share, sections.length, sections.damping
+    sign, t = carrier.sign, at.time
+    out, seen = found.out, found.seen
     out[:] = 0.0
     seen[:] = 0.0
     elements = damping.shape[0]
@@ -182,9 +174,9 @@ def forces(
     pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
     for ski in range(2):
         base = len(sign) + ski * per_ski
-        frame = foot_rotation[ski]
-        place, velocity = plus(pelvis, foot_place[ski]), plus(speed, foot_velocity[ski])
-        turning = three(foot_spin[ski], 0)
+        frame = at.foot_rotation[ski]
+        place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
+        turning = three(at.foot_spin[ski], 0)
         on_pelvis = (0.0, 0.0, 0.0)
         for m in range(element.shape[0]):
             xi = share[m]
@@ -194,7 +186,7 @@ def forces(
             torque = (0.0, 0.0, 0.0)
             for edge in range(2):
                 depth, rate, normal, arm = edge_contact(
-                    parameters, place, velocity, frame, turning, p, r, moving, omega, three(offset[m, edge], 0)
+                    parameters, place, velocity, frame, turning, p, r, moving, omega, three(sections.offset[m, edge], 0)
                 )
                 if depth <= 0.0:
                     continue
@@ -219,15 +211,15 @@ def forces(
             q0, q1 = four(q, ref, i + 3), four(q, ref, j + 3)
             relative = plus(spin(q1, v, j + 3), times(-1.0, spin(q0, v, i + 3)))
             middle = middle_of(q0, q1)
-            local = turned(conjugate(middle), relative)
+            local = rotate(conjugate(middle), relative)
             torque = (damping[e, 0] * local[0], damping[e, 1] * local[1], damping[e, 2] * local[2])
             seen[ski, DAMPING_POWER] -= dot(local, torque)
-            torque = turned(middle, torque)
+            torque = rotate(middle, torque)
             add_wrench(out, i, 1.0, q0, (0.0, 0.0, 0.0), torque)
             add_wrench(out, j, -1.0, q1, (0.0, 0.0, 0.0), torque)
-        spin_in, spin_rate = into(frame, foot_spin[ski]), into(frame, foot_spin_rate[ski])
+        spin_in, spin_rate = into(frame, at.foot_spin[ski]), into(frame, at.foot_spin_rate[ski])
         ski_inertia(
-            q, v, ref, base, node_mass, node_moment, gravity, frame, spin_in, spin_rate, foot_acceleration[ski], out
+            q, v, ref, base, sections, carrier.gravity, frame, spin_in, spin_rate, at.foot_acceleration[ski], out
         )
         along, across, edge_angle = foot_axes(parameters, place, frame)
         v_t, v_n = dot(velocity, along), dot(velocity, across)
@@ -235,22 +227,24 @@ def forces(
         f_t, f_n = foot_force(
             parameters, seen[ski, LOAD], v_t, v_n, edge_angle, seen[ski, GROOVE], t, place[0], place[1], side
         )
-        add_to_tree(out, sign, plus(times(f_t, along), times(f_n, across)), foot_jacobian[ski])
+        add_to_tree(out, sign, plus(times(f_t, along), times(f_n, across)), at.foot_jacobian[ski])
         seen[ski, ALONG], seen[ski, ACROSS], seen[ski, EDGE] = f_t, f_n, edge_angle
         seen[ski, V_T], seen[ski, V_N] = v_t, v_n
         seen[ski, FRICTION_POWER] = f_t * v_t + f_n * v_n
-    for k in range(area.shape[0]):
-        velocity = plus(speed, exposed_velocity[k])
-        force = segment_force(parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], area[k])
-        add_to_tree(out, sign, force, exposed_jacobian[k])
+    for k in range(carrier.area.shape[0]):
+        velocity = plus(speed, at.exposed_velocity[k])
+        force = segment_force(
+            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], carrier.area[k]
+        )
+        add_to_tree(out, sign, force, at.exposed_jacobian[k])
         for c in range(3):
-            drag[k, c] = force[c]
-        drag[k, 3] = dot(force, velocity)
-    place, velocity = plus(pelvis, com_place), plus(speed, com_velocity)
+            found.drag[k, c] = force[c]
+        found.drag[k, 3] = dot(force, velocity)
+    place, velocity = plus(pelvis, at.com_place), plus(speed, at.com_velocity)
     force = body_force(parameters, t, place[0], place[1], velocity[0], velocity[1], velocity[2])
-    add_to_tree(out, sign, force, com_jacobian)
+    add_to_tree(out, sign, force, at.com_jacobian)
     for c in range(3):
-        body[c] = force[c]
+        found.body[c] = force[c]
 
 
 @njit(cache=True)
@@ -263,19 +257,16 @@ def put(rows, columns, values, count, row, column, value):
 
 
 @njit(cache=True)
-def jacobian(
-    parameters, q, v, ref, t, by_place, by_rate,
-    element, share, offset, length, damping,
-    sign, foot_place, foot_velocity, foot_rotation, foot_spin, foot_jacobian, seen,
-    area, exposed_velocity, exposed_jacobian,
-    rows, columns, values,
-):  # fmt: skip
+def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_rate, triplets):
     """Triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; returns their number.
 
     Kept: contact stiffness and damping along the normal between the nodes of a section and the pelvis, structural
     damping, friction and drag by velocity.  Left out, as they only cost iterations: the turning of the contact's
     arms, friction's dependence on the load, the forces of inertia.
     """
+    element, share, length, damping = sections.element, sections.share, sections.length, sections.damping
+    sign, t = carrier.sign, at.time
+    rows, columns, values = triplets
     count = 0
     elements = damping.shape[0]
     per_ski = NODE * (elements + 1)
@@ -285,9 +276,9 @@ def jacobian(
     pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
     for ski in range(2):
         base = len(sign) + ski * per_ski
-        frame = foot_rotation[ski]
-        place, velocity = plus(pelvis, foot_place[ski]), plus(speed, foot_velocity[ski])
-        turning = three(foot_spin[ski], 0)
+        frame = at.foot_rotation[ski]
+        place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
+        turning = three(at.foot_spin[ski], 0)
         for m in range(element.shape[0]):
             xi = share[m]
             i = base + NODE * element[m]
@@ -295,12 +286,12 @@ def jacobian(
             touched = False
             for edge in range(2):
                 depth, rate, normal, arm = edge_contact(
-                    parameters, place, velocity, frame, turning, p, r, moving, omega, three(offset[m, edge], 0)
+                    parameters, place, velocity, frame, turning, p, r, moving, omega, three(sections.offset[m, edge], 0)
                 )
                 if depth <= 0.0:
                     continue
-                found = point_derivatives(parameters, depth, rate, length[m])
-                stiffness = by_place * found[1] + by_rate * found[2]
+                _, by_depth, by_sinking = point_derivatives(parameters, depth, rate, length[m])
+                stiffness = by_place * by_depth + by_rate * by_sinking
                 if stiffness == 0.0:
                     continue
                 if not touched:
@@ -328,7 +319,7 @@ def jacobian(
             middle = middle_of(q0, q1)
             block[:8, :8] = 0.0
             for k in range(3):
-                axis = turned(middle, (1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2)))
+                axis = rotate(middle, (1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2)))
                 turn0, turn1 = on_quaternion(q0, axis), on_quaternion(q1, axis)
                 for c in range(4):
                     slope[c], slope[4 + c] = turn0[c], -turn1[c]
@@ -348,14 +339,14 @@ def jacobian(
         for k in range(3):
             column_t = slopes[3] * along[k] + slopes[4] * across[k]
             column_n = slopes[6] * along[k] + slopes[7] * across[k]
-            add_to_tree(tree[k], sign, plus(times(column_t, along), times(column_n, across)), foot_jacobian[ski])
-    for k in range(area.shape[0]):
-        velocity = plus(speed, exposed_velocity[k])
+            add_to_tree(tree[k], sign, plus(times(column_t, along), times(column_n, across)), at.foot_jacobian[ski])
+    for k in range(carrier.area.shape[0]):
+        velocity = plus(speed, at.exposed_velocity[k])
         pushed = segment_derivatives(
-            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], area[k]
+            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], carrier.area[k]
         )
         for c in range(3):
-            add_to_tree(tree[c], sign, (pushed[3 + c], pushed[6 + c], pushed[9 + c]), exposed_jacobian[k])
+            add_to_tree(tree[c], sign, (pushed[3 + c], pushed[6 + c], pushed[9 + c]), at.exposed_jacobian[k])
     for row in range(len(sign)):
         for c in range(3):
             count = put(rows, columns, values, count, row, c, -by_rate * tree[c, row])

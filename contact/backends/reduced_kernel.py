@@ -16,6 +16,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from sssi_exudyn.contact.backends.structs import NewtonWork, ReducedState
 from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus, ski_axes, three, times
 from sssi_exudyn.runtime.jit import njit
 
@@ -43,14 +44,16 @@ def ground(parameters, f, l):
 
 
 @njit(cache=True)
-def snow(parameters, x, v, eta, rate, foot, shape, points, length, residual, matrix, scratch, by_place, by_rate, ski):
+def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scratch, by_place, by_rate):
     """Add one ski's contact to residual (3 + 2k,) and matrix; the load and the area pressed into the snow.
 
+    contact : ``ModalContact``;  x, v : place and velocity of the pelvis;  eta, rate : (2, k) of the modes
     foot : place, velocity (tuples), rotation (3, 3) and spin (tuple) relative to the pelvis
-    shape (m, 2, 3, k), points (m, 2, 3);  by_place, by_rate : derivatives of place and rate by the acceleration sought
+    by_place, by_rate : derivatives of place and rate by the acceleration sought
     scratch : (4 + k, 3 + k), overwritten
     """
     place, moving, frame, spin = foot
+    shape, points, length = contact.shape, contact.points, contact.length
     modes = shape.shape[3]
     base = 3 + ski * modes
     size = 3 + modes
@@ -110,7 +113,7 @@ def foot_axes(parameters, place, rotation):
 
 
 @njit(cache=True)
-def solved(matrix, right):
+def solve(matrix, right):
     """The solution (n,) of a symmetric-pattern system by elimination without pivoting: its diagonal dominates by
     inertia.
     """
@@ -132,13 +135,16 @@ def solved(matrix, right):
 
 
 @njit(cache=True)
-def settle(parameters, x, foot_place, foot_rotation, shape, points, length, omega, load, eta):
+def settle(parameters, contact, x, foot_place, foot_rotation, load, eta):
     """Height of the pelvis at which both skis at rest carry ``load`` (N); fills eta (2, k).  Negative infinity if
     none is found.
 
+    x : (3,) m, of which the height is the first guess;  foot_place (2, 3), foot_rotation (2, 3, 3) at the start
+
     Newton's method from a height at which the ski is well in the snow, every step limited to a few millimetres.
     """
-    modes = shape.shape[3]
+    omega = contact.omega
+    modes = omega.shape[0]
     size = 3 + 2 * modes
     matrix, residual, scratch = np.zeros((size, size)), np.zeros(size), np.zeros((4 + modes, 3 + modes))
     still = (0.0, 0.0, 0.0)
@@ -151,8 +157,8 @@ def settle(parameters, x, foot_place, foot_rotation, shape, points, length, omeg
         for ski in range(2):
             foot = (three(foot_place[ski], 0), still, foot_rotation[ski], still)
             found, _area = snow(
-                parameters, (x[0], x[1], height), still, eta, rest, foot, shape, points, length,
-                residual, matrix, scratch, 1.0, 0.0, ski,
+                parameters, contact, (x[0], x[1], height), still, eta, rest, foot, ski,
+                residual, matrix, scratch, 1.0, 0.0,
             )  # fmt: skip
             carried += found
             for k in range(modes):
@@ -169,7 +175,7 @@ def settle(parameters, x, foot_place, foot_rotation, shape, points, length, omeg
             matrix[:, c] = 0.0
             matrix[c, c] = 1.0
             residual[c] = 0.0
-        step = solved(matrix, -residual)
+        step = solve(matrix, -residual)
         share = min(1.0, 4e-3 / max(abs(step[2]), 1e-12))
         height += share * step[2]
         for ski in range(2):
@@ -178,140 +184,159 @@ def settle(parameters, x, foot_place, foot_rotation, shape, points, length, omeg
     return -np.inf
 
 
-@njit(cache=True, nogil=True)
-def run(
-    parameters, step, time, start_place, start_velocity, start_eta,
-    mass, carried, gravity, area,
-    foot_place, foot_velocity, foot_rotation, foot_spin, felt, turning, com_place, com_velocity, exposed_velocity,
-    shape, points, length, omega, ratio, coupling, spinning,
-    place, velocity, loads, sole, friction, edges,
-):  # fmt: skip
-    """Integrate from the start to the end of ``time`` (n,); returns the number of steps done, less than n − 1 if it
-    diverged.
+@njit(cache=True)
+def advance(parameters, contact, motion, n, state, work, series):
+    """Bring the state from the instant before to the n-th; at the first, find the accelerations.  False if Newton's
+    method fails.
 
-    mass : kg of all;  carried (n, 3) N: all masses times the posture's own accelerations;  gravity (3,) m/s²
-    felt (n, 2, 3), turning (n, 2, 3) : prescribed acceleration of the held node less gravity, and effective angular
-        acceleration of the ski, in the foot's frame;  coupling (k, 3), spinning (k, 3) : participation of the modes
-    place, velocity (n, 3), loads, sole, edges (n, 2), friction (n, 2, 3) are filled
+    state : ``ReducedState``;  work : ``NewtonWork``;  the others as in ``run``
     """
-    modes = shape.shape[3]
+    step, time, mass, gravity, area = motion.step, motion.time, motion.mass, motion.gravity, motion.area
+    omega, ratio = contact.omega, contact.ratio
+    modes = omega.shape[0]
     size = 3 + 2 * modes
-    x, v = three(start_place, 0), three(start_velocity, 0)
-    eta, rate = start_eta.copy(), np.zeros((2, modes))
-    acceleration, trial = np.zeros(size), np.zeros(size)
-    matrix, residual, scratch = np.zeros((size, size)), np.zeros(size), np.zeros((4 + modes, 3 + modes))
-    next_eta, next_rate = np.zeros((2, modes)), np.zeros((2, modes))
-    push = np.zeros((2, 3))
-    for n in range(time.shape[0]):
-        by_place, by_rate = 0.25 * step * step, 0.5 * step
-        if n == 0:
-            by_place, by_rate = 0.0, 0.0
-        trial[:] = acceleration
-        done = False
-        for _ in range(ITERATIONS):
-            new_x, new_v = x, v
-            if n > 0:
-                new_x = (
-                    x[0] + step * v[0] + by_place * (acceleration[0] + trial[0]),
-                    x[1] + step * v[1] + by_place * (acceleration[1] + trial[1]),
-                    x[2] + step * v[2] + by_place * (acceleration[2] + trial[2]),
-                )
-                new_v = (
-                    v[0] + by_rate * (acceleration[0] + trial[0]),
-                    v[1] + by_rate * (acceleration[1] + trial[1]),
-                    v[2] + by_rate * (acceleration[2] + trial[2]),
-                )
-            for ski in range(2):
-                for k in range(modes):
-                    i = 3 + ski * modes + k
-                    if n > 0:
-                        next_eta[ski, k] = eta[ski, k] + step * rate[ski, k] + by_place * (acceleration[i] + trial[i])
-                        next_rate[ski, k] = rate[ski, k] + by_rate * (acceleration[i] + trial[i])
-                    else:
-                        next_eta[ski, k], next_rate[ski, k] = eta[ski, k], rate[ski, k]
-            matrix[:] = 0.0
-            for c in range(3):
-                residual[c] = mass * (trial[c] - gravity[c]) + carried[n, c]
-                matrix[c, c] = mass
-            for ski in range(2):
-                frame = foot_rotation[n, ski]
-                pulled = into(frame, (trial[0], trial[1], trial[2]))
-                for k in range(modes):
-                    i = 3 + ski * modes + k
-                    p, w = three(coupling[k], 0), omega[k]
-                    residual[i] = (
-                        trial[i] + 2.0 * ratio[k] * w * next_rate[ski, k] + w * w * next_eta[ski, k]
-                        + dot(p, plus(pulled, three(felt[n, ski], 0))) + dot(three(spinning[k], 0), three(turning[n,
-                        ski], 0))
-                    )  # fmt: skip
-                    matrix[i, i] = 1.0 + by_rate * 2.0 * ratio[k] * w + by_place * w * w
-                    turned = out_of(frame, p)
-                    for c in range(3):
-                        residual[c] += turned[c] * trial[i]
-                        matrix[c, i] += turned[c]
-                        matrix[i, c] += turned[c]
-                foot = (
-                    three(foot_place[n, ski], 0),
-                    three(foot_velocity[n, ski], 0),
-                    frame,
-                    three(foot_spin[n, ski], 0),
-                )
-                load, groove = snow(
-                    parameters, new_x, new_v, next_eta, next_rate, foot, shape, points, length,
-                    residual, matrix, scratch, by_place, by_rate, ski,
-                )  # fmt: skip
-                at, moving = plus(new_x, foot[0]), plus(new_v, foot[1])
-                along, across, edge = foot_axes(parameters, at, frame)
-                found = foot_derivatives(
-                    parameters, load, dot(moving, along), dot(moving, across), edge, groove, time[n], at[0], at[1],
-                    1.0 - 2.0 * ski,
-                )  # fmt: skip
-                pushed = plus(times(found[0], along), times(found[1], across))
-                loads[n, ski], edges[n, ski] = load, edge
-                for c in range(3):
-                    residual[c] -= pushed[c]
-                    push[ski, c] = pushed[c]
-                    for d in range(3):
-                        matrix[c, d] -= by_rate * (
-                            along[c] * (found[3] * along[d] + found[4] * across[d])
-                            + across[c] * (found[6] * along[d] + found[7] * across[d])
-                        )
-            for k in range(area.shape[0]):
-                moving = plus(new_v, three(exposed_velocity[n, k], 0))
-                found = segment_derivatives(
-                    parameters, time[n], new_x[0], new_x[1], moving[0], moving[1], moving[2], area[k]
-                )
-                for c in range(3):
-                    residual[c] -= found[c]
-                    for d in range(3):
-                        matrix[c, d] -= by_rate * found[3 + 3 * c + d]
-            at, moving = plus(new_x, three(com_place[n], 0)), plus(new_v, three(com_velocity[n], 0))
-            body = body_force(parameters, time[n], at[0], at[1], moving[0], moving[1], moving[2])
-            for c in range(3):
-                residual[c] -= body[c]
-            largest = 0.0
-            change = solved(matrix, -residual)
-            for i in range(size):
-                trial[i] += change[i]
-                largest = max(largest, abs(change[i]))
-            if not largest < 1e9:
-                return n
-            if largest < SMALL:
-                done = True
-                break
-        if not done and largest > 1e-2:
-            return n
-        x, v = new_x, new_v
-        eta[:], rate[:] = next_eta, next_rate
-        acceleration[:] = trial
-        for c in range(3):
-            place[n, c], velocity[n, c] = x[c], v[c]
+    x, v = three(state.place, 0), three(state.velocity, 0)
+    eta, rate, acceleration = state.eta, state.rate, state.acceleration
+    trial, next_eta, next_rate, push = work.trial, work.eta, work.rate, work.push
+    matrix, residual, scratch = work.matrix, work.residual, work.scratch
+    by_place, by_rate = 0.25 * step * step, 0.5 * step
+    if n == 0:
+        by_place, by_rate = 0.0, 0.0
+    trial[:] = acceleration
+    done = False
+    for _ in range(ITERATIONS):
+        new_x, new_v = x, v
+        if n > 0:
+            new_x = (
+                x[0] + step * v[0] + by_place * (acceleration[0] + trial[0]),
+                x[1] + step * v[1] + by_place * (acceleration[1] + trial[1]),
+                x[2] + step * v[2] + by_place * (acceleration[2] + trial[2]),
+            )
+            new_v = (
+                v[0] + by_rate * (acceleration[0] + trial[0]),
+                v[1] + by_rate * (acceleration[1] + trial[1]),
+                v[2] + by_rate * (acceleration[2] + trial[2]),
+            )
         for ski in range(2):
-            frame = foot_rotation[n, ski]
-            at = plus(x, three(foot_place[n, ski], 0))
-            _, normal = ground(parameters, at[0], at[1])
-            total = plus(times(loads[n, ski], normal), three(push[ski], 0))
-            sole[n, ski] = frame[0, 2] * total[0] + frame[1, 2] * total[1] + frame[2, 2] * total[2]
+            for k in range(modes):
+                i = 3 + ski * modes + k
+                if n > 0:
+                    next_eta[ski, k] = eta[ski, k] + step * rate[ski, k] + by_place * (acceleration[i] + trial[i])
+                    next_rate[ski, k] = rate[ski, k] + by_rate * (acceleration[i] + trial[i])
+                else:
+                    next_eta[ski, k], next_rate[ski, k] = eta[ski, k], rate[ski, k]
+        matrix[:] = 0.0
+        for c in range(3):
+            residual[c] = mass * (trial[c] - gravity[c]) + motion.carried[n, c]
+            matrix[c, c] = mass
+        for ski in range(2):
+            frame = motion.foot_rotation[n, ski]
+            pulled = into(frame, (trial[0], trial[1], trial[2]))
+            for k in range(modes):
+                i = 3 + ski * modes + k
+                p, w = three(contact.coupling[k], 0), omega[k]
+                residual[i] = (
+                    trial[i] + 2.0 * ratio[k] * w * next_rate[ski, k] + w * w * next_eta[ski, k]
+                    + dot(p, plus(pulled, three(motion.ski_acceleration[n, ski], 0)))
+                    + dot(three(contact.spinning[k], 0), three(motion.ski_turning[n, ski], 0))
+                )  # fmt: skip
+                matrix[i, i] = 1.0 + by_rate * 2.0 * ratio[k] * w + by_place * w * w
+                outwards = out_of(frame, p)
+                for c in range(3):
+                    residual[c] += outwards[c] * trial[i]
+                    matrix[c, i] += outwards[c]
+                    matrix[i, c] += outwards[c]
+            foot = (
+                three(motion.foot_place[n, ski], 0),
+                three(motion.foot_velocity[n, ski], 0),
+                frame,
+                three(motion.foot_spin[n, ski], 0),
+            )
+            load, groove = snow(
+                parameters, contact, new_x, new_v, next_eta, next_rate, foot, ski,
+                residual, matrix, scratch, by_place, by_rate,
+            )  # fmt: skip
+            at, moving = plus(new_x, foot[0]), plus(new_v, foot[1])
+            along, across, edge = foot_axes(parameters, at, frame)
+            found = foot_derivatives(
+                parameters, load, dot(moving, along), dot(moving, across), edge, groove, time[n], at[0], at[1],
+                1.0 - 2.0 * ski,
+            )  # fmt: skip
+            pushed = plus(times(found[0], along), times(found[1], across))
+            series.loads[n, ski], series.edges[n, ski] = load, edge
             for c in range(3):
-                friction[n, ski, c] = push[ski, c]
-    return time.shape[0]
+                residual[c] -= pushed[c]
+                push[ski, c] = pushed[c]
+                for d in range(3):
+                    matrix[c, d] -= by_rate * (
+                        along[c] * (found[3] * along[d] + found[4] * across[d])
+                        + across[c] * (found[6] * along[d] + found[7] * across[d])
+                    )
+        for k in range(area.shape[0]):
+            moving = plus(new_v, three(motion.exposed_velocity[n, k], 0))
+            found = segment_derivatives(
+                parameters, time[n], new_x[0], new_x[1], moving[0], moving[1], moving[2], area[k]
+            )
+            for c in range(3):
+                residual[c] -= found[c]
+                for d in range(3):
+                    matrix[c, d] -= by_rate * found[3 + 3 * c + d]
+        at, moving = plus(new_x, three(motion.com_place[n], 0)), plus(new_v, three(motion.com_velocity[n], 0))
+        body = body_force(parameters, time[n], at[0], at[1], moving[0], moving[1], moving[2])
+        for c in range(3):
+            residual[c] -= body[c]
+        largest = 0.0
+        change = solve(matrix, -residual)
+        for i in range(size):
+            trial[i] += change[i]
+            largest = max(largest, abs(change[i]))
+        if not largest < 1e9:
+            return False
+        if largest < SMALL:
+            done = True
+            break
+    if not done and largest > 1e-2:
+        return False
+    eta[:], rate[:] = next_eta, next_rate
+    acceleration[:] = trial
+    for c in range(3):
+        state.place[c], state.velocity[c] = new_x[c], new_v[c]
+        series.place[n, c], series.velocity[n, c] = new_x[c], new_v[c]
+    for ski in range(2):
+        frame = motion.foot_rotation[n, ski]
+        at = plus(new_x, three(motion.foot_place[n, ski], 0))
+        _, normal = ground(parameters, at[0], at[1])
+        total = plus(times(series.loads[n, ski], normal), three(push[ski], 0))
+        series.sole[n, ski] = frame[0, 2] * total[0] + frame[1, 2] * total[1] + frame[2, 2] * total[2]
+        for c in range(3):
+            series.friction[n, ski, c] = push[ski, c]
+    return True
+
+
+@njit(cache=True)
+def first_state(start):
+    """The state before the first instant, and the arrays that steps are found in."""
+    modes = start.eta.shape[1]
+    size = 3 + 2 * modes
+    state = ReducedState(
+        start.place.copy(), start.velocity.copy(), start.eta.copy(), np.zeros((2, modes)), np.zeros(size)
+    )
+    work = NewtonWork(
+        np.zeros(size), np.zeros((2, modes)), np.zeros((2, modes)), np.zeros((2, 3)), np.zeros((size, size)),
+        np.zeros(size), np.zeros((4 + modes, 3 + modes)),
+    )  # fmt: skip
+    return state, work
+
+
+@njit(cache=True, nogil=True)
+def run(parameters, contact, motion, start, series):
+    """Integrate from the start to the end of the motion; the number of steps done, less than n − 1 if it diverged.
+
+    contact : ``ModalContact``;  motion : ``PrescribedMotion``;  start : ``InitialState``
+    series : ``ReducedSeries``, which is filled
+    """
+    state, work = first_state(start)
+    for n in range(motion.time.shape[0]):
+        if not advance(parameters, contact, motion, n, state, work, series):
+            return n
+    return motion.time.shape[0]

@@ -154,8 +154,8 @@ def _slope_of_saturate(tape: Tape, node: Node, dv: Operand, de: Operand) -> Oper
     v, e = node.operands
     square = tape.add(tape.multiply(v, v), tape.multiply(e, e))
     cube = tape.multiply(square, tape.node("sqrt", square))
-    turned = tape.subtract(tape.multiply(e, dv), tape.multiply(v, de))
-    return tape.divide(tape.multiply(e, turned), cube)
+    slope = tape.subtract(tape.multiply(e, dv), tape.multiply(v, de))
+    return tape.divide(tape.multiply(e, slope), cube)
 
 
 _RULES: dict[str, Callable[..., Operand]] = {
@@ -233,7 +233,7 @@ class TapeMath:
 _SPELLING = {name: f"_math.{name}" for name in ("sqrt", "sin", "cos", "atan", "exp", "tanh")}
 
 
-def written(tape: Tape, outputs: Sequence[Operand]) -> list[str]:
+def source_lines(tape: Tape, outputs: Sequence[Operand]) -> list[str]:
     """The tape as lines of Python that end in ``return``: only what the outputs need, one operation a line.
 
     The library's functions are spelt ``_math.sqrt``, the others of ``Math`` with an underscore (``_where``).

@@ -73,7 +73,7 @@ def product(a, b):
 
 
 @njit(cache=True)
-def turned(q, v):
+def rotate(q, v):
     """v (3) turned by the quaternion q (w, x, y, z): v + 2 w (u × v) + 2 u × (u × v)."""
     u = (q[1], q[2], q[3])
     once = cross(u, v)
@@ -122,7 +122,7 @@ def between(p0, q0, p1, q1, xi):
         return plus(p0, times(xi, apart)), (*mean, (1.0 - xi) * q0[2] + xi * q1[2], (1.0 - xi) * q0[3] + xi * q1[3])
     axis = (x / sine, y / sine, z / sine)
     half = 0.5 * theta
-    d = turned(conjugate(q0), apart)
+    d = rotate(conjugate(q0), apart)
     once = cross(axis, d)
     twice = cross(axis, once)
     rho = plus(plus(d, times(-half, once)), times(1.0 - half / math.tan(half), twice))
@@ -132,7 +132,7 @@ def between(p0, q0, p1, q1, xi):
     bow = plus(times((1.0 - math.cos(part)) / theta, once), times((part - math.sin(part)) / theta, twice))
     move = plus(times(xi, rho), bow)
     s = math.sin(0.5 * part)
-    return plus(p0, turned(q0, move)), product(q0, (math.cos(0.5 * part), s * axis[0], s * axis[1], s * axis[2]))
+    return plus(p0, rotate(q0, move)), product(q0, (math.cos(0.5 * part), s * axis[0], s * axis[1], s * axis[2]))
 
 
 @njit(cache=True)

@@ -22,7 +22,7 @@ from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
 from sssi_exudyn.fitting.fit import fit as fit_problem
-from sssi_exudyn.fitting.gps_observation import corrected_fixes
+from sssi_exudyn.fitting.gps_observation import correct_fixes
 from sssi_exudyn.io.writing import folder_lock, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
@@ -204,7 +204,7 @@ def write_outcome(
     series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
     found = biomechanics(result, model.skier.mass)
     series = label_turns(series, found.turns)
-    gps = recording.gps and corrected_fixes(recording.gps, model)
+    gps = recording.gps and correct_fixes(recording.gps, model)
     diagnosis = outcome.diagnosis
     summary = summary_from_dict(
         {

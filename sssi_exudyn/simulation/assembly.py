@@ -12,19 +12,19 @@ from sssi_exudyn.bodies.ski.mesh import BeamMesh, mesh
 from sssi_exudyn.bodies.ski.modes import damping_time
 from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia, body_inertia
 from sssi_exudyn.contact.backends import vectors
-from sssi_exudyn.contact.backends.sections import Sections
+from sssi_exudyn.contact.backends.structs import Sections
 from sssi_exudyn.contact.terms.air import FrontalAreas
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Antenna, Motion, turn_motion
-from sssi_exudyn.simulation.posture_table import Posture, posture_at
+from sssi_exudyn.simulation.posture_table import PostureTable, posture_at
 
 _STRETCH = 256
 """Instants whose posture is computed at once."""
 
 
-def as_worn(model: Model, motion: Motion) -> Motion:
+def correct_motion(model: Model, motion: Motion) -> Motion:
     """The motion as it was, if the capture's faults are those of the model: turned, and the antenna where it sat."""
     moved = turn_motion(motion, model.capture_yaw)
     if motion.antenna is None:
@@ -86,20 +86,20 @@ class Parts:
             offset=_edge_offsets(cut),
             length=cut.contact_length,
             damping=tau * cut.stiffness[:, 3:] / cut.element_length[:, None],
-            node_mass=_lumped(cut.element_mass),
-            node_moment=_lumped(moment),
+            node_mass=_lump(cut.element_mass),
+            node_moment=_lump(moment),
         )
 
-    def posture(self, time: Array) -> Posture:
+    def posture(self, time: Array) -> PostureTable:
         """The posture at ``time`` (n,), a stretch at a time: the Jacobians on the way are far larger than what is
         kept.
         """
         stretches = np.array_split(time, max(1, -(-len(time) // _STRETCH)))
         tables = [posture_at(self.motion, self.inertias, tuple(self.areas), stretch) for stretch in stretches]
-        return Posture(
+        return PostureTable(
             **{
                 entry.name: np.ascontiguousarray(np.concatenate([getattr(table, entry.name) for table in tables]))
-                for entry in fields(Posture)
+                for entry in fields(PostureTable)
             }
         )
 
@@ -119,7 +119,7 @@ def _edge_offsets(cut: BeamMesh) -> Array:
     return offsets
 
 
-def _lumped(of_elements: Array) -> Array:
+def _lump(of_elements: Array) -> Array:
     """(n + 1, …) at the nodes: half of each element's share (n, …) at each of its ends."""
     lumped = np.zeros((len(of_elements) + 1, *of_elements.shape[1:]))
     lumped[:-1] += 0.5 * of_elements

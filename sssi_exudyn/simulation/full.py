@@ -18,14 +18,14 @@ import exudyn as exu
 import numpy as np
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
-from sssi_exudyn.contact.backends.backend import Backend, installed
+from sssi_exudyn.contact.backends.backend import Backend, choose_backend
 from sssi_exudyn.contact.backends.full_kernel import LOAD
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.motion.motion import Motion, antenna_offset
-from sssi_exudyn.simulation.assembly import Parts, as_worn
-from sssi_exudyn.simulation.posture_table import Posture
+from sssi_exudyn.simulation.assembly import Parts, correct_motion
+from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.recorder import Record
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.simulation.series import result_from_record
@@ -60,10 +60,10 @@ def simulate(
     """
     begin = clock.perf_counter()
     run, problem = integrate(model, motion, start=start, stop=stop, tree=tree, backend=backend, progress=progress)
-    run.record.solver |= {"wall_s": clock.perf_counter() - begin, "backend": installed(backend)}
+    run.record.solver |= {"wall_s": clock.perf_counter() - begin, "backend": choose_backend(backend)}
     result = result_from_record(run.parts, run.posture, run.system, run.record)
     if problem:
-        raise _diverged(run, problem, result)
+        raise _divergence(run, problem, result)
     return result
 
 
@@ -74,7 +74,7 @@ def antenna_path(model: Model, motion: Motion) -> tuple[Array, Array]:
     """
     run, problem = integrate(model, motion, tree=False)
     if problem:
-        raise _diverged(run, problem, result_from_record(run.parts, run.posture, run.system, run.record))
+        raise _divergence(run, problem, result_from_record(run.parts, run.posture, run.system, run.record))
     time = np.array(run.record.time)
     return time, run.record.q[:, :3] + antenna_offset(run.parts.motion, time)[0]
 
@@ -88,9 +88,9 @@ def integrate(
     tree: bool = True,
     backend: Backend = "fastest",
     progress: Progress | None = None,
-) -> tuple[Run, str]:
+) -> tuple[FullRun, str]:
     """As ``simulate``, but gives the states that were recorded, and "" or what stopped the solver."""
-    parts = Parts(model, as_worn(model, motion))
+    parts = Parts(model, correct_motion(model, motion))
     t0 = motion.start if start is None else start
     t1 = motion.stop if stop is None else stop
     span = max(t1 - t0, model.solver.step)
@@ -98,7 +98,7 @@ def integrate(
     posture = parts.posture(np.linspace(t0, t0 + span, count + 1))
     pelvis, velocity = _start_of_pelvis(parts, posture)
     coordinates = settle(parts, posture, pelvis, velocity)
-    run = Run(parts, build(parts, posture, coordinates[:3], tree=tree, backend=backend), posture, progress)
+    run = FullRun(parts, build(parts, posture, coordinates[:3], tree=tree, backend=backend), posture, progress)
     run.start_from(coordinates, velocity)
     try:
         return run, run.solve()
@@ -106,7 +106,7 @@ def integrate(
         run.system.release()
 
 
-def _diverged(run: Run, problem: str, result: SimulationResult) -> SimulationDiverged:
+def _divergence(run: FullRun, problem: str, result: SimulationResult) -> SimulationDiverged:
     return SimulationDiverged(float(result.time[-1]), f"{problem}; {_last_state(run.parts, result)}", result)
 
 
@@ -128,7 +128,7 @@ def _fastest(parts: Parts, time: float) -> tuple[str, float]:
     return PRESCRIBED[index], float(rates[index])
 
 
-def _start_of_pelvis(parts: Parts, posture: Posture) -> tuple[Array, Array]:
+def _start_of_pelvis(parts: Parts, posture: PostureTable) -> tuple[Array, Array]:
     """Place and velocity of the pelvis (3,) that put the antenna, or itself without one, where the model's start says.
 
     The height is a first guess (both feet's mean on the snow); the velocity along the normal is ``settle``'s.
@@ -143,7 +143,7 @@ def _start_of_pelvis(parts: Parts, posture: Posture) -> tuple[Array, Array]:
     return pelvis, velocity
 
 
-def settle(parts: Parts, posture: Posture, pelvis: Array, velocity: Array) -> Array:
+def settle(parts: Parts, posture: PostureTable, pelvis: Array, velocity: Array) -> Array:
     """Coordinates (total values) of pelvis and skis at rest on the snow, loaded as at the start of the run.
 
     The load along the normal is the weight's share plus what lifts the centre of mass as the posture does at the start.
@@ -218,12 +218,12 @@ def _solve(mbs: Any, settings: Any, solver: Any) -> str:
 
 
 @dataclass
-class Run:
+class FullRun:
     """One integration: feeds the posture to the system step by step and keeps what comes out."""
 
     parts: Parts
     system: System
-    posture: Posture
+    posture: PostureTable
     progress: Progress | None
     record: Record = field(init=False)
 

@@ -18,7 +18,7 @@ from sssi_exudyn.motion.motion import Motion
 
 
 @dataclass(frozen=True)
-class Posture:
+class PostureTable:
     """The skier's posture at n times; feet are (left, right), exposed segments in the order they were asked for.
 
     time : (n,) s
@@ -57,7 +57,7 @@ class Posture:
     exposed_jacobian: Array
 
 
-def posture_at(motion: Motion, inertias: Sequence[SegmentInertia], exposed: Sequence[str], time: Array) -> Posture:
+def posture_at(motion: Motion, inertias: Sequence[SegmentInertia], exposed: Sequence[str], time: Array) -> PostureTable:
     """The posture at ``time`` (n,); ``inertias`` in chain order, ``exposed`` the segments that the air meets."""
     angles, speeds, accelerations = motion.evaluate(time)
     free = np.zeros((len(time), 3))
@@ -91,7 +91,7 @@ def posture_at(motion: Motion, inertias: Sequence[SegmentInertia], exposed: Sequ
     shown = [SEGMENT[name] for name in exposed]
     outer = np.concatenate([foot_place, place[:, shown]], axis=1)
     angular, linear = (found[..., 3:] for found in jacobians(poses, feet + shown, outer))
-    return Posture(
+    return PostureTable(
         time=time,
         angles=angles,
         rates=speeds,

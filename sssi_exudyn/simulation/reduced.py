@@ -16,7 +16,8 @@ from scipy.spatial.transform import Rotation
 from sssi_exudyn.bodies.ski.modes import ModalSki, modal_ski
 from sssi_exudyn.contact.backends import reduced_kernel
 from sssi_exudyn.contact.backends.compiled import compile_kernel, parameter_values
-from sssi_exudyn.contact.registry import padded
+from sssi_exudyn.contact.backends.structs import InitialState, ModalContact, PrescribedMotion, ReducedSeries
+from sssi_exudyn.contact.registry import pad_terms
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, gravity_in_slope, slope_to_level
 from sssi_exudyn.model.faults import antenna_shift
@@ -82,7 +83,44 @@ class Prepared:
     ski_com: Array
 
     @property
-    def carried(self) -> Array:
+    def gravity(self) -> Array:
+        """(3,) m/s²"""
+        return gravity_in_slope(self.inclination)
+
+    def kernel_contact(self) -> ModalContact:
+        """The skis as the kernel takes them."""
+        return ModalContact(
+            shape=np.ascontiguousarray(np.moveaxis(self.ski.contact_shape, 0, 3)),
+            points=self.points,
+            length=self.length,
+            omega=2.0 * np.pi * self.ski.frequency,
+            ratio=self.ski.damping_ratio,
+            coupling=np.ascontiguousarray(self.ski.participation[:, :3]),
+            spinning=np.ascontiguousarray(self.ski.participation[:, 3:]),
+        )
+
+    def kernel_motion(self) -> PrescribedMotion:
+        """The posture as the kernel takes it."""
+        acceleration, turning = self._ski_motion()
+        return PrescribedMotion(
+            step=self.step,
+            time=self.time,
+            mass=self.mass,
+            carried=self._inertia_force(),
+            gravity=self.gravity,
+            area=self.area,
+            exposed_velocity=self.exposed_velocity,
+            foot_place=self.foot_place,
+            foot_velocity=self.foot_velocity,
+            foot_rotation=self.foot_rotation,
+            foot_spin=self.foot_spin,
+            ski_acceleration=acceleration,
+            ski_turning=turning,
+            com_place=self.com_place,
+            com_velocity=self.com_velocity,
+        )
+
+    def _inertia_force(self) -> Array:
         """(n, 3) N: all masses times the accelerations that the posture gives them relative to the pelvis."""
         arm = np.einsum("nsij,j->nsi", self.foot_rotation, self.ski_com)
         swing = np.cross(self.foot_spin, np.cross(self.foot_spin, arm))
@@ -91,7 +129,7 @@ class Prepared:
             self.body_mass * self.com_acceleration + 0.5 * (self.mass - self.body_mass) * skis.sum(axis=1)
         )
 
-    def felt(self, gravity: Array) -> tuple[Array, Array]:
+    def _ski_motion(self) -> tuple[Array, Array]:
         """(n, 2, 3) each, in the foot's frame: the held node's acceleration less gravity, and the ski's effective
         turning.
 
@@ -100,7 +138,7 @@ class Prepared:
         """
         arm = np.einsum("nsij,j->nsi", self.foot_rotation, self.held)
         swing = np.cross(self.foot_spin, np.cross(self.foot_spin, arm))
-        moving = self.foot_acceleration + np.cross(self.foot_spin_rate, arm) + swing - gravity
+        moving = self.foot_acceleration + np.cross(self.foot_spin_rate, arm) + swing - self.gravity
         spin, rate = (
             np.einsum("nsji,nsj->nsi", self.foot_rotation, vector) for vector in (self.foot_spin, self.foot_spin_rate)
         )
@@ -109,7 +147,7 @@ class Prepared:
         turning[..., 2] += spin[..., 0] * spin[..., 1]
         return np.einsum("nsji,nsj->nsi", self.foot_rotation, moving), turning
 
-    def worn_as(self, model: Model) -> Prepared:
+    def correct_capture(self, model: Model) -> Prepared:
         """The same with the capture's faults as the model has them: turned about gravity, the antenna where it sat.
 
         The yaw is a straight line in time, so its rate is a constant spin about gravity.
@@ -205,72 +243,62 @@ def prepare(
 
 def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
-    at = prepared.worn_as(model)
-    terms = padded(model.terms)
+    at = prepared.correct_capture(model)
+    terms = pad_terms(model.terms)
     kernel = compile_kernel(terms, reduced_kernel)
     parameters = parameter_values(terms)
-    gravity = gravity_in_slope(at.inclination)
-    omega = 2.0 * np.pi * at.ski.frequency
-    n, count = len(at.time), len(omega)
+    gravity = at.gravity
+    contact = at.kernel_contact()
+    n = len(at.time)
     begin = model.start
     pelvis = np.array([begin.f, begin.l, 0.0]) - at.antenna[0]
     velocity = np.array([begin.velocity_f, begin.velocity_l, 0.0]) - at.antenna_velocity[0]
     share = np.array([0.5, 0.5])
-    eta = np.zeros((2, count))
-    shapes = np.ascontiguousarray(np.moveaxis(at.ski.contact_shape, 0, 3))
-    place, speed, loads, sole, edges = np.zeros((n, 3)), np.zeros((n, 3)), *np.zeros((3, n, 2))
-    friction = np.zeros((n, 2, 3))
+    eta = np.zeros((2, len(contact.omega)))
     pelvis[2] = float(np.mean(model.snow(pelvis + at.foot_place[0])[0] - at.foot_place[0, :, 2]))
     for _ in range(2):
         lift = at.com_acceleration[0, 2] - share @ at.foot_acceleration[0, :, 2]
         load = at.mass * max(-gravity[2] + lift, _LEAST_LOAD * -gravity[2])
-        pelvis[2] = kernel.settle(
-            parameters, pelvis, at.foot_place[0], at.foot_rotation[0], shapes, at.points, at.length, omega, load, eta
-        )
+        pelvis[2] = kernel.settle(parameters, contact, pelvis, at.foot_place[0], at.foot_rotation[0], load, eta)
         if not np.isfinite(pelvis[2]):
             raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
-        share = _shares(kernel, parameters, pelvis, at, shapes, omega, eta)
+        share = _load_shares(kernel, parameters, pelvis, at, contact, eta)
     velocity[2] = along_snow(model, pelvis + at.foot_place[0], velocity, at.foot_velocity[0], share)
-    felt, turning = at.felt(gravity)
-    done = kernel.run(
-        parameters, at.step, at.time, pelvis, velocity, eta, at.mass, at.carried, gravity, at.area,
-        at.foot_place, at.foot_velocity, at.foot_rotation, at.foot_spin, felt, turning,
-        at.com_place, at.com_velocity, at.exposed_velocity, shapes, at.points, at.length, omega,
-        at.ski.damping_ratio, np.ascontiguousarray(at.ski.participation[:, :3]),
-        np.ascontiguousarray(at.ski.participation[:, 3:]), place, speed, loads, sole, friction, edges,
-    )  # fmt: skip
+    series = ReducedSeries(
+        np.zeros((n, 3)), np.zeros((n, 3)), *np.zeros((2, n, 2)), np.zeros((n, 2, 3)), np.zeros((n, 2))
+    )
+    done = kernel.run(parameters, contact, at.kernel_motion(), InitialState(pelvis, velocity, eta), series)
     if done < n:
         raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge in the reduced model")
     return ReducedRun(
         time=at.time,
-        pelvis=place,
-        pelvis_velocity=speed,
-        antenna=place + at.antenna,
-        com=place + at.com_place,
-        com_velocity=speed + at.com_velocity,
-        foot_load=loads,
-        sole_force=sole,
-        foot_friction=friction,
-        foot_position=place[:, None] + at.foot_place,
-        foot_velocity=speed[:, None] + at.foot_velocity,
+        pelvis=series.place,
+        pelvis_velocity=series.velocity,
+        antenna=series.place + at.antenna,
+        com=series.place + at.com_place,
+        com_velocity=series.velocity + at.com_velocity,
+        foot_load=series.loads,
+        sole_force=series.sole,
+        foot_friction=series.friction,
+        foot_position=series.place[:, None] + at.foot_place,
+        foot_velocity=series.velocity[:, None] + at.foot_velocity,
         foot_forward=at.foot_rotation[..., 0],
-        edge_angle=edges,
+        edge_angle=series.edges,
     )
 
 
-def _shares(
-    kernel: object, parameters: Array, pelvis: Array, at: Prepared, shapes: Array, omega: Array, eta: Array
+def _load_shares(
+    kernel: Any, parameters: Array, pelvis: Array, at: Prepared, contact: ModalContact, eta: Array
 ) -> Array:
     """(2,) each foot's share of the load at rest."""
-    count = len(omega)
+    count = len(contact.omega)
     size = 3 + 2 * count
     buffers = np.zeros(size), np.zeros((size, size)), np.zeros((4 + count, 3 + count))
     still = (0.0, 0.0, 0.0)
     loads = np.empty(2)
     for side in range(2):
         foot = (tuple(at.foot_place[0, side]), still, at.foot_rotation[0, side], still)
-        loads[side], _ = kernel.snow(  # type: ignore[attr-defined]
-            parameters, tuple(pelvis), still, eta, np.zeros_like(eta), foot, shapes, at.points, at.length,
-            *buffers, 0.0, 0.0, side,
-        )  # fmt: skip
+        loads[side], _ = kernel.snow(
+            parameters, contact, tuple(pelvis), still, eta, np.zeros_like(eta), foot, side, *buffers, 0.0, 0.0
+        )
     return np.asarray(loads / loads.sum())

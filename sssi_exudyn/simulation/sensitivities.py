@@ -11,7 +11,7 @@ import numpy as np
 
 from sssi_exudyn.contact.backends import reduced_kernel
 from sssi_exudyn.contact.backends.compiled import compile_kernel
-from sssi_exudyn.contact.registry import padded
+from sssi_exudyn.contact.registry import pad_terms
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, simulate_reduced
@@ -54,7 +54,7 @@ def simulate_each(
     models: Sequence[Model], prepared: Prepared, observed: Callable[[Model, ReducedRun], Array]
 ) -> list[Array]:
     """What is ``observed`` of a run of each model, in threads: the compiled loop lets go of the interpreter's lock."""
-    every = [padded(model.terms) for model in models]
+    every = [pad_terms(model.terms) for model in models]
     for terms in {tuple(type(term) for term in terms): terms for terms in every}.values():
         compile_kernel(terms, reduced_kernel)  # once, before threads ask for it
     with ThreadPoolExecutor(os.cpu_count()) as pool:

@@ -16,13 +16,13 @@ from sssi_exudyn.contact.backends.full_kernel import NODE
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.motion.motion import antenna_offset
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.posture_table import Posture
+from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.recorder import Record
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.simulation.system import System, instant
 
 
-def result_from_record(parts: Parts, posture: Posture, system: System, record: Record) -> SimulationResult:
+def result_from_record(parts: Parts, posture: PostureTable, system: System, record: Record) -> SimulationResult:
     """Time series of everything from the recorded states; ``posture`` is the table the run was fed with."""
     time = np.array(record.time)
     q, v = record.q, record.v
@@ -116,7 +116,7 @@ def _integral(power: Array, time: Array) -> Array:
     return np.asarray(cumulative_trapezoid(power, time, initial=0), dtype=np.float64)
 
 
-def _inverse_dynamics(parts: Parts, posture: Posture, rows: NDArray[np.intp], record: Record) -> Array:
+def _inverse_dynamics(parts: Parts, posture: PostureTable, rows: NDArray[np.intp], record: Record) -> Array:
     """(n, 28) N m that move the skier without skis as recorded, gravity apart from all other forces."""
     return joint_moments(
         parts.motion.geometry,
@@ -129,7 +129,7 @@ def _inverse_dynamics(parts: Parts, posture: Posture, rows: NDArray[np.intp], re
     )
 
 
-def _of_points(posture: Posture, rows: NDArray[np.intp], friction: Array, drag: Array, body: Array) -> Array:
+def _of_points(posture: PostureTable, rows: NDArray[np.intp], friction: Array, drag: Array, body: Array) -> Array:
     """(n, 28) N m: what forces on feet (n, 2, 3), exposed segments (n, k, 3) and centre of mass (n, 3) do to the
     prescribed coordinates.
     """
@@ -138,7 +138,7 @@ def _of_points(posture: Posture, rows: NDArray[np.intp], friction: Array, drag: 
     return np.asarray(found + np.einsum("nck,nc->nk", posture.com_jacobian[rows], body))
 
 
-def _through_clamps(parts: Parts, posture: Posture, rows: NDArray[np.intp], nodes: Array, clamps: Array) -> Array:
+def _through_clamps(parts: Parts, posture: PostureTable, rows: NDArray[np.intp], nodes: Array, clamps: Array) -> Array:
     """(n, 28) N m: what the skis, through the feet, do to the prescribed coordinates.
 
     clamps (n, 2, 6): force on the middle node (foot's frame) and on three of its quaternion's components; on a unit

@@ -15,13 +15,14 @@ from exudyn.itemInterface import (
 
 from sssi_exudyn.bodies.ski.beam import add_ski_beam
 from sssi_exudyn.bodies.skier.skeleton import CarriedMass, Skeleton, add_carried_mass, add_skeleton
-from sssi_exudyn.contact.backends.backend import Backend, CoupledMass, Forces, Instant, add_forces
+from sssi_exudyn.contact.backends.backend import Backend, CoupledMass, Forces, add_forces
+from sssi_exudyn.contact.backends.structs import Carrier, Instant
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.posture_table import Posture
+from sssi_exudyn.simulation.posture_table import PostureTable
 
 
-def instant(posture: Posture, row: int, *, standing: bool = False) -> Instant:
+def instant(posture: PostureTable, row: int, *, standing: bool = False) -> Instant:
     """One row of a posture table as the force kernel wants it; ``standing``: the same posture at rest."""
     moves = 0.0 if standing else 1.0
     return Instant(
@@ -81,7 +82,7 @@ class System:
         assert isinstance(self.skeleton, CarriedMass)
         self.skeleton.pull(self.mbs, np.array([0.0, 0.0, -force]))
 
-    def advance(self, posture: Posture, row: int) -> None:
+    def advance(self, posture: PostureTable, row: int) -> None:
         """Bring the prescribed motion to the end of the step that is to be solved."""
         self.now = instant(posture, row)
         self.skeleton.prescribe(self.mbs, posture.angles[row], posture.com_acceleration[row])
@@ -90,7 +91,7 @@ class System:
 
 def build(
     parts: Parts,
-    posture: Posture,
+    posture: PostureTable,
     pelvis: Array,
     *,
     tree: bool = False,
@@ -127,8 +128,8 @@ def build(
             _fix(mbs, ground, skeleton.node, coordinate, float(pelvis[coordinate]))
     ref = np.concatenate([np.asarray(mbs.GetNode(node)["referenceCoordinates"], dtype=np.float64) for node in nodes])
     terms = [term for term in parts.model.terms if not standing or term.kind in ("point", "terrain")]
-    area = np.array(list(parts.areas.values()))
-    forces = Forces(terms, parts.sections, gravity, skeleton.sign, area, ref, backend)
+    carrier = Carrier(skeleton.sign, np.array(list(parts.areas.values())), gravity)
+    forces = Forces(terms, parts.sections, carrier, ref, backend)
     now = instant(posture, 0, standing=standing)
     mass = CoupledMass(parts.sections, len(ref))
     system = System(container, mbs, skeleton, tuple(clamps), -1, forces, mass, ref, now)

@@ -11,7 +11,7 @@ import pandas as pd
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import FRICTION, NUISANCES, Fitted, Method
-from sssi_exudyn.fitting.gps_observation import seen_by_gps, track_of
+from sssi_exudyn.fitting.gps_observation import predict_fixes, track_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.simulation.reduced import ReducedRun
@@ -174,7 +174,7 @@ def _against_gps(run: AnyRun, model: Model, recording: Recording) -> dict[str, f
     track = track_of(recording.gps, model.fall_line_azimuth, float(run.time[0]), float(run.time[-1]))
     if len(track.time) < 2:
         return {}
-    error = trajectory_error(seen_by_gps(model, run.time, run.antenna, track.time)[:, :2], track.place)
+    error = trajectory_error(predict_fixes(model, run.time, run.antenna, track.time)[:, :2], track.place)
     return {
         "gps_mean_error_m": error.mean_error,
         "gps_rms_error_m": error.rms_error,

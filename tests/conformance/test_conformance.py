@@ -30,7 +30,7 @@ from term_places import (
 
 from sssi_exudyn.contact.backends.tape import Tape, TapeMath
 from sssi_exudyn.contact.maths import ArrayMath, FloatMath
-from sssi_exudyn.contact.registry import PAPER_TERMS, TERMS, padded, read_term, term_named, terms_table
+from sssi_exudyn.contact.registry import PAPER_TERMS, TERMS, pad_terms, read_term, term_named, terms_table
 from sssi_exudyn.contact.term import KINDS, formula, parameters
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.core.errors import InputError
@@ -90,12 +90,12 @@ def test_a_term_beyond_the_paper_is_nothing_by_default(cls: type[Any]) -> None:
 
 
 def test_padding_adds_what_is_missing_and_keeps_what_is_there() -> None:
-    assert padded(PAPER_TERMS) == PAPER_TERMS
+    assert pad_terms(PAPER_TERMS) == PAPER_TERMS
     one, other = SnowPatch(0.05, 1.0, 2.0), SnowPatch(0.02, 3.0, 4.0)
-    found = padded((*PAPER_TERMS, one, other))
+    found = pad_terms((*PAPER_TERMS, one, other))
     assert {type(term) for term in found} == set(TERMS)
     assert [term for term in found if isinstance(term, SnowPatch)] == [one, other]
-    assert padded((*found,)) == found
+    assert pad_terms((*found,)) == found
 
 
 @every_term

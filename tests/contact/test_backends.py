@@ -118,15 +118,15 @@ if "missing" in sys.argv:
     sys.modules["numba"] = None
 from gliding import model, standing
 
-from sssi_exudyn.contact.backend import installed
+from sssi_exudyn.contact.backends.backend import choose_backend
 from sssi_exudyn.contact.registry import PAPER_TERMS
-from sssi_exudyn.errors import InputError
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.simulation.full import simulate
 
 run = simulate(model(PAPER_TERMS), standing(0.5), stop=0.02)
 print(run.statistics["backend"], repr(float(run.pelvis[-1, 2])))
 try:
-    installed("compiled")
+    choose_backend("compiled")
 except InputError as error:
     print(error)
 """

@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm, logm
 
 from sssi_exudyn.bodies.ski.mesh import mesh
-from sssi_exudyn.contact.backends.backend import Instant
 from sssi_exudyn.contact.backends.full_kernel import LOAD, NODE
+from sssi_exudyn.contact.backends.structs import Instant
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.term import PointState
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction

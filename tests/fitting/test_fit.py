@@ -9,7 +9,7 @@ import pytest
 
 from sssi_exudyn.fitting import fit as fitting
 from sssi_exudyn.fitting.fit import Method, fit, problem_of
-from sssi_exudyn.fitting.gps_observation import Track, seen_by_gps
+from sssi_exudyn.fitting.gps_observation import Track, predict_fixes
 from sssi_exudyn.fitting.objective import Problem
 from sssi_exudyn.fitting.optimise import minimise
 from sssi_exudyn.model.from_recording import model_of
@@ -43,7 +43,7 @@ def made() -> tuple[Motion, Problem]:
     run = simulate(truth, motion)
     assert run.antenna is not None
     fixes = np.arange(motion.start, motion.stop, 0.1)
-    track = Track(fixes, seen_by_gps(truth, run.time, run.antenna, fixes)[:, :2], np.full(len(fixes), 0.02))
+    track = Track(fixes, predict_fixes(truth, run.time, run.antenna, fixes)[:, :2], np.full(len(fixes), 0.02))
     return motion, replace(problem, track=track)
 
 

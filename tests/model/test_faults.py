@@ -11,7 +11,7 @@ import tomli_w
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantities
-from sssi_exudyn.fitting.gps_observation import corrected_fixes, seen_by_gps
+from sssi_exudyn.fitting.gps_observation import correct_fixes, predict_fixes
 from sssi_exudyn.model.faults import (
     SENSORS,
     BootCuff,
@@ -62,7 +62,7 @@ def test_corrected_fixes_are_where_the_antenna_was() -> None:
     model = model.with_values({"start.clock_offset": 0.2})
     gps = recording.gps
     assert gps is not None
-    found = corrected_fixes(gps, model)
+    found = correct_fixes(gps, model)
     assert np.allclose(gps.time - found.time, 0.2)
     jumped = (gps.time >= 3.0) & (gps.time < 4.0)
     moved = np.linalg.norm(gps.enu - found.enu, axis=1)
@@ -77,7 +77,7 @@ def test_a_late_clock_sees_the_past() -> None:
     straight = np.stack([5.0 * time, 0.0 * time, 0.0 * time], axis=1)
     late = model.with_values({"start.clock_offset": 0.3})
     at = np.array([1.0, 2.0])
-    before, after = seen_by_gps(model, time, straight, at), seen_by_gps(late, time, straight, at)
+    before, after = predict_fixes(model, time, straight, at), predict_fixes(late, time, straight, at)
     np.testing.assert_allclose(before[:, 0] - after[:, 0], 0.3 * 5.0 * np.cos(model.inclination), rtol=1e-12)
 
 

@@ -18,7 +18,7 @@ from sssi_exudyn.model.faults import HeadingDrift, LeverArm
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.simulation.assembly import as_worn
+from sssi_exudyn.simulation.assembly import correct_motion
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import STEP, prepare, simulate_reduced
 
@@ -58,13 +58,13 @@ def test_faults_of_the_capture_are_the_same_on_tables_and_on_the_motion() -> Non
         {"start.heading_offset": 0.05}
     )
     on_tables = simulate_reduced(faulty, prepare(faulty, motion))
-    on_motion = simulate_reduced(start, prepare(start, as_worn(faulty, motion)))
+    on_motion = simulate_reduced(start, prepare(start, correct_motion(faulty, motion)))
     # the drift's own share of the segments' speed in the air, up to 0.02 rad/s over 1 m, is left out on the tables:
     # 2 cm/s of 5 m/s on a drag of some 10 N, over 2 s less than 1 mm
     np.testing.assert_allclose(on_tables.antenna, on_motion.antenna, atol=1e-3)
     still = replace(faulty, sensors=faulty.sensors[1:])
     on_tables = simulate_reduced(still, prepare(still, motion))
-    on_motion = simulate_reduced(start, prepare(start, as_worn(still, motion)))
+    on_motion = simulate_reduced(start, prepare(start, correct_motion(still, motion)))
     np.testing.assert_allclose(on_tables.antenna, on_motion.antenna, atol=1e-9)  # the same numbers by another way
 
 

@@ -1,13 +1,13 @@
 """States in which everything moves at random, for what must hold in any state."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from sssi_exudyn.bodies.skier.chain import COORDINATES
-from sssi_exudyn.contact.backends.backend import Backend, Forces, Instant
+from sssi_exudyn.contact.backends.backend import Backend, Forces
 from sssi_exudyn.contact.backends.full_kernel import NODE
+from sssi_exudyn.contact.backends.structs import Carrier, Instant
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.system import instant
@@ -35,7 +35,7 @@ def random_state(parts: Parts, seed: int) -> tuple[np.ndarray, np.ndarray, Insta
     moving = {name: generator.normal(size=(2, 3)) for name in ("foot_spin", "foot_velocity")}
     shape = (EXPOSED, 3, at.com_jacobian.shape[-1])
     exposed = {"exposed_velocity": generator.normal(size=shape[:2]), "exposed_jacobian": generator.normal(size=shape)}
-    return q, v, replace(at, **moving, **exposed)
+    return q, v, at._replace(**moving, **exposed)
 
 
 def forces_of(parts: Parts, terms: Sequence[Term], backend: Backend = "fastest") -> Forces:
@@ -43,4 +43,4 @@ def forces_of(parts: Parts, terms: Sequence[Term], backend: Backend = "fastest")
     gravity, area = np.array([0.0, 0.0, -9.0]), np.full(EXPOSED, 0.05)
     sign = np.where(np.arange(TREE) % 2, -1.0, 1.0)
     ref = np.zeros(TREE + 2 * NODE * len(parts.mesh.node_s))
-    return Forces(terms, parts.sections, gravity, sign, area, ref, backend)
+    return Forces(terms, parts.sections, Carrier(sign, area, gravity), ref, backend)

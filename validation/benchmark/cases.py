@@ -25,7 +25,7 @@ from sssi_exudyn.contact.terms.friction_corrections import (
 from sssi_exudyn.contact.terms.wind import DragArea, Wind
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, level_to_enu
-from sssi_exudyn.fitting.gps_observation import seen_by_gps
+from sssi_exudyn.fitting.gps_observation import predict_fixes
 from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor, insole_readings
 from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.model.model import Model
@@ -417,7 +417,7 @@ def _record_gps(
     assert recording.gps is not None
     fixes = np.arange(motion.start, motion.stop, 0.1)
     sigma, correlation_time = 0.02 * float(np.exp(rng.normal(0.0, 0.2))), float(rng.uniform(2.0, 5.0))
-    place = seen_by_gps(world, time, antenna, fixes)
+    place = predict_fixes(world, time, antenna, fixes)
     for axis, factor in enumerate((1.0, 1.0, 1.3)):
         place[:, axis] += _autocorrelated_noise(rng, fixes, factor * sigma, correlation_time)
     enu = place @ level_to_enu(world.fall_line_azimuth).T

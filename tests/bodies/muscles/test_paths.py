@@ -209,4 +209,4 @@ def test_curves() -> None:
     for curve in (smooth, polygon(x, y), line(2.0, 1.0)):
         for stretch, factor in ((2.0, 3.0), (-0.5, 0.7)):
             assert np.allclose(curve.scaled(stretch, factor)(at * stretch)[0], factor * curve(at)[0])
-        assert np.allclose(curve.raised(0.25)(at)[0], curve(at)[0] + 0.25)
+        assert np.allclose(curve.lift(0.25)(at)[0], curve(at)[0] + 0.25)

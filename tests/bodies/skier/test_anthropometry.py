@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sssi_exudyn.bodies.skier.anthropometry import SEXES, SegmentInertia, body_inertia, combined
+from sssi_exudyn.bodies.skier.anthropometry import SEXES, SegmentInertia, body_inertia, combine
 from sssi_exudyn.bodies.skier.chain import SEGMENT, SEGMENTS, average_geometry, forward_kinematics
 
 ROUNDING = 1e-12  # sums and products of a few dozen doubles of order one to a hundred
@@ -17,7 +17,7 @@ def whole_body(bodies: tuple[SegmentInertia, ...]) -> SegmentInertia:
         SegmentInertia(b.mass, place + turn @ b.com, turn @ b.inertia @ turn.T)
         for b, place, turn in zip(bodies, poses.origin, poses.rotation, strict=True)
     ]
-    return combined(moved)
+    return combine(moved)
 
 
 @pytest.mark.parametrize("sex", SEXES)
@@ -62,7 +62,7 @@ def test_trunk_in_the_mean_subjects_size_is_the_published_trunk() -> None:
         SegmentInertia(bodies[i].mass, poses.origin[i] + bodies[i].com, bodies[i].inertia)
         for i in (SEGMENT["pelvis"], SEGMENT["torso"])
     ]
-    trunk = combined(parts)
+    trunk = combine(parts)
     length = poses.origin[SEGMENT["head"], 2]  # the pelvis' origin is the middle of the hips here
     # By hand the table's three parts give 290.3 mm over MIDH of 603.3, its line for the whole trunk 293.3: it
     # disagrees with itself by half a per cent, and no more than that is allowed here.

@@ -19,7 +19,7 @@ from sssi_exudyn.core.frames import gravity_in_slope
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.simulation.full import Run, integrate
+from sssi_exudyn.simulation.full import FullRun, integrate
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.simulation.series import result_from_record
 
@@ -28,7 +28,7 @@ STEP = 0.0025
 
 
 @pytest.fixture(scope="module")
-def run() -> tuple[Run, SimulationResult]:
+def run() -> tuple[FullRun, SimulationResult]:
     """2 s of the beginner, with an edge change; steps short enough to differentiate."""
     recording = read_recording(EXAMPLE)
     motion = motion_from_recording(recording)
@@ -39,7 +39,7 @@ def run() -> tuple[Run, SimulationResult]:
     return done, result_from_record(done.parts, done.posture, done.system, done.record)
 
 
-def ski_on_foot(run: Run, result: SimulationResult, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def ski_on_foot(run: FullRun, result: SimulationResult, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Force (n, 2, 3) and moment about the foot's point (n, 2, 3) with which each ski acts on its foot."""
     posture, cut, parts = run.posture, run.parts.mesh, run.parts
     law = run.parts.model.term("penetration")
@@ -79,7 +79,7 @@ def ski_on_foot(run: Run, result: SimulationResult, gravity: np.ndarray) -> tupl
     return force, moment
 
 
-def newton_euler(run: Run, result: SimulationResult) -> np.ndarray:
+def newton_euler(run: FullRun, result: SimulationResult) -> np.ndarray:
     """(n, 28) N m."""
     parts, posture = run.parts, run.posture
     gravity = gravity_in_slope(parts.model.inclination)
@@ -125,7 +125,7 @@ def newton_euler(run: Run, result: SimulationResult) -> np.ndarray:
     return found
 
 
-def test_every_joint_moment(run: tuple[Run, SimulationResult]) -> None:
+def test_every_joint_moment(run: tuple[FullRun, SimulationResult]) -> None:
     done, result = run
     expected = newton_euler(done, result)
     inside = slice(80, -4)  # the start settles within 0.2 s; differences have no neighbour at the ends
