@@ -264,9 +264,8 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
             raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
         share = _load_shares(kernel, parameters, pelvis, at, contact, eta)
     velocity[2] = along_snow(model, pelvis + at.foot_place[0], velocity, at.foot_velocity[0], share)
-    series = ReducedSeries(
-        np.zeros((n, 3)), np.zeros((n, 3)), *np.zeros((2, n, 2)), np.zeros((n, 2, 3)), np.zeros((n, 2))
-    )
+    loads, sole, edges = np.zeros((3, n, 2))
+    series = ReducedSeries(np.zeros((n, 3)), np.zeros((n, 3)), loads, sole, np.zeros((n, 2, 3)), edges)
     done = kernel.run(parameters, contact, at.kernel_motion(), InitialState(pelvis, velocity, eta), series)
     if done < n:
         raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge in the reduced model")
