@@ -236,7 +236,7 @@ def write_outcome(
 
 def _height_of_track(recording: Recording, result: SimulationResult) -> Array:
     """(3,) m along the slope's normal: heights count from the antenna's at the start, as in the fit
-    (``seen_by_gps``).
+    (``predict_fixes``).
     """
     if recording.gps is None or result.antenna is None:
         return np.zeros(3)
