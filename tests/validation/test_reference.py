@@ -1,6 +1,5 @@
 """The flat model in one file against the assembled one: other beams, another integrator, no mechanics in common."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.modes import modal_ski
 from sssi_exudyn.contact.backends.backend import Forces
 from sssi_exudyn.contact.backends.full_kernel import ACROSS, ALONG, LOAD, NODE
+from sssi_exudyn.contact.backends.structs import Carrier
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.terms.wind import Wind
 from sssi_exudyn.model.from_recording import model_of
@@ -87,9 +87,8 @@ def test_the_same_forces_where_the_skis_are_the_same(name: str, above: float) ->
     )
     q = np.concatenate([x, nodes.ravel(), nodes.ravel()])
     rates = np.concatenate([v, np.zeros(2 * NODE * len(nodes))])
-    forces = Forces(model.terms, parts.sections, flat.gravity, np.ones(3), flat.area, np.zeros(len(q)))
-    theirs = replace(
-        theirs,
+    forces = Forces(model.terms, parts.sections, Carrier(np.ones(3), flat.area, flat.gravity), np.zeros(len(q)))
+    theirs = theirs._replace(
         foot_jacobian=theirs.foot_jacobian[..., :0],
         com_jacobian=theirs.com_jacobian[..., :0],
         exposed_jacobian=theirs.exposed_jacobian[..., :0],
