@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 
@@ -60,11 +58,6 @@ def judge_loads(series: pd.DataFrame, insoles: Insoles | None) -> dict[str, floa
         "snow_correlation": snow.correlation,
         "snow_rmsd": snow.rmsd,
     }
-
-
-def judged(series: pd.DataFrame, gps: Gps | None, insoles: Insoles | None) -> dict[str, Any]:
-    """Both, as the summary holds them."""
-    return {"trajectory": judge_track(series, gps), "pressure_ratio": judge_loads(series, insoles)}
 
 
 CUTOFF_HZ = 6.0

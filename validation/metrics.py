@@ -1,4 +1,4 @@
-"""How far a simulation is from what was measured.  Arrays in, figures out: any simulator can be judged with these.
+"""How far a simulation is from what was measured.  Arrays in, figures out: they serve any simulator.
 
 The figures are the paper's (section 2.4, "Model validation").
 """

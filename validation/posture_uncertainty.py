@@ -2,7 +2,8 @@
 goes on that was fitted over its first half alone.
 
 Skis that point farther into every turn than was taken skid, and skidding brakes: μ_n |sin β| a turn's steering angle β.
-Unmeasured, it cannot be told from friction along the ski; their sum, the effective friction of the way, still can.
+Unmeasured, it cannot be distinguished from friction along the ski; their sum, the effective friction of the way, can be
+estimated.
 
 Every way in which the feet may be wrong shifts the fitted numbers: where it moves the simulated track by r, by
 −H⁻¹ w ∫ (∂x/∂θ)ᵀ r dt, H the objective's curvature.  The shifts, each times its standard deviation, add up in squares.
@@ -169,14 +170,14 @@ def second_half(fitted: Fitted, problem: Problem, motion: Motion, gps: Gps) -> S
     time = gps.time[inside]
     measured = gps.speed[inside] if gps.speed is not None else over_ground(gps.time, gps.enu, 0.0)(time)
     late = time > split
-    told = predicted(time)
+    speed = predicted(time)
     usual = float(np.mean(measured[~late]))
     return SecondHalf(
         mu_t=model.friction.mu_t,
-        speed_rms=float(np.sqrt(np.mean((told - measured)[late] ** 2))),
+        speed_rms=float(np.sqrt(np.mean((speed - measured)[late] ** 2))),
         usual_rms=float(np.sqrt(np.mean((usual - measured)[late] ** 2))),
         time=time,
-        predicted=told,
+        predicted=speed,
         measured=measured,
         split=split,
     )

@@ -22,7 +22,7 @@ from sssi_exudyn.results.summary import Estimate, Fit
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
-from sssi_exudyn.validation.benchmark.known_answers import compared, read_truth
+from sssi_exudyn.validation.benchmark.known_answers import compare, read_truth
 from sssi_exudyn.validation.benchmark.run import base_of, run_benchmark
 from sssi_exudyn.validation.diagnosis.day import compare_for_day, day_to_dict
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose as find_missing
@@ -40,8 +40,8 @@ def diagnose(folder: Path, out: Path, *, progress: Progress = SILENT) -> dict[st
 
 
 def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SILENT) -> dict[str, Any]:
-    """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and weigh them together;
-    what ``out``'s ``day.json`` holds.
+    """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and compare them
+    together; what ``out``'s ``day.json`` holds.
 
     Raises InputError where two folders have the same name.
     """
@@ -52,13 +52,13 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SIL
     with folder_lock(out):
         found = {name: _diagnosed(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)}
         with progress.stage("compare together"):
-            weighed = compare_for_day([each.separate_fit() for _, each in found.values()])
-        sentence = sentence_of_day(weighed, len(names), found[names[0]][1].model)
+            explanations = compare_for_day([each.separate_fit() for _, each in found.values()])
+        sentence = sentence_of_day(explanations, len(names), found[names[0]][1].model)
         hashes = {f"{name}/{file}": made for name, (files, _) in found.items() for file, made in files.items()}
         origin = provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0)
-        day = day_to_dict(names, weighed, sentence) | {"provenance": origin}
+        day = day_to_dict(names, explanations, sentence) | {"provenance": origin}
         write_atomically(out / "day.json", to_json(day))
-        write_atomically(out / "report.html", day_page(names, weighed, sentence))
+        write_atomically(out / "report.html", day_page(names, explanations, sentence))
         for name in names:  # kept until now, so that an interrupted day goes on where it was
             shutil.rmtree(out / name / CACHE, ignore_errors=True)
         return day
@@ -99,22 +99,22 @@ def _mapping(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def diagnose_known(folder: Path, out: Path, *, progress: Progress = SILENT) -> list[dict[str, str]]:
     """Diagnose every recording in ``folder`` that its ``truth.json`` names, each into a folder of its own in ``out``;
-    what was said against what is hidden, a row a recording.  Those that ``out`` has already are not done again.
+    what was found against what is hidden, a row a recording.  Those that ``out`` has already are not done again.
     """
     truth = read_truth(folder)
-    said = {}
+    diagnoses = {}
     for name in sorted(truth):
         made = out / name
         if not (made / DIAGNOSIS).is_file():
             diagnose(folder / name, made, progress=progress)
-        said[name] = json.loads((made / DIAGNOSIS).read_text(encoding="utf-8"))
-    return compared(truth, said)
+        diagnoses[name] = json.loads((made / DIAGNOSIS).read_text(encoding="utf-8"))
+    return compare(truth, diagnoses)
 
 
 def benchmark(
     recordings: Sequence[Path], out: Path, *, cases: int, seed: int, full: int, progress: Progress = SILENT
 ) -> dict[str, Any]:
-    """Judge the diagnosis blindly on ``cases`` made from the movements of ``recordings``, the first ``full`` of them
+    """Test the diagnosis blindly on ``cases`` made from the movements of ``recordings``, the first ``full`` of them
     with the full model, into ``out``; the scores.
     """
     with folder_lock(out):
@@ -126,4 +126,4 @@ def benchmark(
             bases.append(base_of(recording, motion, model_of(recording, motion)))
         with progress.stage("benchmark") as stage:
             workers = os.cpu_count() or 1
-            return run_benchmark(out, bases, count=cases, seed=seed, full=full, workers=workers, say=stage.advance)
+            return run_benchmark(out, bases, count=cases, seed=seed, full=full, workers=workers, progress=stage.advance)

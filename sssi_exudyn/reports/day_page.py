@@ -41,9 +41,9 @@ def day_page(names: Sequence[str], explanations: Sequence[DayExplanation], sente
     rows = [["", "probability", "log evidence", "numbers, 90 % intervals"]]
     none = next(each.log_evidence for each in explanations if not each.name)
     for each in explanations:
-        said = "; ".join(f"{name} {_between(number)}" for name, number in each.numbers.items())
+        values = "; ".join(f"{name} {_between(number)}" for name, number in each.numbers.items())
         title = (each.name or NOTHING_MISSING).replace("_", " ")
-        rows.append([title, f"{each.probability:.1%}", f"{each.log_evidence - none:+.1f}", said])
+        rows.append([title, f"{each.probability:.1%}", f"{each.log_evidence - none:+.1f}", values])
     runs = "".join(f'<li><a href="{quote(name)}/report.html">{escape(name)}</a></li>\n' for name in names)
     sections = [
         Section("What may act on all runs alike", (Markup(grid(rows)),)),

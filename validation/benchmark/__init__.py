@@ -1,1 +1,1 @@
-"""The diagnosis judged on cases whose answers are known."""
+"""The diagnosis tested on cases whose answers are known."""

@@ -1,16 +1,16 @@
-"""Recordings whose answers are known, diagnosed in a row: what was said against what was hidden."""
+"""Recordings whose answers are known, diagnosed one after the other: what was found against what is hidden."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from sssi_exudyn.core.errors import InputError
 
-TRUTH = "truth.json"
-NOTHING = "none"
+TRUTH: Final = "truth.json"
+NOTHING: Final = "none"
 
 
 def read_truth(folder: Path) -> dict[str, dict[str, Any]]:
@@ -30,12 +30,12 @@ def read_truth(folder: Path) -> dict[str, dict[str, Any]]:
     return found
 
 
-def compared(truth: Mapping[str, Mapping[str, Any]], said: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]]:
-    """One row a recording: what was hidden, what was said, and whether that is right."""
+def compare(truth: Mapping[str, Mapping[str, Any]], diagnoses: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]]:
+    """One row a recording: what is hidden, what was found, and whether that is right."""
     rows = []
-    for name, told in said.items():
+    for name, diagnosis in diagnoses.items():
         hidden = str(truth[name]["name"])
-        findings: Sequence[Mapping[str, Any]] = told["findings"]
+        findings: Sequence[Mapping[str, Any]] = diagnosis["findings"]
         names = [NOTHING] if not findings else [str(finding["name"]) for finding in findings]
         might = {str(other["name"]) for finding in findings for other in finding["alternatives"]}
         unexplained = truth[name].get("kind") == "unexplained" and any(f["kind"] == "unexplained" for f in findings)
@@ -44,7 +44,7 @@ def compared(truth: Mapping[str, Mapping[str, Any]], said: Mapping[str, Mapping[
             {
                 "recording": name,
                 "hidden": hidden,
-                "said": " and ".join(names),
+                "found": " and ".join(names),
                 "probability": "" if not findings else f"{findings[0]['probability']:.2f}",
                 "might be": ", ".join(sorted(might)),
                 "answer": right,

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 _TARGETS = {
-    "false_alarms": ("something said where nothing is", "at most 5 %"),
+    "false_alarms": ("false alarms: a finding where nothing is hidden", "at most 5 %"),
     "false_alarms_bic": ("the same by BIC with white noise", ""),
     "false_alarms_in_sample": ("the same by the best fit in sample", ""),
     "strong_right_or_small_set": ("clear effects: right name, or a set of at most 3 that holds it", "at least 90 %"),
@@ -31,16 +31,16 @@ _TARGETS = {
     "nothing_within_1.5_noise": ("runs with nothing hidden: within 1.5 times their own median", ""),
 }
 _BY_STRENGTH = {
-    "found_by_strength": "something said",
+    "found_by_strength": "a finding",
     "right_first_by_strength": "right name first",
     "oracle_sees_by_strength": "3 standard errors strong to the oracle",
 }
 
 
 def benchmark_page(scores: Mapping[str, Any]) -> str:
-    """Every figure with its 95 % interval (Clopper and Pearson), beside what is aimed at."""
+    """Every figure with its 95 % interval (Clopper and Pearson), beside its target."""
     lines = [
-        "# The diagnosis, judged blindly",
+        "# The diagnosis, tested blindly",
         "",
         f"{scores['cases']} cases, {scores['with_full_model']} of them diagnosed with the full model, the rest with "
         f"the reduced one; {scores['failed']} could not be diagnosed. The answers were sealed before: their sha256 is "
@@ -48,7 +48,7 @@ def benchmark_page(scores: Mapping[str, Any]) -> str:
         "",
         "An effect is clear when it is at least 8 standard errors strong to one who knows its form.",
         "",
-        "| | seen | 95 % interval | aim |",
+        "| | result | 95 % interval | target |",
         "|---|---|---|---|",
     ]
     for key, (meaning, aim) in _TARGETS.items():
@@ -71,14 +71,14 @@ def benchmark_page(scores: Mapping[str, Any]) -> str:
     lines += ["", "| by strength | weakest | weak | strong | strongest |", "|---|---|---|---|---|"]
     for key, meaning in _BY_STRENGTH.items():
         lines.append(f"| {meaning} | " + " | ".join(_share(each) for each in scores[key]) + " |")
-    lines += ["", "| probability said, mean | right | 95 % interval |", "|---|---|---|"]
+    lines += ["", "| stated probability, mean | right | 95 % interval |", "|---|---|---|"]
     for row in scores["calibration"]:
         if row["of"]:
-            lines.append(f"| {row['said']:.2f} | {_share(row)} | {_interval(row)} |")
-    lines += ["", "| hidden | said first |", "|---|---|"]
+            lines.append(f"| {row['stated']:.2f} | {_share(row)} | {_interval(row)} |")
+    lines += ["", "| hidden | named first |", "|---|---|"]
     for name, row in sorted(scores["by_name"].items()):
-        said = ", ".join(f"{other} {count}" for other, count in sorted(row.items(), key=lambda each: -each[1]))
-        lines.append(f"| {name} | {said} |")
+        named = ", ".join(f"{other} {count}" for other, count in sorted(row.items(), key=lambda each: -each[1]))
+        lines.append(f"| {name} | {named} |")
     return "\n".join(lines) + "\n"
 
 

@@ -1,6 +1,6 @@
-"""The blind benchmark of the diagnosis: sealed cases, one scoring run, figures with their confidence intervals.
+"""The blind benchmark of the diagnosis: cases with sealed answers, one scoring run, figures with confidence intervals.
 
-Cases come from ``benchmark_world``.  Answers are written and hashed before anything is diagnosed.  Each case leaves one
+Cases come from ``cases``.  Answers are written and hashed before anything is diagnosed.  Each case leaves one
 file; a run that was interrupted goes on with those that are missing.  Beside the diagnosis two baselines see the same
 cases (the best Bayesian information criterion with white noise; the best fit in sample), and an oracle that knows the
 effect's form and asks only whether it is there.
@@ -36,6 +36,7 @@ from sssi_exudyn.validation.benchmark.scores import STRONG, score
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose, figures_without_findings
 from sssi_exudyn.validation.diagnosis.evidence import log_factors
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
+from sssi_exudyn.validation.diagnosis.problem import Progress
 from sssi_exudyn.validation.diagnosis.search import Round
 from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
@@ -65,7 +66,7 @@ def seal(folder: Path, cases: Sequence[Case]) -> str:
 
 
 def diagnose_case(made: Made, *, full: bool) -> dict[str, Any]:
-    """Diagnose one case; what it said, with what baselines and oracle say of it."""
+    """Diagnose one case; its diagnosis, with the answers of the baselines and the oracle."""
     try:
         found = diagnose(made.recording, made.motion, made.model, full=full)
     except SimulationDiverged as error:
@@ -76,7 +77,7 @@ def diagnose_case(made: Made, *, full: bool) -> dict[str, Any]:
     return {
         "index": made.case.index,
         "full": full,
-        "said": to_plain(found.diagnosis),
+        "diagnosis": to_plain(found.diagnosis),
         "friction": {k: found.model.value(f"friction.{k}") for k in ("mu_t", "mu_n")},
         "held_out_m": found.figures[-1].held_out_error,
         "held_out_plain_m": figures_without_findings(*made.plain).held_out_error if made.plain and clear else None,
@@ -86,7 +87,7 @@ def diagnose_case(made: Made, *, full: bool) -> dict[str, Any]:
 
 
 def _baselines(searched: Round) -> dict[str, str]:
-    """Names that white-noise BIC and the best fit in sample give, by the same linear responses."""
+    """Names by the Bayesian information criterion with white noise, and by the best fit in sample."""
     linear = searched.linear
     count = len(linear.residual)
     scale = np.ones(count)
@@ -95,19 +96,19 @@ def _baselines(searched: Round) -> dict[str, str]:
             scale[place] = np.std(linear.residual[place]) or 1.0
     y, x = linear.residual / scale, linear.free.columns / scale[:, None]
 
-    def left(columns: Array) -> float:
+    def remaining(columns: Array) -> float:
         table = np.column_stack([x, columns / scale[:, None]])
         solution = np.linalg.lstsq(table, y, rcond=None)[0]
         return float(np.sum((y - table @ solution) ** 2))
 
-    nothing = left(np.zeros((count, 0)))
+    nothing = remaining(np.zeros((count, 0)))
     best_bic, best_fit = ("none", count * np.log(nothing)), ("none", nothing)
     for hypothesis in HYPOTHESES:
         explanation = next((v for v in searched.explanations if v.name == hypothesis.name), None)
         if explanation is None or explanation.candidate is None:
             continue
         columns = explanation.candidate.free.columns
-        remains = left(columns)
+        remains = remaining(columns)
         places = len(explanation.candidate.places)
         bic = count * np.log(remains) + (columns.shape[1] + places) * np.log(count)
         best_bic = min(best_bic, (hypothesis.name, bic), key=lambda each: each[1])
@@ -130,7 +131,7 @@ def _oracle(case: Case, found: SearchResult, searched: Round) -> float | None:
 
 
 def run_benchmark(
-    folder: Path, bases: Bases, *, count: int, seed: int, full: int, workers: int, say: Any
+    folder: Path, bases: Bases, *, count: int, seed: int, full: int, workers: int, progress: Progress
 ) -> dict[str, Any]:
     """Make, seal, diagnose and score ``count`` cases into ``folder``, in ``workers`` processes; the first ``full`` with
     the full model.
@@ -138,17 +139,17 @@ def run_benchmark(
     planned = plan(count, seed)
     cases: dict[int, Case] = {}
     with ProcessPoolExecutor(workers, get_context("spawn"), _prepare_worker, (bases, seed, full, folder)) as pool:
-        making = [pool.submit(_make, index, each) for index, each in enumerate(planned)]
+        making = [pool.submit(_make_case, index, each) for index, each in enumerate(planned)]
         for future in as_completed(making):
             case = future.result()
             cases[case.index] = case
-            say(len(cases) / count, f"made {len(cases)} of {count}")
+            progress(len(cases) / count, f"made {len(cases)} of {count}")
         ordered = [cases[index] for index in range(count)]
         digest = seal(folder, ordered)
-        diagnosing = [pool.submit(_diagnose, index) for index in range(count)]
+        diagnosing = [pool.submit(_diagnose_kept, index) for index in range(count)]
         for number, each in enumerate(as_completed(diagnosing), 1):
             each.result()
-            say(number / count, f"diagnosed {number} of {count}")
+            progress(number / count, f"diagnosed {number} of {count}")
     done = [json.loads(_case_file(folder, index).read_text(encoding="utf-8")) for index in range(count)]
     scores = score(ordered, done)
     scores["seal"] = digest
@@ -171,7 +172,7 @@ def _case_file(folder: Path, index: int) -> Path:
     return folder / f"case_{index:03d}.json"
 
 
-def _make(index: int, planned: tuple[str, str, int]) -> Case:
+def _make_case(index: int, planned: tuple[str, str, int]) -> Case:
     """Make a case and keep it for its diagnosis; one that was made before is read."""
     bases, seed, _, folder = _given
     path = folder / "made" / f"{index:03d}.pickle"
@@ -189,7 +190,7 @@ def _read_case(path: Path) -> Made:
     return made
 
 
-def _diagnose(index: int) -> None:
+def _diagnose_kept(index: int) -> None:
     _, _, full, folder = _given
     path = _case_file(folder, index)
     if not path.exists():

@@ -1,4 +1,4 @@
-"""Answers that are known against what was said."""
+"""Known answers against what was found."""
 
 import json
 from pathlib import Path
@@ -6,16 +6,16 @@ from pathlib import Path
 import pytest
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.validation.benchmark.known_answers import compared, read_truth
+from sssi_exudyn.validation.benchmark.known_answers import compare, read_truth
 
 
-def said(name: str, probability: float = 0.9, *others: str) -> dict[str, object]:
+def diagnosis_with(name: str, probability: float = 0.9, *others: str) -> dict[str, object]:
     alternatives = [{"name": other, "probability": 0.05} for other in others]
     kind = "unexplained" if name == "unexplained_force" else "physics"
     return {"findings": [{"kind": kind, "name": name, "probability": probability, "alternatives": alternatives}]}
 
 
-def test_what_was_said_against_what_was_hidden() -> None:
+def test_what_was_found_against_what_is_hidden() -> None:
     truth = {
         "a": {"name": "none"},
         "b": {"name": "gust"},
@@ -23,13 +23,13 @@ def test_what_was_said_against_what_was_hidden() -> None:
         "d": {"name": "external_push", "kind": "unexplained"},
         "e": {"name": "gust"},
     }
-    rows = compared(
+    rows = compare(
         truth,
         {
             "a": {"findings": []},
-            "b": said("gust"),
-            "c": said("drag_area", 0.5, "wind"),
-            "d": said("unexplained_force"),
+            "b": diagnosis_with("gust"),
+            "c": diagnosis_with("drag_area", 0.5, "wind"),
+            "d": diagnosis_with("unexplained_force"),
             "e": {"findings": []},
         },
     )

@@ -139,7 +139,7 @@ def test_shares_have_exact_intervals() -> None:
 def answer(*findings: dict[str, object], oracle: float | None = None, held_out: float = 0.04) -> dict[str, object]:
     """What is kept of one case."""
     return {
-        "said": {"findings": list(findings)},
+        "diagnosis": {"findings": list(findings)},
         "oracle": oracle,
         "held_out_m": held_out,
         "held_out_plain_m": 0.03,
