@@ -1,13 +1,18 @@
-"""Before any test: is this checkout whole?"""
+"""Before any test: is this checkout whole, and are the force laws compiled?  Long tests come first."""
 
+from __future__ import annotations
+
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "sssi_exudyn"
+COMPILE = Path(__file__).parent / "support" / "compile_kernels.py"
 
 
-def pytest_configure() -> None:
+def pytest_configure(config: pytest.Config) -> None:
     """Stop with one line where the package's links to the model folders are missing or no links."""
     broken = [name for name in ("bodies", "contact", "fitting", "validation") if not (PACKAGE / name).is_dir()]
     if broken:
@@ -15,3 +20,20 @@ def pytest_configure() -> None:
             f"sssi_exudyn/{', sssi_exudyn/'.join(broken)}: a symbolic link to the folder of that name is missing; "
             "check out again with: git config core.symlinks true && git checkout -- sssi_exudyn"
         )
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the force laws that most tests use, once, before several workers would each do it.
+
+    Numba keeps them on disk, so that this takes a minute of computing once and nothing after that.
+    """
+    if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
+        processes = [subprocess.Popen([sys.executable, str(COMPILE), what]) for what in ("full", "reduced")]
+        for process in processes:
+            process.wait()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The long tests first, so that no worker begins one when the others have finished."""
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)

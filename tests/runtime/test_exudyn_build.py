@@ -19,12 +19,12 @@ SECONDS = 0.3
 PROGRAM = """
 import json, sys
 from pathlib import Path
-from sssi_exudyn.exudyn_build import take_fast_build
+from sssi_exudyn.runtime.exudyn_build import take_fast_build
 take_fast_build()
-from sssi_exudyn.commands import model_of
-from sssi_exudyn.motion import motion_from_recording
-from sssi_exudyn.recording import read_recording
-from sssi_exudyn.simulation import simulate
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.full import simulate
 recording = read_recording(Path(sys.argv[1]))
 motion = motion_from_recording(recording)
 run = simulate(model_of(recording, motion), motion, stop=motion.start + float(sys.argv[2]))

@@ -1,0 +1,29 @@
+"""Compile what most tests simulate with, into Numba's cache: ``python compile_kernels.py full|reduced``."""
+
+from __future__ import annotations
+
+import sys
+
+from gliding import model, standing
+
+from sssi_exudyn.contact.registry import PAPER_TERMS, padded
+from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
+from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+
+
+def compile_full() -> None:
+    """The full model with the paper's terms, and with all."""
+    for terms in (PAPER_TERMS, (*PAPER_TERMS, SnowPatch())):
+        simulate(model(terms), standing(0.1), stop=0.02)
+
+
+def compile_reduced() -> None:
+    """The reduced model with the paper's terms, and with all."""
+    for terms in (PAPER_TERMS, padded((*PAPER_TERMS, SnowPatch()))):
+        skier = model(terms)
+        simulate_reduced(skier, prepare(skier, standing(0.1)))
+
+
+if __name__ == "__main__":
+    {"full": compile_full, "reduced": compile_reduced}[sys.argv[1]]()
