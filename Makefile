@@ -1,19 +1,26 @@
-# Four words: demo, test, check, format.  The first one used on a fresh machine makes .venv; stamps keep it to once.
+# demo, test, test-fast, check, format.  The first one used on a fresh machine makes .venv; stamps keep it to once.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 EXAMPLE ?= examples/beginner
 OUT ?= results/beginner
 
-.PHONY: demo test check format clean
+.PHONY: demo test test-fast check format clean
 
 demo: $(VENV)/.installed
 	$(BIN)/sssi run $(EXAMPLE) --out $(OUT)
 	@echo "Open $(OUT)/report.html in a browser."
 
-# One BLAS thread a worker: the tests already use every core.
+# One thread for each worker, since the tests use every core already; a worker without tests left takes over others'.
+ONE_THREAD := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1
+PYTEST := $(ONE_THREAD) $(BIN)/python -m pytest -n auto --dist worksteal
+
 test: $(VENV)/.installed-dev
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto
+	$(PYTEST)
+
+# Without the tests that compute for seconds: for the time between two edits.
+test-fast: $(VENV)/.installed-dev
+	$(PYTEST) -m "not slow and not long"
 
 # Without the links to the model folders mypy would check half of the files, and pass.
 check: $(VENV)/.installed-dev

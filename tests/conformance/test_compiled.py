@@ -129,6 +129,7 @@ print(sum(kernel.load.stats.cache_hits.values()))
 """
 
 
+@pytest.mark.long
 def test_another_process_finds_the_kernel_compiled(tmp_path: Path) -> None:
     def hits() -> int:
         done = subprocess.run(

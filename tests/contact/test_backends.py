@@ -68,6 +68,7 @@ def hold_to_reference(parts: Parts, terms: Sequence[Term], backend: Backend, abo
 
 @pytest.mark.parametrize("above", ABOVE.values(), ids=ABOVE)
 @pytest.mark.parametrize("backend", [backend for backend in BACKENDS if backend != "python"])
+@pytest.mark.long
 def test_every_back_end_is_the_reference(parts: Parts, backend: Backend, above: float) -> None:
     hold_to_reference(parts, REGISTERED, backend, above)
 
@@ -83,6 +84,7 @@ def test_no_law_at_all(parts: Parts, backend: Backend) -> None:
     hold_to_reference(parts, (), backend, ABOVE["in the air"])
 
 
+@pytest.mark.long
 def test_the_jacobian_is_the_same_in_every_back_end(parts: Parts) -> None:
     q, v, at = random_state(parts, 0)
     matrices = []
@@ -97,6 +99,7 @@ def test_the_jacobian_is_the_same_in_every_back_end(parts: Parts) -> None:
         np.testing.assert_allclose(matrix, matrices[0], atol=1e-12 * largest)  # rounding
 
 
+@pytest.mark.long
 def test_a_run_is_the_same_with_every_back_end() -> None:
     ahead = (SlopeChange(delta=0.05, f0=0.7, width=0.5), TerrainBump(rise=0.01, f0=0.5, width=0.2))
     terms = (*(term for term in REGISTERED if term.kind != "terrain"), *ahead)
@@ -133,6 +136,7 @@ except InputError as error:
 
 
 @pytest.mark.parametrize("ailment", ["missing", "broken"])
+@pytest.mark.long
 def test_without_numba_the_arrays_take_over(tmp_path: Path, ailment: str) -> None:
     path = list(sys.path)
     if ailment == "broken":

@@ -79,6 +79,7 @@ def reference(parts: Parts, q: np.ndarray, v: np.ndarray, at: Instant) -> tuple[
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.long
 def test_snow_on_the_skis(parts: Parts, seed: int) -> None:
     forces = forces_of(parts, (SNOW, FRICTION))
     q, v, at = random_state(parts, seed)
@@ -112,6 +113,7 @@ def test_snow_on_the_skis(parts: Parts, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(2))
+@pytest.mark.long
 def test_jacobian_against_differences(parts: Parts, seed: int) -> None:
     forces = forces_of(parts, (SNOW, FRICTION))
     q, v, at = random_state(parts, seed)

@@ -32,6 +32,7 @@ def run(seconds: float, name: str = "beginner", **solver: float) -> SimulationRe
     return simulate(replace(model, solver=replace(model.solver, **tight)), motion, stop=motion.start + seconds)
 
 
+@pytest.mark.long
 def test_order_of_the_step() -> None:
     """Generalised-α is of second order; the first step's estimated acceleration costs it nothing visible."""
     ends = [run(2.0, step=step).pelvis[-1] for step in (0.01, 0.005, 0.0025, 0.00125)]
@@ -41,6 +42,7 @@ def test_order_of_the_step() -> None:
     assert np.log2(apart[0] / apart[2]) / 2.0 > 1.5  # the power law and the points' coming and going cost a little of 2
 
 
+@pytest.mark.long
 def test_elements() -> None:
     ends = {elements: run(1.5, elements=elements).pelvis[-1] for elements in (20, 50, 100)}
     # The elements' error is of second order: from 20 to 50 it falls to a sixth, from 50 to 100 to a quarter
@@ -61,11 +63,13 @@ def test_heading_of_the_slope_and_clock_do_not_matter() -> None:
     np.testing.assert_allclose(second.foot_load, first.foot_load, atol=1e-3 * first.foot_load.max())
 
 
+@pytest.mark.long
 def test_energy_balance_of_a_run() -> None:
     assert run(3.0, step=0.005).closure_percent < 0.1  # 1 % is asked
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
+@pytest.mark.long
 def test_torsional_stiffness_matters_little(factor: float) -> None:
     """The paper's reason for not measuring GJ (2.2.2)."""
     model, motion = given("intermediate")
@@ -77,6 +81,7 @@ def test_torsional_stiffness_matters_little(factor: float) -> None:
     assert apart < 0.1
 
 
+@pytest.mark.long
 def test_the_carved_turn_needs_more_resistance_across() -> None:
     """With the skidder's μ_n the intermediate skier slides away from his track (paper 3.1)."""
     model, motion = given("intermediate")

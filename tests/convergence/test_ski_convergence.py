@@ -48,6 +48,7 @@ def test_deflection_converges_at_second_order(ski: Ski, slack: float) -> None:
 
 
 @pytest.mark.parametrize(("ski", "slack"), [(BAR, 0.05), (slalom(), 0.15)], ids=["bar", "slalom"])
+@pytest.mark.long
 def test_held_frequency_converges_at_second_order(ski: Ski, slack: float) -> None:
     fine = modal_ski(mesh(ski, 400), 1).frequency[0]  # cubic elements: four times finer and of higher order
     errors = [held_frequency(ski, n) - fine for n in ELEMENTS]
@@ -55,6 +56,7 @@ def test_held_frequency_converges_at_second_order(ski: Ski, slack: float) -> Non
     assert abs(errors[2] / fine) < 2e-3
 
 
+@pytest.mark.long
 def test_modal_frequencies_converge() -> None:
     fine = modal_ski(mesh(slalom(), 400), 10).frequency
     errors = [np.abs(modal_ski(mesh(slalom(), n), 10).frequency / fine - 1.0).max() for n in ELEMENTS]

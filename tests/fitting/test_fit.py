@@ -47,6 +47,7 @@ def made() -> tuple[Motion, Problem]:
     return motion, replace(problem, track=track)
 
 
+@pytest.mark.long
 def test_joint_fit_recovers_friction_start_and_heading(made: tuple[Motion, Problem], tmp_path: Path) -> None:
     motion, problem = made
     found = fit(problem, motion, "joint", cache=Cache(tmp_path))
@@ -63,6 +64,7 @@ def test_joint_fit_recovers_friction_start_and_heading(made: tuple[Motion, Probl
     assert float(np.mean(np.linalg.norm(found.residual, axis=1))) < 0.01
 
 
+@pytest.mark.long
 def test_an_interrupted_fit_goes_on(
     made: tuple[Motion, Problem], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -88,6 +90,7 @@ def test_an_interrupted_fit_goes_on(
     assert resumed_calls == calls - 1  # the first evaluation was kept
 
 
+@pytest.mark.long
 def test_gradient_against_differences(made: tuple[Motion, Problem]) -> None:
     """On the reduced model alone the gradient is exact but for the forward differences it is made with."""
     motion, problem = made

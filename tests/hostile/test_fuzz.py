@@ -15,6 +15,7 @@ from tiny import Tiny
 QUICK, MANY = 30, 2000
 
 
+@pytest.mark.long
 def test_a_few_spoilt_recordings_give_one_clear_line(tmp_path: Path) -> None:
     counts, findings, longest = fuzz(QUICK, seed=7, keep=tmp_path / "keep")
     assert findings == []

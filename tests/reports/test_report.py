@@ -294,6 +294,7 @@ def test_fitted_numbers_of_terms_carry_their_error() -> None:
     assert rows["mu_n"][5] == "fixed"
 
 
+@pytest.mark.long
 def test_the_document_to_print_is_whole_and_the_same_each_time(folder: Path, tmp_path: Path) -> None:
     made = [commands.report([folder], tmp_path / name).read_bytes() for name in ("one.pdf", "two.pdf")]
     assert made[0].startswith(b"%PDF")
@@ -303,6 +304,7 @@ def test_the_document_to_print_is_whole_and_the_same_each_time(folder: Path, tmp
     assert made[0] == made[1]
 
 
+@pytest.mark.long
 def test_two_results_of_one_recording_are_told_apart(folder: Path, tmp_path: Path) -> None:
     other = tmp_path / "with wind"
     shutil.copytree(folder, other)
@@ -312,6 +314,7 @@ def test_two_results_of_one_recording_are_told_apart(folder: Path, tmp_path: Pat
     assert f"{NAME} (with wind)" in text
 
 
+@pytest.mark.long
 def test_validate_keeps_what_the_run_left(folder: Path, tmp_path: Path) -> None:
     result, out = tmp_path / "result", tmp_path / "judged"
     write_run(result, a_run(measured=False), opensim={"markers.trc": "PathFileType"})

@@ -47,10 +47,12 @@ def fast() -> dict[str, list[float]]:
     return found
 
 
+@pytest.mark.long
 def test_which_is_taken(fast: dict[str, list[float]]) -> None:
     assert ("exudyn.exudynCPPfast" in fast["taken"]) == has_avx2()
 
 
+@pytest.mark.long
 def test_it_gives_the_same_run(fast: dict[str, list[float]]) -> None:
     recording = read_recording(EXAMPLE)
     motion = motion_from_recording(recording)

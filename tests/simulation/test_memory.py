@@ -3,6 +3,7 @@
 import resource
 from pathlib import Path
 
+import pytest
 from gliding import model, standing
 
 from sssi_exudyn.simulation.full import simulate
@@ -14,6 +15,7 @@ def resident() -> float:
     return pages * resource.getpagesize() / 2**20
 
 
+@pytest.mark.long
 def test_repeated_runs_do_not_grow() -> None:
     start, motion = model(), standing(0.5)
     for _ in range(3):  # what is loaded and compiled on first use

@@ -26,6 +26,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.mark.parametrize("name", ["beginner", "intermediate"])
+@pytest.mark.long
 def test_path_and_loads_are_the_full_models(name: str) -> None:
     recording = read_recording(EXAMPLES / name)
     motion = motion_from_recording(recording)
@@ -68,6 +69,7 @@ def test_faults_of_the_capture_are_the_same_on_tables_and_on_the_motion() -> Non
     np.testing.assert_allclose(on_tables.antenna, on_motion.antenna, atol=1e-9)  # the same numbers by another way
 
 
+@pytest.mark.long
 def test_order_of_the_step() -> None:
     """Average acceleration is of second order; the snow's power law and the points' coming and going cost a little."""
     recording = read_recording(EXAMPLES / "beginner")
@@ -86,6 +88,7 @@ def test_order_of_the_step() -> None:
     "hill",
     [TerrainBump(1.0, 2.0, 6.0), TerrainBump(-1.0, 2.0, 6.0), SlopeChange(0.1, -20.0)],
 )
+@pytest.mark.long
 def test_a_run_starts_on_a_hill_as_on_the_plane(hill: TerrainTerm) -> None:
     """Both models rest on the snow at the start and go along it, however high it lies over the plane."""
     skier = model((*PAPER_TERMS, hill))

@@ -141,6 +141,7 @@ def test_a_place_that_cannot_be_written_is_one_clear_line(tmp_path: Path) -> Non
         write_result(file / "result", Summary(), SERIES, MODEL)
 
 
+@pytest.mark.long
 def test_two_processes_do_not_write_one_folder(tmp_path: Path) -> None:
     context = multiprocessing.get_context("spawn")
     held, release = context.Event(), context.Event()

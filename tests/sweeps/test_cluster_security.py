@@ -71,6 +71,7 @@ def check_sockets(found: set[tuple[str, int]], open_to_others: set[int]) -> None
     assert served > 0
 
 
+@pytest.mark.long
 def test_local_cluster_listens_on_the_loopback_with_tls(tmp_path: Path) -> None:
     before = listening(os.getpid())
     with pool_of(None, "local", tmp_path)(1):
@@ -95,6 +96,7 @@ def test_slurm_scheduler_asks_for_certificates_that_only_the_user_can_read(tmp_p
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 def test_slurm_jobs_find_their_scheduler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """With commands in place of Slurm's that run the job's script on this machine."""
     for name, text in (("sbatch", _SBATCH), ("scancel", _SCANCEL)):

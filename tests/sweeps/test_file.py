@@ -140,6 +140,7 @@ def test_latin_hypercube_has_one_point_in_every_row() -> None:
         assert sorted(np.floor(10 * column)) == list(range(10))
 
 
+@pytest.mark.long
 def test_every_declared_number_can_be_changed(base: tuple[Recording, Motion, Model]) -> None:
     recording, motion, model = base
     untouched = change(recording, motion, None, (), {})

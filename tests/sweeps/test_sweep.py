@@ -58,6 +58,7 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.long
 def test_table_has_a_row_a_run_with_inputs_units_and_figures(swept: Path) -> None:
     table = pd.read_parquet(swept / "runs.parquet")
     assert table["friction.mu_t"].tolist() == pytest.approx([0.04, 0.06, 0.08, 0.1, 0.12])
@@ -81,12 +82,14 @@ def test_table_has_a_row_a_run_with_inputs_units_and_figures(swept: Path) -> Non
     assert (timings["wall_s"] > 0).all()
 
 
+@pytest.mark.long
 def test_same_file_gives_the_same_bytes_on_another_number_of_workers(swept: Path, tmp_path: Path) -> None:
     sweeps.sweep(settings(), tmp_path / "deeper" / "one", workers=1)
     for name in ("runs.parquet", "columns.csv"):
         assert (tmp_path / "deeper" / "one" / name).read_bytes() == (swept / name).read_bytes()
 
 
+@pytest.mark.long
 def test_finished_sweep_is_not_run_again(swept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = (swept / "runs.parquet").read_bytes()
     ends = pd.read_parquet(swept / "timings.parquet")["end"].tolist()
@@ -101,6 +104,7 @@ def test_finished_sweep_is_not_run_again(swept: Path, monkeypatch: pytest.Monkey
         sweeps.resume(swept)
 
 
+@pytest.mark.long
 def test_failed_runs_leave_their_error_and_may_be_retried(tmp_path: Path) -> None:
     # a boot centre 1.9 m from the tail of a ski of 1.65 m is within its own bounds, but off the ski
     boots = {"name": "ski.boot_centre", "values": [0.7, 1.9]}
@@ -117,6 +121,7 @@ def test_failed_runs_leave_their_error_and_may_be_retried(tmp_path: Path) -> Non
     assert sorted(pd.read_parquet(tmp_path / "timings.parquet")["attempt"]) == [0, 1]
 
 
+@pytest.mark.long
 def test_recording_that_has_changed_stops_the_sweep(tmp_path: Path) -> None:
     shutil.copytree(EXAMPLES / "beginner", tmp_path / "beginner")
     plan = plan_sweep(sweeps.read_sweep(written(tmp_path, recordings=["beginner"])))
@@ -133,6 +138,7 @@ def _deadly(folder: Path, task: bytes) -> str:
     return perform(folder, task)
 
 
+@pytest.mark.long
 def test_run_that_kills_its_worker_is_found_and_the_others_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -274,6 +280,7 @@ def gone(process: psutil.Process) -> bool:
         return True
 
 
+@pytest.mark.long
 def test_killed_worker_then_killed_sweep_lose_nothing_and_repeat_nothing(
     started: Callable[[int], tuple[subprocess.Popen[str], Path]],
 ) -> None:
@@ -298,6 +305,7 @@ def test_killed_worker_then_killed_sweep_lose_nothing_and_repeat_nothing(
     assert len(pd.read_parquet(out / "runs.parquet")) == count
 
 
+@pytest.mark.long
 def test_interrupt_stops_workers_and_says_how_to_go_on(
     started: Callable[[int], tuple[subprocess.Popen[str], Path]],
 ) -> None:

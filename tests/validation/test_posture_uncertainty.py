@@ -49,6 +49,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Motion, P
     return recording, motion, problem, fitted
 
 
+@pytest.mark.long
 def test_friction_is_right_within_what_is_said_of_it(case: tuple[Recording, Motion, Problem, Fitted]) -> None:
     recording, motion, problem, fitted = case
     assert recording.completed is not None
@@ -61,6 +62,7 @@ def test_friction_is_right_within_what_is_said_of_it(case: tuple[Recording, Moti
     assert shares.effective > fitted.values[at]
 
 
+@pytest.mark.long
 def test_a_slope_that_is_a_degree_off_moves_friction_by_its_tangent(
     case: tuple[Recording, Motion, Problem, Fitted],
 ) -> None:
@@ -75,6 +77,7 @@ def test_a_slope_that_is_a_degree_off_moves_friction_by_its_tangent(
     assert 0.004 < shares.slope[at] < 0.022
 
 
+@pytest.mark.long
 def test_page_and_summary_tell_measured_from_assumed_and_predict_the_second_half(
     case: tuple[Recording, Motion, Problem, Fitted],
 ) -> None:
@@ -88,6 +91,7 @@ def test_page_and_summary_tell_measured_from_assumed_and_predict_the_second_half
     assert told["second_half"]["speed_rms_mps"] < 1.0  # of five and a half, over five seconds that were not fitted
 
 
+@pytest.mark.long
 def test_the_diagnosis_doubts_an_assumed_posture_more(case: tuple[Recording, Motion, Problem, Fitted]) -> None:
     recording, motion, problem, _ = case
     assert recording.completed is not None

@@ -37,6 +37,7 @@ def given(name: str) -> tuple[Model, Motion]:
     ("name", "begin", "friction", "velocity"),
     [("beginner", 2.0, (0.06, 0.55), (5.0, 1.0)), ("intermediate", 4.0, (0.19, 0.9), (8.5, 5.7))],
 )
+@pytest.mark.long
 def test_the_assembled_model_is_the_flat_one(
     name: str, begin: float, friction: tuple[float, float], velocity: tuple[float, float]
 ) -> None:

@@ -80,6 +80,7 @@ def test_without_noise_the_ski_comes_back() -> None:
     assert found.predicted_frequency == pytest.approx(found.frequency.value, rel=1e-3)
 
 
+@pytest.mark.long
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     runs = 100
     random = np.random.default_rng(2)

@@ -76,6 +76,7 @@ def test_a_common_effect_is_estimated_better_by_two_runs() -> None:
     assert both[0] < min(a[0] for a in alone)
 
 
+@pytest.mark.long
 def test_two_runs_find_what_neither_does_alone() -> None:
     """Friction that rises with speed, as the benchmark's world records it on two stretches at different speeds."""
     recording = read_recording(EXAMPLE)

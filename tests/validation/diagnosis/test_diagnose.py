@@ -89,6 +89,7 @@ def diagnose_case(
     return made.case, written
 
 
+@pytest.mark.long
 def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any, tmp_path: Path) -> None:
     case, written = diagnose_case("snow_patch", "physics", 3, base, seed=4, tmp_path=tmp_path)
     assert written.keys() >= KEYS
@@ -105,6 +106,7 @@ def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any, tmp_path: Pat
     assert finding["evidence"]["trajectory_error_m"]["after"] < finding["evidence"]["trajectory_error_m"]["before"]
 
 
+@pytest.mark.long
 def test_where_nothing_is_hidden_nothing_is_found(base: Any, tmp_path: Path) -> None:
     _, written = diagnose_case("none", "none", 0, base, seed=6, tmp_path=tmp_path)
     assert written["verdict"] == "none"
@@ -246,6 +248,7 @@ def test_the_first_finding_is_compared_again_beside_the_others(monkeypatch: pyte
     assert Scripted(monkeypatch).compare_again(twice) == twice
 
 
+@pytest.mark.long
 def test_what_is_put_in_and_taken_out_leaves_the_fit_as_it_was(base: Any) -> None:
     recording, motion, model = base
     problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 4.0), model)
@@ -268,6 +271,7 @@ def test_what_is_put_in_and_taken_out_leaves_the_fit_as_it_was(base: Any) -> Non
     assert np.all(np.abs(again.values - fit.values) < 0.3 * spread)
 
 
+@pytest.mark.long
 def test_what_is_physically_impossible_is_refused(base: Any) -> None:
     _, _, model = base
 
@@ -282,6 +286,7 @@ def test_what_is_physically_impossible_is_refused(base: Any) -> None:
     assert possible(SlopeChange(0.2))
 
 
+@pytest.mark.long
 def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
     recording, motion, model = base
     problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 5.0), model)
@@ -310,6 +315,7 @@ def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
     assert force_l * (t1 - t0) == pytest.approx(37.5, rel=0.05)
 
 
+@pytest.mark.long
 def test_derivatives_by_instants_are_taken_nearby(base: Any) -> None:
     """Against central differences of twice the step: what they differ by is curvature."""
     recording, motion, model = base
@@ -328,6 +334,7 @@ def test_derivatives_by_instants_are_taken_nearby(base: Any) -> None:
     assert np.max(np.abs(slope - central)) < 0.05 * np.max(np.abs(central))
 
 
+@pytest.mark.long
 def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> None:
     """Freedom of the fit and hypothesis are one column, so that a turn that the fit has found may be either's."""
     recording, motion, model = base
@@ -345,6 +352,7 @@ def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> No
         assert apart < 1e-9, name  # rounding
 
 
+@pytest.mark.long
 def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     base: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -366,6 +374,7 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     assert found.fit is found.first
 
 
+@pytest.mark.long
 def test_a_probe_that_cannot_be_simulated_moves_nothing(base: Any) -> None:
     recording, motion, model = base
     problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 4.0), model)
