@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sssi_exudyn.reports.few_sensors_section import counted
+from a_run import a_run
 from strapped import write_few
 
 from sssi_exudyn.core.noise import fit_noise
@@ -19,10 +19,13 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.reports.html import section_html
+from sssi_exudyn.reports.sections.few_sensors import few_sensors
+from sssi_exudyn.results.posture import posture_figures, second_half_table
 from sssi_exudyn.simulation.reduced import prepare
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.capture_error import USUAL, capture_errors
-from sssi_exudyn.validation.posture_uncertainty import over_ground, shares_of
+from sssi_exudyn.validation.posture_uncertainty import over_ground, second_half, shares_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 TRUE_MU_T = 0.06
@@ -82,13 +85,20 @@ def test_page_and_summary_tell_measured_from_assumed_and_predict_the_second_half
     case: tuple[Recording, Motion, Problem, Fitted],
 ) -> None:
     recording, motion, problem, fitted = case
-    wider, figures, section = counted(recording, motion, problem, fitted)
+    assert recording.completed is not None
+    assert recording.gps is not None
+    shares = shares_of(fitted, problem, motion, recording.completed, recording.slope.sigma_inclination)
+    wider = replace(fitted, covariance=shares.covariance)
     assert wider.standard_error("friction.mu_t") > fitted.standard_error("friction.mu_t")
-    told = figures["posture"]
-    assert any("both skis" in line for line in told["measured"])
-    assert any("knee flexion" in line for line in told["assumed"])
-    assert all(escape(line) in section.html for line in told["assumed"])
-    assert told["second_half"]["speed_rms_mps"] < 1.0  # of five and a half, over five seconds that were not fitted
+    half = second_half(fitted, problem, motion, recording.gps)
+    posture = posture_figures(recording.completed, fitted.names, shares, half)
+    assert any("both skis" in line for line in posture.measured)
+    assert any("knee flexion" in line for line in posture.assumed)
+    assert posture.second_half.speed_rms_mps < 1.0  # of five and a half, over five seconds that were not fitted
+    run = a_run()
+    run = replace(run, summary=replace(run.summary, posture=posture), second_half=second_half_table(half))
+    page = section_html(few_sensors((run,)), "few")
+    assert all(escape(line) in page for line in posture.assumed)
 
 
 @pytest.mark.long
