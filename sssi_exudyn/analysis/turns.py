@@ -35,6 +35,10 @@ STRAIGHT: Final = 0.2
 """Share of a turn's quickest change of course below which the skier goes straight."""
 LONGEST_TRANSITION: Final = 1.5
 """s of going straight that still are one transition; longer, they are a traverse."""
+EDGE_AVERAGE: Final = 0.3
+"""s over which edge angles are averaged where their sign is asked for."""
+LEAST_EDGE: Final = 0.05
+"""rad of edge angle below which a ski is flat."""
 LEAST_SAMPLES: Final = 4
 """A run of fewer has no turns."""
 STANDING: Final = 0.5
@@ -142,6 +146,23 @@ def turns_of_course(time: Array, course: Array, speed: Array) -> Turns:
         return Turns((), ())
     at = _grid(time)
     return _turns(at, lowpass(PchipInterpolator(time, course)(at), RATE, CUTOFF), PchipInterpolator(time, speed)(at))
+
+
+def edge_changes(time: Array, edge_angle: Array) -> Array:
+    """Times (s) at which the skis go from one edge to the other.
+
+    Not its transitions, which are extrema of the course, some 0.15 s earlier, between two turns of ``LEAST_ANGLE``.
+
+    Parameters
+    ----------
+    time : (n,) s, evenly spaced
+    edge_angle : (n, 2) rad, of the left and the right ski
+    """
+    count = max(1, round(EDGE_AVERAGE / float(np.diff(time[:2])[0])))
+    smooth = np.convolve(edge_angle.mean(axis=1), np.ones(count) / count, mode="same")
+    edged = np.flatnonzero(np.abs(smooth) > LEAST_EDGE)
+    changes = [(a, b) for a, b in pairwise(edged) if smooth[a] * smooth[b] < 0.0]
+    return np.array([0.5 * (time[a] + time[b]) for a, b in changes])
 
 
 def radius(path: Array) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sssi_exudyn.analysis.turns import PHASES, find_turns, radius, turns_of_course
+from sssi_exudyn.analysis.turns import PHASES, edge_changes, find_turns, radius, turns_of_course
 from sssi_exudyn.core.frames import Array
 
 STEP = 1.0 / 200.0
@@ -150,3 +150,13 @@ def test_radius_of_an_arc() -> None:
     course = np.linspace(0.0, 1.2, 400)
     assert radius(12.0 * np.stack([np.sin(course), 1.0 - np.cos(course)], axis=1)) == pytest.approx(12.0, rel=1e-4)
     assert radius(np.stack([np.arange(5.0), np.zeros(5)], axis=1)) == np.inf
+
+
+def test_edges_change_where_both_skis_go_over_and_not_where_they_chatter() -> None:
+    time = np.arange(0.0, 8.0, 0.01)
+    edge = 0.6 * np.sin(np.pi * time / 2.0)
+    chatter = 0.04 * np.sin(40.0 * time)  # less than a ski's that counts as edged
+    both = np.stack([edge + chatter, edge - 0.5 * chatter], axis=1)
+    np.testing.assert_allclose(edge_changes(time, both), [2.0, 4.0, 6.0], atol=0.02)  # a few samples
+    assert len(edge_changes(time, np.stack([chatter, chatter], axis=1))) == 0
+    assert len(edge_changes(time, np.stack([0.3 + chatter, 0.3 + chatter], axis=1))) == 0

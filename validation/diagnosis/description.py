@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.analysis.turns import PHASES
+from sssi_exudyn.analysis.turns import PHASES, find_turns
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import whiten
 from sssi_exudyn.validation.diagnosis.evidence import NoiseLevels, Whitener
@@ -45,6 +45,8 @@ from sssi_exudyn.validation.diagnosis.sentences import sentence_of
 from sssi_exudyn.validation.diagnosis.state import State, fit_track
 from sssi_exudyn.validation.measurements import Measurements
 
+_LEAST_OVERLAP: Final = 0.25
+"""Share of a turn's phase that a finding covers where it is named."""
 Accepted = tuple[Round, Explanation, Refit]
 """A round, what was taken of it, and the fit with it."""
 
@@ -61,7 +63,7 @@ def describe(
     """The diagnosis of a recording of that name, and the figures of the fit without anything and with each finding."""
     measurements = problem.measurements
     tracks = [fit_track(problem, state, fit) for fit in (first, *(fit for _, _, fit in accepted))]
-    folds = folds_of(measurements, rounds[0].fitted.transitions)
+    folds = folds_of(measurements, rounds[0].fitted.edge_changes)
     figures = figures_of(problem, state, tracks, folds)
     before, after = (
         missing_force(each.linear, state.levels, each.fitted, each.responses[LATENT_FORCE.name])
@@ -163,14 +165,12 @@ def _where(window: tuple[float, float], fitted: FittedRun) -> Where:
     run = fitted.run
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(run.com, axis=0), axis=1))])
     distance = [float(np.interp(t, run.time, way)) for t in window]
-    edges = np.concatenate([[run.time[0]], fitted.transitions, [run.time[-1]]])
-    met = set()
-    for begin, end in itertools.pairwise(edges):
-        third = (end - begin) / 3.0
-        for k, phase in enumerate(PHASES):
-            low, high = begin + k * third, begin + (k + 1) * third
-            if min(high, window[1]) - max(low, window[0]) > 0.25 * third:
-                met.add(phase)
+    met = {
+        phase
+        for turn in find_turns(run.time, run.com).turns
+        for phase, (begin, end) in turn.phases.items()
+        if min(end, window[1]) - max(begin, window[0]) > _LEAST_OVERLAP * (end - begin)
+    }
     return Where(window[0], window[1], (distance[0], distance[1]), "both", tuple(p for p in PHASES if p in met))
 
 

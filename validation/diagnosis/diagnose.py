@@ -160,5 +160,5 @@ def figures_without_findings(recording: Recording, motion: Motion, model: Model)
     """
     problem = diagnosis_problem(recording, motion, model)
     state, fit = first_fit(problem)
-    folds = folds_of(problem.measurements, fitted_run(problem, state, fit).transitions)
+    folds = folds_of(problem.measurements, fitted_run(problem, state, fit).edge_changes)
     return figures_of(problem, state, [fit_track(problem, state, fit)], folds)[0]

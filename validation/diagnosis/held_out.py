@@ -12,13 +12,13 @@ from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.measurements import Measurements
 
 _FOLDS = 4
-"""Parts of a run that has not as many transitions."""
+"""Parts of a run that has not as many changes of edges."""
 
 
-def folds_of(measurements: Measurements, transitions: Array) -> list[tuple[float, float]]:
-    """The turns between transitions (s), or equal parts where there are fewer than three of them."""
+def folds_of(measurements: Measurements, edge_changes: Array) -> list[tuple[float, float]]:
+    """The turns from one change of edges to the next (s), or equal parts where there are fewer than three of them."""
     begin, end = float(measurements.fixes[0]), float(measurements.fixes[-1])
-    inner = transitions[(transitions > begin + 0.5) & (transitions < end - 0.5)]
+    inner = edge_changes[(edge_changes > begin + 0.5) & (edge_changes < end - 0.5)]
     if len(inner) < _FOLDS - 1:
         inner = np.linspace(begin, end, _FOLDS + 1)[1:-1]
     edges = [begin, *(float(t) for t in inner), end + 1e-9]

@@ -14,6 +14,7 @@ from typing import ClassVar, Final
 
 import numpy as np
 
+from sssi_exudyn.analysis.turns import edge_changes
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import Sensor
@@ -63,19 +64,9 @@ class FittedRun:
         return float(np.interp(f, along, self.run.time))
 
     @property
-    def transitions(self) -> Array:
+    def edge_changes(self) -> Array:
         """Times (s) at which the skis go from one edge to the other."""
-        edge = self.run.edge_angle.mean(axis=1)
-        count = max(1, round(0.3 / float(np.diff(self.run.time[:2])[0])))
-        smooth = np.convolve(edge, np.ones(count) / count, mode="same")
-        swings = np.abs(smooth) > 0.05
-        signs = np.where(swings, np.sign(smooth), 0.0)
-        found, last = [], 0
-        for i in np.flatnonzero(signs):
-            if last and signs[i] != signs[last]:
-                found.append(0.5 * (self.run.time[i] + self.run.time[last]))
-            last = int(i)
-        return np.array(found)
+        return edge_changes(self.run.time, self.run.edge_angle)
 
 
 @dataclass(frozen=True)

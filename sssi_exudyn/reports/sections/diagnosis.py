@@ -83,7 +83,8 @@ def _finding(finding: Finding) -> list[Row]:
         rows.append(_change("autocorrelation of the residual", evidence.residual_memory, "+.2f", "; 0 is noise"))
     if finding.where is not None:
         where = finding.where
-        place = f"{where.distance_m[0]:.1f} m to {where.distance_m[1]:.1f} m of the path; {', '.join(where.phase)}"
+        path = f"{where.distance_m[0]:.1f} m to {where.distance_m[1]:.1f} m of the path"
+        place = "; ".join([path, *([", ".join(where.phase)] if where.phase else [])])
         rows.insert(0, ("when", f"{where.t0_s:.1f} s to {where.t1_s:.1f} s", place))
     return rows
 

@@ -5,18 +5,22 @@ from __future__ import annotations
 import copy
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from a_diagnosis import FIRST_VERSION, whole_version
 from schema_check import check_against_schema
 
+from sssi_exudyn.analysis.turns import find_turns
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import json_schema, read_json
 from sssi_exudyn.io.writing import to_json, to_plain
 from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.section import Section
 from sssi_exudyn.reports.sections.diagnosis import diagnosis_blocks
+from sssi_exudyn.validation.diagnosis.description import _where
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 SCHEMA = Path(__file__).parents[3] / "validation" / "diagnosis" / "diagnosis.schema.json"
@@ -88,3 +92,16 @@ def test_what_does_not_fit_is_refused_with_its_place(
         read(tmp_path, content)
     with pytest.raises(AssertionError):
         check_against_schema(content, json.loads(SCHEMA.read_text(encoding="utf-8")))
+
+
+def test_a_finding_names_the_phases_of_the_turns_that_it_covers() -> None:
+    time = np.arange(0.0, 9.0, 0.02)
+    course = 0.6 * np.cos(2.0 * np.pi * time / 4.0)  # extrema, the transitions, every two seconds
+    path = np.cumsum(0.2 * np.stack([np.cos(course), np.sin(course), 0.0 * course], axis=1), axis=0)
+    fitted: Any = SimpleNamespace(run=SimpleNamespace(time=time, com=path))
+    turn = find_turns(time, path).turns[1]
+    begin, end = turn.phases["control"]
+    assert _where((begin, end), fitted).phase == ("control",)
+    assert _where((begin, turn.end), fitted).phase == ("control", "completion")
+    whole = _where((begin, end), fitted)
+    assert whole.distance_m[1] - whole.distance_m[0] == pytest.approx(10.0 * (end - begin), rel=1e-3)  # at 10 m/s

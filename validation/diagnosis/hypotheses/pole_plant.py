@@ -1,4 +1,4 @@
-"""Pole plants at the transitions."""
+"""Pole plants between turns."""
 
 from typing import Final
 
@@ -21,11 +21,11 @@ from sssi_exudyn.validation.diagnosis.hypothesis import (
 
 
 class PolePlants(Hypothesis):
-    """A pole planted at every transition, with the same impulse; the formula is that of ``PolePlant``."""
+    """A pole planted at or near every change of edges, with the same impulse; the formula is that of ``PolePlant``."""
 
     name = PolePlant.name
     kind = "physics"
-    caption = "a pole plant at each transition"
+    caption = "a pole plant at each change of edges"
     distinctions = (Distinction(("edge_dependent_friction",), "a force sensor in the pole, or a run without planting"),)
     _SHIFTS: Final = (-0.4, -0.2, 0.0, 0.2, 0.4)
     _TRIAL: Final = 4.0
@@ -33,14 +33,14 @@ class PolePlants(Hypothesis):
 
     def _with_plants(self, fitted: FittedRun, shift: float, forward: float, up: float) -> tuple[Model, list[str]]:
         model, owners = fitted.model, []
-        for t in fitted.transitions:
+        for t in fitted.edge_changes:
             part = PolePlant(forward, up, float(t) + shift)
             owners.append(name_in_model(model, part))
             model = add_part(model, part)
         return model, owners
 
     def probes(self, fitted: FittedRun) -> list[Probe]:
-        if not len(fitted.transitions):
+        if not len(fitted.edge_changes):
             return []
         pushes = ((self._TRIAL, 0.0), (0.0, self._TRIAL))
         return [Probe(self._with_plants(fitted, s, *push)[0], self._TRIAL) for s in self._SHIFTS for push in pushes]
