@@ -1,8 +1,8 @@
 """Skier, ski and snow: from a recorded run to forces, friction and joint moments.
 
-What the command line does stands here: ``inspect``, ``simulate``, ``fit``, ``diagnose``,
-``validate``, ``run``, ``sweep`` and ``terms``.
-They are loaded when first used, so that importing the package is quick and starts no solver.
+The commands of ``sssi`` as functions: ``inspect``, ``simulate``, ``fit``, ``diagnose``, ``validate``, ``run``,
+``sweep`` and ``terms``.  Those that write a result return its ``Summary``.  They are loaded when first used, so that
+importing the package is quick and starts no solver.
 """
 
 from __future__ import annotations

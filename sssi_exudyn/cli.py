@@ -1,7 +1,7 @@
-"""The command line: reads arguments, calls one function of ``commands`` each, prints what it gives.
+"""The command line: reads arguments, calls one function of ``commands`` each, prints its result.
 
 Exit status: 0 only when the result is whole; 2 for bad input, 1 for any other failure, 130 when interrupted.  Errors
-are one line on stderr, progress goes there too; stdout holds nothing but the result.
+are one line on stderr, where progress is shown too; stdout holds only the result.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from sssi_exudyn.core.text import one_line
 from sssi_exudyn.runtime.progress import Progress, progress_on_stderr
 
 BACKENDS = ("fastest", "compiled", "numpy", "symbolic", "python")
-"""Who evaluates the force terms: machine code, arrays, Exudyn's expressions, or the interpreter as the reference."""
+"""How the force terms are evaluated: machine code, arrays, Exudyn's expressions, or the interpreter as reference."""
 METHODS = ("joint", "paper")
-"""How friction is fitted: with the recording's nuisances along, or the paper's two parameters alone."""
+"""How friction is fitted: together with the recording's nuisance parameters, or the paper's two parameters alone."""
 
 SWEEP_VERBS = ("start", "resume", "retry", "status")
 
@@ -53,56 +53,64 @@ def parser() -> argparse.ArgumentParser:
     recorded = argparse.ArgumentParser(add_help=False)
     recorded.add_argument("folder", type=Path, metavar="FOLDER", help="the recording: a folder with recording.toml")
     written = argparse.ArgumentParser(add_help=False)
-    written.add_argument("--out", type=Path, metavar="DIR", required=True, help="folder the result is left in")
+    written.add_argument("--out", type=Path, metavar="DIR", required=True, help="folder of the result")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
 
-    inspect = commands.add_parser("inspect", parents=[common, recorded], help="what a recording holds, its problems")
-    inspect.add_argument("--out", type=Path, metavar="PICTURE", help="draw it too (.png, .svg or .pdf)")
-    _add_import(commands.add_parser("import", parents=[common], help="a recording out of files of other formats"))
-    simulate = commands.add_parser("simulate", parents=[common, recorded, written], help="one run of a model")
-    simulate.add_argument("--model", type=Path, metavar="TOML", help="the model, as a result's model.toml has it")
-    simulate.add_argument("--backend", choices=BACKENDS, default=BACKENDS[0], help="who evaluates the force terms")
-    fit = commands.add_parser("fit", parents=[common, recorded, written], help="friction that explains the GPS track")
-    fit.add_argument("--method", choices=METHODS, default=METHODS[0], help="default: %(default)s")
-    fit.add_argument("--model", type=Path, metavar="TOML", help="what else acts, such as what a diagnosis found")
-    validate = commands.add_parser(
-        "validate", parents=[common, recorded, written], help="hold a result against GPS and insoles"
+    inspect = commands.add_parser(
+        "inspect", parents=[common, recorded], help="the content of a recording, and its problems"
     )
-    validate.add_argument("--result", type=Path, metavar="DIR", required=True, help="folder of the result to judge")
+    inspect.add_argument("--out", type=Path, metavar="PICTURE", help="draw it too (.png, .svg or .pdf)")
+    _add_import(commands.add_parser("import", parents=[common], help="make a recording from files of other formats"))
+    simulate = commands.add_parser("simulate", parents=[common, recorded, written], help="simulate one run")
+    simulate.add_argument("--model", type=Path, metavar="TOML", help="the model, such as a result's model.toml")
+    simulate.add_argument("--backend", choices=BACKENDS, default=BACKENDS[0], help="how the force terms are evaluated")
+    fit = commands.add_parser("fit", parents=[common, recorded, written], help="fit friction to the GPS track")
+    fit.add_argument("--method", choices=METHODS, default=METHODS[0], help="default: %(default)s")
+    fit.add_argument(
+        "--model", type=Path, metavar="TOML", help="further force terms, such as those that a diagnosis found"
+    )
+    validate = commands.add_parser(
+        "validate", parents=[common, recorded, written], help="compare a result with GPS and insoles"
+    )
+    validate.add_argument("--result", type=Path, metavar="DIR", required=True, help="folder of the result to compare")
     diagnose = commands.add_parser(
-        "diagnose", parents=[common, written], help="what physics was left out, or which instrument is wrong"
+        "diagnose", parents=[common, written], help="find physics that the model lacks, or a faulty instrument"
     )
     diagnose.add_argument(
         "folders", type=Path, nargs="+", metavar="FOLDER", help="the recording, or several of one day"
     )
-    judged = commands.add_parser("benchmark", help="how well the program does on cases whose answers are known")
-    of = judged.add_subparsers(dest="about", metavar="WHAT", required=True)
-    blind = of.add_parser("diagnosis", parents=[common, written], help="the diagnosis, on sealed cases")
-    blind.add_argument("folders", type=Path, nargs="+", metavar="FOLDER", help="recordings whose movements are used")
+    benchmark = commands.add_parser("benchmark", help="test the diagnosis on cases with known answers")
+    of = benchmark.add_subparsers(dest="about", metavar="WHAT", required=True)
+    blind = of.add_parser("diagnosis", parents=[common, written], help="on sealed cases")
+    blind.add_argument("folders", type=Path, nargs="+", metavar="FOLDER", help="recordings to take the movements from")
     blind.add_argument("--cases", type=int, default=200, help="default: %(default)s")
     blind.add_argument("--seed", type=int, default=1, help="default: %(default)s")
-    blind.add_argument("--full", type=int, default=30, help="cases judged with the full model (%(default)s)")
-    of.add_parser(
-        "recordings", parents=[common, recorded, written], help="the diagnosis, on recordings with a truth.json"
-    )
+    blind.add_argument("--full", type=int, default=30, help="cases for the full model (%(default)s)")
+    of.add_parser("recordings", parents=[common, recorded, written], help="on recordings with a truth.json")
     commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
-    report = commands.add_parser("report", parents=[common], help="one page of a result, or of several side by side")
-    report.add_argument("results", type=Path, nargs="+", metavar="DIR", help="a folder that run left")
-    report.add_argument("--out", type=Path, metavar="FILE", required=True, help="what to write (.html or .pdf)")
+    report = commands.add_parser("report", parents=[common], help="the report of a result, or of several side by side")
+    report.add_argument("results", type=Path, nargs="+", metavar="DIR", help="folder of a result")
+    report.add_argument("--out", type=Path, metavar="FILE", required=True, help="the report (.html or .pdf)")
     _add_sweep(commands, common)
-    commands.add_parser("terms", parents=[common], help="every force term and its parameters")
-    muscles = commands.add_parser("muscles", parents=[common], help="the muscles that made a run's joint moments")
+    commands.add_parser("terms", parents=[common], help="list every force term with its parameters")
+    muscles = commands.add_parser(
+        "muscles", parents=[common], help="compute the muscle forces behind a run's joint moments"
+    )
     muscles.add_argument(
         "folder", type=Path, nargs="?", metavar="FOLDER", help="a result, or a recording, which is run first"
     )
-    muscles.add_argument("--list", action="store_true", help="every muscle with its figures, as CSV, and no run")
-    muscles.add_argument("--out", type=Path, metavar="DIR", help="folder the result is left in (a result's own)")
-    muscles.add_argument("--power", type=int, choices=(2, 3), default=2, help="of the activations (%(default)s)")
-    ski = commands.add_parser("ski", help="what concerns a ski alone")
+    muscles.add_argument("--list", action="store_true", help="list every muscle with its parameters as CSV instead")
+    muscles.add_argument("--out", type=Path, metavar="DIR", help="folder of the result (default: FOLDER itself)")
+    muscles.add_argument(
+        "--power", type=int, choices=(2, 3), default=2, help="exponent of the activations (%(default)s)"
+    )
+    ski = commands.add_parser("ski", help="work on a ski alone")
     about = ski.add_subparsers(dest="about", metavar="COMMAND", required=True)
-    identify = about.add_parser("identify", parents=[common], help="stiffness, density and damping from bench tests")
-    identify.add_argument("folder", type=Path, metavar="FOLDER", help="a folder with bench.toml and its tables")
-    identify.add_argument("--out", type=Path, metavar="TOML", help="write the ski as a file that recordings can name")
+    identify = about.add_parser(
+        "identify", parents=[common], help="identify stiffness, density and damping from bench tests"
+    )
+    identify.add_argument("folder", type=Path, metavar="FOLDER", help="folder with bench.toml and its tables")
+    identify.add_argument("--out", type=Path, metavar="TOML", help="file for the ski, which recordings can name")
     return top
 
 
@@ -133,7 +141,7 @@ def _add_import(command: argparse.ArgumentParser) -> None:
         ("--fall-line-deg", "azimuth of the fall line, clockwise from north; likewise"),
         ("--heading-deg", "azimuth of the capture's forward axis, clockwise from north; likewise"),
         ("--gps-sigma-m", "standard deviation of a horizontal fix, where the file does not have it"),
-        ("--gps-offset-s", "from the capture's first frame to the first fix, where the files' clocks do not say"),
+        ("--gps-offset-s", "from the capture's first frame to the first fix, where the files' clocks do not give it"),
     ):
         command.add_argument(option, type=float, metavar=option.rsplit("-", 1)[1], help=meaning)
 
@@ -142,23 +150,25 @@ def _add_sweep(commands: Any, common: argparse.ArgumentParser) -> None:
     """The arguments of ``sssi sweep``."""
     sweep = commands.add_parser(
         "sweep",
-        help="many runs with other parameters: FILE --out DIR, or status, resume, retry of a DIR",
+        help="run many parameter values: FILE --out DIR, or status, resume, retry of a DIR",
         usage="sssi sweep FILE --out DIR, or sssi sweep {status,resume,retry} DIR",
     )
     about = sweep.add_subparsers(dest="about", metavar="COMMAND", required=True, prog="sssi sweep")
-    doing = argparse.ArgumentParser(add_help=False)
-    doing.add_argument("--workers", type=int, metavar="N", help="processes or cluster jobs (default: one a core)")
-    doing.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="run on the workers of this Dask scheduler")
-    doing.add_argument("--cluster", choices=("local", "slurm"), help="start a Dask cluster and run there")
-    held = argparse.ArgumentParser(add_help=False)
-    held.add_argument("folder", type=Path, metavar="DIR", help="the sweep's folder")
-    start = about.add_parser("start", parents=[common, doing], help="do a sweep, or go on with it")
-    start.add_argument("file", type=Path, metavar="FILE", help="what is swept, a TOML file")
-    start.add_argument("--out", type=Path, metavar="DIR", required=True, help="folder the result is left in")
-    about.add_parser("status", parents=[common, held], help="how far a sweep is")
-    about.add_parser("resume", parents=[common, doing, held], help="go on with a sweep")
-    retry = about.add_parser("retry", parents=[common, doing, held], help="go on, and do failed runs again")
-    retry.add_argument("--failed", action="store_true", required=True, help="the runs to do again")
+    running = argparse.ArgumentParser(add_help=False)
+    running.add_argument("--workers", type=int, metavar="N", help="processes or cluster jobs (default: one a core)")
+    running.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="run on the workers of this Dask scheduler")
+    running.add_argument("--cluster", choices=("local", "slurm"), help="start a Dask cluster and run there")
+    started = argparse.ArgumentParser(add_help=False)
+    started.add_argument("folder", type=Path, metavar="DIR", help="the sweep's folder")
+    start = about.add_parser("start", parents=[common, running], help="start or continue a sweep")
+    start.add_argument("file", type=Path, metavar="FILE", help="the sweep's TOML file")
+    start.add_argument("--out", type=Path, metavar="DIR", required=True, help="folder of the sweep")
+    about.add_parser("status", parents=[common, started], help="show the progress of a sweep")
+    about.add_parser("resume", parents=[common, running, started], help="continue a sweep")
+    retry = about.add_parser(
+        "retry", parents=[common, running, started], help="continue a sweep and repeat its failed runs"
+    )
+    retry.add_argument("--failed", action="store_true", required=True, help="repeat failed runs")
 
 
 def _status(options: argparse.Namespace) -> int:
@@ -169,7 +179,7 @@ def _status(options: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         return _failed(options, 130, "interrupted; resume with the same command")
     except BrokenPipeError:
-        # Whoever read stdout has seen enough (sssi terms | head).  Python flushes once more at exit: not into the pipe.
+        # The reader of stdout has closed it (sssi terms | head).  Python flushes once more at exit: not into the pipe.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except InputError as error:
@@ -182,12 +192,12 @@ def _status(options: argparse.Namespace) -> int:
                 options, 1, "Exudyn needs the OpenGL library libGL.so.1; on Debian: sudo apt-get install libgl1"
             )
         fault = one_line(f"{type(error).__name__}: {error}", 500)
-        return _failed(options, 1, f"{fault}; this is a fault of the program, --debug shows where")
+        return _failed(options, 1, f"{fault}; this is a bug of the program, --debug shows where")
     return 0
 
 
 def _call(options: argparse.Namespace) -> str:
-    """Call the command; what it gives, as text for stdout."""
+    """Call the command; its result as text for stdout."""
     # Here, so that --help and --version answer at once.
     from sssi_exudyn.runtime.exudyn_build import take_fast_build
 
@@ -211,8 +221,8 @@ def _call(options: argparse.Namespace) -> str:
             from sssi_exudyn.recording.inspection import format_inspection
 
             given = {entry.name: getattr(options, entry.name) for entry in fields(Answers)}
-            made = commands.import_files(options.files, options.out, Answers(**given))
-            return to_json(made) if options.json else format_inspection(made)
+            inspection = commands.import_files(options.files, options.out, Answers(**given))
+            return to_json(inspection) if options.json else format_inspection(inspection)
         case "terms":
             rows = commands.terms()
             return to_json(rows) if options.json else format_table(rows)
@@ -258,8 +268,8 @@ def _call(options: argparse.Namespace) -> str:
             if len(options.folders) > 1:
                 day = commands.diagnose_day(options.folders, options.out, progress=progress)
                 return to_json(day) if options.json else f"{day['sentence']}\n"
-            told = commands.diagnose(options.folders[0], options.out, progress=progress)
-            return to_json(told) if options.json else f"{told['verdict']}: {told['sentence']}\n"
+            diagnosis = commands.diagnose(options.folders[0], options.out, progress=progress)
+            return to_json(diagnosis) if options.json else f"{diagnosis['verdict']}: {diagnosis['sentence']}\n"
         case "report":
             written = commands.report(options.results, options.out)
             return to_json({"report": str(written)}) if options.json else f"{written}\n"

@@ -93,7 +93,7 @@ def test_arguments_arrive_as_paths_and_words(behind: Callable[..., None]) -> Non
         (InputError("gps.csv", "line 7", "not a number", "correct it"), 2, "gps.csv: line 7: not a number; correct it"),
         (SimulationDiverged(1.25, "penetration"), 1, "diverged at 1.250 s: penetration"),
         (KeyboardInterrupt(), 130, "resume with the same command"),
-        (ZeroDivisionError("division by zero"), 1, "a fault of the program"),
+        (ZeroDivisionError("division by zero"), 1, "a bug of the program"),
         (
             ImportError("Tried, in order:\n  exudynCPP: libGL.so.1: cannot open shared object file"),
             1,

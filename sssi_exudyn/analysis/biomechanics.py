@@ -1,7 +1,7 @@
-"""What a coach and a biomechanist read from a run: kinematics and kinetics, sample by sample, by turn and by phase.
+"""Kinematics and kinetics of a run: sample by sample, by turn and by phase.
 
 Definitions are the paper's ("Quantitative analysis of turning technique").  Angles between directions are taken in the
-snow's plane.  Seen from a turn, the inside is where its centre lies; the outside ski is the left one in a right turn.
+snow's plane.  Of a turn, the inside is where its centre lies; the outside ski is the left one in a right turn.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from sssi_exudyn.simulation.result import SIDES, SimulationResult
 
 Mask = NDArray[np.bool_]
 WHOLE: Final = "turn"
-"""What stands in place of a phase for the whole turn."""
+"""In place of a phase: the whole turn."""
 FORCE_CUTOFF: Final = 6.0
-"""Hz; the paper filters measured foot loads so, and looks for the crossing of the simulated ones as it does of them."""
+"""Hz; the paper filters measured foot loads so.  Simulated ones are filtered alike before their crossing is sought."""
 RESIDUAL_MOMENT: Final = {"peak": (50.0, 75.0), "rms": (30.0, 50.0)}
 """N m below which a residual moment is good, and below which it is okay: OpenSim's user guide on residual reduction
 ("Evaluating your results"; Hicks et al. 2015 give the same)."""
@@ -69,9 +69,9 @@ def technique(result: SimulationResult) -> Technique:
     foot_speed = np.linalg.norm(result.foot_velocity[..., :2], axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         way = np.where(speed[:, None] > STANDING_SPEED, going / speed[:, None], np.nan)
-    steering = _turn(result.foot_velocity[..., :2], forward)
+    steering = _angle_between(result.foot_velocity[..., :2], forward)
     steering[foot_speed < STANDING_SPEED] = np.nan
-    load = _filtered(result.time, result.foot_load)
+    load = _lowpass(result.time, result.foot_load)
     pressing = np.maximum(load, 0.0)
     total = pressing.sum(axis=1)
     weight = np.divide(pressing, total[:, None], out=np.full_like(pressing, np.nan), where=total[:, None] > 0.0)
@@ -80,14 +80,14 @@ def technique(result: SimulationResult) -> Technique:
     aside = -arm[:, 0] * way[:, 1] + arm[:, 1] * way[:, 0]
     return Technique(
         speed=np.linalg.norm(result.com_velocity, axis=1),
-        ski_angle=_turn(forward[:, 0], forward[:, 1]),
+        ski_angle=_angle_between(forward[:, 0], forward[:, 1]),
         steering_angle=steering,
         inclination=np.arctan2(aside, arm[:, 2]),
         offset=np.einsum("nsk,nsk->ns", result.com[:, None, :2] - result.foot_position[..., :2], left_normal),
         load=load,
         share=weight,
         total_force=total,
-        snow_force=np.linalg.norm(_filtered(result.time, result.snow_force), axis=-1),
+        snow_force=np.linalg.norm(_lowpass(result.time, result.snow_force), axis=-1),
     )
 
 
@@ -135,12 +135,12 @@ def biomechanics(result: SimulationResult, skier_mass: float) -> Biomechanics:
     skier_mass : kg without boots and skis; joint moments count per kg of it, forces per its weight, as in the paper
     """
     turns = find_turns(result.time, result.com)
-    seen = technique(result)
+    skiing = technique(result)
     rows = []
     for number, turn in enumerate(turns.turns, 1):
         for phase, (begin, end) in {WHOLE: (turn.start, turn.end), **turn.phases}.items():
-            of = (result.time >= begin) & (result.time <= end)
-            if np.count_nonzero(of) < 3:
+            within = (result.time >= begin) & (result.time <= end)
+            if np.count_nonzero(within) < 3:
                 continue
             row: dict[str, Any] = {
                 "turn": number,
@@ -150,15 +150,15 @@ def biomechanics(result: SimulationResult, skier_mass: float) -> Biomechanics:
                 "start_s": begin,
                 "end_s": end,
                 "duration_s": end - begin,
-                **_of_path(result, seen, of, turn),
-                **_of_forces(seen, of, turn, skier_mass),
-                **_of_joints(result, of, turn, skier_mass),
-                **_of_work(result, of),
+                **_path_figures(result, skiing, within, turn),
+                **_force_figures(skiing, within, turn, skier_mass),
+                **_joint_figures(result, within, turn, skier_mass),
+                **_work_figures(result, within),
             }
             if phase == WHOLE:
-                row |= _of_shifts(result, seen, turns, turn)
+                row |= _shift_figures(result, skiing, turns, turn)
             rows.append(row)
-    return Biomechanics(turns, seen, pd.DataFrame(rows))
+    return Biomechanics(turns, skiing, pd.DataFrame(rows))
 
 
 def label_turns(series: pd.DataFrame, turns: Turns) -> pd.DataFrame:
@@ -296,13 +296,13 @@ def _spread(rows: pd.DataFrame, names: tuple[str, ...]) -> dict[str, Spread]:
     }
 
 
-def _turn(first: Array, second: Array) -> Array:
+def _angle_between(first: Array, second: Array) -> Array:
     """Angle (…) from ``first`` (…, 2) to ``second`` (…, 2), anticlockwise, in (−π, π]."""
     cross = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
     return np.asarray(np.arctan2(cross, np.sum(first * second, axis=-1)))
 
 
-def _filtered(time: Array, values: Array) -> Array:
+def _lowpass(time: Array, values: Array) -> Array:
     """``values`` (n, …) without what is faster than ``FORCE_CUTOFF``; the steps of a run are even but for those that
     the solver had to cut.
     """
@@ -319,15 +319,15 @@ def _sides(turn: Turn) -> Iterator[tuple[str, int]]:
     yield "inside", 1 - outside
 
 
-def _of_path(result: SimulationResult, seen: Technique, of: Mask, turn: Turn) -> dict[str, float]:
+def _path_figures(result: SimulationResult, skiing: Technique, rows: Mask, turn: Turn) -> dict[str, float]:
     inwards = 1.0 if turn.side == "left" else -1.0
-    steering = np.degrees(np.abs(seen.steering_angle[of]))
-    inside = inwards * seen.offset[of] > 0.0
-    lean = np.degrees(inwards * seen.inclination[of])
+    steering = np.degrees(np.abs(skiing.steering_angle[rows]))
+    inside = inwards * skiing.offset[rows] > 0.0
+    lean = np.degrees(inwards * skiing.inclination[rows])
     row = {
-        "mean_speed_mps": float(np.mean(seen.speed[of])),
-        "turn_radius_m": radius(result.com[of]),
-        "ski_angle_mean_deg": float(np.mean(np.abs(np.degrees(seen.ski_angle[of])))),
+        "mean_speed_mps": float(np.mean(skiing.speed[rows])),
+        "turn_radius_m": radius(result.com[rows]),
+        "ski_angle_mean_deg": float(np.mean(np.abs(np.degrees(skiing.ski_angle[rows])))),
         "steering_angle_mean_deg": float(np.nanmean(steering)),
         "steering_angle_peak_deg": float(np.nanmax(steering)),
         "inclination_mean_deg": float(np.nanmean(lean)),
@@ -336,7 +336,7 @@ def _of_path(result: SimulationResult, seen: Technique, of: Mask, turn: Turn) ->
         "com_inside_one_share": float(np.mean(inside.sum(axis=1) == 1)),
     }
     for name, side in _sides(turn):
-        edge = np.degrees(np.abs(result.edge_angle[of, side]))
+        edge = np.degrees(np.abs(result.edge_angle[rows, side]))
         row |= {
             f"steering_angle_{name}_mean_deg": float(np.nanmean(steering[:, side])),
             f"edge_angle_{name}_mean_deg": float(np.mean(edge)),
@@ -345,11 +345,11 @@ def _of_path(result: SimulationResult, seen: Technique, of: Mask, turn: Turn) ->
     return row
 
 
-def _of_forces(seen: Technique, of: Mask, turn: Turn, mass: float) -> dict[str, float]:
+def _force_figures(skiing: Technique, rows: Mask, turn: Turn, mass: float) -> dict[str, float]:
     outside = dict(_sides(turn))["outside"]
-    weights = seen.total_force[of] / (mass * GRAVITY)
-    share = seen.share[of, outside]
-    whole = seen.snow_force[of]
+    weights = skiing.total_force[rows] / (mass * GRAVITY)
+    share = skiing.share[rows, outside]
+    whole = skiing.snow_force[rows]
     return {
         "outside_force_share": float(np.nanmean(share)) if np.any(np.isfinite(share)) else float("nan"),
         "outside_snow_force_share": float(np.sum(whole[:, outside]) / np.sum(whole)) if np.any(whole) else float("nan"),
@@ -359,7 +359,7 @@ def _of_forces(seen: Technique, of: Mask, turn: Turn, mass: float) -> dict[str, 
     }
 
 
-def _of_joints(result: SimulationResult, of: Mask, turn: Turn, mass: float) -> dict[str, float]:
+def _joint_figures(result: SimulationResult, rows: Mask, turn: Turn, mass: float) -> dict[str, float]:
     """Mean, least and largest of every angle (deg) and moment (N m/kg); legs and arms as outside and inside."""
     row: dict[str, float] = {}
     named = {f"_{SIDES[side][0]}": f"_{name}" for name, side in _sides(turn)}
@@ -371,26 +371,26 @@ def _of_joints(result: SimulationResult, of: Mask, turn: Turn, mass: float) -> d
 
     for index, name in enumerate(result.coordinate_names):
         if name in result.moment_names:
-            add(name, np.degrees(result.coordinates[of, index]), "", "deg")
+            add(name, np.degrees(result.coordinates[rows, index]), "", "deg")
     for index, name in enumerate(result.moment_names):
-        add(name, result.joint_moments[of, index] / mass, "moment_", "Nm_per_kg")
+        add(name, result.joint_moments[rows, index] / mass, "moment_", "Nm_per_kg")
     return row
 
 
-def _of_work(result: SimulationResult, of: Mask) -> dict[str, float]:
-    time = result.time[of]
-    work = {name: float(energy[of][-1] - energy[of][0]) for name, energy in result.energy.items()}
+def _work_figures(result: SimulationResult, rows: Mask) -> dict[str, float]:
+    time = result.time[rows]
+    work = {name: float(energy[rows][-1] - energy[rows][0]) for name, energy in result.energy.items()}
     row = {f"work_{name}_J": value for name, value in work.items()}
     return row | {f"power_{name}_W": value / float(time[-1] - time[0]) for name, value in work.items()}
 
 
-def _of_shifts(result: SimulationResult, seen: Technique, turns: Turns, turn: Turn) -> dict[str, float]:
+def _shift_figures(result: SimulationResult, skiing: Technique, turns: Turns, turn: Turn) -> dict[str, float]:
     """Shift of posture and of load at the transition into ``turn``; NaN where there is none before it."""
     before = any(other.end == turn.start for other in turns.turns)
     none = Shift(float("nan"), float("nan"))
     left, right = (result.coordinates[:, result.coordinate_names.index(f"hip_flexion_{side}")] for side in "lr")
     posture = shift(result.time, left - right, turn) if before else none
-    force = shift(result.time, seen.load[:, 0] - seen.load[:, 1], turn) if before else none
+    force = shift(result.time, skiing.load[:, 0] - skiing.load[:, 1], turn) if before else none
     return {
         "postural_shift_s": posture.after,
         "postural_shift_percent": posture.percent,

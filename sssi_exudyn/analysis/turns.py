@@ -2,7 +2,7 @@
 
 A turn is delimited by two transitions, where the turn's radius is largest (paper, "Quantitative analysis"): the course
 over ground has an extremum there.  Extrema count when the course changes by ``LEAST_ANGLE`` on both of their sides, so
-that what a noisy track wags does not.  Where the skier goes straight for longer than ``LONGEST_TRANSITION`` between two
+that noise of a track makes no turn.  Where the skier goes straight for longer than ``LONGEST_TRANSITION`` between two
 turns, a traverse lies between them and the turns end where it begins.  Initiation, control and completion are three
 equal parts of a turn.
 """
@@ -26,9 +26,9 @@ Side = Literal["left", "right"]
 PHASES: Final = ("initiation", "control", "completion")
 
 RATE: Final = 50.0
-"""Hz at which course and speed are looked at."""
+"""Hz at which course and speed are sampled."""
 CUTOFF: Final = 1.5
-"""Hz; the quickest slalom turns last 0.7 s, so that two of them go with 0.7 Hz."""
+"""Hz; the quickest slalom turns last 0.7 s, two of them 1.4 s, which is 0.7 Hz."""
 LEAST_ANGLE: Final = np.radians(20.0)
 """Change of course that makes a turn; a traverse that drifts makes less."""
 STRAIGHT: Final = 0.2
@@ -134,7 +134,7 @@ def find_turns(time: Array, path: Array) -> Turns:
 
 
 def turns_of_course(time: Array, course: Array, speed: Array) -> Turns:
-    """Turns where what is known is the course, for instance the sum of a phone's yaw rates.
+    """Turns of a known course, for instance the integral of a phone's yaw rate.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def _turns(time: Array, course: Array, speed: Array) -> Turns:
 
 
 def _falls(time: Array, speed: Array) -> Iterator[Stretch]:
-    """Where the speed breaks down faster than any skid takes it away; until the skier goes on, or to the end."""
+    """Where the speed falls faster than in any skid; until the skier moves again, or to the end."""
     slowing = -np.gradient(speed, 1.0 / RATE) > FALL_DECELERATION
     for first, last in _runs(slowing):
         if time[last] - time[first] >= FALL_TIME and speed[first] - speed[last] >= FALL_SPEED:
@@ -226,7 +226,7 @@ def _turns_of_run(time: Array, course: Array) -> tuple[list[Turn], list[Stretch]
     rate = np.gradient(course, time)
     bounds = _extrema(course)
     pieces = [(a, b) for a, b in pairwise(bounds) if abs(course[b] - course[a]) >= LEAST_ANGLE]
-    turning = [piece for a, b in pieces for piece in _parted(rate, a, b)]
+    turning = [piece for a, b in pieces for piece in _split_at_traverses(rate, a, b)]
     turning = [(a, b) for a, b in turning if abs(course[b] - course[a]) >= LEAST_ANGLE]
     ends = [_active(rate, a, b) for a, b in turning]
     turns: list[Turn] = []
@@ -267,8 +267,8 @@ def _extrema(course: Array) -> list[int]:
     return sorted({0, len(course) - 1, *map(int, high), *map(int, low)})
 
 
-def _parted(rate: Array, first: int, last: int) -> list[tuple[int, int]]:
-    """A change of course to one side, parted where the skier goes straight for long in its middle: two turns to the
+def _split_at_traverses(rate: Array, first: int, last: int) -> list[tuple[int, int]]:
+    """A change of course to one side, split where the skier goes straight for long in its middle: two turns to the
     same side with a traverse between them.
     """
     quick = np.abs(rate[first : last + 1]) > STRAIGHT * np.max(np.abs(rate[first : last + 1]))

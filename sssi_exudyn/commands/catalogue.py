@@ -1,4 +1,4 @@
-"""``sssi terms`` and ``sssi ski identify``: what the program knows without a run."""
+"""``sssi terms`` and ``sssi ski identify``: what needs no run."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def terms() -> list[dict[str, str | float]]:
 
 
 def identify(folder: Path, out: Path | None = None) -> list[dict[str, str | float]]:
-    """What bench tests say of a ski, a row a number with its 95 % interval; the ski itself to the file ``out`` if
-    given.
+    """A ski's stiffness, density and damping from bench tests, a row a number with its 95 % interval; the ski itself is
+    written to the file ``out`` if given.
     """
     found = identify_ski(read_measurements(folder))
     if out is not None:

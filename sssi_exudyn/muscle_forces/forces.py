@@ -27,7 +27,7 @@ from sssi_exudyn.muscle_forces.static_optimisation import optimise
 MUSCLED: Final = tuple(name for name in PRESCRIBED if name.startswith(("hip_", "knee_", "ankle_", "lumbar_")))
 """The coordinates whose moments muscles make."""
 LACKS: Final = 1.0
-"""N m of reserve from which on a joint is said to lack strength."""
+"""N m of reserve from which on a joint lacks strength."""
 _CROSSED: Final = (*MUSCLED, *(name for name in PRESCRIBED if name.startswith("arm_")))
 """The coordinates that lengthen the muscles."""
 _UPPER: Final = ("L5", "L4", "L3", "L2", "L1", "torso", "humerus_r", "humerus_l")
@@ -43,7 +43,7 @@ JOINTS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
     },
     "L5_S1": ("torso", _UPPER),
 }
-"""The joints whose load is told: the chain's segment beyond, and the muscles' bones beyond."""
+"""The joints with a contact force: the chain's segment beyond, and the muscles' bones beyond."""
 _STRETCH: Final = 512
 """Instants of which everything is kept at once."""
 
@@ -128,7 +128,7 @@ def _stretch(
 
 
 def _contact(skier: SkierMuscles, stance: Stance, paths: Paths, force: Array, joint_force: Array) -> Array:
-    """(n, 7, 3) N: what is left of the force through each joint when the muscles' part of it is taken off."""
+    """(n, 7, 3) N: the force through each joint less the muscles' part of it."""
     pulled = np.einsum("nmgk,nm->ngk", paths.pull, force)
     for side in "rl":
         pulled[:, list(JOINTS).index(f"knee_{side}")] += _ligament(skier, stance, paths, force, side)

@@ -73,7 +73,7 @@ def muscles_of(run: StoredRun, folder: Path, power: int = 2) -> MuscleRun:
 def joint_forces(run: StoredRun, parts: Parts, angles: Array, rates: Array, accelerations: Array) -> Array:
     """(n, 21, 3) N in the pelvis' axes that each segment gets from its parent.
 
-    What beyond the joint has to be accelerated and held against gravity, less what other forces do there: each ski's
+    What beyond the joint has to be accelerated and supported against gravity, less the other forces there: each ski's
     snow force without what its own mass takes of it, and the air's drag, shared out by frontal area.
     """
     assert run.geometry is not None
@@ -100,7 +100,7 @@ def joint_forces(run: StoredRun, parts: Parts, angles: Array, rates: Array, acce
 
 
 def _beyond(exposed: tuple[str, ...]) -> Iterator[tuple[str, list[str]]]:
-    """Each segment whose joint's load is told, and the exposed segments beyond that joint."""
+    """Each segment whose joint has a contact force, and the exposed segments beyond that joint."""
     for letter in "lr":
         leg = [f"{name}_{letter}" for name in ("femur", "tibia", "talus", "calcn", "toes")]
         for k, bearer in enumerate(leg[:3]):

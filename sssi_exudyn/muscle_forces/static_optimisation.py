@@ -130,6 +130,6 @@ class _Programme:
             osqp.SolverStatus.OSQP_SOLVED,
             osqp.SolverStatus.OSQP_SOLVED_INACCURATE,  # least by a little less than was asked
         ):
-            raise SssiError(f"no activations at sample {instant}: the solver says {found.info.status}")
+            raise SssiError(f"no activations at sample {instant}: the solver's status is {found.info.status}")
         x = np.array(found.x, dtype=np.float64)
         return np.clip(x[: self.muscles], LEAST, 1.0), x[self.muscles :] * _UNIT

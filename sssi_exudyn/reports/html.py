@@ -107,7 +107,7 @@ def grid(rows: Sequence[Sequence[str]]) -> str:
 
 
 def figure(svg: str, caption: str) -> str:
-    """A plot with its caption, which is its text for whoever does not see it too."""
+    """A plot with its caption, which is also its text for screen readers."""
     picture = plots.with_label(svg, caption)
     return f"<figure>\n{picture}\n<figcaption>{escape(caption)}.</figcaption>\n</figure>\n"
 

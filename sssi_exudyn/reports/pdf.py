@@ -1,4 +1,4 @@
-"""The report as a PDF: the page's sentences, tables and figures on paper; what moves stays on the page."""
+"""The report as a PDF: the page's sentences, tables and figures on paper; the replay is left to the page."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def _add_caption(paper: _Paper, caption: str) -> None:
 
 
 def _add_grid(paper: _Paper, rows: Sequence[Sequence[str]]) -> None:
-    """A table; where it does not fit it goes on on the next page, below its headline again."""
+    """A table; its headline is repeated where it continues on the next page."""
     if len(rows) < 2:
         return
     size = 8.0 if len(rows[0]) <= _MANY else 7.0
@@ -205,8 +205,8 @@ def _add_grid(paper: _Paper, rows: Sequence[Sequence[str]]) -> None:
 
 
 def _column_edges(rows: Sequence[Sequence[str]], size: float) -> list[float]:
-    """Where the columns begin and the last one ends, of the table's width: each as wide as its longest cell.  What is
-    left goes to the first column; what is missing is taken from the widest one at a time.
+    """Where the columns begin and the last one ends, of the table's width: each as wide as its longest cell.  Spare
+    width goes to the first column; missing width is taken from the widest one.
     """
     letters = int(_LETTERS / size)
     widths = [max(len(row[k]) for row in rows) + 3 for k in range(len(rows[0]))]

@@ -64,7 +64,7 @@ def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: flo
 
 
 def with_label(drawn: str, text: str) -> str:
-    """The picture with its text for whoever does not see it."""
+    """The picture with its text for screen readers."""
     return drawn.replace("<svg ", f'<svg role="img" aria-label="{escape(text)}" ', 1)
 
 

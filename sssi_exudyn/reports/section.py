@@ -1,4 +1,4 @@
-"""What a report is made of: sections of blocks, which a page and a printed document show alike."""
+"""Sections of blocks, of which a report consists; a page and a printed document show them alike."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes of several: ``title`` stands above it, ``alt`` describes it to whoever does not see it."""
+    """One pair of axes of several: ``title`` stands above it, ``alt`` describes it for screen readers."""
 
     title: str
     alt: str

@@ -1,4 +1,4 @@
-"""Results in plain words, with their figures."""
+"""Results in sentences, with their figures."""
 
 from __future__ import annotations
 

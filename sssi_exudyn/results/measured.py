@@ -1,6 +1,4 @@
-"""What a recording's instruments say, as one table that goes with a result, so that it can be drawn without the
-recording.
-"""
+"""The measurements of GPS and insoles as one table of a result, so that a report needs no recording."""
 
 from __future__ import annotations
 
@@ -11,9 +9,9 @@ from sssi_exudyn.recording.instruments.insoles import Insoles
 
 
 def measured_table(gps: Gps | None, insoles: Insoles | None) -> pd.DataFrame | None:
-    """One row an instant at which an instrument said something, in the order of time; None where there is none.
+    """One row an instant at which an instrument measured, in the order of time; None where there is none.
 
-    Columns, NaN where that instrument is silent: ``time_s``, ``gps_east_m``, ``gps_north_m``, ``gps_up_m``,
+    Columns, NaN where that instrument has no sample: ``time_s``, ``gps_east_m``, ``gps_north_m``, ``gps_up_m``,
     ``gps_sigma_m``, ``left_insole_N``, ``right_insole_N``.
     """
     tables = []

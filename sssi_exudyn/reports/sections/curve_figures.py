@@ -59,7 +59,7 @@ def figure_5(runs: Runs) -> Section:
         panels.append(_curves(f"{words} (°)", series, cycles))
     return figure_section(
         "Figure 5: joint angles over two linked turns",
-        f"Positive is what each panel is called. {_what_is_shown(runs, cycles)}",
+        f"Positive is what each panel is called. {_pairs_of_turns(runs, cycles)}",
         tuple(panels),
         (*_of_runs(runs), *_of_sides()),
         3.3,
@@ -85,7 +85,7 @@ def figure_7(runs: Runs) -> Section:
     return figure_section(
         "Figure 7: ski-snow contact forces over two linked turns",
         "The snow's normal force on each ski over the skier's body weight; vertical lines are transitions, dashed "
-        f"ones the bounds of the phases. {_what_is_shown(runs, cycles)}",
+        f"ones the bounds of the phases. {_pairs_of_turns(runs, cycles)}",
         tuple(panels),
         (*_of_runs(runs), *_of_sides()),
         4.6,
@@ -106,7 +106,7 @@ def figure_8(runs: Runs) -> Section:
     return figure_section(
         "Figure 8: joint moments over two linked turns",
         "Positive is what each panel is called, a kilogram of the skier; diamonds are spikes at the transition between "
-        f"the turns. {_what_is_shown(runs, cycles)}",
+        f"the turns. {_pairs_of_turns(runs, cycles)}",
         tuple(panels),
         (*_of_runs(runs), *_of_sides()),
         3.3,
@@ -145,8 +145,8 @@ def _curves(
         axes.margins(x=0.01)
         axes.set(xlabel="time (s)")
 
-    said = "; ".join(f"{name} {np.min(c.mean):.2g} to {np.max(c.mean):.2g}" for _, _, name, c in curves)
-    return Panel(title, said, draw)
+    ranges = "; ".join(f"{name} {np.min(c.mean):.2g} to {np.max(c.mean):.2g}" for _, _, name, c in curves)
+    return Panel(title, ranges, draw)
 
 
 def spikes(time: Array, values: Array, cycle: Cycle) -> list[int]:
@@ -177,9 +177,9 @@ def _of_sides() -> tuple[Key, ...]:
     return Key(None, RIGHT, "right"), Key(None, LEFT, "left")
 
 
-def _what_is_shown(runs: Runs, cycles: Sequence[Cycle]) -> str:
+def _pairs_of_turns(runs: Runs, cycles: Sequence[Cycle]) -> str:
     """How many pairs of turns a mean is over."""
-    told = [
+    lines = [
         f"{run.name}: mean and standard deviation over {len(cycle.pairs)} pairs, {cycle.pairs[0][0].side} turn first"
         if len(cycle.pairs) > 1
         else f"{run.name}: one pair of turns, {cycle.pairs[0][0].side} turn first"
@@ -187,4 +187,4 @@ def _what_is_shown(runs: Runs, cycles: Sequence[Cycle]) -> str:
         else f"{run.name}: the whole run, for want of two linked turns"
         for run, cycle in zip(runs, cycles, strict=True)
     ]
-    return "; ".join(told)
+    return "; ".join(lines)

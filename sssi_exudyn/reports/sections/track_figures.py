@@ -25,7 +25,7 @@ _INSTANTS: Final = 12
 
 
 def figure_4(runs: Runs) -> Section:
-    by_run = [_against_measured(run) for run in runs]
+    by_run = [_panels_of(run) for run in runs]
     panels = [each[kind] for kind in _KINDS for each in by_run if kind in each]
     return figure_section(
         "Figure 4: simulated and measured",
@@ -38,7 +38,7 @@ def figure_4(runs: Runs) -> Section:
     )
 
 
-def _against_measured(run: StoredRun) -> dict[str, Panel]:
+def _panels_of(run: StoredRun) -> dict[str, Panel]:
     """A panel for each of ``_KINDS`` that something was measured for."""
     if run.measured is None:
         return {}
@@ -94,7 +94,7 @@ def figure_6(runs: Runs) -> Section:
             run.name,
             "path of the centre of mass seen from above, with skis, hips and shoulders at even times, "
             f"from {cycle.shown[0]:.1f} s to {cycle.shown[1]:.1f} s",
-            _seen_from_above(run, cycle),
+            _draw_from_above(run, cycle),
         )
         for run, cycle in zip(runs, cycles, strict=True)
         if run.geometry is not None
@@ -115,7 +115,7 @@ def figure_6(runs: Runs) -> Section:
     )
 
 
-def _seen_from_above(run: StoredRun, cycle: Cycle) -> Callable[[Axes], None]:
+def _draw_from_above(run: StoredRun, cycle: Cycle) -> Callable[[Axes], None]:
     begin, end = cycle.shown
     turns = max(1, sum(begin <= turn.start and turn.end <= end for turn in cycle.turns.turns))
     times = np.linspace(begin, end, _INSTANTS * turns + 1)
