@@ -1,0 +1,236 @@
+"""Effects that cases conceal: what each adds to the world, drawn at a size.
+
+What acts for a while or at a place has another shape than its hypothesis (ramps, smooth steps, half sines); what acts
+all the time is the same law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.contact.terms.friction_corrections import (
+    EdgeDependentFriction,
+    LoadDependentFriction,
+    SnowCompaction,
+    SpeedDependentFriction,
+)
+from sssi_exudyn.contact.terms.wind import DragArea, Wind
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor
+from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.validation.benchmark.concealed_terms import (
+    OneSkiSlow,
+    WorldBump,
+    WorldGust,
+    WorldPatch,
+    WorldPole,
+    WorldPush,
+    WorldSlope,
+)
+from sssi_exudyn.validation.diagnosis.hypotheses.boot_cuff import LoadOnCuffs
+from sssi_exudyn.validation.diagnosis.hypotheses.drag_area import OtherDragArea
+from sssi_exudyn.validation.diagnosis.hypotheses.edge_dependent_friction import FrictionByEdge
+from sssi_exudyn.validation.diagnosis.hypotheses.gps_delay import GpsDelay
+from sssi_exudyn.validation.diagnosis.hypotheses.gps_jump import DisplacedFixes
+from sssi_exudyn.validation.diagnosis.hypotheses.gust import PassingGust
+from sssi_exudyn.validation.diagnosis.hypotheses.heading_drift import DriftingHeading
+from sssi_exudyn.validation.diagnosis.hypotheses.heading_misalignment import HeadingMisalignment
+from sssi_exudyn.validation.diagnosis.hypotheses.insole_gain import WrongInsoleGain
+from sssi_exudyn.validation.diagnosis.hypotheses.lever_arm import OtherLeverArm
+from sssi_exudyn.validation.diagnosis.hypotheses.load_dependent_friction import FrictionByLoad
+from sssi_exudyn.validation.diagnosis.hypotheses.pole_plant import PolePlants
+from sssi_exudyn.validation.diagnosis.hypotheses.slope_change import OtherInclination
+from sssi_exudyn.validation.diagnosis.hypotheses.snow_compaction import CompactedSnow
+from sssi_exudyn.validation.diagnosis.hypotheses.snow_patch import PatchOfSnow
+from sssi_exudyn.validation.diagnosis.hypotheses.speed_dependent_friction import FrictionBySpeed
+from sssi_exudyn.validation.diagnosis.hypotheses.terrain_bump import RollOrDip
+from sssi_exudyn.validation.diagnosis.hypotheses.wind import SteadyWind
+
+
+@dataclass
+class Effect:
+    """What a case conceals, as it is put together."""
+
+    terms: tuple[Term, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
+    delay: float = 0.0
+    heading: float = 0.0
+    window: tuple[float, float] | None = None
+    truth: dict[str, float] | None = None
+
+
+Maker = Callable[[np.random.Generator, float, "PlainRun"], Effect]
+
+
+@dataclass(frozen=True)
+class PlainRun:
+    """A run with nothing concealed: begin, end and transitions (s), mean speed (m/s), and the place along the fall line
+    (m) at a time.
+    """
+
+    begin: float
+    end: float
+    speed: float
+    transitions: Array
+    place_at: Callable[[float], float]
+
+    def stretch(self, rng: np.random.Generator, least: float, most: float) -> tuple[float, float]:
+        long = float(rng.uniform(least, most))
+        t0 = float(rng.uniform(self.begin + 0.7, max(self.begin + 0.8, self.end - 1.0 - long)))
+        return t0, t0 + long
+
+
+def _sign(rng: np.random.Generator) -> float:
+    return float(rng.choice([-1.0, 1.0]))
+
+
+def _wind(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    f, l = -2.5 * size * _sign(rng), float(rng.normal(0.0, 1.0))  # noqa: E741  the slope frame's name of the axis
+    return Effect((Wind(f, l),), truth={"w_f": f})
+
+
+def _gust(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    window = plain.stretch(rng, 1.5, 3.0)
+    turn = rng.uniform(0.0, 2.0 * np.pi)
+    f, l = 4.0 * size * np.cos(turn), 4.0 * size * np.sin(turn)  # noqa: E741  the slope frame's name of the axis
+    return Effect((WorldGust(float(f), float(l), *window),), window=window, truth={"w_f": float(f), "w_l": float(l)})
+
+
+def _drag(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    share = 0.35 * size * (1.0 if size > 1.0 else _sign(rng))
+    return Effect((DragArea(share),), truth={"share": share})
+
+
+def _patch(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    t0, t1 = plain.stretch(rng, 1.5, 3.0)
+    delta = 0.025 * size
+    patch = WorldPatch(delta, plain.place_at(t0), plain.place_at(t1))
+    return Effect((patch,), window=(t0, t1), truth={"delta_mu_t": delta})
+
+
+def _speed(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    b = 0.005 * size
+    return Effect((SpeedDependentFriction(b, plain.speed),), truth={"b": b})
+
+
+def _edge(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    return Effect((EdgeDependentFriction(0.08 * size, 0.3),), truth={"b": 0.08 * size})
+
+
+def _load(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    return Effect((LoadDependentFriction(0.03 * size, 400.0),), truth={"b": 0.03 * size})
+
+
+def _compaction(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    return Effect((SnowCompaction(5e3 * size),), truth={"c": 5e3 * size})
+
+
+def _slope(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    t0 = float(rng.uniform(plain.begin + 2.0, plain.end - 2.0))
+    delta = np.radians(0.6).item() * size * _sign(rng)
+    return Effect((WorldSlope(delta, plain.place_at(t0)),), window=(t0, plain.end), truth={"delta": delta})
+
+
+def _bump(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    t0 = float(rng.uniform(plain.begin + 2.0, plain.end - 2.0))
+    f0, reach, rise = plain.place_at(t0), float(rng.uniform(6.0, 12.0)), 0.1 * size * _sign(rng)
+    return Effect((WorldBump(rise, f0, reach),), window=(t0 - reach / plain.speed, t0 + reach / plain.speed), truth={})
+
+
+def _poles(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    forward, up = 6.0 * size, 4.0 * size
+    times = plain.transitions + rng.normal(0.0, 0.05, len(plain.transitions))
+    return Effect(tuple(WorldPole(forward, up, float(t)) for t in times), truth={"forward": forward})
+
+
+def _delay(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    return Effect(delay=0.04 * size, truth={"clock_offset": 0.04 * size})
+
+
+def _jump(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    window = plain.stretch(rng, 0.8, 2.5)
+    turn = rng.uniform(0.0, 2.0 * np.pi)
+    x, y = 0.08 * size * np.cos(turn), 0.08 * size * np.sin(turn)
+    return Effect(sensors=(GpsJump(float(x), float(y), *window),), window=window, truth={"x": float(x), "y": float(y)})
+
+
+def _heading(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    turn = np.radians(2.0).item() * size * _sign(rng)
+    return Effect(heading=turn, truth={"heading_offset": turn})
+
+
+def _drift(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    rate = np.radians(0.25).item() * size * _sign(rng)
+    return Effect(sensors=(HeadingDrift(rate, 0.5 * (plain.begin + plain.end)),), truth={"rate": rate})
+
+
+def _lever(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    arm = 0.1 * size * rng.normal(0.0, 1.0, 3) / np.sqrt(3.0)
+    return Effect(sensors=(LeverArm(*(float(x) for x in arm)),), truth={})
+
+
+def _gain(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    left = 0.1 * size * _sign(rng)
+    return Effect(sensors=(InsoleGain(left, 0.0),), truth={"left": left})
+
+
+def _cuff(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    return Effect(sensors=(BootCuff(0.06 * size),), truth={"share": 0.06 * size})
+
+
+def _push(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    window = plain.stretch(rng, 0.3, 0.8)
+    turn = rng.uniform(0.0, 2.0 * np.pi)
+    force = 60.0 * size
+    return Effect(
+        (WorldPush(float(force * np.cos(turn)), float(force * np.sin(turn)), 0.0, *window),), window=window, truth={}
+    )
+
+
+def _one_ski(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    return Effect((OneSkiSlow(0.03 * size, _sign(rng)),), truth={})
+
+
+PHYSICS: Final[dict[str, Maker]] = {
+    SteadyWind.name: _wind,
+    PassingGust.name: _gust,
+    OtherDragArea.name: _drag,
+    PatchOfSnow.name: _patch,
+    FrictionBySpeed.name: _speed,
+    FrictionByEdge.name: _edge,
+    FrictionByLoad.name: _load,
+    CompactedSnow.name: _compaction,
+    OtherInclination.name: _slope,
+    RollOrDip.name: _bump,
+    PolePlants.name: _poles,
+}
+"""Makers of effects, by the names of the hypotheses that explain them."""
+SENSOR: Final[dict[str, Maker]] = {
+    GpsDelay.name: _delay,
+    DisplacedFixes.name: _jump,
+    HeadingMisalignment.name: _heading,
+    DriftingHeading.name: _drift,
+    OtherLeverArm.name: _lever,
+    WrongInsoleGain.name: _gain,
+    LoadOnCuffs.name: _cuff,
+}
+UNKNOWN: Final[dict[str, Maker]] = {"external_push": _push, "one_ski_slow": _one_ski}
+EFFECTS: Final = {**PHYSICS, **SENSOR, **UNKNOWN}
+SIZES: Final = (0.5, 1.0, 2.0, 4.0)
+"""The four strengths, as multiples of what each maker calls one."""
+
+
+def plain_run(run: SimulationResult) -> PlainRun:
+    """What makers of effects need of a run with nothing concealed."""
+    time = run.time
+    along = np.maximum.accumulate(run.com[:, 0])
+    mean = np.convolve(run.edge_angle.mean(axis=1), np.ones(31) / 31.0, mode="same")
+    crossing = np.flatnonzero(np.diff(np.sign(mean)) != 0)
+    inner = crossing[(time[crossing] > time[0] + 0.5) & (time[crossing] < time[-1] - 0.5)]
+    speed = float(np.mean(np.linalg.norm(run.com_velocity, axis=1)))
+    return PlainRun(float(time[0]), float(time[-1]), speed, time[inner], lambda t: float(np.interp(t, time, along)))
