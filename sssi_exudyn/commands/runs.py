@@ -53,6 +53,8 @@ from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full import simulate as simulate_model
 from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.sweeps.sweep import is_sweep
+from sssi_exudyn.sweeps.sweep import render_folder as render_sweep_folder
 from sssi_exudyn.validation.agreement import judge_loads, judge_track
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.posture_uncertainty import second_half, shares_of
@@ -143,10 +145,15 @@ def validate(folder: Path, result: Path, out: Path, *, progress: Progress = SILE
 
 def report(results: Sequence[Path], out: Path) -> Path:
     """The report of one result folder, or of several side by side, in the file ``out``, a page (.html) or a document to
-    print (.pdf); that file's path.  Raises InputError for another ending.
+    print (.pdf); of a sweep's folder its page.  Returns that file's path.  Raises InputError for another ending.
     """
     if out.suffix not in (".html", ".pdf"):
         raise InputError(out, "", "neither a page nor a document", "end its name in .html or .pdf")
+    if is_sweep(results[0]):
+        if len(results) > 1 or out.suffix != ".html":
+            raise InputError(results[0], "", "this is a sweep", "give it alone, and a name that ends in .html")
+        write_atomically(out, render_sweep_folder(results[0]))
+        return out
     runs = [read_run(result) for result in results]
     names = [run.name for run in runs]
     for index, (run, result) in enumerate(zip(runs, results, strict=True)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from html import escape
-from typing import Any, Final
+from typing import Final
 
 import pandas as pd
 
@@ -15,7 +15,6 @@ from sssi_exudyn.sweeps.plan import Plan
 from sssi_exudyn.sweeps.plots import bars_svg, heat_svg, response_svg
 from sssi_exudyn.sweeps.records import DONE, STATUSES
 from sssi_exudyn.sweeps.sensitivity_indices import MEANINGS, TOTAL, rank_parameters
-from sssi_exudyn.sweeps.table import origin_of
 
 PAGE: Final = "summary.html"
 _MOST_PARAMETERS: Final = 4
@@ -31,12 +30,13 @@ _WORDS: Final = {
 }
 
 
-def render_sweep(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame) -> str:
+def render_sweep(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame, versions: Mapping[str, str]) -> str:
     """The page as text.
 
     Parameters
     ----------
     runs : the sweep's table;  indices : as ``indices_of`` gives them
+    versions : of the program and its packages that did the runs
     """
     done = runs[runs["status"] == DONE]
     varied = [axis for axis in plan.axes if len(set(done[axis.name])) > 1]
@@ -45,7 +45,7 @@ def render_sweep(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame) -> str:
         known = done[done[output].notna()]
         if len(known):
             sections.append(_section(output, _about(plan, known, indices, varied, output, number)))
-    sections.append(_section("Origin of this sweep", _origin(plan)))
+    sections.append(_section("Origin of this sweep", _origin(plan, versions)))
     return document(plan.file.name, _lead(plan, runs), sections)
 
 
@@ -96,15 +96,14 @@ def _about(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame, varied: list[A
     return "".join(shown)
 
 
-def _origin(plan: Plan) -> str:
-    origin: Mapping[str, Any] = origin_of(plan)
+def _origin(plan: Plan, origin_versions: Mapping[str, str]) -> str:
     rows = [[axis.name, axis.parameter.unit, _range(axis), axis.parameter.meaning] for axis in plan.axes]
     design = plan.file.design
     settings = [("design", design.kind.replace("_", " "), f"{len(plan.points)} points for each recording")]
     if design.size:
         settings += [("size", str(design.size), ""), ("seed", str(design.seed), "")]
-    versions = [(name, version, "") for name, version in origin["versions"].items()]
-    files = [[name, digest] for name, digest in origin["inputs"].items()]
+    versions = [(name, version, "") for name, version in origin_versions.items()]
+    files = [[name, digest] for name, digest in plan.files.items()]
     return (
         table("Design", settings)
         + grid([["parameter", "unit", "values", "meaning"], *rows])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from sssi_exudyn.contact.registry import PAPER_TERMS
@@ -98,12 +98,25 @@ def plan_sweep(file: SweepFile) -> Plan:
 
     Raises InputError for whatever is wrong with the file or a recording, SssiError where a package is missing.
     """
-    model = None if file.model is None else read_model(file.model)
     recordings = [read_recording(folder) for folder in file.folders]
     for recording in recordings:
         if file.task == "fit" and recording.gps is None:
             toml = recording.folder / "recording.toml"
             raise InputError(toml, "[gps]", "there is no GPS to fit to", "leave this recording out of the sweep")
+    files = {
+        f"{recording.folder.name}/{name}": digest
+        for recording in recordings
+        for name, digest in recording.hashes.items()
+    }
+    return plan_of(file, files)
+
+
+def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
+    """The plan of a sweep of recordings whose files have these hashes, by recording and name.
+
+    Raises InputError for whatever is wrong with the file, SssiError where a package is missing.
+    """
+    model = None if file.model is None else read_model(file.model)
     axes = axes_of(file, _declared_parameters(file, model))
     points = points_of(file.design, axes)
     columns = columns_of(file.task, file.tier, file.method)
@@ -112,7 +125,12 @@ def plan_sweep(file: SweepFile) -> Plan:
         "sweep", file.task, file.tier, file.method if file.task == "fit" else "", file.duration, model,
         [(term.name, parameters(term)) for term in file.terms], [axis.name for axis in axes],
     )  # fmt: skip
-    hashes = tuple(fingerprint(recording.hashes) for recording in recordings)
+    hashes = tuple(
+        fingerprint(
+            {name.partition("/")[2]: digest for name, digest in files.items() if name.startswith(f"{each.name}/")}
+        )
+        for each in file.folders
+    )
     bases = [fingerprint(*shared, files) for files in hashes]
     keys = [fingerprint(base, point)[:32] for base in bases for point in points]
     job = Job(
@@ -128,12 +146,13 @@ def plan_sweep(file: SweepFile) -> Plan:
         duration=file.duration,
         series=file.series,
     )
-    files = {
-        f"{recording.folder.name}/{name}": digest
-        for recording in recordings
-        for name, digest in recording.hashes.items()
-    }
-    return Plan(file, job, axes, points, keys, columns, outputs, files)
+    return Plan(file, job, axes, points, keys, columns, outputs, dict(files))
+
+
+def _files_below(recording: str, files: Mapping[str, str]) -> dict[str, str]:
+    """The hashes of one recording's files by their names in it."""
+    names = {name: name.partition("/") for name in files}
+    return {below: files[name] for name, (folder, _, below) in names.items() if folder == recording}
 
 
 def _declared_parameters(file: SweepFile, model: Model | None) -> dict[str, Parameter]:

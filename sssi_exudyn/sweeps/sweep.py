@@ -19,16 +19,16 @@ import tomli_w
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import convert, read_json
-from sssi_exudyn.io.writing import folder_lock, is_locked, to_json, write_atomically
+from sssi_exudyn.io.writing import clear_errors, folder_lock, is_locked, to_json, write_atomically
 from sssi_exudyn.runtime.progress import Progress, Stage
 from sssi_exudyn.sweeps.file import SweepFile, read_sweep, sweep_from
 from sssi_exudyn.sweeps.page import PAGE, render_sweep
-from sssi_exudyn.sweeps.plan import Plan, SweepRun, plan_sweep
+from sssi_exudyn.sweeps.plan import Plan, SweepRun, plan_of, plan_sweep
 from sssi_exudyn.sweeps.pools import CREDENTIALS, Cluster, pool_of
 from sssi_exudyn.sweeps.records import DONE, Record, gather, last_records, tidy
 from sssi_exudyn.sweeps.scheduler import do_all
 from sssi_exudyn.sweeps.sensitivity_indices import indices_of
-from sssi_exudyn.sweeps.table import origin_of, write_tables
+from sssi_exudyn.sweeps.table import TABLE, origin_of, write_tables
 
 FILE: Final = "sweep.toml"
 """The copy of a sweep's file in its folder, itself a complete sweep file."""
@@ -136,6 +136,24 @@ def status(out: Path) -> Status:
     return {**counts, "running": running, "per_minute": 60.0 * rate if rate else None, "time_left_s": left}
 
 
+def render_folder(out: Path) -> str:
+    """The page of the sweep in ``out``, made from its files; its recordings are not needed.
+
+    Raises InputError where there is no sweep, or none whose runs have ended.
+    """
+    origin = _read_origin(out)
+    plan = plan_of(read_sweep(out / FILE), origin.inputs)
+    path = out / TABLE
+    with clear_errors(path):
+        table = pd.read_parquet(path)
+    return render_sweep(plan, table, indices_of(plan, table), origin.versions)
+
+
+def is_sweep(folder: Path) -> bool:
+    """True for a folder that holds a sweep."""
+    return (folder / ORIGIN).is_file()
+
+
 def _do_sweep(
     file: SweepFile,
     out: Path,
@@ -163,15 +181,15 @@ def _do_sweep(
             gather(out)
             tidy(out)
             records, repeated = last_records(out)
-            _write_summary(out, plan, write_tables(out, plan, records))
+            _write_summary(out, plan, write_tables(out, plan, records), origin)
     return _count(origin, records, repeated)
 
 
-def _write_summary(out: Path, plan: Plan, table: pd.DataFrame) -> None:
+def _write_summary(out: Path, plan: Plan, table: pd.DataFrame, origin: Origin) -> None:
     """Write the indices and the page of the sweep's table."""
     indices = indices_of(plan, table)
     write_atomically(out / INDICES, indices.to_csv(index=False, lineterminator="\n"))
-    write_atomically(out / PAGE, render_sweep(plan, table, indices))
+    write_atomically(out / PAGE, render_sweep(plan, table, indices, origin.versions))
 
 
 def _open_folder(plan: Plan, out: Path) -> Origin:

@@ -102,16 +102,16 @@ def test_groups_are_equal_values_where_few_and_near_ones_where_many() -> None:
 
 def test_page_shows_every_output_and_asks_nothing_of_a_network() -> None:
     plan, table = made("sobol_indices", 8, lambda a, b, c: a + b * c, lost=(3,))
-    page = render_sweep(plan, table, indices_of(plan, table))
+    page = render_sweep(plan, table, indices_of(plan, table), dict(plan.job.versions))
     assert page.count("<svg") == 1 + 3 + 1  # bars, a curve for each parameter, a heat map
     assert "the simulation diverged" in page
     assert "<image" not in page  # the page's own rules would not show it
     assert not re.findall(r'(?:src|href)="(?!#)', page.replace('xlink:href="#', ""))
-    assert page == render_sweep(plan, table, indices_of(plan, table))
+    assert page == render_sweep(plan, table, indices_of(plan, table), dict(plan.job.versions))
 
 
 def test_page_of_a_sweep_of_which_nothing_is_done() -> None:
     plan, table = made("latin_hypercube", 4, lambda a, _b, _c: a, lost=(0, 1, 2, 3))
-    page = render_sweep(plan, table, indices_of(plan, table))
+    page = render_sweep(plan, table, indices_of(plan, table), dict(plan.job.versions))
     assert "0 of them complete" in page
     assert "<svg" not in page

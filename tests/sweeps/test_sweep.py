@@ -21,6 +21,7 @@ import pyarrow.parquet as pq
 import pytest
 import tomli_w
 
+from sssi_exudyn import commands
 from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.io.typed import decode, encode
 from sssi_exudyn.sweeps import scheduler as sweep_scheduler
@@ -90,6 +91,15 @@ def test_same_file_gives_the_same_bytes_on_another_number_of_workers(swept: Path
 
 
 @pytest.mark.long
+def test_the_page_is_made_again_from_the_folder_alone(swept: Path, tmp_path: Path) -> None:
+    moved = tmp_path / "deep" / "moved"  # its sweep.toml now names a recording that is not there
+    shutil.copytree(swept, moved)
+    commands.report([moved], tmp_path / "page.html")
+    assert (tmp_path / "page.html").read_bytes() == (swept / "summary.html").read_bytes()
+    with pytest.raises(InputError, match="this is a sweep"):
+        commands.report([moved], tmp_path / "page.pdf")
+
+
 def test_finished_sweep_is_not_run_again(swept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = (swept / "runs.parquet").read_bytes()
     ends = pd.read_parquet(swept / "timings.parquet")["end"].tolist()
