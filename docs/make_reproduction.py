@@ -34,11 +34,11 @@ HEAD = """# The paper's results beside this program's
 Made by `python docs/make_reproduction.py`, which runs `sssi run` on both bundled recordings (and `sssi fit --method paper`,
 for one row). *Paper* is Gao et al.; *here* is what the program finds in the bundled recording of that name, mean over its
 complete turns (± their standard deviation; for friction ± the standard error); *recorded* is the same figure from the
-recording's own GPS and insoles, without any simulation, where they tell it.
+recording's own GPS and insoles, without any simulation, where they give it.
 
 The bundled recordings are not the paper's: its data are not public. They come from a simulated world, which is no part of
-this program, with skiers, slopes and friction like the paper's. So friction can be held against the paper's as against a
-truth; how the skiers move and load their skis belongs to the recordings, and `recorded` shows it.
+this program, with skiers, slopes and friction like the paper's. So friction can be compared with the paper's as with a
+true value; how the skiers move and load their skis belongs to the recordings, and `recorded` shows it.
 
 """
 
@@ -75,7 +75,7 @@ WHY: dict[str, str] = {
     "the paper. The insoles cross at about the same time.",
     "k": "Moments follow from loads and postures, which differ as said above: in the control phase the bundled intermediate's "
     "outside ski bears {outside:.2f} body weights square to the snow, the paper's 1.12; the bundled beginner's knees are bent by "
-    "up to {knee:.0f}°. The paper does not give the postures that would tell more. Its figures for the hip are the largest of "
+    "up to {knee:.0f}°. The paper does not give the postures that would explain more. Its figures for the hip are the largest of "
     "both skiers.",
 }
 
