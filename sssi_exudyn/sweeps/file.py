@@ -92,6 +92,8 @@ def sweep_from(settings: Settings, path: Path) -> SweepFile:
         raise InputError(path, "format", f"{settings.get('format')!r} is not known", "write format = 1")
     folders = _folders(settings.get("recordings"), path)
     model = text_of(settings, "model", path, "") if "model" in settings else None
+    if model is not None:
+        _check_name(model, path, "model")
     if model is not None and len(folders) > 1:
         raise InputError(path, "model", "one model for several recordings", "sweep one recording, or leave it out")
     task = _one_of(settings, "task", TASKS, path)
@@ -147,9 +149,7 @@ def _terms(tables: object, path: Path) -> tuple[Term, ...]:
 def _folders(patterns: object, path: Path) -> tuple[Path, ...]:
     found: list[Path] = []
     for pattern in words_of(list_of(patterns, path, "recordings"), path, "recordings"):
-        if len(pattern) > _LONGEST or not pattern.isprintable():
-            problem = f"{pattern[:60]!r} is no folder's name or pattern"
-            raise InputError(path, "recordings", problem, f"write at most {_LONGEST} printable characters")
+        _check_name(pattern, path, "recordings")
         try:
             found += _matches(pattern, path)
         except (OSError, ValueError) as error:  # a name that is too long, ** beside letters
@@ -159,6 +159,12 @@ def _folders(patterns: object, path: Path) -> tuple[Path, ...]:
     if len({folder.name for folder in resolved}) < len(resolved):
         raise InputError(path, "recordings", "two folders have one name", "give each recording its own, once")
     return resolved
+
+
+def _check_name(name: str, path: Path, place: str) -> None:
+    if len(name) > _LONGEST or not name.isprintable():
+        problem = f"{name[:60]!r} is no name of a file or folder"
+        raise InputError(path, place, problem, f"write at most {_LONGEST} printable characters")
 
 
 def _matches(pattern: str, path: Path) -> list[Path]:

@@ -1,5 +1,6 @@
 """A sweep's file: what it may say, what it may not, and which runs come of it."""
 
+import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -90,6 +91,9 @@ def test_equal_points_are_run_once() -> None:
         ({"recordings": ["**x"]}, "recordings", "pattern"),
         ({"recordings": ["x" * 300]}, "recordings", "too long"),
         ({"recordings": ["*" + "x" * 5000]}, "recordings", "1000"),
+        ({"model": "model\0.toml"}, "model", "printable"),
+        ({"model": "x" * 5000}, "model", "1000"),
+        ({"model": "x" * 300}, "", "name too long"),
         ({"recordings": ["["]}, "recordings", "matches"),
         ({"design": {"kind": "latin_hypercube", "size": 10_000_001}, "parameter": [DRAWN]}, "[design] size", "whole"),
         ({"design": {"kind": "sobol_indices", "size": 2**22}, "parameter": [DRAWN]}, "[[parameter]]", "points"),
@@ -106,6 +110,20 @@ def test_mistakes_are_reported_with_their_place_before_anything_runs(
         plan_of(settings)
     assert place in error.value.place
     assert word in str(error.value)
+
+
+@pytest.mark.parametrize("special", ["pipe", "/dev/zero", "folder"])
+def test_what_is_no_regular_file_is_refused_at_once(special: str, tmp_path: Path) -> None:
+    """As the sweep's file and as its model: a pipe without a writer or a device would never end."""
+    path = Path(special) if special.startswith("/") else tmp_path / special
+    if special == "pipe":
+        os.mkfifo(path)
+    elif special == "folder":
+        path.mkdir()
+    with pytest.raises(InputError, match="file"):
+        read_sweep(path)
+    with pytest.raises(InputError, match="file"):
+        plan_of({"model": str(path), "parameter": [MU_T]})
 
 
 def test_copy_in_another_folder_is_the_same_sweep(tmp_path: Path) -> None:
