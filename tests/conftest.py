@@ -30,8 +30,9 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     """
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
         processes = [subprocess.Popen([sys.executable, str(COMPILE), what]) for what in ("full", "reduced")]
-        for process in processes:
-            process.wait()
+        statuses = [process.wait() for process in processes]  # of both, before the first may end the session
+        if any(statuses):
+            raise pytest.UsageError(f"the force laws cannot be compiled; see: python {COMPILE} full")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

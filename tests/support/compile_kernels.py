@@ -6,21 +6,24 @@ import sys
 
 from gliding import model, standing
 
-from sssi_exudyn.contact.registry import PAPER_TERMS, padded
+from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 
+SETS = (PAPER_TERMS, (*PAPER_TERMS, SnowPatch()))
+"""The paper's terms, and one more, which takes the kernel of all terms."""
+
 
 def compile_full() -> None:
-    """The full model with the paper's terms, and with all."""
-    for terms in (PAPER_TERMS, (*PAPER_TERMS, SnowPatch())):
+    """The full model."""
+    for terms in SETS:
         simulate(model(terms), standing(0.1), stop=0.02)
 
 
 def compile_reduced() -> None:
-    """The reduced model with the paper's terms, and with all."""
-    for terms in (PAPER_TERMS, padded((*PAPER_TERMS, SnowPatch()))):
+    """The reduced model."""
+    for terms in SETS:
         skier = model(terms)
         simulate_reduced(skier, prepare(skier, standing(0.1)))
 
