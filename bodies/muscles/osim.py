@@ -10,10 +10,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
-from xml.etree.ElementTree import Element, ParseError
+from xml.etree.ElementTree import Element
 
 import numpy as np
-from defusedxml.ElementTree import fromstring
 from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.bodies.muscles.bones import Bone, Bones, Coupling, Drive
@@ -21,7 +20,8 @@ from sssi_exudyn.bodies.muscles.curves import Curve, line, polygon, spline
 from sssi_exudyn.bodies.muscles.paths import Muscle, MuscleModel, PathPoint, Surface, Wrap
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.io.files import read_bytes
+from sssi_exudyn.io.bounds import MAX_BYTES
+from sssi_exudyn.io.markup import elements
 
 _AXES: Final = np.eye(3)
 _PINNED: Final[dict[str, tuple[str, ...]]] = {  # kind of joint: what its coordinates drive, in order
@@ -95,12 +95,9 @@ class _Reader:
 
 def read_osim(path: Path) -> MuscleModel:
     """The muscles of an OpenSim model.  Raises InputError for a file that is none, or has what is not known."""
-    try:
-        root = fromstring(read_bytes(path))
-    except ParseError as error:
-        raise InputError(path, "", f"this is not XML ({error})", "give an OpenSim model (.osim)") from None
-    model = root.find("Model")
-    if root.tag != "OpenSimDocument" or model is None:
+    root = next(elements(path, ("OpenSimDocument",), limit=MAX_BYTES), None)
+    model = None if root is None else root.find("Model")
+    if root is None or model is None:
         raise InputError(path, "", "this is not an OpenSim model", "give a file with <OpenSimDocument> and <Model>")
     reader = _Reader(path, model)
     number = root.get("Version", "0")

@@ -40,8 +40,8 @@ MAX_DEPTH: Final = 16
 MAX_VALUES: Final = 100_000
 """In one TOML file."""
 
-MAX_ELEMENTS: Final = 1_000_000
-"""Of an XML file, with its attributes: thirty thousand frames of thirty."""
+MAX_ELEMENTS: Final = 600_000
+"""Of an XML file, with its attributes: thirty thousand frames of twenty."""
 MAX_NESTING: Final = 24
 """Elements within each other; formats of tracks and captures nest less than ten."""
 MAX_MARKUP: Final = 200_000

@@ -62,14 +62,15 @@ def elements(
             guarded = _Guarded(path, stream, limit)
             for event, element in iterparse(guarded, ("start", "end"), forbid_dtd=True):
                 guarded.mark_element()
-                wanted = local_name(element) in names
+                name = local_name(element)
+                wanted = name in names
                 if event == "start":
                     depth, within = depth + 1, within + wanted
                     count += 1 + len(element.attrib)
                     ancestors.append(element)
                     if depth > MAX_NESTING or count > MAX_ELEMENTS:
                         raise InputError(path, "", "more elements than any recording has", "export the run alone")
-                    if local_name(element) in heads:
+                    if name in heads:
                         yield element
                     continue
                 depth, within = depth - 1, within - wanted

@@ -1,4 +1,4 @@
-"""What the fuzzer spoils: recordings' folders, and files of every format that is imported."""
+"""What the fuzzer mutates: recordings, files of every format that is imported, a result, a begun sweep, a cache."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+from a_run import a_run
 from c3d_file import marker_places, write_c3d
 from fix_files import START, fit, nmea, phone
 from mvnx_file import mvnx, orientations
@@ -13,13 +15,16 @@ from strapped import write_few
 from swinging import HEIGHT, chain_coordinates, mot
 from tiny import ANSWERS, Tiny
 
-from sssi_exudyn.bodies.skier.chain import average_geometry, forward_kinematics
+from sssi_exudyn.bodies.skier.chain import average_geometry, forward_kinematics, geometry_to_dict
+from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.results.folder import write_result
+from sssi_exudyn.runtime.cache import Cache
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 KNOWN = replace(ANSWERS, gps_offset_s=0.0)
 _STEP = 10
-"""Real tables are long; every so many lines are enough to spoil."""
+"""Real tables are long; every so many lines are enough."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +33,8 @@ class Seed:
 
     name: str
     files: dict[str, bytes]
-    imported: bool
+    kind: str
+    """``recording``, ``import``, ``result``, ``sweep`` or ``cache``."""
     made: bool = True
     """Made here, so that it is whole; files from elsewhere may be refused as they are."""
 
@@ -37,9 +43,9 @@ def bundled(folder: Path) -> list[Seed]:
     """Seeds from the examples and from made files of every format; ``folder`` is for files that have to be written."""
     seeds = [cut(EXAMPLES / name) for name in ("beginner", "intermediate")]
     tiny = Tiny()
-    seeds.append(Seed("tiny", _folder(tiny.write(folder / "tiny")), imported=False))
+    seeds.append(Seed("tiny", _folder(tiny.write(folder / "tiny")), "recording"))
     few = write_few(read_recording(EXAMPLES / "intermediate"), ("left_ski", "right_ski", "chest"), folder / "few")
-    seeds.append(Seed("few", _folder(few), imported=False))
+    seeds.append(Seed("few", _folder(few), "recording"))
     motion = {"motion.bvh": tiny.bvh().encode()}
     poses = forward_kinematics(average_geometry(HEIGHT), chain_coordinates(), 0.0)
     write_c3d(folder / "run.c3d", marker_places(poses, HEIGHT), 60.0)
@@ -48,14 +54,33 @@ def bundled(folder: Path) -> list[Seed]:
         ("run.mot", mot(chain_coordinates()).encode()),
         ("run.c3d", (folder / "run.c3d").read_bytes()),
     ):
-        seeds.append(Seed(name, {name: content}, imported=True))
+        seeds.append(Seed(name, {name: content}, "import"))
     for name, content in (
         ("track.nmea", nmea(tiny.gps).encode()),
         ("watch.fit", fit({name: column[::10] for name, column in tiny.gps.items()})),
         ("Location.csv", phone(tiny.gps, bearing=-1.0).encode()),
     ):
-        seeds.append(Seed(name, motion | {name: content}, imported=True))
-    return seeds
+        seeds.append(Seed(name, motion | {name: content}, "import"))
+    return [*seeds, _result(folder / "result"), _sweep(), _cache(folder / "cache")]
+
+
+def _result(folder: Path) -> Seed:
+    run = a_run(4.0, 25.0)
+    parts = {"measured": run.measured, "skeleton": geometry_to_dict(average_geometry(1.75))}
+    write_result(folder, run.summary, run.series, model_to_dict(run.model), **parts)
+    return Seed("result", _folder(folder), "result")
+
+
+def _sweep() -> Seed:
+    """A sweep that was begun, with its recordings; two of three runs have ended."""
+    files = _folder(Path(__file__).parents[1] / "sweeps" / "begun" / "plain")
+    here = files["sweep.toml"].replace(b"../../../../examples", EXAMPLES.as_posix().encode())
+    return Seed("sweep", files | {"sweep.toml": here}, "sweep")
+
+
+def _cache(folder: Path) -> Seed:
+    Cache(folder).put("entry", {"time": np.arange(50.0), "track": np.zeros((50, 3)), "name": np.array("run")})
+    return Seed("cache", _folder(folder), "cache")
 
 
 def real(folder: Path) -> Iterator[Seed]:
@@ -63,11 +88,11 @@ def real(folder: Path) -> Iterator[Seed]:
     motion = Tiny().bvh().encode()
     for path in sorted(folder.rglob("*.*")):
         if path.suffix in (".bvh", ".mvnx"):
-            yield Seed(path.name, {path.name: path.read_bytes()}, imported=True, made=False)
+            yield Seed(path.name, {path.name: path.read_bytes()}, "import", made=False)
         elif path.suffix == ".csv":
             lines = path.read_bytes().split(b"\n")
             content = b"\n".join([lines[0], *lines[1 :: _STEP if len(lines) > 1000 else 1]])
-            yield Seed(path.name, {"motion.bvh": motion, path.name: content}, imported=True, made=False)
+            yield Seed(path.name, {"motion.bvh": motion, path.name: content}, "import", made=False)
 
 
 def _folder(folder: Path) -> dict[str, bytes]:
@@ -84,4 +109,4 @@ def cut(folder: Path) -> Seed:
     lines = frames.split(b"\n")
     announced = head[: head.rindex(b"Frames:")] + b"Frames: 240\n"
     files["motion.bvh"] = announced + b"Frame Time:" + b"\n".join(lines[:241]) + b"\n"
-    return Seed(folder.name, files, imported=False)
+    return Seed(folder.name, files, "recording")

@@ -1,11 +1,12 @@
-"""The fuzzer: files are spoilt at random, and what the program then does is judged.
+"""The fuzzer: files are mutated at random, and what the program does with them is judged.
 
     python tests/support/fuzzing.py --count 10000 --seed 1 [--real FOLDER]
 
-Allowed is to take the recording, or one InputError with file, problem and fix on one line.  Everything else is a
-finding: another error, more than ten seconds of computing, more than a gigabyte, a file written or opened that is none
-of the recording's, a process or a connection.  The work is done in a process of its own, so that a crash is a finding
-too.
+Recordings, files of every importable format, results, begun sweeps and entries of a cache are mutated; some become
+pipes, devices or folders.  Allowed is to take them, or one InputError with file, problem and fix on one line of bounded
+length.  Everything else is a finding: another error, more than ten seconds of computing, more than a gigabyte, a file
+written or opened that is none of the case's, a process or a connection.  The work is done in a process of its own, so
+that a crash is a finding too.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ import argparse
 import json
 import os
 import random
-import resource
 import shutil
 import signal
 import subprocess
@@ -23,6 +23,7 @@ import tempfile
 import time
 import traceback
 from collections import Counter
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -30,20 +31,25 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from fuzz_seeds import Seed
 
+    from sssi_exudyn.recording.recording import Recording
+
 LIMIT_S, LIMIT_BYTES = 10, 10**9
+SPECIAL = 0.03
+"""Share of cases with a file that is none."""
 TOKENS = (
     b"nan", b"inf", b"-inf", b"1e999", b"-1e308", b"1e-320", b"-0.0", b"0", b"99999999999999999999", b"-1", b"1e18",
     b"", b" ", b",", b";", b"\t", b"\n", b"\r", b"\0", b'"', b"'", b"[", b"]", b"{", b"}", b"<", b">", b"&lol;", b"=",
     b"#", b"../secret", b"/etc/passwd", b"..\\secret", b"$(touch x)", b"__import__('os')", b"\xff\xfe", b"\xef\xbb\xbf",
     b"\xf0\x9f\x8e\xbf", b"1_000", b"0x10", b"1,5", b"true", b"Hips", b"End Site", b"MOTION", b"Frames: 1e9",
+    b"$ \\frac{$", b"\x1b[2J\x1b[31m", "\u202egnp.exe".encode(), b"5e-324", b"1e-8", b"1e300", b"\\u001b",
     b"<!DOCTYPE a [<!ENTITY b 'c'>]>", b"[skier]", b"[[sensors]]", b"format = 1", b"inDegrees=yes",
 )  # fmt: skip
 
 
-def spoil(data: bytes, rng: random.Random) -> bytes:
+def mutate(data: bytes, rng: random.Random) -> bytes:
     """One mutation: of bytes, of numbers, of lines or of columns."""
     at = rng.randrange(len(data) + 1)
-    match rng.randrange(12):
+    match rng.randrange(15):
         case 0:  # a bit
             at = min(at, len(data) - 1)
             return data[:at] + bytes([data[at] ^ 1 << rng.randrange(8)]) + data[at + 1 :] if data else data
@@ -65,11 +71,50 @@ def spoil(data: bytes, rng: random.Random) -> bytes:
             return _column(data, rng)
         case 10:
             return _word(data, rng)
+        case 12:
+            return data[:at] + _bomb(rng) + data[at:]
+        case 13:
+            return _time(data, rng)
+        case 14:
+            return _number(data, rng, rng.choice((b"9", b"0.", b"-1e")) + b"7" * rng.choice((20, 400, 5000, 90_000)))
         case _:
             return rng.choice((b"", b"\n", b"\xef\xbb\xbf" + data, data.replace(b"\n", b"\r\n"), data * 2))
 
 
-def _number(data: bytes, rng: random.Random) -> bytes:
+def _bomb(rng: random.Random) -> bytes:
+    """A few bytes that are costly to read, or many: keys, brackets, markup, names, lines and columns."""
+    count = rng.choice((40, 2000, 45_000, 2_000_000))
+    return rng.choice(
+        (
+            b"\n" + b".".join([b"a"] * count) + b" = 1\n",
+            b"\n[" + b".".join([b"a"] * count) + b"]\n",
+            b"\nx = " + b"[" * count + b"]" * count + b"\n",
+            b"\nx = " + b"{a=" * count + b"1" + b"}" * count + b"\n",
+            b"<!--" + b">a" * count + b"-->",
+            b'<a b="' + b">" * count + b'"/>',
+            b"<a>" * count,
+            b"n" * count,
+            b"1\n" * count,
+            b"1,2 " * count,
+            b"{" * count,
+        )
+    )
+
+
+def _time(data: bytes, rng: random.Random) -> bytes:
+    """A first column of times with tiny steps and gaps between them, or of huge ones."""
+    separator = rng.choice((b",", b"\t"))
+    step, gap = rng.choice((5e-324, 1e-9, 1e-8, 1e-4, 0.01, 1e9)), rng.choice((0.0, 0.2, 0.9, 1e6))
+    lines, time = data.split(b"\n"), 0.0
+    for row in range(1, len(lines)):
+        first, found, rest = lines[row].partition(separator)
+        if found and first[:1].isdigit():
+            time += gap if rng.random() < 0.05 else step
+            lines[row] = repr(time).encode() + separator + rest
+    return b"\n".join(lines)
+
+
+def _number(data: bytes, rng: random.Random, other: bytes | None = None) -> bytes:
     """Another number, or none, in a number's place."""
     at = rng.randrange(len(data) + 1)
     digits = b"0123456789.-+eE"
@@ -79,6 +124,7 @@ def _number(data: bytes, rng: random.Random) -> bytes:
     stop = next((i for i in range(start, len(data)) if data[i] not in digits), len(data))
     old = data[start:stop]
     new = rng.choice((*TOKENS[:12], b"-" + old, old + b"0", old[:-1], old.replace(b".", b""), old[1:], b"1" + old))
+    new = new if other is None else other
     return data[:start] + new + data[stop:]
 
 
@@ -174,39 +220,66 @@ class Guard:
         return name.startswith((f"{self.folder}{os.sep}", "/dev/")) or name == str(self.folder)
 
 
-def use(folder: Path, names: list[str], out: Path, imported: bool) -> None:
-    """What the program does with a recording before it simulates."""
+def read_any(folder: Path, names: list[str], out: Path, imported: bool) -> Recording:
+    """A recording, read or imported, and what is in it."""
     from fuzz_seeds import KNOWN
 
-    from sssi_exudyn.fitting.fit import problem_of
     from sssi_exudyn.importing.assemble import import_recording
-    from sssi_exudyn.model.from_recording import model_of
-    from sssi_exudyn.motion.from_recording import motion_from_recording
     from sssi_exudyn.recording.inspection import format_inspection, inspect_recording
     from sssi_exudyn.recording.read import read_recording
 
     sources = [folder / name for name in names]
     recording = import_recording(sources, out, KNOWN) if imported else read_recording(folder)
     format_inspection(inspect_recording(recording))
+    return recording
+
+
+def use(folder: Path, names: list[str], out: Path, kind: str) -> None:
+    """What the program does with a recording before it simulates, or with a result, a sweep or a cache."""
+    from sssi_exudyn.fitting.fit import problem_of
+    from sssi_exudyn.model.from_recording import model_of
+    from sssi_exudyn.model.toml import read_model
+    from sssi_exudyn.motion.from_recording import motion_from_recording
+
+    if kind == "result":
+        from sssi_exudyn.commands.runs import report
+
+        read_model(folder / "model.toml")
+        report([folder], out.with_suffix(".html"))
+        return
+    if kind == "sweep":
+        from sssi_exudyn.sweeps.file import read_sweep
+        from sssi_exudyn.sweeps.sweep import status
+
+        status(folder)
+        read_sweep(folder / "sweep.toml")
+        return
+    if kind == "cache":
+        from sssi_exudyn.runtime.cache import Cache
+
+        Cache(folder).get("entry")
+        return
+    recording = read_any(folder, names, out, kind == "import")
     motion = motion_from_recording(recording)
     model = model_of(recording, motion)
     if recording.gps is not None:
         problem_of(recording, motion, model, "joint")
 
 
-def judged(case: Path, names: list[str], imported: bool, guard: Guard | None) -> tuple[str, str]:
-    """ "taken", "refused" or "finding", and what was said."""
+def judge(case: Path, names: list[str], kind: str, guard: Guard | None) -> tuple[str, str]:
+    """ "taken", "refused" or "finding", and the message."""
     from sssi_exudyn.core.errors import InputError
+    from sssi_exudyn.core.text import one_line
 
     signal.signal(signal.SIGPROF, _alarm)
     signal.setitimer(signal.ITIMER_PROF, LIMIT_S)  # of computing: the machine may have other work too
     if guard is not None:
         guard.folder, guard.seen = case, []
     try:
-        use(case / "in", names, case / "out", imported)
+        use(case / "in", names, case / "out", kind)
         verdict = ("taken", "")
     except InputError as error:
-        good = error.file and error.problem and error.fix and "\n" not in str(error) and str(error).isprintable()
+        good = error.file and error.problem and error.fix and one_line(error, 4000) == str(error)
         verdict = ("refused" if good else "finding", str(error)[:500])
     except TooSlow:
         verdict = ("finding", "more than ten seconds\n" + traceback.format_exc()[-1500:])
@@ -218,9 +291,23 @@ def judged(case: Path, names: list[str], imported: bool, guard: Guard | None) ->
             guard.folder = None
     if guard is not None and guard.seen:
         return "finding", "; ".join(guard.seen[:5])
-    if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 > LIMIT_BYTES:
-        return "finding", "more than a gigabyte"
     return verdict
+
+
+class Memory:
+    """The most memory that a case takes beyond what the process has; Linux counts it."""
+
+    def __init__(self) -> None:
+        Path("/proc/self/clear_refs").write_text("5", encoding="ascii")  # the peak counts from now
+        self.begin = self._kilobytes("VmRSS")
+
+    def peak(self) -> int:
+        """bytes since the beginning"""
+        return 1024 * max(self._kilobytes("VmHWM") - self.begin, 0)
+
+    def _kilobytes(self, name: str) -> int:
+        lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+        return next(int(line.split()[1]) for line in lines if line.startswith(name + ":"))
 
 
 def worker(count: int, first: int, seed: int, real: str | None, keep: Path) -> None:
@@ -233,55 +320,97 @@ def worker(count: int, first: int, seed: int, real: str | None, keep: Path) -> N
         (root / "secret").write_text("secret", encoding="utf-8")
         made = bundled(root)
         seeds = made + (list(real_seeds(Path(real))) if real else [])
+        own = {path.name for path in root.iterdir()} | {"case"}
         guard = Guard(root / "secret")
         case = root / "case"
         for whole in seeds:  # whole files are taken, and all modules are there before the guard watches
-            verdict, said = _tried(case, whole, whole.files, None)
+            verdict, message = _try(case, whole, whole.files, {}, None)
             if verdict != "taken" and whole.made:
-                raise AssertionError(f"{whole.name} is {verdict} as it is: {said}")
+                raise AssertionError(f"{whole.name} is {verdict} as it is: {message}")
         for number in range(first, count):
             rng = random.Random(f"{seed} {number}")
             chosen = rng.choice(rng.choice((made, seeds)))
-            files = dict(chosen.files)
-            victims = [file for file in files if chosen.name == file] or sorted(files)
-            for _ in range(rng.choice((1, 1, 1, 2, 3))):
-                victim = rng.choice(victims)
-                files[victim] = spoil(files[victim], rng)
-            _tell({"begun": number})
-            begin = time.process_time()
-            verdict, said = _tried(case, chosen, files, guard)
-            took = time.process_time() - begin
-            stray = {path.name for path in root.iterdir()} - {"secret", "case", "tiny", "few", "run.c3d"}
+            files, special = _mutated(chosen, rng)
+            _report({"begun": number})
+            begin, memory = time.process_time(), Memory()
+            verdict, message = _try(case, chosen, files, special, guard)
+            took, bytes_used = time.process_time() - begin, memory.peak()
+            if bytes_used > LIMIT_BYTES:
+                verdict, message = "finding", f"{bytes_used / 1e6:.0f} MB\n{message}"
+            stray = {path.name for path in root.iterdir()} - own
             if stray:
-                verdict, said = "finding", f"written outside: {stray}"
+                verdict, message = "finding", f"written outside: {stray}"
             if verdict == "finding":
-                shutil.copytree(case, keep / f"{seed}-{number}", dirs_exist_ok=True)
-                (keep / f"{seed}-{number}" / "said.txt").write_text(said, encoding="utf-8")
-            _tell({"number": number, "seed": chosen.name, "verdict": verdict, "said": said, "took": took})
+                _keep(case, keep / f"{seed}-{number}", message)
+            result = {"number": number, "seed": chosen.name, "verdict": verdict, "message": message}
+            _report({**result, "seconds": took, "bytes": bytes_used})
 
 
-def _tried(case: Path, seed: Seed, files: dict[str, bytes], guard: Guard | None) -> tuple[str, str]:
+def _mutated(chosen: Seed, rng: random.Random) -> tuple[dict[str, bytes], dict[str, str]]:
+    """The files of a case, and of them those that become a pipe, a device, a folder or a link, and to what."""
+    files = dict(chosen.files)
+    victims = [file for file in files if chosen.name == file] or sorted(files)
+    for _ in range(rng.choice((1, 1, 1, 2, 3))):
+        victim = rng.choice(victims)
+        files[victim] = mutate(files[victim], rng)
+    if rng.random() < SPECIAL:
+        return files, {rng.choice(victims): rng.choice(("pipe", "folder", "/dev/zero", "/dev/stdin", "nowhere"))}
+    return files, {}
+
+
+def _try(
+    case: Path, seed: Seed, files: dict[str, bytes], special: dict[str, str], guard: Guard | None
+) -> tuple[str, str]:
     """A case put into its folder and judged."""
     shutil.rmtree(case, ignore_errors=True)
     for file, data in files.items():
-        (case / "in" / file).parent.mkdir(parents=True, exist_ok=True)
-        (case / "in" / file).write_bytes(data)
-    return judged(case, list(files), seed.imported, guard)
+        path = case / "in" / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        match special.get(file):
+            case None:
+                path.write_bytes(data)
+            case "pipe":
+                os.mkfifo(path)
+            case "folder":
+                path.mkdir()
+            case target:
+                path.symlink_to(target)
+    return judge(case, list(files), seed.kind, guard)
 
 
-def _tell(what: dict[str, object]) -> None:
+def _keep(case: Path, folder: Path, message: str) -> None:
+    """The regular files of a finding, and its message."""
+    for path in case.rglob("*"):
+        if path.is_file() and not path.is_symlink():
+            (folder / path.relative_to(case)).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(path, folder / path.relative_to(case))
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "message.txt").write_text(message, encoding="utf-8")
+
+
+def _report(what: dict[str, object]) -> None:
     sys.stdout.write(json.dumps(what) + "\n")
     sys.stdout.flush()
 
 
-def fuzz(count: int, seed: int, keep: Path, real: Path | None = None) -> tuple[Counter[str], list[str], float]:
-    """Run ``count`` cases; how many were taken, refused and findings, the findings, and the longest time (s).
-
-    A worker that dies or hangs is a finding, and another one goes on behind it.  An interrupt ends it early.
+@dataclass
+class Found:
+    """How many cases were taken, refused and findings, the findings in words, and the worst of time (s) and memory
+    (bytes) with the case.
     """
-    counts: Counter[str] = Counter()
-    findings: list[str] = []
-    longest, first = 0.0, 0
+
+    counts: Counter[str] = field(default_factory=Counter)
+    findings: list[str] = field(default_factory=list)
+    seconds: tuple[float, str] = (0.0, "")
+    memory: tuple[int, str] = (0, "")
+
+
+def fuzz(count: int, seed: int, keep: Path, real: Path | None = None) -> Found:
+    """Run ``count`` cases.  A worker that dies or hangs is a finding, and another one goes on behind it; an interrupt
+    ends it early.
+    """
+    found = Found()
+    first = 0
     keep.mkdir(parents=True, exist_ok=True)
     while first < count:
         command = [sys.executable, __file__, "--worker", str(first), "--count", str(count), "--seed", str(seed)]
@@ -291,41 +420,47 @@ def fuzz(count: int, seed: int, keep: Path, real: Path | None = None) -> tuple[C
             running = None
             try:
                 for line in process.stdout:
-                    told = json.loads(line)
-                    running = told.get("begun")
+                    about = json.loads(line)
+                    running = about.get("begun")
                     if running is not None:
                         continue
-                    first, longest = told["number"] + 1, max(longest, told["took"])
-                    counts[told["verdict"]] += 1
-                    if told["verdict"] == "finding":
-                        findings.append(f"case {told['number']} of {told['seed']}: {told['said']}")
-            except KeyboardInterrupt:  # enough: what was found so far is told
+                    first = about["number"] + 1
+                    name = f"case {about['number']} of {about['seed']}"
+                    found.counts[about["verdict"]] += 1
+                    found.seconds = max(found.seconds, (about["seconds"], name))
+                    found.memory = max(found.memory, (about["bytes"], name))
+                    if about["verdict"] == "finding":
+                        found.findings.append(f"{name}: {about['message']}")
+            except KeyboardInterrupt:  # enough: what was found so far is reported
                 process.kill()
                 break
         if running is not None:
-            counts["finding"] += 1
-            findings.append(f"case {running}: the process ended with {process.returncode}")
+            found.counts["finding"] += 1
+            found.findings.append(f"case {running}: the process ended with {process.returncode}")
             first = running + 1
         elif process.returncode != 0:
             raise RuntimeError(f"the worker failed before case {first}")
-    return counts, findings, longest
+    return found
 
 
 def main() -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description="Spoil recordings at random and judge what the program does.")
+    parser = argparse.ArgumentParser(description="Mutate files at random and judge what the program does.")
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--real", type=Path, help="a folder with files to spoil as well")
+    parser.add_argument("--real", type=Path, help="a folder with files to mutate as well")
     parser.add_argument("--keep", type=Path, default=Path("fuzz_findings"), help="where findings are kept")
     parser.add_argument("--worker", type=int, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker is not None:
         worker(options.count, options.worker, options.seed, options.real, options.keep)
         return
-    counts, findings, longest = fuzz(options.count, options.seed, options.keep, options.real)
-    sys.stdout.write("".join(f"{finding}\n" for finding in findings))
-    sys.stdout.write(f"{dict(counts)}, longest {longest:.1f} s\n")
+    found = fuzz(options.count, options.seed, options.keep, options.real)
+    sys.stdout.write("".join(f"{finding}\n" for finding in found.findings))
+    (seconds, slowest), (used, largest) = found.seconds, found.memory
+    sys.stdout.write(
+        f"{dict(found.counts)}; {seconds:.1f} s of computing ({slowest}), {used / 1e6:.0f} MB ({largest})\n"
+    )
 
 
 if __name__ == "__main__":

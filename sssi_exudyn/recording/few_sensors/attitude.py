@@ -26,6 +26,8 @@ DRIFT_SPACING: Final = 15.0
 _STIFFNESS: Final = 7.0
 """Skis are 10° from the course for a second; a heading's drift changes by 1.5° more from knot to knot, 0.1 °/s."""
 _ROUNDS: Final = 50
+_SPARSE: Final = 100_000
+"""Entries of a matrix of splines from which sparse products are faster."""
 _ENOUGH: Final = 0.1
 """s between samples from which mountings are found."""
 
@@ -82,7 +84,7 @@ def slow_curve(time: Array, values: Array, weights: Array, spacing: float) -> BS
     pieces = max(1, round(float(time[-1] - time[0]) / spacing))
     inner = np.linspace(time[0], time[-1], pieces + 1)
     knots = np.r_[[inner[0]] * 3, inner, [inner[-1]] * 3]
-    columns = BSpline.design_matrix(time, knots, 3)
+    columns = spline_columns(time, knots)
     stiff = _STIFFNESS * np.sqrt(len(time) / float(time[-1] - time[0]))  # a second of samples counts as one
     bend = stiff * np.diff(np.eye(columns.shape[1]), 2, axis=0)
     bending = bend.T @ bend
@@ -95,12 +97,21 @@ def slow_curve(time: Array, values: Array, weights: Array, spacing: float) -> BS
     return BSpline(knots, found, 3)
 
 
-def solve_spline(columns: csr_array, values: Array, weights: Array, bending: Array) -> Array:
+def spline_columns(time: Array, knots: Array) -> Array | csr_array:
+    """The cubic B-splines over ``knots`` (p + 4,) at ``time`` (n,): (n, p), sparse where that is less work."""
+    columns = csr_array(BSpline.design_matrix(time, knots, 3))
+    return columns if columns.shape[0] * columns.shape[1] > _SPARSE else columns.toarray()
+
+
+def solve_spline(columns: Array | csr_array, values: Array, weights: Array, bending: Array) -> Array:
     """Coefficients c (p,) with least Σ weights·(values − columns·c)² + c·bending·c, by the normal equations.
 
-    ``columns`` (n, p) is sparse, so that the work grows with n, not with n·p².
+    ``columns`` (n, p) are sparse where they are many, so that the work grows with n, not with n·p².
     """
-    normal = (columns.T @ (columns.multiply(weights[:, None]))).toarray() + bending
+    if isinstance(columns, csr_array):
+        normal = (columns.T @ columns.multiply(weights[:, None])).toarray() + bending
+    else:
+        normal = columns.T @ (columns * weights[:, None]) + bending
     # what neither data nor bending determine, such as the gain of a sensor that never turns, becomes zero
     normal += 1e-13 * np.trace(normal) / len(normal) * np.eye(len(normal))
     return np.asarray(np.linalg.solve(normal, columns.T @ (weights * values)))

@@ -20,7 +20,7 @@ from scipy.sparse import csr_array, hstack
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.rotations import lowpass
-from sssi_exudyn.recording.few_sensors.attitude import solve_spline
+from sssi_exudyn.recording.few_sensors.attitude import solve_spline, spline_columns
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.slope_and_heading import local_fit
 
@@ -157,13 +157,14 @@ def fused_course(gps: Gps, velocity: Array, time: Array, yaw_rate: Array | None,
     knots = np.r_[[inner[0]] * 3, inner, [inner[-1]] * 3]
     inside = (gps.time >= time[0]) & (gps.time <= time[-1])
     at = gps.time[inside]
-    basis = csr_array(BSpline.design_matrix(at, knots, 3))
+    basis = spline_columns(at, knots)
     weight = np.minimum(speed[inside] / 3.0, 1.0)  # a course is the more certain, the faster the skier
     known = course[inside]
     if gain is not None:
         known = known - gain * columns[inside].sum(axis=1)
     else:
-        basis = csr_array(hstack([basis, columns[inside]]))
+        turning = columns[inside]
+        basis = csr_array(hstack([basis, turning])) if isinstance(basis, csr_array) else np.hstack([basis, turning])
     count = len(knots) - 4
     bend = np.zeros((count - 2, basis.shape[1]))
     bend[:, :count] = 0.1 * np.diff(np.eye(count), 2, axis=0)  # holds the curve where fixes are slow or missing

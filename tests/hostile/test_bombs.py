@@ -1,0 +1,17 @@
+"""Every file that was ever found to cost too much, or to end in a fault of the program; each is one clear line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from bombs import Bomb, bombs
+from fuzzing import read_any
+from limited import run_limited
+
+
+@pytest.mark.parametrize("bomb", bombs(), ids=lambda bomb: bomb.name)
+def test_a_hostile_file_is_refused_in_one_clear_line(tmp_path: Path, bomb: Bomb) -> None:
+    folder = bomb.write(tmp_path / "in")
+    found = run_limited(lambda: read_any(folder, list(bomb.imports), tmp_path / "out", bool(bomb.imports)))
+    assert found.verdict == "refused" or (bomb.taken and found.verdict == "taken"), found
