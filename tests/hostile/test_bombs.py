@@ -8,6 +8,15 @@ import pytest
 from bombs import Bomb, bombs
 from fuzzing import read_any
 from limited import run_limited
+from tiny import Tiny
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _imported(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Every module is there before a case is forked off, and none is imported again in each."""
+    folder = Tiny().write(tmp_path_factory.mktemp("whole"))
+    for imports in ([], ["motion.bvh", "gps.csv"]):
+        read_any(folder, imports, folder / "out", bool(imports))
 
 
 @pytest.mark.parametrize("bomb", bombs(), ids=lambda bomb: bomb.name)

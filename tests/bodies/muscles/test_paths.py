@@ -172,9 +172,9 @@ def _without(text: str, part: str) -> str:
 @pytest.mark.parametrize(
     ("spoil", "said"),
     [
-        (lambda text: "not xml", "this is not XML"),
+        (lambda text: "not xml", "broken XML"),
         (lambda text: "<a/>", "this is not an OpenSim model"),
-        (lambda text: _without(text, "<max_isometric_force>500"), "this is not XML"),
+        (lambda text: _without(text, "<max_isometric_force>500"), "broken XML"),
         (lambda text: text.replace("0.1</pennation", "x</pennation"), "'x' are not numbers"),
         (lambda text: text.replace("<body>shank</body>", "<body>foot</body>"), "no 'foot'"),
         (lambda text: text.replace("<wrap_object>ball", "<wrap_object>cube"), "no wrap object 'cube'"),
