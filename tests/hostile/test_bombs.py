@@ -19,7 +19,9 @@ def _imported(tmp_path_factory: pytest.TempPathFactory) -> None:
         read_any(folder, imports, folder / "out", bool(imports))
 
 
-@pytest.mark.parametrize("bomb", bombs(), ids=lambda bomb: bomb.name)
+@pytest.mark.parametrize(
+    "bomb", [pytest.param(bomb, id=bomb.name, marks=[pytest.mark.long] if bomb.large else []) for bomb in bombs()]
+)
 def test_a_hostile_file_is_refused_in_one_clear_line(tmp_path: Path, bomb: Bomb) -> None:
     folder = bomb.write(tmp_path / "in")
     found = run_limited(lambda: read_any(folder, list(bomb.imports), tmp_path / "out", bool(bomb.imports)))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -34,15 +35,35 @@ class Bomb:
     taken: bool = False
     special: Mapping[str, Callable[[Path], None]] = field(default_factory=dict)
 
+    @property
+    def large(self) -> bool:
+        """Whether reading it is work."""
+        return sum(map(len, self.files.values())) > 1_000_000
+
     def write(self, folder: Path) -> Path:
         """The files, over those of the small recording; the folder."""
-        Tiny().write(folder)
+        folder.mkdir(parents=True)
+        for name, data in _small().items():
+            (folder / name).write_bytes(data)
         for name, data in self.files.items():
             (folder / name).write_bytes(data)
         for name, make in self.special.items():
             (folder / name).unlink(missing_ok=True)
             make(folder / name)
         return folder
+
+
+@cache
+def _small() -> dict[str, bytes]:
+    """The small recording, made once."""
+    tiny = Tiny()
+    texts = {
+        "recording.toml": TOML,
+        "motion.bvh": tiny.bvh(),
+        "gps.csv": csv(tiny.gps),
+        "insoles.csv": csv(tiny.insoles),
+    }
+    return {name: text.encode() for name, text in texts.items()}
 
 
 def _toml(old: str, new: str) -> dict[str, bytes]:
