@@ -33,7 +33,7 @@ from sssi_exudyn.reports.section import Section
 from sssi_exudyn.reports.sections.diagnosis import diagnosis_blocks
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
-from sssi_exudyn.validation.benchmark.cases import Case, make, plan
+from sssi_exudyn.validation.benchmark.cases import Case, Made, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.run import seal
 from sssi_exudyn.validation.benchmark.scores import score, share
@@ -70,14 +70,17 @@ def base() -> tuple[Recording, Motion, Model]:
     return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 
 
+@pytest.fixture(scope="module")
+def patched(base: Any) -> Made:
+    """A run over a patch of slow snow, simulated once for the tests that search for it."""
+    return make(0, ("snow_patch", "physics", 3), [base], seed=4)
+
+
 def shown(diagnosis: Diagnosis) -> str:
     return section_html(Section("", diagnosis_blocks(diagnosis)), "part")
 
 
-def diagnose_case(
-    name: str, kind: str, strength: int, base: Any, seed: int, tmp_path: Path
-) -> tuple[Any, dict[str, Any]]:
-    made = make(0, (name, kind, strength), [base], seed)
+def diagnose_case(made: Made, tmp_path: Path) -> tuple[Case, dict[str, Any]]:
     found = diagnose(made.recording, made.motion, made.model, full=False)
     diagnosis = found.diagnosis
     assert diagnosis.sentence.split(":")[0] in shown(diagnosis)
@@ -90,8 +93,8 @@ def diagnose_case(
 
 
 @pytest.mark.long
-def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any, tmp_path: Path) -> None:
-    case, written = diagnose_case("snow_patch", "physics", 3, base, seed=4, tmp_path=tmp_path)
+def test_a_patch_of_slow_snow_is_found_named_and_placed(patched: Made, tmp_path: Path) -> None:
+    case, written = diagnose_case(patched, tmp_path)
     assert written.keys() >= KEYS
     finding = written["findings"][0]
     names = [finding["name"], *(other["name"] for other in finding["alternatives"])]
@@ -108,7 +111,7 @@ def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any, tmp_path: Pat
 
 @pytest.mark.long
 def test_where_nothing_is_hidden_nothing_is_found(base: Any, tmp_path: Path) -> None:
-    _, written = diagnose_case("none", "none", 0, base, seed=6, tmp_path=tmp_path)
+    _, written = diagnose_case(make(0, ("none", "none", 0), [base], seed=6), tmp_path)
     assert written["verdict"] == "none"
     assert written["findings"] == []
     assert abs(written["friction"]["after"]["mu_t"] - written["friction"]["before"]["mu_t"]) < 1e-12
@@ -354,11 +357,10 @@ def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> No
 
 @pytest.mark.long
 def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
-    base: Any, monkeypatch: pytest.MonkeyPatch
+    patched: Made, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     few = tuple(BY_NAME[name] for name in ("snow_patch", "unexplained_force"))
     monkeypatch.setattr(search, "HYPOTHESES", few)
-    made = make(0, ("snow_patch", "physics", 3), [base], seed=4)
     asked = []
 
     def once(problem: DiagnosisProblem, state: State, fit: Any) -> Any:
@@ -368,7 +370,7 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
         return compare_hypotheses(problem, state, fit)
 
     monkeypatch.setattr(diagnose_module, "compare_hypotheses", once)
-    found = diagnose(made.recording, made.motion, made.model, full=False)
+    found = diagnose(patched.recording, patched.motion, patched.model, full=False)
     assert len(asked) == 2
     assert found.diagnosis.verdict == "none"
     assert found.fit is found.first
