@@ -20,7 +20,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-MAX_ENTRY: Final = 1_000_000_000
+MAX_ENTRY: Final = 300_000_000
 """bytes of arrays in one entry."""
 Arrays = dict[str, NDArray[np.generic]]
 

@@ -1,12 +1,15 @@
 """The cache: the same content has the same key everywhere, other content has another, and no entry is half one."""
 
+import pickle
 import subprocess
 import sys
+import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from limited import run_limited
 
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.model.faults import GpsJump
@@ -100,3 +103,47 @@ def test_a_torn_entry_is_computed_anew(tmp_path: Path, keep: int) -> None:
     back = cache.get("k")
     assert back is not None
     np.testing.assert_array_equal(back["x"], [0.0, 1.0])
+
+
+def _archive(path: Path, header: bytes, data: bytes, compression: int = zipfile.ZIP_STORED) -> None:
+    with zipfile.ZipFile(path, "w", compression) as parts:
+        parts.writestr("x.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + data)
+
+
+_HEADER = "{{'descr': '{}', 'fortran_order': False, 'shape': ({},), }}\n"
+POISON: dict[str, tuple[str, int, bytes, int]] = {
+    "promises more than it has": ("<f8", 10**12, b"12345678", zipfile.ZIP_STORED),
+    "swells": ("<f8", 10**6, bytes(8 * 10**6), zipfile.ZIP_DEFLATED),
+    "objects": ("|O", 1, pickle.dumps([1]), zipfile.ZIP_STORED),
+    "code for a header": ("__import__('os')", 1, b"12345678", zipfile.ZIP_STORED),
+}
+
+
+@pytest.mark.parametrize("kind", POISON)
+def test_poisoned_entries_are_computed_anew(tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sssi_exudyn.runtime.cache.MAX_ENTRY", 4 * 10**6)
+    dtype, count, data, compression = POISON[kind]
+    _archive(tmp_path / "key.npz", _HEADER.format(dtype, count).encode(), data, compression)
+    found = run_limited(lambda: Cache(tmp_path).get("key"))
+    assert (found.verdict, Cache(tmp_path).get("key")) == ("taken", None)
+    kept = Cache(tmp_path).get_or_make("key", lambda: {"x": np.arange(3.0)})
+    again = Cache(tmp_path).get("key")
+    assert again is not None
+    np.testing.assert_array_equal(kept["x"], again["x"])
+
+
+def test_arrays_come_back_as_they_were_kept(tmp_path: Path) -> None:
+    arrays = {
+        "rows": np.arange(6.0).reshape(2, 3),
+        "columns": np.asfortranarray(np.eye(3)[:, :2]),
+        "word": np.array("a"),
+        "none": np.zeros((0, 3)),
+        "flags": np.array([True, False]),
+    }
+    Cache(tmp_path).put("key", arrays)
+    found = Cache(tmp_path).get("key")
+    assert found is not None
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(found[name], array)
+        assert found[name].dtype == array.dtype
+        assert found[name].flags.writeable
