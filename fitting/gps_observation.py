@@ -51,13 +51,24 @@ def predict_fixes(model: Model, time: Array, antenna: Array, fixes: Array) -> Ar
     risen = antenna - [0.0, 0.0, antenna[0, 2]]
     level = risen @ slope_to_level(model.inclination).T
     at = fixes - model.start.clock_offset
-    seen = np.stack([np.interp(at, time, level[:, axis]) for axis in range(3)], axis=1)
-    for outside, near, end in ((at < time[0], slice(None, _END), 0), (at > time[-1], slice(-_END, None), -1)):
+    seen = _interpolate(at, time, level)
+    for outside, near, end in (
+        (at.real < time[0], slice(None, _END), 0),
+        (at.real > time[-1], slice(-_END, None), -1),
+    ):
         if np.any(outside):
-            course = np.polynomial.polynomial.polyfit(time[near], level[near], 2)
-            gone_on = np.polynomial.polynomial.polyval(np.append(at[outside], time[end]), course).T
-            seen[outside] = level[end] + gone_on[:-1] - gone_on[-1]  # without a jump where the run ends
+            course = np.linalg.pinv(np.vander(time[near] - time[end], 3)) @ level[near]
+            # without a jump where the run ends
+            seen[outside] = level[end] + np.vander(at[outside] - time[end], 3)[:, :2] @ course[:2]
     return seen + gps_offset(model.sensors, fixes)
+
+
+def _interpolate(at: Array, time: Array, values: Array) -> Array:
+    """(n, d) between the values (m, d) at ``time``, constant beyond its ends; complex numbers carry derivatives."""
+    row = np.clip(np.searchsorted(time, at.real, side="right") - 1, 0, len(time) - 2)
+    share = (at - time[row]) / (time[row + 1] - time[row])
+    share = np.where(share.real < 0.0, 0.0, np.where(share.real > 1.0, 1.0, share))[:, None]
+    return np.asarray((1.0 - share) * values[row] + share * values[row + 1])
 
 
 def correct_fixes(gps: Gps, model: Model) -> Gps:

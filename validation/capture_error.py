@@ -9,17 +9,20 @@ that segment's error without anything being simulated.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.bodies.skier.chain import SEGMENT
 from sssi_exudyn.core.frames import Array, slope_to_level
+from sssi_exudyn.core.rotations import rotations_about
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion, relative_poses
-from sssi_exudyn.simulation.reduced import Prepared, simulate_reduced
+from sssi_exudyn.simulation.reduced import Prepared
+from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.measurements import Measurements
 
 SPACING: Final = 1.5
@@ -28,8 +31,6 @@ _MOST: Final = 24
 """Supports at most, however long the run."""
 USUAL: Final = float(np.radians(0.4))
 """rad by which a whole capture's segments are usually wrong, before the data speak."""
-_PROBE: Final = 0.002
-"""rad or m by which an error is tried; responses are linear to well beyond."""
 _SIDES: Final = ("l", "r")
 
 
@@ -79,29 +80,35 @@ def capture_errors(motion: Motion, prepared: Prepared) -> list[CaptureError]:
     ]
 
 
-def with_error(prepared: Prepared, error: CaptureError, size: float) -> Prepared:
-    """The tables of a capture that is wrong by ``size`` (rad or m) times the error's profile."""
-    at = size * error.profile(prepared.time)
+def with_error(prepared: Prepared, error: CaptureError, size: complex) -> Prepared:
+    """The tables of a capture that is wrong by ``size`` (rad or m) times the error's profile; a complex size carries a
+    derivative.
+    """
+    at = np.asarray(size * error.profile(prepared.time))
     rate = np.gradient(at, prepared.time)
     if error.kind == "height":
-        place, velocity = prepared.foot_place.copy(), prepared.foot_velocity.copy()
-        acceleration = prepared.foot_acceleration.copy()
+        place, velocity = prepared.foot_place.astype(at.dtype), prepared.foot_velocity.astype(at.dtype)
+        acceleration = prepared.foot_acceleration.astype(at.dtype)
         place[:, error.side, 2] += at
         velocity[:, error.side, 2] += rate
         acceleration[:, error.side, 2] += np.gradient(rate, prepared.time)
         return replace(prepared, foot_place=place, foot_velocity=velocity, foot_acceleration=acceleration)
     axis = prepared.foot_rotation[:, error.side, :, ("roll", "pitch", "yaw").index(error.kind)]
-    rotation, spin = prepared.foot_rotation.copy(), prepared.foot_spin.copy()
-    rotation[:, error.side] = Rotation.from_rotvec(at[:, None] * axis).as_matrix() @ rotation[:, error.side]
+    rotation, spin = prepared.foot_rotation.astype(at.dtype), prepared.foot_spin.astype(at.dtype)
+    rotation[:, error.side] = rotations_about(axis, at) @ rotation[:, error.side]
     spin[:, error.side] += rate[:, None] * axis
     return replace(prepared, foot_rotation=np.ascontiguousarray(rotation), foot_spin=spin)
 
 
-def response(model: Model, prepared: Prepared, measurements: Measurements, error: CaptureError, base: Array) -> Array:
-    """(N,) change of what the instruments would say, a radian of segments' error."""
-    size = _PROBE if error.kind != "height" else 0.5 * _PROBE
-    run = simulate_reduced(model, with_error(prepared, error, size))
-    return np.asarray((measurements.predicted(model, run) - base) / size * error.scale)
+def responses(model: Model, prepared: Prepared, measurements: Measurements, errors: Sequence[CaptureError]) -> Array:
+    """(N, errors) change of what the instruments would say, a radian of segments' error."""
+    changes = [partial(_change, error) for error in errors]
+    slopes = sensitivities(model, prepared, (), measurements.predicted, changes)[1]
+    return np.asarray(slopes * [error.scale for error in errors])
+
+
+def _change(error: CaptureError, prepared: Prepared, size: complex) -> Prepared:
+    return with_error(prepared, error, size)
 
 
 def antenna_responses(motion: Motion, model: Model, measurements: Measurements) -> Array:

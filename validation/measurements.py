@@ -91,7 +91,7 @@ def averages(time: Array, values: Array, windows: Array) -> Array:
     """(m, d) averages of ``values`` (n, d), known at ``time`` (n,), over ``INTERVAL`` about each of ``windows``
     (m,).
     """
-    summed = np.zeros((len(time), values.shape[1]))
+    summed = np.zeros((len(time), values.shape[1]), dtype=values.dtype)
     summed[1:] = np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time)[:, None], axis=0)
     edges = [[np.interp(windows + d, time, column) for column in summed.T] for d in (-0.5 * INTERVAL, 0.5 * INTERVAL)]
     return (np.array(edges[1]) - np.array(edges[0])).T / INTERVAL

@@ -16,6 +16,14 @@ and, with the same arguments, each followed by its derivatives, row by row:
     foot_derivatives → along, across, ∂along/∂(load, v_t, v_n), ∂across/∂(load, v_t, v_n)
     segment_derivatives, body_derivatives → f, l, n, ∂f/∂v, ∂l/∂v, ∂n/∂v
 
+and the whole of its linearisation, written into two arrays:
+
+    point_linearisation, foot_…, segment_…, body_…, terrain_linearisation(parameters, …, by_state, by_parameter)
+
+with the same arguments once more.  by_state (outputs, variables) holds the derivatives by depth and rate; load, v_t,
+v_n, edge, groove, f and l; f, l and the velocity; f and l.  by_parameter (outputs, all parameters) holds those by the
+parameters on which the place depends, listed in ``POINT_PARAMETERS``, ``FOOT_PARAMETERS`` …; the rest is left alone.
+
 The text is kept as a module in a cache folder, under its own hash, so that Numba's cache on disk holds across
 processes.  A kernel that calls these functions is compiled into the same module (``compile_kernel``): Numba keeps no
 compiled caller of functions that come in from outside.
@@ -39,8 +47,8 @@ import numpy as np
 from platformdirs import user_cache_path
 
 from sssi_exudyn.contact import term as places
-from sssi_exudyn.contact.backends import vectors
-from sssi_exudyn.contact.backends.tape import Operand, Tape, TapeMath, source_lines
+from sssi_exudyn.contact.backends import structs, vectors
+from sssi_exudyn.contact.backends.tape import Node, Operand, Tape, TapeMath, source_lines
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
 
@@ -98,6 +106,11 @@ def _power(x, p):  # the exponents that laws mostly have cost a root at most
 
 
 @_inner
+def _log_power(x, p):  # the derivative of the power by its exponent
+    return _power(x, p) * _math.log(x) if x > 0.0 else 0.0
+
+
+@_inner
 def _signed_power(x, p):
     return _math.copysign(_power(abs(x), p), x)
 """
@@ -107,12 +120,16 @@ _Trace = Callable[[TapeMath, Sequence[Term], dict[str, Operand]], Sequence[Opera
 
 @dataclass(frozen=True)
 class _Law:
-    """How one place's function is traced: its names, its arguments, and those that its derivatives are wanted for."""
+    """How one place's functions are traced: their names and arguments, those by which ``derivatives`` are taken, and
+    those by which the linearisation is.
+    """
 
     value: str
     derivatives: str
+    linearisation: str
     arguments: tuple[str, ...]
     variables: tuple[str, ...]
+    state: tuple[str, ...]
     trace: _Trace
 
 
@@ -131,37 +148,55 @@ _LAWS: Final = {
     "point": _Law(
         "point_force",
         "point_derivatives",
+        "point_linearisation",
         ("depth", "rate", "length"),
+        ("depth", "rate"),
         ("depth", "rate"),
         lambda math, terms, a: (places.point_force(math, terms, places.PointState(**a)),),
     ),
     "foot": _Law(
         "foot_force",
         "foot_derivatives",
+        "foot_linearisation",
         ("load", "v_t", "v_n", "edge", "groove", "t", "f", "l", "side"),
         ("load", "v_t", "v_n"),
+        ("load", "v_t", "v_n", "edge", "groove", "f", "l"),
         lambda math, terms, a: places.foot_force(math, terms, places.FootState(**a)),
     ),
-    "segment": _Law("segment_force", "segment_derivatives", ("t", "f", "l", *_VELOCITY, "area"), _VELOCITY, _segment),
+    "segment": _Law(
+        "segment_force",
+        "segment_derivatives",
+        "segment_linearisation",
+        ("t", "f", "l", *_VELOCITY, "area"),
+        _VELOCITY,
+        ("f", "l", *_VELOCITY),
+        _segment,
+    ),
     "body": _Law(
         "body_force",
         "body_derivatives",
+        "body_linearisation",
         ("t", "f", "l", *_VELOCITY),
         _VELOCITY,
+        ("f", "l", *_VELOCITY),
         lambda math, terms, a: places.body_force(math, terms, places.BodyState(a["t"], a["f"], a["l"], _velocity(a))),
     ),
     "wind": _Law(
         "air_velocity",
         "",
+        "wind_linearisation",
         ("t", "f", "l"),
         (),
+        ("f", "l"),
         lambda math, terms, a: places.air_velocity(math, terms, places.PlaceState(**a)),
     ),
     "terrain": _Law(
         "terrain_height",
         "",
+        "terrain_linearisation",
         ("f", "l"),
         (),
+        ("f", "l"),
         lambda math, terms, a: places.terrain_height(math, terms, a["f"], a["l"]),
     ),
 }
@@ -171,12 +206,13 @@ _LAWS: Final = {
 class CompiledLaw:
     """All terms of one place as compiled functions of floats.
 
-    value, derivatives : as listed above; ``derivatives`` is None for wind and terrain
+    value, derivatives, linearisation : as listed above; ``derivatives`` is None for wind and terrain
     parameters : what the functions take as their first argument, (n,) in the terms' units
     """
 
     value: Callable[..., Any]
     derivatives: Callable[..., Any] | None
+    linearisation: Callable[..., Any]
     parameters: Array
 
 
@@ -192,6 +228,7 @@ def laws_source(terms: Sequence[Term]) -> str:
         functions.append(_function(law, law.value, terms, ()))
         if law.variables:
             functions.append(_function(law, law.derivatives, terms, law.variables))
+        functions.append(_linearisation(law, terms))
     return "\n\n".join(functions)
 
 
@@ -203,6 +240,32 @@ def _function(law: _Law, name: str, terms: Sequence[Term], variables: Sequence[s
     rows = [column[row] for row in range(len(outputs)) for column in slopes]
     body = "\n".join(f"    {line}" for line in source_lines(tape, (*outputs, *rows)))
     return f"@_compiled\ndef {name}(parameters, {', '.join(law.arguments)}):\n{body}\n"
+
+
+def _linearisation(law: _Law, terms: Sequence[Term]) -> str:
+    tape = Tape()
+    arguments: dict[str, Operand] = {argument: tape.name(argument) for argument in law.arguments}
+    outputs = tuple(law.trace(TapeMath(tape), _on_tape(terms, tape), arguments))
+    count = sum(len(places.parameters(term)) for term in terms)
+    slots: list[str] = []
+    found: list[Operand] = []
+    for column, name in enumerate(law.state):
+        slopes = tape.derivatives(outputs, tape.name(name))
+        slots += [f"by_state[{row}, {column}]" for row in range(len(outputs))]
+        found += slopes
+    depends = []
+    for index in range(count):
+        slopes = tape.derivatives(outputs, tape.name(f"parameters[{index}]"))
+        moving = [(row, slope) for row, slope in enumerate(slopes) if isinstance(slope, Node) or slope != 0.0]
+        slots += [f"by_parameter[{row}, {index}]" for row, _ in moving]
+        found += [slope for _, slope in moving]
+        depends += [index] if moving else []
+    *lines, values = source_lines(tape, found)
+    stores = zip(slots, values.removeprefix("return ").split(", "), strict=True) if slots else ()
+    body = "\n".join(f"    {line}" for line in [*lines, *(f"{slot} = {value}" for slot, value in stores)])
+    listed = law.linearisation.replace("_linearisation", "_parameters").upper()
+    head = f"def {law.linearisation}(parameters, {', '.join(law.arguments)}, by_state, by_parameter):"
+    return f"{listed} = {tuple(depends)!r}\n\n\n@_compiled\n{head}\n{body}\n"
 
 
 def _on_tape(terms: Sequence[Term], tape: Tape) -> tuple[Term, ...]:
@@ -252,39 +315,48 @@ def _module(source: str) -> ModuleType:
     return module
 
 
-def compile_kernel(terms: Sequence[Term], template: ModuleType) -> ModuleType:
-    """A module with the contents of ``template`` and the functions of ``terms``, compiled and cached as one.
+def compile_kernel(terms: Sequence[Term], *templates: ModuleType) -> ModuleType:
+    """A module with the contents of the templates and the functions of ``terms``, compiled and cached as one.
 
-    The template is a module whose Numba functions call ``point_force`` and so on as globals of its own; to please a
-    type checker it may declare them without a value (``point_force: Callable[..., float]``).  It should decorate with
+    A template is a module whose Numba functions call ``point_force`` and so on as globals of its own; to please a
+    type checker it may declare them without a value (``point_force: Callable[..., float]``), and so it may the
+    functions of a template before it.  It should decorate with
     ``njit(cache=True)``, call Numba functions of no other module but ``vectors`` (Numba's cache would not see a change
     there; this module's name does), and leave names that begin with an underscore to the generated functions.
 
     Raises ValueError for a template without a source file.
     """
-    kinds = (template, tuple(type(term) for term in terms))  # the text holds the terms' laws, not their numbers
+    kinds = (templates, tuple(type(term) for term in terms))  # the text holds the terms' laws, not their numbers
     if kinds not in _kernels:
-        _kernels[kinds] = _kernel_module(terms, template)
+        _kernels[kinds] = _kernel_module(terms, templates)
     return _kernels[kinds]
 
 
-_kernels: dict[tuple[ModuleType, tuple[type[Term], ...]], ModuleType] = {}
+_kernels: dict[tuple[tuple[ModuleType, ...], tuple[type[Term], ...]], ModuleType] = {}
 """What was asked for in this process; to write the laws down takes 10 ms."""
 
 
-def _kernel_module(terms: Sequence[Term], template: ModuleType) -> ModuleType:
-    if template.__file__ is None or vectors.__file__ is None:
-        raise ValueError(f"the template {template.__name__} has no source file")
-    shared = hashlib.sha256(Path(vectors.__file__).read_bytes()).hexdigest()
-    # the template goes first, as its __future__ imports must; Numba looks names up when a function is first called
-    text = Path(template.__file__).read_text(encoding="utf-8")
-    return _module(f"{text}\n\n# vectors: {shared}\n{laws_source(terms)}")
+def _kernel_module(terms: Sequence[Term], templates: Sequence[ModuleType]) -> ModuleType:
+    shared = [hashlib.sha256(_source_file(module).read_bytes()).hexdigest() for module in (vectors, structs)]
+    # imports from __future__ must come first; Numba looks names up when a function is first called
+    texts = [_source_file(template).read_text(encoding="utf-8").replace(_FUTURE, "") for template in templates]
+    return _module("\n\n".join([_FUTURE, *texts, f"# shared: {', '.join(shared)}", laws_source(terms)]))
+
+
+def _source_file(module: ModuleType) -> Path:
+    if module.__file__ is None:
+        raise ValueError(f"the template {module.__name__} has no source file")
+    return Path(module.__file__)
+
+
+_FUTURE: Final = "from __future__ import annotations\n"
 
 
 def _compiled(place: str, terms: Sequence[Term]) -> CompiledLaw:
     module, law = _module(laws_source(terms)), _LAWS[place]
     derivatives = getattr(module, law.derivatives) if law.variables else None
-    return CompiledLaw(getattr(module, law.value), derivatives, parameter_values(terms))
+    linearisation = getattr(module, law.linearisation)
+    return CompiledLaw(getattr(module, law.value), derivatives, linearisation, parameter_values(terms))
 
 
 def compile_point(terms: Sequence[Term]) -> CompiledLaw:

@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sssi_exudyn.contact.backends.structs import NewtonWork, ReducedState
+from sssi_exudyn.contact.backends.structs import InitialState, NewtonWork, ReducedSeries, ReducedState
 from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus, ski_axes, three, times
 from sssi_exudyn.runtime.jit import njit
 
@@ -31,6 +31,8 @@ terrain_height: Callable[..., tuple[float, float, float]]
 
 ITERATIONS = 12
 """Newton iterations at most."""
+RESTING = 1e-9
+"""Of the load, the force that is left over at rest."""
 SMALL = 1e-5
 """m/s²; a change of the accelerations that moves the skier by 10⁻¹⁰ m in a step."""
 
@@ -165,7 +167,7 @@ def settle(parameters, contact, x, foot_place, foot_rotation, load, eta):
                 residual[3 + ski * modes + k] += omega[k] ** 2 * eta[ski, k]
                 matrix[3 + ski * modes + k, 3 + ski * modes + k] += omega[k] ** 2
         residual[2] += load
-        if abs(residual[2]) < 1e-6 * load and np.max(np.abs(residual[3:])) < 1e-6 * load:
+        if abs(residual[2]) < RESTING * load and np.max(np.abs(residual[3:])) < RESTING * load:
             return height
         if carried <= 0.0:
             height -= 2e-3
@@ -329,14 +331,20 @@ def first_state(start):
 
 
 @njit(cache=True, nogil=True)
-def run(parameters, contact, motion, start, series):
-    """Integrate from the start to the end of the motion; the number of steps done, less than n − 1 if it diverged.
+def run_batch(parameters, contact, motion, start, series, done):
+    """Integrate b runs from their starts to the end of the motion.
 
-    contact : ``ModalContact``;  motion : ``PrescribedMotion``;  start : ``InitialState``
-    series : ``ReducedSeries``, which is filled
+    parameters : (b, p);  contact : ``ModalContact``;  motion : ``PrescribedMotion``
+    start : ``InitialState`` and series : ``ReducedSeries``, which is filled, each with a first axis (b,)
+    done : (b,) is filled with the instants of each run that were reached, all of them unless it diverged
     """
-    state, work = first_state(start)
-    for n in range(motion.time.shape[0]):
-        if not advance(parameters, contact, motion, n, state, work, series):
-            return n
-    return motion.time.shape[0]
+    for i in range(parameters.shape[0]):
+        state, work = first_state(InitialState(start.place[i], start.velocity[i], start.eta[i]))
+        one = ReducedSeries(
+            series.place[i], series.velocity[i], series.loads[i], series.sole[i], series.friction[i], series.edges[i]
+        )
+        done[i] = motion.time.shape[0]
+        for n in range(motion.time.shape[0]):
+            if not advance(parameters[i], contact, motion, n, state, work, one):
+                done[i] = n
+                break

@@ -188,3 +188,94 @@ class NewtonWork(NamedTuple):
     matrix: Array
     residual: Array
     scratch: Array
+
+
+class ParameterColumns(NamedTuple):
+    """The parameters of the laws by which a run is differentiated, c of them.
+
+    index : (c,) where each stands in the array of parameters
+    point, segment, body, terrain : which of them the laws of that place depend on
+    """
+
+    index: Any
+    point: Any
+    segment: Any
+    body: Any
+    terrain: Any
+
+
+class TangentInputs(NamedTuple):
+    """What changes in the inputs of a run of the reduced model, for d numbers by which it is differentiated.
+
+    The first b of them change the tables of feet and body, the next the feet's alone, f with tables in all.
+
+    columns : ``ParameterColumns``;  parameters : (c, d) change of each
+    mass : (d,) kg;  gravity : (3, d) m/s²
+    place, velocity : (3, d) of the pelvis at the start;  eta : (2k, d) of the modes' amplitudes
+    feet : (t, 2, 18, f) place, velocity, turn (rotation vector), spin, ski_acceleration and ski_turning, 3 rows each
+    inertia : (t, 3, f) of the posture's ``carried``
+    body : (t, 6 + 3e, b) of the centre of mass' place and velocity and of the exposed segments' velocities
+    """
+
+    columns: ParameterColumns
+    parameters: Array
+    mass: Array
+    gravity: Array
+    place: Array
+    velocity: Array
+    eta: Array
+    feet: Array
+    inertia: Array
+    body: Array
+
+
+class TangentSeries(NamedTuple):
+    """Tangents of ``ReducedSeries``, each with a last axis (d,) for the numbers."""
+
+    place: Array
+    velocity: Array
+    loads: Array
+    sole: Array
+    friction: Array
+    edges: Array
+
+
+class TangentState(NamedTuple):
+    """Tangents at one instant, and arrays in which the next are found.
+
+    place, rate, acceleration : (3 + 2k, d) of pelvis and modes
+    matrix, right : (3 + 2k, 3 + 2k) and (3 + 2k, d) of the linear system
+    skis : (2, 10 + k, 12 + 2k + c) the skis' linearisations;  inputs : (12 + 2k + c, d) tangents of what they depend on
+    first, last : (12 + 2k + c,) range in which each row of the inputs is not zero
+    """
+
+    place: Array
+    rate: Array
+    acceleration: Array
+    matrix: Array
+    right: Array
+    skis: Array
+    inputs: Array
+    first: Any
+    last: Any
+
+
+class SkiWork(NamedTuple):
+    """Arrays in which a ski is linearised: rows of one point's depth, rate and force, the modes' displacements there
+    (k, 3) and their share along the normal (k,); derivatives of the laws by state and by parameters.
+    """
+
+    depth: Array
+    rate: Array
+    push: Array
+    reach: Array
+    lever: Array
+    point_state: Array
+    point_parameter: Array
+    ground_state: Array
+    ground_parameter: Array
+    foot_state: Array
+    foot_parameter: Array
+    air_state: Array
+    air_parameter: Array
+    body_parameter: Array

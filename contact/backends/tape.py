@@ -125,14 +125,13 @@ class Tape:
         """∂output/∂variable of each output, as further operations on this tape.
 
         At a switch (``where``, ``maximum``, ``minimum``, ``absolute``) it is that of the branch taken there.
-        Raises TypeError when an exponent depends on the variable: exponents are parameters.
         """
         slopes: dict[int, Operand] = {}
 
         def slope(x: Operand) -> Operand:
             return slopes[x.index] if isinstance(x, Node) else 0.0
 
-        for node in tuple(self.nodes):
+        for node in needed(self, outputs):
             if node is variable:
                 slopes[node.index] = 1.0
             else:
@@ -143,11 +142,17 @@ class Tape:
 
 
 def _slope_of_power(tape: Tape, node: Node, dx: Operand, dp: Operand) -> Operand:
-    if not _is(dp, 0.0):
-        raise TypeError("a force term's exponent must be a parameter, not depend on the state")
     x, p = node.operands
-    base = tape.node("absolute", x) if node.operation == "signed_power" else x
-    return tape.multiply(tape.multiply(p, tape.node("power", base, tape.subtract(p, 1.0))), dx)
+    signed = node.operation == "signed_power"
+    base = tape.node("absolute", x) if signed else x
+    by_base: Operand = 0.0
+    by_exponent: Operand = 0.0
+    if not _is(dx, 0.0):
+        by_base = tape.multiply(tape.multiply(p, tape.node("power", base, tape.subtract(p, 1.0))), dx)
+    if not _is(dp, 0.0):
+        by_exponent = tape.multiply(tape.node("log_power", base, p), dp)
+        by_exponent = tape.multiply(tape.node("sign", x), by_exponent) if signed else by_exponent
+    return tape.add(by_base, by_exponent)
 
 
 def _slope_of_saturate(tape: Tape, node: Node, dv: Operand, de: Operand) -> Operand:
@@ -233,18 +238,23 @@ class TapeMath:
 _SPELLING = {name: f"_math.{name}" for name in ("sqrt", "sin", "cos", "atan", "exp", "tanh")}
 
 
+def needed(tape: Tape, outputs: Sequence[Operand]) -> list[Node]:
+    """The nodes that the outputs depend on, in the order in which they were noted."""
+    found: set[int] = set()
+    waiting = [x for x in outputs if isinstance(x, Node)]
+    while waiting:
+        node = waiting.pop()
+        if node.index not in found:
+            found.add(node.index)
+            waiting.extend(x for x in node.operands if isinstance(x, Node))
+    return [tape.nodes[index] for index in sorted(found)]
+
+
 def source_lines(tape: Tape, outputs: Sequence[Operand]) -> list[str]:
     """The tape as lines of Python that end in ``return``: only what the outputs need, one operation a line.
 
     The library's functions are spelt ``_math.sqrt``, the others of ``Math`` with an underscore (``_where``).
     """
-    needed: set[int] = set()
-    waiting = [x for x in outputs if isinstance(x, Node)]
-    while waiting:
-        node = waiting.pop()
-        if node.index not in needed:
-            needed.add(node.index)
-            waiting.extend(x for x in node.operands if isinstance(x, Node))
 
     def text(x: Operand) -> str:
         if isinstance(x, Node):
@@ -252,8 +262,8 @@ def source_lines(tape: Tape, outputs: Sequence[Operand]) -> list[str]:
         return repr(float(x))
 
     lines = []
-    for node in tape.nodes:
-        if node.index in needed and node.operands:
+    for node in needed(tape, outputs):
+        if node.operands:
             names = [text(x) for x in node.operands]
             if node.operation in "+-*/":
                 right = f" {node.operation} ".join(names)

@@ -52,3 +52,15 @@ def angles_between(a: Array, b: Array) -> Array:
     """Angle (…) rad between rotations (…, 3, 3), accurate also where it is tiny: |A − B| = 2√2 sin(θ/2) (Frobenius)."""
     half_sine = np.linalg.norm(a - b, axis=(-2, -1)) / np.sqrt(8.0)
     return np.asarray(2.0 * np.arcsin(np.minimum(half_sine, 1.0)))
+
+
+def rotations_about(axis: Array, angle: Array) -> Array:
+    """Rotations (n, 3, 3) by ``angle`` (n,) rad about unit vectors ``axis`` (3,) or (n, 3).
+
+    Written out, so that a complex angle carries a derivative through it.
+    """
+    x, y, z = np.moveaxis(np.broadcast_to(axis, (len(angle), 3)), -1, 0)
+    none = np.zeros_like(x)
+    cross = np.stack([none, -z, y, z, none, -x, -y, x, none], axis=-1).reshape(-1, 3, 3)
+    angle = angle[:, None, None]
+    return np.asarray(np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * (cross @ cross))

@@ -175,7 +175,7 @@ def gps_offset(sensors: Iterable[Sensor], time: Array) -> Array:
     total = np.zeros((len(time), 3))
     for sensor in sensors:
         if isinstance(sensor, GpsSensor):
-            total += sensor.offset(time)
+            total = total + sensor.offset(time)
     return total
 
 
@@ -184,7 +184,7 @@ def antenna_shift(sensors: Iterable[Sensor]) -> Array:
     total = np.zeros(3)
     for sensor in sensors:
         if isinstance(sensor, CaptureSensor):
-            total += sensor.lever()
+            total = total + sensor.lever()
     return total
 
 

@@ -103,12 +103,12 @@ class Model:
         ``name#2``.
         """
         owner, _, key = name.partition(".")
-        return float(getattr(self._owner(owner), key))
+        return float(getattr(self.owner(owner), key))
 
     def about(self, name: str) -> Quantity:
         """What is declared of the number of that name: unit, least and greatest value, meaning."""
         owner, _, key = name.partition(".")
-        return quantities(self._owner(owner))[key]
+        return quantities(self.owner(owner))[key]
 
     def bounds(self, name: str) -> tuple[float, float]:
         """Least and greatest value that the number of that name may have."""
@@ -129,15 +129,16 @@ class Model:
         )
         return found[:, 0], found[:, 1:]
 
-    def with_values(self, values: Mapping[str, float]) -> Model:
-        """The same model with other values of declared numbers, by their names.  Raises KeyError for an unknown
-        name.
+    def with_values(self, values: Mapping[str, complex]) -> Model:
+        """The same model with other values of declared numbers, by their names; a complex one carries a derivative.
+
+        Raises KeyError for an unknown name.
         """
         changed = self
         for name, value in values.items():
             owner, _, key = name.partition(".")
-            old = changed._owner(owner)
-            new = replace(old, **{key: float(value)})  # type: ignore[arg-type]
+            old = changed.owner(owner)
+            new = replace(old, **{key: value if isinstance(value, complex) else float(value)})  # type: ignore[arg-type]
             if isinstance(new, Start):
                 changed = replace(changed, start=new)
             elif isinstance(new, Term):
@@ -152,14 +153,15 @@ class Model:
 
         Raises KeyError for an unknown one.
         """
-        gone = [self._owner(name) for name in owners]
+        gone = [self.owner(name) for name in owners]
         return replace(
             self,
             terms=tuple(term for term in self.terms if not any(term is each for each in gone)),
             sensors=tuple(sensor for sensor in self.sensors if not any(sensor is each for each in gone)),
         )
 
-    def _owner(self, name: str) -> Term | Start | Sensor:
+    def owner(self, name: str) -> Term | Start | Sensor:
+        """The term, sensor or start of that name.  Raises KeyError for an unknown one."""
         if name == "start":
             return self.start
         kind, _, count = name.partition("#")

@@ -7,19 +7,21 @@ large bending of the skis, their geometric stiffness, gyroscopic forces between 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.bodies.ski.modes import ModalSki, modal_ski
-from sssi_exudyn.contact.backends import reduced_kernel
+from sssi_exudyn.contact.backends import reduced_kernel, reduced_tangents
 from sssi_exudyn.contact.backends.compiled import compile_kernel, parameter_values
 from sssi_exudyn.contact.backends.structs import InitialState, ModalContact, PrescribedMotion, ReducedSeries
 from sssi_exudyn.contact.registry import pad_terms
+from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import SimulationDiverged
-from sssi_exudyn.core.frames import Array, gravity_in_slope, slope_to_level
+from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
+from sssi_exudyn.core.rotations import rotations_about
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.motion.motion import Motion, antenna_carrier, antenna_offset
@@ -153,33 +155,30 @@ class Prepared:
         The yaw is a straight line in time, so its rate is a constant spin about gravity.
         """
         yaw = model.capture_yaw(self.time)
-        rate = float(yaw[-1] - yaw[0]) / float(self.time[-1] - self.time[0])
+        rate = (yaw[-1] - yaw[0]) / (self.time[-1] - self.time[0])
         lever = antenna_shift(model.sensors)
         if not (np.any(yaw) or np.any(lever)):
             return self
-        axis = slope_to_level(self.inclination).T @ [0.0, 0.0, 1.0]
-        turn = Rotation.from_rotvec(yaw[:, None] * axis).as_matrix()
+        up = -self.gravity / GRAVITY
+        turn = rotations_about(up, yaw)
         arm = self.antenna_frame @ lever
-        spun = rate * axis
-
-        def moved(place: Array, velocity: Array) -> tuple[Array, Array]:
-            return place, velocity + np.cross(spun, place)
-
-        antenna, antenna_velocity = moved(self.antenna + arm, self.antenna_velocity + np.cross(self.antenna_spin, arm))
-        foot, foot_velocity = moved(self.foot_place, self.foot_velocity)
-        com, com_velocity = moved(self.com_place, self.com_velocity)
+        drift = rate * up
+        antenna = self.antenna + arm
+        antenna_velocity = self.antenna_velocity + np.cross(self.antenna_spin, arm) + np.cross(drift, antenna)
+        foot_velocity = self.foot_velocity + np.cross(drift, self.foot_place)
+        com_velocity = self.com_velocity + np.cross(drift, self.com_place)
         vectors = {
             "antenna": antenna,
             "antenna_velocity": antenna_velocity,
-            "antenna_spin": self.antenna_spin + spun,
-            "foot_place": foot,
+            "antenna_spin": self.antenna_spin + drift,
+            "foot_place": self.foot_place,
             "foot_velocity": foot_velocity,
-            "foot_acceleration": self.foot_acceleration + np.cross(spun, self.foot_velocity + foot_velocity),
-            "foot_spin": self.foot_spin + spun,
-            "foot_spin_rate": self.foot_spin_rate + np.cross(spun, self.foot_spin),
-            "com_place": com,
+            "foot_acceleration": self.foot_acceleration + np.cross(drift, self.foot_velocity + foot_velocity),
+            "foot_spin": self.foot_spin + drift,
+            "foot_spin_rate": self.foot_spin_rate + np.cross(drift, self.foot_spin),
+            "com_place": self.com_place,
             "com_velocity": com_velocity,
-            "com_acceleration": self.com_acceleration + np.cross(spun, self.com_velocity + com_velocity),
+            "com_acceleration": self.com_acceleration + np.cross(drift, self.com_velocity + com_velocity),
             # the segments' places are not kept: a drift's own share of their speed, millimetres a second, is left out
             "exposed_velocity": self.exposed_velocity,
         }
@@ -241,33 +240,114 @@ def prepare(
     )
 
 
+def reduced_module(terms: Sequence[Term]) -> Any:
+    """The compiled functions of the reduced model for ``terms``, which ``pad_terms`` gave."""
+    return compile_kernel(terms, reduced_kernel, reduced_tangents)
+
+
+@dataclass(frozen=True)
+class Rest:
+    """The skier at rest on the snow before the start.
+
+    height : m of the pelvis;  eta : (2, k) amplitudes of the skis' modes;  loads : (2,) N of the feet
+    """
+
+    height: float
+    eta: Array
+    loads: Array
+
+    @property
+    def share(self) -> Array:
+        """(2,) of the load by foot."""
+        return np.asarray(self.loads / self.loads.sum())
+
+
+@dataclass(frozen=True)
+class StartOfRun:
+    """How a run starts: place and velocity of the pelvis (3,) m, m/s, and the states of rest that led there, the first
+    with equal loads assumed, the second with the loads of the first.
+    """
+
+    place: Array
+    velocity: Array
+    rests: tuple[Rest, Rest]
+
+    @property
+    def state(self) -> InitialState:
+        """The start as the kernel takes it."""
+        return InitialState(self.place, self.velocity, self.rests[1].eta)
+
+
+def start_of_run(model: Model, at: Prepared, kernel: Any, parameters: Array, contact: ModalContact) -> StartOfRun:
+    """Where and how a run starts, at rest on the snow but for its speed.  Raises SimulationDiverged where no rest is
+    found.
+    """
+    begin = model.start
+    pelvis = np.array([begin.f, begin.l, 0.0]) - at.antenna[0]
+    velocity = np.array([begin.velocity_f, begin.velocity_l, 0.0]) - at.antenna_velocity[0]
+    pelvis[2] = float(np.mean(model.snow(pelvis + at.foot_place[0])[0] - at.foot_place[0, :, 2]))
+    share = np.array([0.5, 0.5])
+    rests: list[Rest] = []
+    eta = np.zeros((2, len(contact.omega)))
+    for _ in range(2):
+        load = load_at_start(at, share)
+        pelvis[2] = kernel.settle(parameters, contact, pelvis, at.foot_place[0], at.foot_rotation[0], load, eta)
+        if not np.isfinite(pelvis[2]):
+            raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
+        rests.append(Rest(float(pelvis[2]), eta.copy(), _loads(kernel, parameters, pelvis, at, contact, eta)))
+        share = rests[-1].share
+    velocity[2] = along_snow(model, pelvis + at.foot_place[0], velocity, at.foot_velocity[0], share)
+    return StartOfRun(pelvis, velocity, (rests[0], rests[1]))
+
+
+def load_at_start(at: Prepared, share: Array) -> Any:
+    """N normal to the slope: the weight's part, and what lifts the centre of mass as the posture does at the start; the
+    feet are taken as fixed where the load's ``share`` (2,) of each is.
+    """
+    lift = at.com_acceleration[0, 2] - share @ at.foot_acceleration[0, :, 2]
+    weight = -at.gravity[2]
+    return at.mass * (weight + lift if np.real(lift) > (_LEAST_LOAD - 1.0) * np.real(weight) else _LEAST_LOAD * weight)
+
+
 def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
     at = prepared.correct_capture(model)
     terms = pad_terms(model.terms)
-    kernel = compile_kernel(terms, reduced_kernel)
-    parameters = parameter_values(terms)
-    gravity = at.gravity
-    contact = at.kernel_contact()
-    n = len(at.time)
-    begin = model.start
-    pelvis = np.array([begin.f, begin.l, 0.0]) - at.antenna[0]
-    velocity = np.array([begin.velocity_f, begin.velocity_l, 0.0]) - at.antenna_velocity[0]
-    share = np.array([0.5, 0.5])
-    eta = np.zeros((2, len(contact.omega)))
-    pelvis[2] = float(np.mean(model.snow(pelvis + at.foot_place[0])[0] - at.foot_place[0, :, 2]))
-    for _ in range(2):
-        lift = at.com_acceleration[0, 2] - share @ at.foot_acceleration[0, :, 2]
-        load = at.mass * max(-gravity[2] + lift, _LEAST_LOAD * -gravity[2])
-        pelvis[2] = kernel.settle(parameters, contact, pelvis, at.foot_place[0], at.foot_rotation[0], load, eta)
-        if not np.isfinite(pelvis[2]):
-            raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
-        share = _load_shares(kernel, parameters, pelvis, at, contact, eta)
-    velocity[2] = along_snow(model, pelvis + at.foot_place[0], velocity, at.foot_velocity[0], share)
-    loads, sole, edges = np.zeros((3, n, 2))
-    series = ReducedSeries(np.zeros((n, 3)), np.zeros((n, 3)), loads, sole, np.zeros((n, 2, 3)), edges)
-    done = kernel.run(parameters, contact, at.kernel_motion(), InitialState(pelvis, velocity, eta), series)
-    if done < n:
+    kernel, parameters, contact = reduced_module(terms), parameter_values(terms), at.kernel_contact()
+    start = start_of_run(model, at, kernel, parameters, contact)
+    series, done = run_batch(kernel, contact, at.kernel_motion(), parameters[None], [start])
+    return reduced_run(at, ReducedSeries(*(array[0] for array in series)), int(done[0]))
+
+
+def run_batch(
+    kernel: Any, contact: ModalContact, motion: PrescribedMotion, parameters: Array, starts: Sequence[StartOfRun]
+) -> tuple[ReducedSeries, Any]:
+    """Runs with parameters (b, p) and so many starts in one compiled call: what each leaves, on a first axis, and the
+    instants (b,) that it reached.
+    """
+    states = [start.state for start in starts]
+    begin = InitialState(*(np.stack(parts) for parts in zip(*states, strict=True)))
+    series = empty_series(len(starts), len(motion.time))
+    done = np.zeros(len(starts), dtype=np.int64)
+    kernel.run_batch(parameters, contact, motion, begin, series, done)
+    return series, done
+
+
+def empty_series(*count: int) -> ReducedSeries:
+    """Room for so many runs and instants."""
+    return ReducedSeries(
+        place=np.zeros((*count, 3)),
+        velocity=np.zeros((*count, 3)),
+        loads=np.zeros((*count, 2)),
+        sole=np.zeros((*count, 2)),
+        friction=np.zeros((*count, 2, 3)),
+        edges=np.zeros((*count, 2)),
+    )
+
+
+def reduced_run(at: Prepared, series: ReducedSeries, done: int) -> ReducedRun:
+    """The run that the kernel filled.  Raises SimulationDiverged where it did not reach the end."""
+    if done < len(at.time):
         raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge in the reduced model")
     return ReducedRun(
         time=at.time,
@@ -286,10 +366,8 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     )
 
 
-def _load_shares(
-    kernel: Any, parameters: Array, pelvis: Array, at: Prepared, contact: ModalContact, eta: Array
-) -> Array:
-    """(2,) each foot's share of the load at rest."""
+def _loads(kernel: Any, parameters: Array, pelvis: Array, at: Prepared, contact: ModalContact, eta: Array) -> Array:
+    """(2,) N: each foot's load at rest."""
     count = len(contact.omega)
     size = 3 + 2 * count
     buffers = np.zeros(size), np.zeros((size, size)), np.zeros((4 + count, 3 + count))
@@ -300,4 +378,4 @@ def _load_shares(
         loads[side], _ = kernel.snow(
             parameters, contact, tuple(pelvis), still, eta, np.zeros_like(eta), foot, side, *buffers, 0.0, 0.0
         )
-    return np.asarray(loads / loads.sum())
+    return loads

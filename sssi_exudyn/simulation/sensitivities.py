@@ -1,61 +1,82 @@
-"""Derivatives of the reduced model's predictions by the numbers of a model, as differences of runs."""
+"""Derivatives of what instruments see of a run of the reduced model, and runs of many models side by side."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.contact.backends import reduced_kernel
-from sssi_exudyn.contact.backends.compiled import compile_kernel
+from sssi_exudyn.contact.backends.compiled import parameter_values
+from sssi_exudyn.contact.backends.structs import ReducedSeries
 from sssi_exudyn.contact.registry import pad_terms
+from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, simulate_reduced
-
-STEPS: Final = {
-    "heading_offset": 1e-4,
-    "clock_offset": 1e-3,
-    "f": 1e-2,
-    "l": 1e-2,
-    "velocity_f": 1e-3,
-    "velocity_l": 1e-3,
-}
-"""Differences for the derivatives by the start's numbers, in their units."""
-_NEAR: Final = {"s": 0.01, "m": 0.05}
-"""Differences at most by unit: bounds of a place or an instant are those of a whole day, an effect's edge is sharp."""
+from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, reduced_module, reduced_run, run_batch, start_of_run
+from sssi_exudyn.simulation.tangents import STEP, TableChange, along, complex_model, run_tangents
 
 
 def sensitivities(
-    model: Model, prepared: Prepared, names: Sequence[str], observed: Callable[[Model, ReducedRun], Array]
+    model: Model,
+    prepared: Prepared,
+    names: Sequence[str],
+    observed: Callable[[Model, ReducedRun], Array],
+    changes: Sequence[TableChange] = (),
 ) -> tuple[Array, Array]:
-    """What is ``observed`` of a run, any shape (…), and its derivative (…, k) by the numbers of those names.
+    """What is ``observed`` of a run, any shape (…), and its derivative (…, k) by the numbers of those names, then by
+    the size of those changes of the posture's tables, at size 0.
 
-    Forward differences: a term's or sensor's number is changed by 10⁻⁴ of the width of its bounds, inwards, a place or
-    an instant by no more than is near; what that leaves of curvature is less than the reduced model's own difference
-    from the full one.
+    Exact: the run's tangents are carried along with it, and ``observed`` is differentiated by a complex step.  It must
+    therefore be a formula over the run's arrays and the model's numbers that NumPy continues to complex ones.
+
+    Raises SimulationDiverged as ``simulate_reduced`` does, KeyError for an unknown name.
     """
-    changed, widths = [model], []
-    for name in names:
-        about, value = model.about(name), model.value(name)
-        owner, _, key = name.partition(".")
-        width = STEPS[key] if owner == "start" else min(1e-4 * (about.high - about.low), _NEAR.get(about.unit, np.inf))
-        widths.append(width if value + width <= about.high else -width)
-        changed.append(model.with_values({name: value + widths[-1]}))
-    first, *others = simulate_each(changed, prepared, observed)
-    columns = [(other - first) / width for other, width in zip(others, widths, strict=True)]
+    run, slopes = run_tangents(model, prepared, names, changes)
+    first = observed(model, run)
+    models = [*(complex_model(model, name) for name in names), *(model for _ in changes)]
+    columns = [np.imag(observed(each, along(run, slopes, i))) / STEP for i, each in enumerate(models)]
     return first, np.stack(columns, axis=-1) if columns else np.zeros((*first.shape, 0))
 
 
 def simulate_each(
     models: Sequence[Model], prepared: Prepared, observed: Callable[[Model, ReducedRun], Array]
 ) -> list[Array]:
-    """What is ``observed`` of a run of each model, in threads: the compiled loop lets go of the interpreter's lock."""
-    every = [pad_terms(model.terms) for model in models]
-    for terms in {tuple(type(term) for term in terms): terms for terms in every}.values():
-        compile_kernel(terms, reduced_kernel)  # once, before threads ask for it
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(lambda each: observed(each, simulate_reduced(each, prepared)), models))
+    """What is ``observed`` of a run of each model: one compiled call a core for all that have the same laws and the
+    same capture, whose tables they share.
+
+    Raises SimulationDiverged when one of the runs does.
+    """
+    groups: dict[object, list[int]] = {}
+    for i, model in enumerate(models):
+        laws = tuple(type(term) for term in pad_terms(model.terms))
+        groups.setdefault((laws, _capture(model, prepared)), []).append(i)
+    cores = os.cpu_count() or 1
+    parts = [(group[0], group[k::cores]) for group in groups.values() for k in range(min(cores, len(group)))]
+    tables = {group[0]: prepared.correct_capture(models[group[0]]) for group in groups.values()}
+    for first in tables:
+        reduced_module(pad_terms(models[first].terms))  # once, before threads ask for it
+    with ThreadPoolExecutor(cores) as pool:
+        found = list(pool.map(lambda part: _runs([models[i] for i in part[1]], tables[part[0]]), parts))
+    seen: dict[int, Array] = {}
+    for (_, indices), runs in zip(parts, found, strict=True):
+        seen |= {i: observed(models[i], run) for i, run in zip(indices, runs, strict=True)}
+    return [seen[i] for i in range(len(models))]
+
+
+def _capture(model: Model, prepared: Prepared) -> object:
+    """What of a model changes the tables: two with the same have the same tables."""
+    ends = model.capture_yaw(prepared.time[[0, -1]])
+    return tuple(ends.tolist()), tuple(antenna_shift(model.sensors).tolist())
+
+
+def _runs(models: Sequence[Model], at: Prepared) -> list[ReducedRun]:
+    """Runs of models with the same laws on the same tables, one compiled call."""
+    every: list[tuple[Term, ...]] = [pad_terms(model.terms) for model in models]
+    kernel, contact = reduced_module(every[0]), at.kernel_contact()
+    parameters = np.stack([parameter_values(terms) for terms in every])
+    starts = [start_of_run(model, at, kernel, row, contact) for model, row in zip(models, parameters, strict=True)]
+    series, done = run_batch(kernel, contact, at.kernel_motion(), parameters, starts)
+    return [reduced_run(at, ReducedSeries(*(array[i] for array in series)), int(count)) for i, count in enumerate(done)]

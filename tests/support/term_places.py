@@ -6,7 +6,7 @@ import cmath
 import itertools
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -61,6 +61,15 @@ VARIABLES = {"point": ("depth", "rate"), "foot": ("load", "v_t", "v_n")} | dict.
     ("segment", "body"), ("v_f", "v_l", "v_n")
 )
 """What the compiled derivatives are taken by."""
+LINEAR = {
+    "point": ("depth", "rate"),
+    "foot": ("load", "v_t", "v_n", "edge", "groove", "f", "l"),
+    "segment": ("", "", "v_f", "v_l", "v_n"),
+    "wind": ("f", "l"),
+    "terrain": ("f", "l"),
+    "body": ("f", "l", "v_f", "v_l", "v_n"),
+}
+"""What the compiled linearisation is taken by, in the order of its columns; a segment's grid has no place."""
 
 
 def grid(kind: str) -> list[dict[str, float]]:
@@ -114,6 +123,25 @@ def compiled_on_grid(term: Any, derivatives: bool = False) -> Array:
             arguments = state
         rows.append(np.atleast_1d(function(parameter_values(terms), *arguments.values())))
     return np.array(rows)
+
+
+def linearisation_on_grid(term: Any, states: Sequence[State]) -> tuple[Array, Array]:
+    """(states, outputs, variables) and (states, outputs, the term's parameters) of the compiled linearisation."""
+    first = (UniformWind(), term) if term.kind == "segment" else (term,)
+    law = getattr(compiled, f"compile_{term.kind}")(first)
+    by_states, by_parameters = [], []
+    for state in states:
+        arguments, terms = dict(state), first
+        if term.kind == "segment":
+            wind = UniformWind(*(arguments.pop(f"w_{axis}") for axis in "fln"))
+            arguments, terms = {"t": 0.0, "f": 0.0, "l": 0.0} | arguments, (wind, term)
+        outputs = len(ask(FloatMath(), term, state))
+        by_state = np.full((outputs, len(LINEAR[term.kind])), np.nan)
+        by_parameter = np.zeros((outputs, len(law.parameters)))
+        law.linearisation(parameter_values(terms), *arguments.values(), by_state, by_parameter)
+        by_states.append(by_state)
+        by_parameters.append(by_parameter[:, len(law.parameters) - len(quantities(term)) :])
+    return np.array(by_states), np.array(by_parameters)
 
 
 class Switches:
@@ -258,6 +286,13 @@ def complex_step(term: Any, state: State, variable: str) -> Array:
     """(components,) derivatives of what the term gives by one of the state's numbers."""
     step = 1e-30
     given = ask(ComplexMath(), term, {**state, variable: complex(state[variable], step)})
+    return np.array([complex(x).imag / step for x in given])
+
+
+def complex_parameter_step(term: Any, state: State, parameter: str) -> Array:
+    """(components,) derivatives of what the term gives by one of its own numbers."""
+    step = 1e-30
+    given = ask(ComplexMath(), replace(term, **{parameter: complex(getattr(term, parameter), step)}), state)
     return np.array([complex(x).imag / step for x in given])
 
 

@@ -20,7 +20,6 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
-from sssi_exudyn.simulation.sensitivities import STEPS
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
 from sssi_exudyn.validation.diagnosis.result import Kind, Number
 from sssi_exudyn.validation.measurements import Measurements
@@ -29,6 +28,9 @@ _CELL: Final = 0.4
 """s; the finest division of a run in the search for a place."""
 _MOST_CELLS: Final = 48
 """Cells at most."""
+_NEAR: Final = 1e-4
+"""rad or s, by which a number that every model has is tried: near the fit's exact derivatives, as curvature would make
+a larger step differ from them."""
 
 
 @dataclass(frozen=True)
@@ -228,9 +230,7 @@ class KnownNumber(Hypothesis):
     scale: ClassVar[float]
 
     def probes(self, fitted: FittedRun) -> list[Probe]:
-        # as near as a fit's own derivatives: what curvature makes of a larger step would make the two differ
-        size = STEPS[self.number.partition(".")[2]]
-        return [Probe(fitted.model.with_values({self.number: fitted.model.value(self.number) + size}), size)]
+        return [Probe(fitted.model.with_values({self.number: fitted.model.value(self.number) + _NEAR}), _NEAR)]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         return [Candidate(fitted.model, Freedom(responses, np.array([self.scale])), ((self.number,),))]

@@ -7,7 +7,6 @@ of the capture do, and what the full model predicts beyond the reduced one.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -22,7 +21,7 @@ from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.simulation.sensitivities import sensitivities
-from sssi_exudyn.validation.capture_error import antenna_responses, capture_errors, response
+from sssi_exudyn.validation.capture_error import antenna_responses, capture_errors, responses
 from sssi_exudyn.validation.diagnosis.evidence import (
     Freedom,
     LinearModel,
@@ -86,7 +85,7 @@ def first_fit(problem: DiagnosisProblem) -> tuple[State, Refit]:
     mounting, cuff = _mounting(problem, base.model)
     state = replace(state, mounting=mounting, cuff=cuff)
     base = fit_model(problem, state, base.model, base.parameters, state.levels)
-    return settle(problem, replace(state, capture=_capture_responses(problem, state, base)), base)
+    return settle(problem, replace(state, capture=_capture_responses(problem, base)), base)
 
 
 def fit_model(
@@ -198,18 +197,14 @@ def _full_prediction(problem: DiagnosisProblem, model: Model) -> Array:
     return np.asarray(get_or_make(problem, key, run)["predicted"], dtype=np.float64)
 
 
-def _capture_responses(problem: DiagnosisProblem, state: State, base: Refit) -> Array:
+def _capture_responses(problem: DiagnosisProblem, base: Refit) -> Array:
     """(N, c) what errors of the capture do to the run of a fit, for one radian."""
 
     def run() -> Arrays:
         errors = capture_errors(problem.motion, problem.prepared)
-        before = base.predicted - state.offset
-        with ThreadPoolExecutor() as pool:
-            columns = list(
-                pool.map(lambda e: response(base.model, problem.prepared, problem.measurements, e, before), errors)
-            )
+        columns = responses(base.model, problem.prepared, problem.measurements, errors)
         torso = antenna_responses(problem.motion, base.model, problem.measurements)
-        return {"columns": np.column_stack([*columns, torso])}
+        return {"columns": np.column_stack([columns, torso])}
 
     key = fingerprint("capture", problem.key, base.values)
     columns = np.asarray(get_or_make(problem, key, run)["columns"], dtype=np.float64)

@@ -1,0 +1,113 @@
+"""What exact derivatives cost against differences, and runs side by side against one by one:
+
+    python benchmarks/derivatives.py --json FILE
+
+Ratios within one run of this script, everything compiled before it is timed.
+"""
+
+import os
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import argparse
+import json
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
+from sssi_exudyn.contact.terms.wind import Wind
+from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
+from sssi_exudyn.simulation.sensitivities import simulate_each
+from sssi_exudyn.simulation.tangents import run_tangents
+from sssi_exudyn.validation.capture_error import CaptureError, with_error
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+NAMES = ("beginner", "intermediate")
+COUNT = 40
+BATCH = 64
+LAWS = (
+    "friction.mu_t", "friction.mu_n", "friction.eps", "air.c_d", "air.rho", "penetration.k", "penetration.c",
+    "penetration.m1", "penetration.m3", "wind.w_f", "wind.w_l", "slope_change.delta", "terrain_bump.rise",
+    "start.f", "start.l", "start.velocity_f", "start.velocity_l", "start.heading_offset",
+)  # fmt: skip
+
+
+def least(work: Callable[[], Any], repeats: int, clock: Callable[[], float]) -> float:
+    """Least time (s) of some repeats."""
+    walls = []
+    for _ in range(repeats):
+        begin = clock()
+        work()
+        walls.append(clock() - begin)
+    return min(walls)
+
+
+def changes_of(prepared: Prepared, count: int) -> list[Callable[[Prepared, complex], Prepared]]:
+    """Errors of the feet that wander, so many."""
+    span = float(prepared.time[-1] - prepared.time[0])
+    errors = [
+        CaptureError(kind, side, (float(prepared.time[0]) + share * span, 0.4 * span), 1.0)
+        for share in (0.0, 0.4, 0.8)
+        for kind in ("yaw", "roll", "pitch", "height")
+        for side in range(2)
+    ]
+    return [partial(lambda error, tables, size: with_error(tables, error, size), error) for error in errors[:count]]
+
+
+def derivatives(model: Model, prepared: Prepared) -> dict[str, float]:
+    """Processor time of ``COUNT`` tangents and of a run, and how much cheaper the former are than differences."""
+    changes = changes_of(prepared, COUNT - len(LAWS))
+    assert len(LAWS) + len(changes) == COUNT
+
+    def tangents() -> None:
+        run_tangents(model, prepared, LAWS, changes)
+
+    tangents()
+    cost = least(tangents, 3, time.process_time)
+    run = least(lambda: simulate_reduced(model, prepared), 3, time.process_time)
+    return {"run_s": run, "tangents_s": cost, "runs": cost / run, "speedup": (COUNT + 1) * run / cost}
+
+
+def batches(model: Model, prepared: Prepared) -> dict[str, float]:
+    """Runs a second in a batch, and how many times that is of one by one."""
+    models = [model.with_values({"friction.mu_t": 0.05 + 0.001 * i}) for i in range(BATCH)]
+
+    def observed(_model: Model, run: ReducedRun) -> Any:
+        return run.antenna[-1]
+
+    simulate_each(models[:2], prepared, observed)
+    alone = least(lambda: [simulate_reduced(each, prepared) for each in models[:8]], 1, time.perf_counter) / 8
+    together = least(lambda: simulate_each(models, prepared, observed), 1, time.perf_counter) / BATCH
+    return {"runs_a_second": 1.0 / together, "speedup": alone / together}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--json", type=Path, required=True, help="file the figures go to")
+    options = parser.parse_args()
+    found: dict[str, Any] = {"cores": os.cpu_count(), "gradient_speedup": {}, "batch_speedup": {}, "detail": {}}
+    for name in NAMES:
+        recording = read_recording(EXAMPLES / name)
+        motion = motion_from_recording(recording)
+        model = problem_of(recording, motion, model_of(recording, motion), "joint").model
+        hills = (Wind(0.5, 0.5), SlopeChange(0.01, model.start.f + 10.0), TerrainBump(0.05, model.start.f + 20.0))
+        model = replace(model, terms=(*model.terms, *hills))
+        prepared = prepare(model, motion)
+        gradient, batch = derivatives(model, prepared), batches(model, prepared)
+        found["gradient_speedup"][name], found["batch_speedup"][name] = gradient["speedup"], batch["speedup"]
+        found["detail"][name] = {"gradient": gradient, "batch": batch}
+        print(json.dumps(found, indent=1), flush=True)
+    options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

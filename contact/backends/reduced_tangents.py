@@ -1,0 +1,501 @@
+"""Derivatives of a run of the reduced model by any numbers, carried along with it: a template that ``compiled`` joins
+with ``reduced_kernel`` and the laws.
+
+At an instant the residual r(a, q, q̇, p) = 0 gives the accelerations a, where by Newmark's rule
+
+    q = q₀ + h q̇₀ + h²/4 (a₀ + a),   q̇ = q̇₀ + h/2 (a₀ + a)
+
+Its tangents by a number p follow from the same equations, linearised where the step has converged:
+
+    (∂r/∂a + h²/4 ∂r/∂q + h/2 ∂r/∂q̇) da = −∂r/∂q dq* − ∂r/∂q̇ dq̇* − ∂r/∂p dp
+
+with dq* and dq̇* what the instant before gives.  All numbers share one matrix, and one pass over the contact points: a
+ski's forces are linearised by what moves it (the foot's place, velocity, turn and spin, the modes) and by the laws'
+parameters.  A point that touches down or lifts off adds nothing, as its force begins from zero without a jump.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from sssi_exudyn.contact.backends.structs import SkiWork, TangentState
+from sssi_exudyn.contact.backends.vectors import cross, dot, out_of, plus, ski_axes, three, times
+from sssi_exudyn.runtime.jit import njit
+
+advance: Callable[..., bool]
+first_state: Callable[..., tuple[object, object]]
+ground: Callable[..., tuple[float, tuple[float, float, float]]]
+point_force: Callable[..., float]
+foot_force: Callable[..., tuple[float, float]]
+point_linearisation: Callable[..., None]
+foot_linearisation: Callable[..., None]
+segment_linearisation: Callable[..., None]
+body_linearisation: Callable[..., None]
+terrain_linearisation: Callable[..., None]
+terrain_height: Callable[..., tuple[float, float, float]]
+
+PLACE, VELOCITY, TURN, SPIN, MODES = 0, 3, 6, 9, 12
+"""First columns of a ski's linearisation: its foot's motion (3 each), then amplitudes and rates of the modes (k each),
+then the parameters."""
+MODAL = 3
+"""First row of the forces on the modes; the rows before are the snow's normal force on the pelvis."""
+FURTHER = 7
+"""Rows after those: load, groove, friction (3), edge angle, force on the sole, counted from 3 + k."""
+LOAD, GROOVE, FRICTION, EDGE, SOLE = 0, 1, 2, 5, 6
+
+
+@njit(cache=True, error_model="numpy")
+def normal_tangent(h_f, h_l, s, dh_f, dh_l):
+    """Change of the snow's normal s (−h_f, −h_l, 1) with that of its slopes."""
+    ds = -s * s * s * (h_f * dh_f + h_l * dh_l)
+    return -dh_f * s - h_f * ds, -dh_l * s - h_l * ds, ds
+
+
+@njit(cache=True, error_model="numpy")
+def axes_tangent(normal, rotation, dn, turn):
+    """Change of the axes along and across a ski and of its edge angle with the normal's and a turn (3) of the ski."""
+    forward = (rotation[0, 0], rotation[1, 0], rotation[2, 0])
+    left = (rotation[0, 1], rotation[1, 1], rotation[2, 1])
+    up = (rotation[0, 2], rotation[1, 2], rotation[2, 2])
+    d_forward = cross(turn, forward)
+    level = dot(forward, normal)
+    along = plus(forward, times(-level, normal))
+    size = math.sqrt(dot(along, along))
+    along = times(1.0 / size, along)
+    d_level = dot(d_forward, normal) + dot(forward, dn)
+    d_along = plus(d_forward, plus(times(-d_level, normal), times(-level, dn)))
+    d_along = times(1.0 / size, plus(d_along, times(-dot(along, d_along), along)))
+    d_across = plus(cross(dn, along), cross(normal, d_along))
+    sine, cosine = dot(left, normal), dot(up, normal)
+    d_sine = dot(cross(turn, left), normal) + dot(left, dn)
+    d_cosine = dot(cross(turn, up), normal) + dot(up, dn)
+    return d_along, d_across, (cosine * d_sine - sine * d_cosine) / (sine * sine + cosine * cosine)
+
+
+@njit(cache=True, error_model="numpy")
+def ski_work(modes, columns, parameters):
+    """Arrays for ``linearise_ski``."""
+    size = MODES + 2 * modes + columns
+    return SkiWork(
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros((modes, 3)), np.zeros(modes),
+        np.zeros((1, 2)), np.zeros((1, parameters)), np.zeros((3, 2)), np.zeros((3, parameters)),
+        np.zeros((2, 7)), np.zeros((2, parameters)), np.zeros((3, 5)), np.zeros((3, parameters)),
+        np.zeros((3, parameters)),
+    )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, work, matrix):
+    """Fill ``matrix`` (3 + k + 7, 12 + 2k + columns) with the derivatives of a ski's forces.
+
+    columns : ``ParameterColumns``;  work : ``SkiWork``;  the others as in ``snow``
+    """
+    place, moving, frame, spin = foot
+    shape, points, length = contact.shape, contact.points, contact.length
+    modes = shape.shape[3]
+    fixed = MODES + 2 * modes
+    further = MODAL + modes
+    d_depth, d_rate, d_push = work.depth, work.rate, work.push
+    reach, lever = work.reach, work.lever
+    matrix[:] = 0.0
+    load = 0.0
+    groove = 0.0
+    for m in range(points.shape[0]):
+        for edge in range(2):
+            mode = shape[m, edge]
+            a, b, c = points[m, edge, 0], points[m, edge, 1], points[m, edge, 2]
+            for k in range(modes):
+                a += mode[0, k] * eta[ski, k]
+                b += mode[1, k] * eta[ski, k]
+                c += mode[2, k] * eta[ski, k]
+            arm = out_of(frame, (a, b, c))
+            point = plus(plus(x, place), arm)
+            h, h_f, h_l = terrain_height(parameters, point[0], point[1])
+            s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
+            normal = (-h_f * s, -h_l * s, s)
+            gap = h - point[2]
+            depth = gap * s
+            if depth <= 0.0:
+                continue
+            a, b, c = 0.0, 0.0, 0.0
+            for k in range(modes):
+                a += mode[0, k] * rate[ski, k]
+                b += mode[1, k] * rate[ski, k]
+                c += mode[2, k] * rate[ski, k]
+            bending = out_of(frame, (a, b, c))
+            speed = plus(plus(v, moving), plus(cross(spin, arm), bending))
+            sinking = -dot(speed, normal)
+            push = point_force(parameters, depth, sinking, length[m])
+            point_linearisation(parameters, depth, sinking, length[m], work.point_state, work.point_parameter)
+            terrain_linearisation(parameters, point[0], point[1], work.ground_state, work.ground_parameter)
+            by_depth, by_sinking = work.point_state[0, 0], work.point_state[0, 1]
+            load += push
+            groove += depth * length[m]
+            by_f = normal_tangent(h_f, h_l, s, work.ground_state[1, 0], work.ground_state[2, 0])
+            by_l = normal_tangent(h_f, h_l, s, work.ground_state[1, 1], work.ground_state[2, 1])
+            curved = by_f[0] != 0.0 or by_f[1] != 0.0 or by_l[0] != 0.0 or by_l[1] != 0.0
+            # depth and rate by the point's place, rate by its velocity
+            to_depth = (
+                work.ground_state[0, 0] * s + gap * by_f[2], work.ground_state[0, 1] * s + gap * by_l[2], -s
+            )  # fmt: skip
+            to_rate = (-dot(speed, by_f), -dot(speed, by_l), 0.0)
+            whirl = cross(normal, spin)
+            turn_depth = cross(arm, to_depth)
+            turn_rate = plus(cross(arm, to_rate), times(-1.0, plus(cross(arm, whirl), cross(bending, normal))))
+            spin_rate = cross(arm, normal)
+            for j in range(3):
+                d_depth[PLACE + j], d_rate[PLACE + j] = to_depth[j], to_rate[j]
+                d_depth[TURN + j], d_rate[TURN + j] = turn_depth[j], turn_rate[j]
+                d_rate[VELOCITY + j], d_rate[SPIN + j] = -normal[j], -spin_rate[j]
+            for k in range(modes):
+                w = out_of(frame, (mode[0, k], mode[1, k], mode[2, k]))
+                reach[k, 0], reach[k, 1], reach[k, 2] = w
+                lever[k] = dot(w, normal)
+                d_depth[MODES + k] = dot(w, to_depth)
+                d_rate[MODES + k] = dot(w, to_rate) - dot(whirl, w)
+                d_rate[MODES + modes + k] = -lever[k]
+                twist = cross(w, times(push, normal))  # the force stays where it is while the ski's frame turns
+                for j in range(3):
+                    matrix[MODAL + k, TURN + j] += twist[j]
+            for column in range(fixed):
+                d_push[column] = by_depth * d_depth[column] + by_sinking * d_rate[column]
+            for row in range(3):
+                for column in range(fixed):
+                    matrix[row, column] += normal[row] * d_push[column]
+            for k in range(modes):
+                for column in range(fixed):
+                    matrix[MODAL + k, column] += lever[k] * d_push[column]
+            for column in range(fixed):
+                matrix[further + LOAD, column] += d_push[column]
+                matrix[further + GROOVE, column] += length[m] * d_depth[column]
+            if curved:
+                for column in range(fixed):
+                    if column < 3:
+                        step_f, step_l = 1.0 * (column == 0), 1.0 * (column == 1)
+                    elif TURN <= column < SPIN:
+                        j = column - TURN
+                        swing = cross((1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2)), arm)
+                        step_f, step_l = swing[0], swing[1]
+                    elif MODES <= column < MODES + modes:
+                        step_f, step_l = reach[column - MODES, 0], reach[column - MODES, 1]
+                    else:
+                        continue
+                    turned = times(push, plus(times(step_f, by_f), times(step_l, by_l)))
+                    for row in range(3):
+                        matrix[row, column] += turned[row]
+                    for k in range(modes):
+                        matrix[MODAL + k, column] += dot(three(reach[k], 0), turned)
+            for i in range(columns.point.shape[0]):
+                column = columns.point[i]
+                found = work.point_parameter[0, columns.index[column]]
+                column += fixed
+                for row in range(3):
+                    matrix[row, column] += normal[row] * found
+                for k in range(modes):
+                    matrix[MODAL + k, column] += lever[k] * found
+                matrix[further + LOAD, column] += found
+            for i in range(columns.terrain.shape[0]):
+                column = columns.terrain[i]
+                p = columns.index[column]
+                column += fixed
+                dn = normal_tangent(h_f, h_l, s, work.ground_parameter[1, p], work.ground_parameter[2, p])
+                deeper = work.ground_parameter[0, p] * s + gap * dn[2]
+                found = by_depth * deeper - by_sinking * dot(speed, dn)
+                change = plus(times(found, normal), times(push, dn))
+                for row in range(3):
+                    matrix[row, column] += change[row]
+                for k in range(modes):
+                    matrix[MODAL + k, column] += dot(three(reach[k], 0), change)
+                matrix[further + LOAD, column] += found
+                matrix[further + GROOVE, column] += length[m] * deeper
+    # friction, edge angle and the sole, at the foot's place
+    at, speed = plus(x, place), plus(v, moving)
+    h, h_f, h_l = terrain_height(parameters, at[0], at[1])
+    s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
+    normal = (-h_f * s, -h_l * s, s)
+    along, across, edge_angle = ski_axes(normal, frame)
+    v_t, v_n = dot(speed, along), dot(speed, across)
+    side = 1.0 - 2.0 * ski
+    f_t, f_n = foot_force(parameters, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side)
+    by, by_parameter = work.foot_state, work.foot_parameter
+    foot_linearisation(parameters, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side, by, by_parameter)
+    terrain_linearisation(parameters, at[0], at[1], work.ground_state, work.ground_parameter)
+    total = plus(times(load, normal), plus(times(f_t, along), times(f_n, across)))
+    up = (frame[0, 2], frame[1, 2], frame[2, 2])
+    for column in range(matrix.shape[1]):
+        d_load, d_groove = matrix[further + LOAD, column], matrix[further + GROOVE, column]
+        dn, turn, d_speed = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        step_f, step_l, d_t, d_n = 0.0, 0.0, 0.0, 0.0
+        rigid = column < MODES or column >= fixed
+        if column < VELOCITY:
+            step_f, step_l = 1.0 * (column == 0), 1.0 * (column == 1)
+            if column < 2:
+                dn = normal_tangent(h_f, h_l, s, work.ground_state[1, column], work.ground_state[2, column])
+        elif column < TURN:
+            d_speed = (1.0 * (column == 3), 1.0 * (column == 4), 1.0 * (column == 5))
+        elif column < SPIN:
+            turn = (1.0 * (column == 6), 1.0 * (column == 7), 1.0 * (column == 8))
+        elif column >= fixed:
+            p = columns.index[column - fixed]
+            dn = normal_tangent(h_f, h_l, s, work.ground_parameter[1, p], work.ground_parameter[2, p])
+            d_t, d_n = by_parameter[0, p], by_parameter[1, p]
+        d_along, d_across, d_edge = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
+        if rigid:
+            d_along, d_across, d_edge = axes_tangent(normal, frame, dn, turn)
+        d_v_t = dot(d_speed, along) + dot(speed, d_along)
+        d_v_n = dot(d_speed, across) + dot(speed, d_across)
+        d_t += by[0, 0] * d_load + by[0, 1] * d_v_t + by[0, 2] * d_v_n + by[0, 3] * d_edge + by[0, 4] * d_groove
+        d_n += by[1, 0] * d_load + by[1, 1] * d_v_t + by[1, 2] * d_v_n + by[1, 3] * d_edge + by[1, 4] * d_groove
+        d_t += by[0, 5] * step_f + by[0, 6] * step_l
+        d_n += by[1, 5] * step_f + by[1, 6] * step_l
+        friction = plus(
+            plus(times(d_t, along), times(f_t, d_along)), plus(times(d_n, across), times(f_n, d_across))
+        )  # fmt: skip
+        for c in range(3):
+            matrix[further + FRICTION + c, column] = friction[c]
+        matrix[further + EDGE, column] = d_edge
+        change = plus(friction, plus(times(d_load, normal), times(load, dn)))
+        matrix[further + SOLE, column] = dot(up, change) + dot(cross(turn, up), total)
+
+
+@njit(cache=True, error_model="numpy")
+def add_row(out, factors, inputs, first, last):
+    """Add the row ``factors`` (c,) times ``inputs`` (c, d) to ``out`` (d,); row c of the inputs is zero but from first
+    to last.
+    """
+    for column in range(factors.shape[0]):
+        factor = factors[column]
+        if factor != 0.0:
+            for k in range(first[column], last[column]):
+                out[k] += factor * inputs[column, k]
+
+
+@njit(cache=True, error_model="numpy")
+def solve_many(matrix, right):
+    """The solutions (n, d) of a system for d right-hand sides, in their place: elimination as in ``solve``."""
+    n, many = right.shape
+    for i in range(n):
+        inverse = 1.0 / matrix[i, i]
+        for r in range(i + 1, n):
+            factor = matrix[r, i] * inverse
+            if factor != 0.0:
+                for c in range(i, n):
+                    matrix[r, c] -= factor * matrix[i, c]
+                for k in range(many):
+                    right[r, k] -= factor * right[i, k]
+    for i in range(n - 1, -1, -1):
+        for c in range(i + 1, n):
+            factor = matrix[i, c]
+            if factor != 0.0:
+                for k in range(many):
+                    right[i, k] -= factor * right[c, k]
+        inverse = 1.0 / matrix[i, i]
+        for k in range(many):
+            right[i, k] *= inverse
+
+
+@njit(cache=True, error_model="numpy")
+def collect_inputs(z, zq, zv, feet, ski, modes, fixed):
+    """Fill the rows of ``z`` that are not parameters with the tangents of what moves a ski."""
+    many, with_tables = z.shape[1], feet.shape[1]
+    for j in range(3):
+        for k in range(many):
+            z[PLACE + j, k] = zq[j, k]
+            z[VELOCITY + j, k] = zv[j, k]
+        for k in range(with_tables):
+            z[PLACE + j, k] += feet[j, k]
+            z[VELOCITY + j, k] += feet[3 + j, k]
+            z[TURN + j, k] = feet[6 + j, k]
+            z[SPIN + j, k] = feet[9 + j, k]
+    base = 3 + ski * modes
+    for j in range(modes):
+        for k in range(many):
+            z[MODES + j, k] = zq[base + j, k]
+            z[MODES + modes + j, k] = zv[base + j, k]
+
+
+@njit(cache=True, error_model="numpy")
+def carry(parameters, contact, motion, n, state, inputs, tangent, work, series):
+    """Bring the tangents to the n-th instant, to which ``state`` has been brought.
+
+    inputs : ``TangentInputs``;  tangent : ``TangentState``;  work : ``SkiWork``;  series : ``TangentSeries``
+    """
+    step, mass, gravity, area = motion.step, motion.mass, motion.gravity, motion.area
+    omega, ratio = contact.omega, contact.ratio
+    modes = omega.shape[0]
+    size = 3 + 2 * modes
+    fixed = MODES + 2 * modes
+    further = MODAL + modes
+    columns = inputs.columns
+    with_tables, with_body = inputs.feet.shape[3], inputs.body.shape[2]
+    q, rate, acceleration = tangent.place, tangent.rate, tangent.acceleration
+    matrix, right, skis, z, first, last = (
+        tangent.matrix, tangent.right, tangent.skis, tangent.inputs, tangent.first, tangent.last
+    )  # fmt: skip
+    by_place, by_rate = 0.0, 0.0
+    if n > 0:
+        by_place, by_rate = 0.25 * step * step, 0.5 * step
+        for i in range(size):
+            for k in range(right.shape[1]):
+                q[i, k] += step * rate[i, k] + by_place * acceleration[i, k]
+                rate[i, k] += by_rate * acceleration[i, k]
+    x, v = three(state.place, 0), three(state.velocity, 0)
+    trial = three(state.acceleration, 0)
+    matrix[:] = 0.0
+    right[:] = 0.0
+    for c in range(3):
+        matrix[c, c] = mass
+        for k in range(right.shape[1]):
+            right[c, k] = mass * inputs.gravity[c, k] - inputs.mass[k] * (trial[c] - gravity[c])
+        for k in range(with_tables):
+            right[c, k] -= inputs.inertia[n, c, k]
+    for ski in range(2):
+        frame = motion.foot_rotation[n, ski]
+        foot = (
+            three(motion.foot_place[n, ski], 0), three(motion.foot_velocity[n, ski], 0), frame,
+            three(motion.foot_spin[n, ski], 0),
+        )  # fmt: skip
+        found, feet = skis[ski], inputs.feet[n, ski]
+        linearise_ski(
+            parameters, contact, columns, motion.time[n], x, v, state.eta, state.rate, foot, ski, work, found
+        )  # fmt: skip
+        for row in range(3):
+            for column in range(found.shape[1]):
+                found[row, column] += found[further + FRICTION + row, column]
+        collect_inputs(z, q, rate, feet, ski, modes, fixed)
+        swinging = (0.0, 0.0, 0.0)
+        for j in range(modes):
+            i = 3 + ski * modes + j
+            outwards = out_of(frame, three(contact.coupling[j], 0))
+            swinging = plus(swinging, times(state.acceleration[i], outwards))
+            turn = cross(outwards, trial)
+            damping, stiffness = 2.0 * ratio[j] * omega[j], omega[j] * omega[j]
+            matrix[i, i] += 1.0 + by_rate * damping + by_place * stiffness
+            for c in range(3):
+                matrix[c, i] += outwards[c]
+                matrix[i, c] += outwards[c]
+            for k in range(right.shape[1]):
+                right[i, k] -= damping * rate[i, k] + stiffness * q[i, k]
+            for c in range(3):
+                for k in range(with_tables):
+                    right[i, k] -= (
+                        turn[c] * feet[6 + c, k] + contact.coupling[j, c] * feet[12 + c, k]
+                        + contact.spinning[j, c] * feet[15 + c, k]
+                    )  # fmt: skip
+        for c in range(3):
+            d, e = (c + 1) % 3, (c + 2) % 3
+            for k in range(with_tables):
+                right[c, k] -= feet[6 + d, k] * swinging[e] - feet[6 + e, k] * swinging[d]
+        for row in range(MODAL + modes):
+            i = row if row < 3 else 3 + ski * modes + row - MODAL
+            add_row(right[i], found[row], z, first, last)
+            for c in range(3):
+                matrix[i, c] -= by_place * found[row, PLACE + c] + by_rate * found[row, VELOCITY + c]
+            for j in range(modes):
+                column = 3 + ski * modes + j
+                matrix[i, column] -= by_place * found[row, MODES + j] + by_rate * found[row, MODES + modes + j]
+    by, by_parameter = work.air_state, work.air_parameter
+    for e in range(area.shape[0]):
+        moving = plus(v, three(motion.exposed_velocity[n, e], 0))
+        segment_linearisation(
+            parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], area[e], by, by_parameter
+        )  # fmt: skip
+        for c in range(3):
+            for d in range(2):
+                matrix[c, d] -= by_place * by[c, d]
+                for k in range(right.shape[1]):
+                    right[c, k] += by[c, d] * q[d, k]
+            for d in range(3):
+                matrix[c, d] -= by_rate * by[c, 2 + d]
+                for k in range(right.shape[1]):
+                    right[c, k] += by[c, 2 + d] * rate[d, k]
+                for k in range(with_body):
+                    right[c, k] += by[c, 2 + d] * inputs.body[n, 6 + 3 * e + d, k]
+            for i in range(columns.segment.shape[0]):
+                column = columns.segment[i]
+                factor = by_parameter[c, columns.index[column]]
+                for k in range(first[fixed + column], last[fixed + column]):
+                    right[c, k] += factor * z[fixed + column, k]
+    at, moving = plus(x, three(motion.com_place[n], 0)), plus(v, three(motion.com_velocity[n], 0))
+    by_parameter = work.body_parameter
+    body_linearisation(
+        parameters, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], by, by_parameter
+    )  # fmt: skip
+    for c in range(3):
+        for d in range(2):
+            matrix[c, d] -= by_place * by[c, d]
+            for k in range(right.shape[1]):
+                right[c, k] += by[c, d] * q[d, k]
+            for k in range(with_body):
+                right[c, k] += by[c, d] * inputs.body[n, d, k]
+        for d in range(3):
+            matrix[c, d] -= by_rate * by[c, 2 + d]
+            for k in range(right.shape[1]):
+                right[c, k] += by[c, 2 + d] * rate[d, k]
+            for k in range(with_body):
+                right[c, k] += by[c, 2 + d] * inputs.body[n, 3 + d, k]
+        for i in range(columns.body.shape[0]):
+            column = columns.body[i]
+            factor = by_parameter[c, columns.index[column]]
+            for k in range(first[fixed + column], last[fixed + column]):
+                right[c, k] += factor * z[fixed + column, k]
+    solve_many(matrix, right)
+    for i in range(size):
+        for k in range(right.shape[1]):
+            acceleration[i, k] = right[i, k]
+            q[i, k] += by_place * right[i, k]
+            rate[i, k] += by_rate * right[i, k]
+    for c in range(3):
+        for k in range(right.shape[1]):
+            series.place[n, c, k] = q[c, k]
+            series.velocity[n, c, k] = rate[c, k]
+    for ski in range(2):
+        collect_inputs(z, q, rate, inputs.feet[n, ski], ski, modes, fixed)
+        found = skis[ski]
+        add_row(series.loads[n, ski], found[further + LOAD], z, first, last)
+        add_row(series.sole[n, ski], found[further + SOLE], z, first, last)
+        add_row(series.edges[n, ski], found[further + EDGE], z, first, last)
+        for c in range(3):
+            add_row(series.friction[n, ski, c], found[further + FRICTION + c], z, first, last)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def run_tangents(parameters, contact, motion, start, inputs, run_series, series):
+    """One run as in ``run_batch``, and the tangents of what it fills; the instants that were reached.
+
+    inputs : ``TangentInputs``;  series : ``TangentSeries`` of zeros, which is filled
+    """
+    state, newton = first_state(start)
+    modes, many = contact.omega.shape[0], inputs.mass.shape[0]
+    size, fixed, count = 3 + 2 * modes, MODES + 2 * modes, inputs.columns.index.shape[0]
+    work = ski_work(modes, count, parameters.shape[0])
+    tangent = TangentState(
+        np.zeros((size, many)), np.zeros((size, many)), np.zeros((size, many)), np.zeros((size, size)),
+        np.zeros((size, many)), np.zeros((2, MODAL + modes + FURTHER, fixed + count)), np.zeros((fixed + count, many)),
+        np.zeros(fixed + count, np.int64), np.full(fixed + count, many),
+    )  # fmt: skip
+    for column in range(TURN, MODES):
+        tangent.last[column] = inputs.feet.shape[3]
+    for column in range(count):
+        for k in range(many):
+            tangent.inputs[fixed + column, k] = inputs.parameters[column, k]
+            if inputs.parameters[column, k] != 0.0:
+                tangent.last[fixed + column] = k + 1
+        while (
+            tangent.first[fixed + column] < tangent.last[fixed + column]
+            and inputs.parameters[column, tangent.first[fixed + column]] == 0.0
+        ):
+            tangent.first[fixed + column] += 1
+    for k in range(many):
+        for c in range(3):
+            tangent.place[c, k], tangent.rate[c, k] = inputs.place[c, k], inputs.velocity[c, k]
+        for i in range(2 * modes):
+            tangent.place[3 + i, k] = inputs.eta[i, k]
+    for n in range(motion.time.shape[0]):
+        if not advance(parameters, contact, motion, n, state, newton, run_series):
+            return n
+        carry(parameters, contact, motion, n, state, inputs, tangent, work, series)
+    return motion.time.shape[0]

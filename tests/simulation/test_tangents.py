@@ -1,0 +1,210 @@
+"""Exact derivatives of the reduced model's runs against differences of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sssi_exudyn.contact.registry import PAPER_TERMS
+from sssi_exudyn.contact.term import parameters
+from sssi_exudyn.contact.terms.body_forces import PolePlant, UnexplainedForce
+from sssi_exudyn.contact.terms.friction_corrections import (
+    EdgeDependentFriction,
+    LoadDependentFriction,
+    SnowCompaction,
+    SnowPatch,
+    SpeedDependentFriction,
+)
+from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
+from sssi_exudyn.contact.terms.wind import DragArea, Gust, Wind
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.gps_observation import predict_fixes
+from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, insole_readings, values_of
+from sssi_exudyn.model.from_recording import first_guess, model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
+from sssi_exudyn.simulation.sensitivities import sensitivities, simulate_each
+from sssi_exudyn.simulation.tangents import run_tangents, skier_mass_change
+from sssi_exudyn.validation.capture_error import CaptureError, with_error
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SECONDS = 3.0
+FIELDS = ("pelvis", "pelvis_velocity", "antenna", "com", "foot_load", "sole_force", "foot_friction", "edge_angle")
+STEPS = {"m": 1e-3, "s": 1e-3, "m/s": 1e-3, "rad": 1e-4, "rad/s": 1e-4}
+"""Largest of the differences by the number's unit; for other units a thousandth of the value."""
+TOLERANCES = {"pelvis": 3e-4, "pelvis_velocity": 3e-4, "antenna": 3e-4, "com": 3e-4}
+"""Of a derivative's greatest value in the run, 3e-3 for forces and angles.  The differences are only as good: Newton's
+method leaves 10⁻¹⁰ m of a change of some 10⁻⁶ m, and a point of the edge that touches down between two of the runs
+bends the loads' course.  A term that is left out of a derivative would show by some per cent."""
+
+
+@cache
+def example() -> tuple[Model, Motion]:
+    """The start of the beginner's run: a turn with one ski coming off the snow."""
+    recording = read_recording(EXAMPLES / "beginner")
+    motion = motion_from_recording(recording)
+    model = model_of(recording, motion)
+    assert recording.gps is not None
+    start = first_guess(recording.gps, motion, model.inclination, model.fall_line_azimuth)
+    # exponents off the end of their range: differences go both ways
+    return replace(model, start=start).with_values({"penetration.m2": 1.2, "start.heading_offset": 0.01}), motion
+
+
+@cache
+def everything() -> tuple[Model, Prepared]:
+    """All laws and all faults of the instruments at once, none of them at its default."""
+    model, motion = example()
+    f = model.start.f
+    terms = (
+        *PAPER_TERMS,
+        Wind(1.0, 2.0),
+        Gust(3.0, 2.0, 0.5, 2.1, 0.7),
+        DragArea(0.2),
+        SnowPatch(0.05, f + 3.0, f + 8.0, 1.0),
+        SpeedDependentFriction(0.005, 6.0),
+        EdgeDependentFriction(0.05, 0.3),
+        LoadDependentFriction(0.05),
+        SnowCompaction(2e3),
+        SlopeChange(0.05, f + 10.0, 5.0),
+        TerrainBump(0.2, f + 6.0, 4.0),
+        PolePlant(20.0, 10.0, 1.2, 0.1),
+        UnexplainedForce(30.0, 20.0, -10.0, 1.0, 2.0, 0.1),
+    )
+    sensors = (
+        GpsJump(0.3, -0.2, 1.03, 2.04), HeadingDrift(0.02, 0.4), LeverArm(0.1, -0.1, 0.05), InsoleGain(0.1, -0.1),
+        BootCuff(0.1),
+    )  # fmt: skip
+    model = replace(model, terms=terms, sensors=sensors).with_values({"penetration.m2": 1.2})
+    return model, prepare(model, motion, stop=motion.start + SECONDS)
+
+
+def richardson(run_at: Callable[[float], Array], step: float) -> Array:
+    """Derivative at 0 by central differences with two steps, extrapolated: an error of the fourth order."""
+    wide = (run_at(step) - run_at(-step)) / (2.0 * step)
+    narrow = (run_at(0.5 * step) - run_at(-0.5 * step)) / step
+    return np.asarray((4.0 * narrow - wide) / 3.0)
+
+
+def step_of(model: Model, name: str) -> float:
+    return STEPS.get(model.about(name).unit, 1e-3 * max(abs(model.value(name)), 0.1))
+
+
+def stacked(run: ReducedRun) -> Array:
+    """(columns, n) all that is compared of a run."""
+    return np.concatenate([np.moveaxis(getattr(run, name), 0, -1).reshape(-1, len(run.time)) for name in FIELDS])
+
+
+def stacked_slopes(slopes: ReducedRun, index: int) -> Array:
+    parts = [getattr(slopes, name)[..., index] for name in FIELDS]
+    return np.concatenate([np.moveaxis(part, 0, -1).reshape(-1, part.shape[0]) for part in parts])
+
+
+def assert_equal_slopes(given: Array, expected: Array, what: str) -> None:
+    """Row by row, each to its tolerance of the greatest of rows of its kind, which stand in threes or twos."""
+    scale = np.max(np.abs(expected), axis=1)
+    kinds = np.repeat(range(len(FIELDS)), (3, 3, 3, 3, 2, 2, 6, 2))
+    for kind, name in enumerate(FIELDS):
+        rows = kinds == kind
+        allowed = TOLERANCES.get(name, 3e-3) * max(float(np.max(scale[rows])), 1e-9)
+        worst = float(np.max(np.abs(given[rows] - expected[rows])))
+        assert worst <= allowed, f"{what}: {name} differs by {worst:.3g} of {np.max(scale[rows]):.3g}"
+
+
+def test_by_every_number_of_every_law() -> None:
+    model, prepared = everything()
+    names = [f"{term.name}.{key}" for term in model.terms for key in parameters(term)]
+    run, slopes = run_tangents(model, prepared, names)
+    np.testing.assert_array_equal(run.antenna, simulate_reduced(model, prepared).antenna)
+    for i, name in enumerate(names):
+        expected = richardson(
+            lambda x, name=name: stacked(simulate_reduced(model.with_values({name: model.value(name) + x}), prepared)),
+            step_of(model, name),
+        )
+        assert_equal_slopes(stacked_slopes(slopes, i), expected, name)
+
+
+def test_by_the_start_and_the_capture() -> None:
+    model, prepared = everything()
+    names = [f"start.{key}" for key in ("f", "l", "velocity_f", "velocity_l", "heading_offset", "clock_offset")]
+    names += [
+        f"{s.name}.{key}" for s in model.sensors if isinstance(s, HeadingDrift | LeverArm) for key in values_of(s)
+    ]
+    slopes = run_tangents(model, prepared, names)[1]
+    for i, name in enumerate(names):
+        expected = richardson(
+            lambda x, name=name: stacked(simulate_reduced(model.with_values({name: model.value(name) + x}), prepared)),
+            step_of(model, name),
+        )
+        assert_equal_slopes(stacked_slopes(slopes, i), expected, name)
+
+
+@pytest.mark.parametrize("kind", ["roll", "pitch", "yaw", "height"])
+def test_by_errors_of_the_feet_that_stay_or_wander(kind: str) -> None:
+    model, prepared = everything()
+    errors = [CaptureError(kind, 0, None, 1.0), CaptureError(kind, 1, (1.2, 0.8), 1.0)]
+    changes = [partial(lambda error, tables, size: with_error(tables, error, size), error) for error in errors]
+    slopes = run_tangents(model, prepared, (), changes)[1]
+    for i, change in enumerate(changes):
+        expected = richardson(
+            lambda x, change=change: stacked(simulate_reduced(model, change(prepared, x))),
+            1e-4,
+        )
+        assert_equal_slopes(stacked_slopes(slopes, i), expected, f"{kind} {i}")
+
+
+def test_by_the_skiers_mass() -> None:
+    model, motion = example()
+    stop = motion.start + SECONDS
+    prepared = prepare(model, motion, stop=stop)
+    slopes = run_tangents(model, prepared, (), [skier_mass_change(model, motion, prepared)])[1]
+
+    def heavier(kilograms: float) -> Array:
+        skier = replace(model.skier, mass=model.skier.mass + kilograms)
+        changed = replace(model, skier=skier)
+        return stacked(simulate_reduced(changed, prepare(changed, motion, stop=stop)))
+
+    assert_equal_slopes(stacked_slopes(slopes, 0), richardson(heavier, 0.5), "mass")
+
+
+def test_what_instruments_report() -> None:
+    """By the numbers that only instruments know too, and beyond the run's ends, where the track is continued."""
+    model, prepared = everything()
+    fixes = np.arange(prepared.time[0] - 0.05, prepared.time[-1] + 0.1, 0.1) + 0.0031
+
+    def observed(model: Model, run: ReducedRun) -> Array:
+        readings = insole_readings(model.sensors, run.sole_force)
+        return np.concatenate([predict_fixes(model, run.time, run.antenna, fixes).ravel(), readings.ravel()])
+
+    names = ["start.clock_offset", "friction.mu_t", "start.heading_offset"]
+    names += [f"{s.name}.{key}" for s in model.sensors for key in values_of(s)]
+    seen, slopes = sensitivities(model, prepared, names, observed)
+    np.testing.assert_array_equal(seen, observed(model, simulate_reduced(model, prepared)))
+    for i, name in enumerate(names):
+        step = 1e-4 if name == "start.clock_offset" else step_of(model, name)
+
+        def run_at(x: float, name: str = name) -> Array:
+            changed = model.with_values({name: model.value(name) + x})
+            return observed(changed, simulate_reduced(changed, prepared))
+
+        expected = richardson(run_at, step)
+        places = slice(0, 3 * len(fixes))
+        for part, tolerance in ((places, TOLERANCES["antenna"]), (slice(places.stop, None), 3e-3)):
+            allowed = tolerance * max(float(np.max(np.abs(expected[part]))), 1e-9)
+            np.testing.assert_allclose(slopes[part, i], expected[part], atol=allowed, rtol=0.0, err_msg=name)
+
+
+def test_runs_side_by_side_are_runs_one_by_one() -> None:
+    model, prepared = everything()
+    turned = model.with_values({"start.heading_offset": 0.03})
+    models = [each.with_values({"friction.mu_t": mu}) for mu in (0.05, 0.08, 0.12) for each in (model, turned)]
+    together = simulate_each(models, prepared, lambda _model, run: run.antenna)
+    for each, antenna in zip(models, together, strict=True):
+        np.testing.assert_array_equal(antenna, simulate_reduced(each, prepared).antenna)
