@@ -12,8 +12,8 @@ Every way in which the feet may be wrong shifts the fitted numbers: where it mov
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -101,22 +101,23 @@ def shares_of(
         run = simulate_reduced(model, tables)
         return problem.residual(model, run.time, run.antenna)
 
-    base, slopes = sensitivities(
-        problem.model, prepared, problem.names, lambda model, run: problem.residual(model, run.time, run.antenna)
+    edges = np.linspace(prepared.time[0], prepared.time[-1], _SPANS)
+    spans = [(float(centre), float(edges[1] - edges[0])) for centre in edges]
+    changes = [partial(_wrong_feet, kind, span, getattr(sigma, kind)) for kind in _SIGNS for span in spans]
+    base, every = sensitivities(
+        problem.model,
+        prepared,
+        problem.names,
+        lambda model, run: problem.residual(model, run.time, run.antenna),
+        changes,
     )
+    slopes, of_posture = np.split(every, [len(problem.names)], axis=-1)
     problem = problem.with_noise(fitted.noise)
     inverse = np.linalg.pinv(problem.curvature(slopes), hermitian=True)
 
     def shift(moved: Array) -> Array:
         """(k,) of the fitted numbers where the residual changes by ``moved`` (n, 2)."""
         return np.asarray(-inverse @ (problem.weight * np.einsum("n,nc,nck->k", problem.seconds, moved, slopes)))
-
-    def of_posture(case: tuple[str, tuple[float, float] | None, float]) -> Array:
-        kind, support, size = case
-        tables = prepared
-        for side, sign in enumerate(_SIGNS[kind]):
-            tables = with_error(tables, CaptureError(kind, side, support, 1.0), sign * _PROBE * size)
-        return shift((residual_of(problem.model, tables) - base) / _PROBE)
 
     # to the left in a left turn, which is a lean to the left
     into = -np.tanh(completed.lean / CLEAR_LEAN)
@@ -125,11 +126,7 @@ def shares_of(
         skid = _Turning("yaw", side, None, 1.0, completed.bvh.time, into)
         tables = with_error(tables, skid, _SKID_PROBE * sigma.yaw)
     steering = shift((residual_of(problem.model, tables) - base) / _SKID_PROBE)
-    edges = np.linspace(prepared.time[0], prepared.time[-1], _SPANS)
-    spans = [(float(centre), float(edges[1] - edges[0])) for centre in edges]
-    cases = [(kind, support, getattr(sigma, kind)) for kind in _SIGNS for support in spans]
-    with ThreadPoolExecutor() as pool:
-        posture = np.stack(list(pool.map(of_posture, cases)))
+    posture = np.stack([shift(moved) for moved in np.moveaxis(of_posture, -1, 0)])
     steeper = problem.model.inclination + _PROBE * sigma_inclination
     slope = np.zeros(len(problem.names))
     if sigma_inclination > 0.0:
@@ -145,6 +142,13 @@ def shares_of(
         ),
         effective=effective_friction(simulate_reduced(problem.model, prepared)),
     )
+
+
+def _wrong_feet(kind: str, span: tuple[float, float], sigma: float, prepared: Prepared, size: complex) -> Prepared:
+    """The tables where both feet are wrong by ``size`` standard deviations over a stretch of the run."""
+    for side, sign in enumerate(_SIGNS[kind]):
+        prepared = with_error(prepared, CaptureError(kind, side, span, 1.0), sign * sigma * size)
+    return prepared
 
 
 def effective_friction(run: ReducedRun) -> float:

@@ -154,14 +154,7 @@ def _responses(
     model: Model, prepared: Prepared, measurements: Measurements, parameters: tuple[Parameter, ...]
 ) -> tuple[Array, Array]:
     """Prediction (N,) and sensitivity (N, k)."""
-    single = [p.names[0] for p in parameters if len(p.names) == 1]
-    base, slopes = sensitivities(model, prepared, single, measurements.predicted)
-    columns, taken = [], 0
-    for p in parameters:
-        if len(p.names) == 1:
-            columns.append(slopes[:, taken])
-            taken += 1
-        else:
-            tied = sensitivities(model, prepared, p.names, measurements.predicted)[1]
-            columns.append(tied.sum(axis=1))
-    return base, np.stack(columns, axis=1)
+    names = [name for p in parameters for name in p.names]
+    base, slopes = sensitivities(model, prepared, names, measurements.predicted)
+    first = np.cumsum([0, *(len(p.names) for p in parameters[:-1])])
+    return base, np.asarray(np.add.reduceat(slopes, first, axis=1))
