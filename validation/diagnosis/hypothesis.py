@@ -28,9 +28,6 @@ _CELL: Final = 0.4
 """s; the finest division of a run in the search for a place."""
 _MOST_CELLS: Final = 48
 """Cells at most."""
-_NEAR: Final = 1e-4
-"""rad or s, by which a number that every model has is tried: near the fit's exact derivatives, as curvature would make
-a larger step differ from them."""
 
 
 @dataclass(frozen=True)
@@ -73,10 +70,14 @@ class FittedRun:
 
 @dataclass(frozen=True)
 class Probe:
-    """A model that holds a hypothesis with amplitude ``size`` (in the amplitude's unit)."""
+    """A model that holds a hypothesis with amplitude ``size`` (in the amplitude's unit).
+
+    number : the model's number that is the amplitude, where the response is its exact derivative; else ""
+    """
 
     model: Model
     size: float
+    number: str = ""
 
 
 @dataclass(frozen=True)
@@ -230,7 +231,7 @@ class KnownNumber(Hypothesis):
     scale: ClassVar[float]
 
     def probes(self, fitted: FittedRun) -> list[Probe]:
-        return [Probe(fitted.model.with_values({self.number: fitted.model.value(self.number) + _NEAR}), _NEAR)]
+        return [Probe(fitted.model, 1.0, self.number)]  # the very column that a fit has
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         return [Candidate(fitted.model, Freedom(responses, np.array([self.scale])), ((self.number,),))]

@@ -19,7 +19,7 @@ from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import fingerprint
-from sssi_exudyn.simulation.sensitivities import simulate_each
+from sssi_exudyn.simulation.sensitivities import sensitivities, simulate_each
 from sssi_exudyn.validation.diagnosis.evidence import (
     Freedom,
     LinearModel,
@@ -120,8 +120,16 @@ def responses_of(fitted: FittedRun, probes: list[Probe]) -> Array:
                 return [fitted.prediction]
             return [each for probe in several for each in predictions([probe])]
 
-    changes = zip(predictions(probes), probes, strict=True)
-    return np.stack([(each - fitted.prediction) / probe.size for each, probe in changes], axis=1)
+    response: dict[int, Array] = {}
+    exact = [i for i, probe in enumerate(probes) if probe.number]
+    finite = [i for i, probe in enumerate(probes) if not probe.number]
+    if finite:
+        for i, each in zip(finite, predictions([probes[i] for i in finite]), strict=True):
+            response[i] = (each - fitted.prediction) / probes[i].size
+    for i in exact:
+        names, observed = [probes[i].number], fitted.measurements.predicted
+        response[i] = sensitivities(probes[i].model, fitted.prepared, names, observed)[1][:, 0]
+    return np.stack([response[i] for i in range(len(probes))], axis=1)
 
 
 def extended_parameters(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], tuple[Parameter, ...]]:
