@@ -60,13 +60,18 @@ def minimise(
     lower = np.linalg.cholesky(curvature)
     back = np.linalg.inv(lower).T  # x = start + back z
     least, best = np.inf, np.asarray(start, dtype=np.float64)
+    known: dict[bytes, tuple[float, Array]] = {}
     used = 0
 
     def objective(z: Array, gradient: Array) -> float:
         nonlocal used, least, best
-        used += 1
         x = np.clip(start + back @ z, bounds[:, 0], bounds[:, 1])
-        value, slope = function(x)
+        key = x.tobytes()
+        if key not in known:  # SLSQP asks again for the point at which its line search ended
+            used += 1
+            known.clear()
+            known[key] = function(x)
+        value, slope = known[key]
         if gradient.size:
             gradient[:] = back.T @ slope
         if value < least:

@@ -221,14 +221,15 @@ def parameter_values(terms: Iterable[Term]) -> Array:
     return np.array([value for term in terms for value in places.parameters(term).values()], dtype=np.float64)
 
 
-def laws_source(terms: Sequence[Term]) -> str:
-    """The Python module that holds the functions of all places for ``terms``."""
+def laws_source(terms: Sequence[Term], *, linearised: bool = True) -> str:
+    """The Python module that holds the functions of all places for ``terms``, with their linearisations or without."""
     functions = [_HELPERS]
     for law in _LAWS.values():
         functions.append(_function(law, law.value, terms, ()))
         if law.variables:
             functions.append(_function(law, law.derivatives, terms, law.variables))
-        functions.append(_linearisation(law, terms))
+        if linearised:
+            functions.append(_linearisation(law, terms))
     return "\n\n".join(functions)
 
 
@@ -340,7 +341,8 @@ def _kernel_module(terms: Sequence[Term], templates: Sequence[ModuleType]) -> Mo
     shared = [hashlib.sha256(_source_file(module).read_bytes()).hexdigest() for module in (vectors, structs)]
     # imports from __future__ must come first; Numba looks names up when a function is first called
     texts = [_source_file(template).read_text(encoding="utf-8").replace(_FUTURE, "") for template in templates]
-    return _module("\n\n".join([_FUTURE, *texts, f"# shared: {', '.join(shared)}", laws_source(terms)]))
+    laws = laws_source(terms, linearised=any("_linearisation(" in text for text in texts))  # they take time to write
+    return _module("\n\n".join([_FUTURE, *texts, f"# shared: {', '.join(shared)}", laws]))
 
 
 def _source_file(module: ModuleType) -> Path:
