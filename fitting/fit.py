@@ -25,7 +25,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
-from sssi_exudyn.runtime.cache import Cache, fingerprint
+from sssi_exudyn.runtime.cache import Cache, Shapes, fingerprint
 from sssi_exudyn.simulation.full import antenna_path
 from sssi_exudyn.simulation.reduced import STEP, Prepared, prepare
 from sssi_exudyn.simulation.sensitivities import sensitivities
@@ -194,7 +194,14 @@ def _cached_search(
     if cache is None:
         return fit_reduced(problem, prepared, say, tolerance=tolerance)
     about = (problem.names, problem.priors, problem.weight, problem.track, model_to_dict(problem.model))
-    kept = cache.get_or_make(fingerprint("reduced search", tolerance, *about, motion), search)
+    shapes: Shapes = {
+        "values": (len(problem.names),),
+        "objective": (),
+        "evaluations": (),
+        "converged": (),
+        "reason": (),
+    }
+    kept = cache.get_or_make(fingerprint("reduced search", tolerance, *about, motion), search, shapes)
     return Optimum(
         values=np.asarray(kept["values"], dtype=np.float64),
         objective=float(kept["objective"]),
@@ -232,7 +239,7 @@ def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache 
         time, antenna = antenna_path(model, motion)
         return {"time": time, "antenna": antenna}
 
-    kept = cache.get_or_make(key, run) if cache else run()
+    kept = cache.get_or_make(key, run, {"time": (None,), "antenna": (None, 3)}) if cache else run()
     return problem.residual(model, np.asarray(kept["time"]), np.asarray(kept["antenna"]))
 
 

@@ -7,7 +7,7 @@ importing the package is quick and starts no solver.
 
 from __future__ import annotations
 
-from importlib import import_module, metadata
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -26,5 +26,5 @@ def __getattr__(name: str) -> Any:
     if name in __all__:
         return getattr(import_module("sssi_exudyn.commands"), name)
     if name == "__version__":
-        return metadata.version("sssi-exudyn")
+        return import_module("importlib.metadata").version("sssi-exudyn")
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

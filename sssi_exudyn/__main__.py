@@ -1,6 +1,16 @@
-"""``python -m sssi_exudyn`` is ``sssi``."""
+"""``sssi``, also as ``python -m sssi_exudyn``."""
 
-from sssi_exudyn.cli import main
+from typing import NoReturn
+
+from sssi_exudyn.runtime.interrupts import end_on_interrupt
+
+
+def start() -> NoReturn:
+    """Entry point of ``sssi``; ends the process with its exit status."""
+    with end_on_interrupt():
+        from sssi_exudyn.cli import main
+    main()
+
 
 if __name__ == "__main__":
-    main()
+    start()

@@ -7,6 +7,7 @@ are one line on stderr, where progress is shown too; stdout holds only the resul
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import sys
 import traceback
@@ -19,6 +20,7 @@ from typing import Any, NoReturn
 
 from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.core.text import one_line
+from sssi_exudyn.runtime.interrupts import INTERRUPTED, end_on_interrupt
 from sssi_exudyn.runtime.progress import Progress, progress_on_stderr
 
 BACKENDS = ("fastest", "compiled", "numpy", "symbolic", "python")
@@ -30,9 +32,27 @@ SWEEP_VERBS = ("start", "resume", "retry", "status")
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Entry point of ``sssi``; ends the process with its exit status."""
+    """Read the arguments, do what they say, and end the process with its exit status."""
+    _prepare_streams()
     options = parser().parse_args(_with_verb(sys.argv[1:] if arguments is None else arguments))
     sys.exit(_status(options))
+
+
+def _prepare_streams() -> None:
+    """See to it that stdin, stdout and stderr are open, so that no file of a result becomes one of them, and that every
+    text can be written to them.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - for as long as the process
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _with_verb(arguments: Sequence[str]) -> list[str]:
@@ -174,13 +194,19 @@ def _add_sweep(commands: Any, common: argparse.ArgumentParser) -> None:
 def _status(options: argparse.Namespace) -> int:
     """Run the command; its exit status."""
     try:
-        sys.stdout.write(_call(options))
-        sys.stdout.flush()
+        text = _call(options)
+        try:
+            sys.stdout.write(text)
+            sys.stdout.flush()
+        except OSError as error:
+            # Python flushes once more at exit: not there
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            if isinstance(error, BrokenPipeError):  # the reader of stdout has closed it (sssi terms | head)
+                return 1
+            return _failed(options, 1, f"stdout cannot be written ({(error.strerror or str(error)).lower()})")
     except KeyboardInterrupt:
-        return _failed(options, 130, "interrupted; resume with the same command")
-    except BrokenPipeError:
-        # The reader of stdout has closed it (sssi terms | head).  Python flushes once more at exit: not into the pipe.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _failed(options, INTERRUPTED, "interrupted; resume with the same command")
+    except BrokenPipeError:  # of stderr
         return 1
     except InputError as error:
         return _failed(options, 2, str(error))
@@ -199,15 +225,17 @@ def _status(options: argparse.Namespace) -> int:
 def _call(options: argparse.Namespace) -> str:
     """Call the command; its result as text for stdout."""
     # Here, so that --help and --version answer at once.
-    from sssi_exudyn.runtime.exudyn_build import take_fast_build
+    with end_on_interrupt():
+        from sssi_exudyn.runtime.exudyn_build import take_fast_build
 
-    take_fast_build()
+        take_fast_build()
+        from sssi_exudyn import commands
+        from sssi_exudyn.io.writing import to_json
+        from sssi_exudyn.results.summary import summary_to_dict
+        from sssi_exudyn.terminal import format_csv, format_summary, format_table
+
     if not options.debug:
         warnings.simplefilter("ignore")  # of libraries, about figures that are checked here: the error line says it
-    from sssi_exudyn import commands
-    from sssi_exudyn.io.writing import to_json
-    from sssi_exudyn.results.summary import summary_to_dict
-    from sssi_exudyn.terminal import format_csv, format_summary, format_table
 
     progress = progress_on_stderr()
     match options.command:

@@ -25,6 +25,8 @@ import numpy as np
 from sssi_exudyn.core.frames import Array, slope_to_level
 
 Axis = tuple[float, float, float]
+_LONGEST: Final = 10.0
+"""m of a segment, in a file; and no number of a rotation is larger."""
 _FORWARD: Final[Axis] = (1.0, 0.0, 0.0)
 _BACKWARD: Final[Axis] = (-1.0, 0.0, 0.0)
 _LEFT: Final[Axis] = (0.0, 1.0, 0.0)
@@ -139,10 +141,13 @@ def geometry_from_dict(table: Mapping[str, Any]) -> Geometry:
     n = len(SEGMENTS)
     shapes = {"joint_in_parent_m": (n, 3), "segment_end_m": (n, 3), "attitude_in_parent": (n, 3, 3)}
     shapes["ankle_to_ski_base_m"] = ()
-    values = {key: np.asarray(table.get(key), dtype=np.float64) for key in shapes}
+    try:
+        values = {key: np.asarray(table.get(key), dtype=np.float64) for key in shapes}
+    except TypeError as error:
+        raise ValueError(f"not numbers ({error})") from None
     for key, shape in shapes.items():
-        if values[key].shape != shape or not np.all(np.isfinite(values[key])):
-            raise ValueError(f"{key} is not {shape} numbers")
+        if values[key].shape != shape or not np.all(np.abs(values[key]) <= _LONGEST):
+            raise ValueError(f"{key} is not {shape} numbers of a skier")
     return Geometry(
         joint_in_parent=values["joint_in_parent_m"],
         segment_end=values["segment_end_m"],

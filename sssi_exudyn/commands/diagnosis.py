@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +12,7 @@ import numpy as np
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.commands.runs import CACHE, Outcome, write_outcome
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.io.writing import folder_lock, to_json, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
@@ -35,7 +34,7 @@ def diagnose(folder: Path, out: Path, *, progress: Progress = SILENT) -> dict[st
     what ``diagnosis.json`` holds.
     """
     found = _diagnosed(folder, out, progress)[1]
-    shutil.rmtree(out / CACHE, ignore_errors=True)
+    Cache(out / CACHE).remove()
     return _mapping(found.diagnosis)
 
 
@@ -60,7 +59,7 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SIL
         write_atomically(out / "day.json", to_json(day))
         write_atomically(out / "report.html", day_page(names, explanations, sentence))
         for name in names:  # kept until now, so that an interrupted day goes on where it was
-            shutil.rmtree(out / name / CACHE, ignore_errors=True)
+            Cache(out / name / CACHE).remove()
         return day
 
 
@@ -107,7 +106,7 @@ def diagnose_known(folder: Path, out: Path, *, progress: Progress = SILENT) -> l
         made = out / name
         if not (made / DIAGNOSIS).is_file():
             diagnose(folder / name, made, progress=progress)
-        diagnoses[name] = json.loads((made / DIAGNOSIS).read_text(encoding="utf-8"))
+        diagnoses[name] = _mapping(read_json(made / DIAGNOSIS, Diagnosis))
     return compare(truth, diagnoses)
 
 

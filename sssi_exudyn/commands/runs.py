@@ -6,7 +6,6 @@ continues when it is given again: every simulation of a fit is kept in the resul
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -110,7 +109,7 @@ def fit(
                 fitted = replace(fitted, covariance=shares.covariance)
         outcome = Outcome({"command": "fit", "method": method}, fit_figures(fitted), posture, predicted)
         summary = _simulate_into(out, recording, motion, fitted.model, outcome, progress)
-        shutil.rmtree(out / CACHE, ignore_errors=True)
+        Cache(out / CACHE).remove()
         return summary
 
 

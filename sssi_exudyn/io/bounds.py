@@ -40,6 +40,20 @@ MAX_DEPTH: Final = 16
 MAX_VALUES: Final = 100_000
 """In one TOML file."""
 
+MAX_JSON: Final = 5_000_000
+"""bytes of a result's figures; a diagnosis with the curves of its plots has some hundred thousand."""
+MAX_TEXT: Final = 2000
+"""Characters of a sentence in a result."""
+MAX_NUMBER: Final = 1e50
+"""Of any figure of a result in its unit; squares and sums of such numbers are finite."""
+
+MAX_ROWS: Final = 2_000_000
+"""Of a table of a result: five hours at 100 Hz."""
+MAX_TABLE: Final = 30_000_000
+"""Numbers in a table of a result: six minutes at 100 Hz with every muscle's force, or half an hour without."""
+MAX_DURATION: Final = 36_000.0
+"""s of a result's time series."""
+
 MAX_ELEMENTS: Final = 600_000
 """Of an XML file, with its attributes: thirty thousand frames of twenty."""
 MAX_NESTING: Final = 24

@@ -6,32 +6,85 @@ reader does not know are passed over, so that files may be extended.
 
 from __future__ import annotations
 
+import json
+import math
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import msgspec
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.text import one_line
+from sssi_exudyn.io.bounds import MAX_DEPTH, MAX_JSON, MAX_NUMBER, MAX_TEXT
 from sssi_exudyn.io.files import read_bytes
 from sssi_exudyn.io.writing import to_plain
 
 T = TypeVar("T")
+_DIGITS = 18
+"""Of a whole number, so that it fits into 64 bits."""
 
 
 def read_json(path: Path, kind: type[T]) -> T:
     """The object of type ``kind`` in the JSON file ``path``.
 
-    Raises InputError for a file that is missing, no regular file, too large or no JSON, and for a field that is
-    missing or of another type, with its place (``$.findings[0].name``).
+    Raises InputError for what ``read_table`` refuses, and for a field that is missing or of another type, with its
+    place (``$.findings[0].name``).
     """
-    content = read_bytes(path)
+    table = read_table(path)
     try:
-        return msgspec.json.decode(content, type=kind)
-    except msgspec.ValidationError as error:
-        problem, _, place = str(error).partition(" - at ")
-        raise InputError(path, place.strip("`"), problem[:1].lower() + problem[1:], "run again") from None
-    except (msgspec.DecodeError, RecursionError, ValueError) as error:
+        return msgspec.convert(table, type=kind)
+    except ValueError as error:
+        raise wrong_field(path, error) from None
+
+
+def read_table(path: Path) -> dict[str, Any]:
+    """The JSON object in the file ``path``; its texts are one printable line each, its numbers finite and bounded.
+
+    Raises InputError for a file that is missing, no regular file or too large, for anything but a JSON object, and for
+    numbers and nesting beyond those of any result.
+    """
+    content = read_bytes(path, MAX_JSON)
+    try:
+        found = json.loads(content, parse_float=_number, parse_int=_whole_number, parse_constant=_refuse)
+        if not isinstance(found, dict):
+            raise InputError(path, "", "holds no table of figures", "run again with this version")
+        return {one_line(name): _clean(value, 1) for name, value in found.items()}
+    except (RecursionError, ValueError) as error:
         raise InputError(path, "", f"not JSON ({error})", "run again") from None
+
+
+def wrong_field(path: Path, error: ValueError) -> InputError:
+    """The error line for a field of another type, out of that of ``convert``."""
+    problem, _, place = str(error).partition(" - at ")
+    return InputError(path, place.strip("`"), problem[:1].lower() + problem[1:], "run again")
+
+
+def _clean(value: Any, depth: int) -> Any:
+    """The same with every text on one printable line.  Raises ValueError where it is nested too deeply."""
+    if depth > MAX_DEPTH:
+        raise ValueError("more tables within tables than any result has")
+    if isinstance(value, dict):
+        return {one_line(name): _clean(entry, depth + 1) for name, entry in value.items()}
+    if isinstance(value, list):
+        return [_clean(entry, depth + 1) for entry in value]
+    return one_line(value, MAX_TEXT) if isinstance(value, str) else value
+
+
+def _number(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number) or abs(number) > MAX_NUMBER:
+        raise ValueError("a number larger than any quantity")
+    return number
+
+
+def _whole_number(text: str) -> int:
+    if len(text) > _DIGITS:
+        raise ValueError("a number larger than any quantity")
+    return int(text)
+
+
+def _refuse(text: str) -> NoReturn:
+    raise ValueError(f"{text} is no number")
 
 
 def encode(value: Any) -> bytes:

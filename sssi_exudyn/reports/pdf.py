@@ -80,7 +80,7 @@ class _Paper:
         step = size / 10.0
         for line in textwrap.wrap(text, width):
             self.need(step)
-            self._page.text(_LEFT + indent, self._y, _literal(line), fontsize=size, weight=weight, va="top")
+            self._page.text(_LEFT + indent, self._y, line, fontsize=size, weight=weight, va="top")
             self._y -= step * _LINE
 
     def row(self, cells: Sequence[tuple[str, float, float, str]], *, size: float = 8.0, weight: str = "normal") -> None:
@@ -92,7 +92,7 @@ class _Paper:
             x = _LEFT + (_RIGHT - _LEFT) * (begin if side == "left" else end)
             for index, words in enumerate(cell):
                 y = self._y - index * 0.8 * _LINE
-                self._page.text(x, y, _literal(words), fontsize=size, va="top", ha=side, weight=weight)
+                self._page.text(x, y, words, fontsize=size, va="top", ha=side, weight=weight)
         self._y -= _height(lines) * _LINE
         rule = Line2D([_LEFT, _RIGHT], [self._y + 0.12 * _LINE] * 2, color="0.8", linewidth=0.5)
         self._page.add_artist(rule)
@@ -231,8 +231,3 @@ def _handle(key: Key) -> Line2D:
     if key.style == ".":
         return Line2D([], [], color=colour, marker=".", linestyle="none")
     return Line2D([], [], color=colour, linestyle=key.style)
-
-
-def _literal(text: str) -> str:
-    """Text in which no dollar sign starts a formula."""
-    return text.replace("$", r"\$")

@@ -25,6 +25,7 @@ WIDE = 4.0
 """Inches from which a panel shares its line with one other at most, narrower ones with two."""
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # words stay words: searchable, and in the page's own font
+    "text.parse_math": False,  # names come from files: a dollar sign begins no formula
     "font.size": 10.0,
     "axes.spines.top": False,
     "axes.spines.right": False,

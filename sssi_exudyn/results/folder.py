@@ -6,8 +6,8 @@ that a full disk or an interrupt leaves the old result or the new one, a kill at
 
 from __future__ import annotations
 
-import json
 import os
+import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -17,9 +17,15 @@ from typing import Any, Final
 import pandas as pd
 import tomli_w
 
+from sssi_exudyn.bodies.skier.chain import COORDINATES, PRESCRIBED, TRANSLATIONS
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.bounds import MAX_DURATION
+from sssi_exudyn.io.parquet import check_finite, check_time, read_parquet
+from sssi_exudyn.io.typed import read_json, wrong_field
+from sssi_exudyn.io.typed import read_table as read_json_table
 from sssi_exudyn.io.writing import clear_errors, folder_lock, to_json, to_plain
 from sssi_exudyn.results.summary import FORMAT, Summary, summary_from_dict, summary_to_dict
+from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 SUMMARY, SERIES, MODEL, DIAGNOSIS, REPORT = (
     "summary.json",
@@ -39,6 +45,43 @@ FILES: Final = (
 )
 """Every file of a result, the one that is put in place last at the end."""
 _NEW: Final = ".new."
+_AXES: Final = ("east", "north", "up")
+
+
+def _vector(name: str, unit: str) -> tuple[str, ...]:
+    return tuple(f"{name}_{axis}_{unit}" for axis in _AXES)
+
+
+_MEASURED_BY_ANTENNA: Final = _vector("antenna", "m")
+"""Columns of a series that are empty where there is no antenna."""
+_SERIES: Final = (
+    *("time_s", *_vector("com", "m"), *_vector("pelvis", "m"), *_vector("pelvis_velocity", "mps")),
+    *(
+        column
+        for side in ("left", "right")
+        for column in (
+            *(f"{side}_{name}" for name in ("load_N", "sole_N", "tip_deflection_m", "tail_deflection_m")),
+            *_vector(f"{side}_friction", "N"),
+            *_vector(f"{side}_foot", "m"),
+            *_vector(f"{side}_foot_velocity", "mps"),
+        )
+    ),
+    *_vector("drag", "N"),
+    *(f"{name}_m" for name in TRANSLATIONS),
+    *(f"{name}_deg" for name in COORDINATES[len(TRANSLATIONS) :]),
+    *(f"{name}_moment_Nm" for name in PRESCRIBED),
+)
+"""Columns of a series that commands and reports take, finite numbers in every row."""
+_NUMBERS: Final[Mapping[str, tuple[str, ...]]] = {
+    MEASURED: ("time_s",),
+    SECOND_HALF: ("time_s", "measured_mps", "predicted_mps"),
+    TURNS[1]: ("turn", "complete", "start_s", "duration_s", "mean_speed_mps", "turn_radius_m", "outside_force_share"),
+}
+"""Columns of the other tables that have to be there."""
+_TOGETHER: Final = (("gps_east_m", "gps_north_m", "gps_up_m", "gps_sigma_m"), ("left_insole_N", "right_insole_N"))
+"""Columns of the measurements of which all are there or none."""
+_TEXTS: Final = ("turn_side", "turn_phase", "side", "phase")
+"""Columns of names."""
 
 Render = Callable[[Path], str]
 """The report of the result in a folder, as the text of a page."""
@@ -139,14 +182,15 @@ def _replacement(folder: Path, source: Path | None) -> Iterator[Path]:
     """
     with folder_lock(folder), clear_errors(folder):
         for left in folder.glob(f"{_NEW}*"):  # by a process that was killed
-            shutil.rmtree(left)
+            if re.fullmatch(r"\d+", left.name.removeprefix(_NEW)) and left.is_dir() and not left.is_symlink():
+                shutil.rmtree(left)
         new = folder / f"{_NEW}{os.getpid()}"
         try:
             new.mkdir()
             if source is not None:
                 with folder_lock(source):
                     for path in source.iterdir():
-                        if path.is_file() and not path.name.startswith("."):
+                        if path.is_file() and not path.is_symlink() and not path.name.startswith("."):
                             shutil.copyfile(path, new / path.name)
             yield new
             (folder / SUMMARY).unlink(missing_ok=True)
@@ -166,51 +210,74 @@ def read_summary(folder: Path) -> Summary:
     try:
         return summary_from_dict(_read_summary_table(folder))
     except ValueError as error:
-        problem, _, place = str(error).partition(" - at ")
-        raise InputError(folder / SUMMARY, place.strip("`"), problem[:1].lower() + problem[1:], "run again") from None
+        raise wrong_field(folder / SUMMARY, error) from None
 
 
 def _read_summary_table(folder: Path) -> dict[str, Any]:
     path = folder / SUMMARY
-    table = _read_json(path)
+    table = read_json_table(_no_link(path))
     if table.get("format") != FORMAT:
         raise InputError(path, "format", f"not a summary of format {FORMAT}", "run again with this version")
     return table
 
 
-def _read_json(path: Path) -> dict[str, Any]:
-    with clear_errors(path):
-        try:
-            table = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError as error:
-            raise InputError(path, "", f"not JSON ({error})", "run again") from error
-    if not isinstance(table, dict):
-        raise InputError(path, "", "holds no table of figures", "run again with this version")
-    return table
-
-
 def read_series(folder: Path) -> pd.DataFrame:
-    """The time series of a result folder.  Raises InputError when there is none or it cannot be read."""
-    return _read_parquet(folder / SERIES)
+    """The time series of a result folder.
+
+    Raises InputError when there is none or it cannot be read, a column is missing or holds what is not a finite number,
+    or time does not rise.
+    """
+    path = _no_link(folder / SERIES)
+    series = read_parquet(path, (*_SERIES, *_MEASURED_BY_ANTENNA), _TEXTS)
+    if series.empty:
+        raise InputError(path, "", "there is no sample", "run again")
+    check_time(path, series, MAX_DURATION, strict=True)
+    check_finite(path, series, _SERIES)
+    return series
 
 
 def read_table(folder: Path, name: str) -> pd.DataFrame | None:
     """A Parquet file of a result, ``MEASURED``, ``SECOND_HALF`` or the turns'; None where the result has none.
 
-    Raises InputError where it cannot be read.
+    Raises InputError where it cannot be read, lacks a column, or its time falls.
     """
-    return _read_parquet(folder / name) if (folder / name).exists() else None
+    path = folder / name
+    if not _exists(path):
+        return None
+    table = read_parquet(_no_link(path), _NUMBERS[name], _TEXTS)
+    if "time_s" in table:
+        check_time(path, table, MAX_DURATION, strict=False)
+    if name == MEASURED:
+        for columns in _TOGETHER:
+            known = [column for column in columns if column in table]
+            if known and len(known) < len(columns):
+                missing = next(column for column in columns if column not in known)
+                raise InputError(path, f"column {missing}", "the column is missing", "run again")
+            check_finite(path, table[table[known].notna().any(axis=1)], known)
+    if name == TURNS[1] and not {"side", "phase"} <= set(table.columns):
+        raise InputError(path, "columns side and phase", "a column is missing", "run again")
+    return table
 
 
 def read_skeleton(folder: Path) -> dict[str, Any] | None:
     """The skier's lengths as a table; None where the result has none.  Raises InputError when it cannot be read."""
     path = folder / SKELETON
-    return _read_json(path) if path.exists() else None
+    return read_json_table(_no_link(path)) if _exists(path) else None
 
 
-def _read_parquet(path: Path) -> pd.DataFrame:
-    with clear_errors(path):
-        try:
-            return pd.read_parquet(path)
-        except ValueError as error:  # pyarrow's ArrowInvalid is one
-            raise InputError(path, "", "not a Parquet file", "run again") from error
+def read_diagnosis(folder: Path) -> Diagnosis | None:
+    """What a diagnosis found; None where none was made.  Raises InputError when it cannot be read."""
+    path = folder / DIAGNOSIS
+    return read_json(_no_link(path), Diagnosis) if _exists(path) else None
+
+
+def _exists(path: Path) -> bool:
+    """True for anything of that name, also for a link that leads nowhere."""
+    return os.path.lexists(path)
+
+
+def _no_link(path: Path) -> Path:
+    """The path.  Raises InputError for a symbolic link: a result is one folder of its own files."""
+    if path.is_symlink():
+        raise InputError(path, "", "this is a link", "put the file itself into the folder")
+    return path

@@ -12,16 +12,16 @@ from sssi_exudyn.analysis.turns import LEAST_SAMPLES, Turns, find_turns
 from sssi_exudyn.bodies.skier.chain import Geometry, geometry_from_dict
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, slope_to_enu
-from sssi_exudyn.io.typed import read_json
+from sssi_exudyn.core.text import one_line
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.results.folder import (
-    DIAGNOSIS,
     MEASURED,
     MODEL,
     SECOND_HALF,
     SKELETON,
     TURNS,
+    read_diagnosis,
     read_series,
     read_skeleton,
     read_summary,
@@ -57,7 +57,7 @@ class StoredRun:
     @property
     def name(self) -> str:
         """The recording's."""
-        return self.summary.recording or "a recording"
+        return one_line(self.summary.recording or "a recording")
 
     @cached_property
     def time(self) -> Array:
@@ -97,5 +97,5 @@ def read_run(folder: Path) -> StoredRun:
         geometry=geometry,
         turn_table=read_table(folder, TURNS[1]),
         second_half=read_table(folder, SECOND_HALF),
-        diagnosis=read_json(folder / DIAGNOSIS, Diagnosis) if (folder / DIAGNOSIS).exists() else None,
+        diagnosis=read_diagnosis(folder),
     )

@@ -6,11 +6,13 @@ or none.  An entry that cannot be read is computed anew.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import hashlib
 import json
 import math
 import os
+import re
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -23,6 +25,10 @@ from numpy.typing import NDArray
 MAX_ENTRY: Final = 300_000_000
 """bytes of arrays in one entry."""
 Arrays = dict[str, NDArray[np.generic]]
+Shapes = Mapping[str, tuple[int | None, ...]]
+"""Names and shapes of an entry's arrays; None where any length will do."""
+_OWN: Final = re.compile(r"[0-9a-f]{64}\.npz|\.[0-9a-f]{64}\.npz\.\d+")
+"""Names of entries, whole and half written: keys are fingerprints."""
 
 _NAMES: Final = {
     "sssi_exudyn.model.model": "sssi_exudyn.model",
@@ -69,20 +75,24 @@ class Cache:
         would take more than ``MAX_ENTRY`` bytes.
         """
         try:
-            with self._path(key).open("rb") as file, zipfile.ZipFile(file) as parts:
+            path = self._path(key)
+            if not path.is_file() or path.stat().st_size > MAX_ENTRY:  # a pipe would never end
+                return None
+            with zipfile.ZipFile(path) as parts:
                 if sum(part.file_size for part in parts.infolist()) > MAX_ENTRY:
                     return None
                 return {part.removesuffix(".npy"): _array(parts, part) for part in parts.namelist()}
         except Exception:  # noqa: BLE001 - damaged archives raise whatever their damage brings
             return None
 
-    def get_or_make(self, key: str, make: Callable[[], Mapping[str, NDArray[np.generic]]]) -> Arrays:
+    def get_or_make(self, key: str, make: Callable[[], Mapping[str, NDArray[np.generic]]], shapes: Shapes) -> Arrays:
         """The arrays kept under ``key``, or those that ``make`` gives, which are then kept.
 
-        Raises OSError where the folder cannot be written.
+        An entry whose arrays have other names or ``shapes``, or numbers that are not finite, is made anew: the folder
+        may come from someone else.  Raises OSError where it cannot be written.
         """
         kept = self.get(key)
-        if kept is None:
+        if kept is None or not _fits(kept, shapes):
             kept = dict(make())
             self.put(key, kept)
         return kept
@@ -99,8 +109,30 @@ class Cache:
         finally:
             made.unlink(missing_ok=True)
 
+    def remove(self) -> None:
+        """Remove all entries, and the folder where nothing else is in it.  What this program did not write stays, and
+        links are not followed.
+        """
+        if self.folder.is_symlink() or not self.folder.is_dir():
+            return
+        with contextlib.suppress(OSError):
+            for path in self.folder.iterdir():
+                if _OWN.fullmatch(path.name) and not path.is_dir():
+                    path.unlink(missing_ok=True)
+            self.folder.rmdir()  # refused while it holds anything
+
     def _path(self, key: str) -> Path:
         return self.folder / f"{key}.npz"
+
+
+def _fits(arrays: Arrays, shapes: Shapes) -> bool:
+    """True for finite numbers, or texts, of the given names and shapes."""
+    return arrays.keys() == shapes.keys() and all(
+        len(array.shape) == len(shapes[name])
+        and all(wanted in (None, length) for wanted, length in zip(shapes[name], array.shape, strict=True))
+        and (array.dtype.kind == "U" or (array.dtype.kind in "biuf" and bool(np.all(np.isfinite(array)))))
+        for name, array in arrays.items()
+    )
 
 
 def _array(parts: zipfile.ZipFile, name: str) -> NDArray[np.generic]:

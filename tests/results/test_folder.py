@@ -16,7 +16,7 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.writing import folder_lock
 from sssi_exudyn.results.folder import read_summary, write_result
 from sssi_exudyn.results.summary import Summary
-from sssi_exudyn.runtime.cache import Cache
+from sssi_exudyn.runtime.cache import Cache, Shapes
 
 MODEL = {"format": 1}
 FILES = {"summary.json", "series.parquet", "model.toml", ".lock"}
@@ -62,7 +62,7 @@ def test_a_kill_while_files_are_moved_leaves_no_mixture(tmp_path: Path, moves: i
     old_result(tmp_path)
     assert other_process(tmp_path, "kill", moves).returncode == -9
     assert not (tmp_path / "summary.json").exists()
-    with pytest.raises(InputError, match="no such file"):
+    with pytest.raises(InputError, match="does not exist"):
         read_summary(tmp_path)
     old_result(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == FILES  # nothing half written is left
@@ -88,7 +88,7 @@ def test_a_cache_that_cannot_be_written_is_one_clear_line(tmp_path: Path, monkey
 
     monkeypatch.setattr(np, "savez", full)
     with pytest.raises(InputError, match="no space left") as info, folder_lock(tmp_path):
-        Cache(tmp_path / "cache").get_or_make("key", lambda: {"x": np.zeros(3)})
+        Cache(tmp_path / "cache").get_or_make("key", lambda: {"x": np.zeros(3)}, {"x": (3,)})
     assert info.value.file == str(tmp_path)
     assert list((tmp_path / "cache").iterdir()) == []
 
@@ -105,8 +105,9 @@ def test_what_was_made_is_not_made_again(tmp_path: Path) -> None:
         made.append(1)
         return {"x": np.array([0.1, -0.0]), "why": np.asarray("converged: the objective no longer changes")}
 
-    first = Cache(tmp_path).get_or_make("key", make)
-    again = Cache(tmp_path).get_or_make("key", make)
+    shapes: Shapes = {"x": (2,), "why": ()}
+    first = Cache(tmp_path).get_or_make("key", make, shapes)
+    again = Cache(tmp_path).get_or_make("key", make, shapes)
     assert len(made) == 1
     assert first["x"].tobytes() == again["x"].tobytes()
     assert str(again["why"]) == "converged: the objective no longer changes"

@@ -167,7 +167,7 @@ def test_one_process_may_hold_a_folder_and_write_into_it(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("content", "problem"),
     [
-        (None, "no such file"),
+        (None, "does not exist"),
         ("{", "not JSON"),
         ("[]", "no table of figures"),
         ('{"format": 2}', "format 1"),

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.typed import read_table
 
 TRUTH: Final = "truth.json"
 NOTHING: Final = "none"
@@ -16,17 +16,17 @@ NOTHING: Final = "none"
 def read_truth(folder: Path) -> dict[str, dict[str, Any]]:
     """What is hidden in each recording of ``folder``, by its name.
 
-    Raises InputError where there is no truth.json, or it is no table of names.
+    Raises InputError where there is no truth.json, it is no table of names, or a name is not that of a folder in
+    ``folder``: results are written under these names.
     """
     path = folder / TRUTH
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(path, "", "there is no such file", "name a folder of recordings with their answers") from None
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise InputError(path, "", f"not JSON: {error}", "correct the file") from None
-    if not isinstance(found, dict) or not all(isinstance(each, dict) and "name" in each for each in found.values()):
+    found = read_table(path)
+    if not all(isinstance(each, dict) and isinstance(each.get("name"), str) for each in found.values()):
         raise InputError(path, "", "not a table of recordings with a name each", "give {recording: {name: …}}")
+    folders = {each.name for each in folder.iterdir() if each.is_dir() and not each.is_symlink()}
+    for name in found:
+        if name not in folders or name.startswith("."):
+            raise InputError(path, name, "there is no recording of that name here", "name a folder beside this file")
     return found
 
 

@@ -1,7 +1,8 @@
 """The blind benchmark of the diagnosis: cases with sealed answers, one scoring run, figures with confidence intervals.
 
 Cases come from ``cases``.  Answers are written and hashed before anything is diagnosed.  Each case leaves one
-file; a run that was interrupted goes on with those that are missing.  Beside the diagnosis two baselines see the same
+file; a run that was interrupted goes on with those that are missing.  Of a made case only the answer is kept: index and
+seed make it again for its diagnosis.  Beside the diagnosis two baselines see the same
 cases (the best Bayesian information criterion with white noise; the best fit in sample), and an oracle that knows the
 effect's form and asks only whether it is there.
 """
@@ -9,8 +10,6 @@ effect's form and asks only whether it is there.
 from __future__ import annotations
 
 import hashlib
-import json
-import pickle
 import signal
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -21,9 +20,10 @@ from typing import Any
 
 import numpy as np
 
-from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.io.typed import read_json, read_table
 from sssi_exudyn.io.writing import to_json, to_plain, write_atomically
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
@@ -146,11 +146,11 @@ def run_benchmark(
             progress(len(cases) / count, f"made {len(cases)} of {count}")
         ordered = [cases[index] for index in range(count)]
         digest = seal(folder, ordered)
-        diagnosing = [pool.submit(_diagnose_kept, index) for index in range(count)]
+        diagnosing = [pool.submit(_diagnose_sealed, case, planned[case.index]) for case in ordered]
         for number, each in enumerate(as_completed(diagnosing), 1):
             each.result()
             progress(number / count, f"diagnosed {number} of {count}")
-    done = [json.loads(_case_file(folder, index).read_text(encoding="utf-8")) for index in range(count)]
+    done = [read_table(_case_file(folder, index)) for index in range(count)]
     scores = score(ordered, done)
     scores["seal"] = digest
     write_atomically(folder / "scores.json", to_json(scores))
@@ -172,27 +172,37 @@ def _case_file(folder: Path, index: int) -> Path:
     return folder / f"case_{index:03d}.json"
 
 
+def _answer_file(folder: Path, index: int) -> Path:
+    return folder / "made" / f"{index:03d}.json"
+
+
 def _make_case(index: int, planned: tuple[str, str, int]) -> Case:
-    """Make a case and keep it for its diagnosis; one that was made before is read."""
+    """Make a case and keep its answer; the answer alone where it was made before.
+
+    Raises InputError where the folder holds the answer of another plan.
+    """
     bases, seed, _, folder = _given
-    path = folder / "made" / f"{index:03d}.pickle"
-    if path.exists():
-        return _read_case(path).case
-    made = make(index, planned, bases, seed)
-    path.parent.mkdir(exist_ok=True)
-    write_atomically(path, pickle.dumps(made))
-    return made.case
-
-
-def _read_case(path: Path) -> Made:
-    made = pickle.loads(path.read_bytes())  # this program's own, of this run
-    assert isinstance(made, Made)
-    return made
-
-
-def _diagnose_kept(index: int) -> None:
-    _, _, full, folder = _given
-    path = _case_file(folder, index)
+    path = _answer_file(folder, index)
     if not path.exists():
-        made = _read_case(folder / "made" / f"{index:03d}.pickle")
-        write_atomically(path, to_json(diagnose_case(made, full=index < full)))
+        path.parent.mkdir(exist_ok=True)
+        write_atomically(path, to_json(make(index, planned, bases, seed).case))
+    case = read_json(path, Case)
+    if (case.index, case.name, case.kind, case.strength) != (index, *planned):
+        raise InputError(path, "", "the answer of another benchmark", "choose another folder with --out")
+    return case
+
+
+def _diagnose_sealed(case: Case, planned: tuple[str, str, int]) -> None:
+    """Diagnose a case, made again from its seed, unless that was done before.
+
+    Raises InputError where what is made is not what was sealed.
+    """
+    bases, seed, full, folder = _given
+    path = _case_file(folder, case.index)
+    if path.exists():
+        return
+    made = make(case.index, planned, bases, seed)
+    if to_json(made.case) != to_json(case):
+        answer = _answer_file(folder, case.index)
+        raise InputError(answer, "", "its seed makes another case", "choose another folder with --out")
+    write_atomically(path, to_json(diagnose_case(made, full=case.index < full)))

@@ -82,6 +82,12 @@ def arrays_of(fit: Refit) -> dict[str, Array]:
     return {name: np.asarray(getattr(fit, name), dtype=np.float64) for name in _KEPT}
 
 
+def kept_shapes(size: int, count: int) -> dict[str, tuple[int, ...]]:
+    """Shapes of what ``arrays_of`` gives, for ``size`` measurements and ``count`` parameters."""
+    shapes = ((count,), (size,), (size, count), (), (count, count))
+    return dict(zip(_KEPT, shapes, strict=True))
+
+
 def refit_of(arrays: Mapping[str, np.ndarray], model: Model, parameters: tuple[Parameter, ...]) -> Refit:
     """The refit of ``model`` by ``parameters`` whose numbers ``arrays_of`` gave."""
     values, predicted, sensitivity, objective, covariance = (np.asarray(arrays[name], float) for name in _KEPT)

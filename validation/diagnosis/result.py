@@ -165,6 +165,12 @@ class ForceOverTime:
     band_N: tuple[Vector, ...]
     stands_out: tuple[tuple[bool, bool, bool], ...]
 
+    def __post_init__(self) -> None:
+        """Raise ValueError where the lengths differ."""
+        cells = len(self.edges_s) - 1
+        if not len(self.force_N) == len(self.band_N) == len(self.stands_out) == cells:
+            raise ValueError("the lists have other lengths than the cells of time")
+
 
 @dataclass(frozen=True)
 class LatentForce:
@@ -181,6 +187,11 @@ class TrackDistance:
     time_s: tuple[float, ...]
     before_m: tuple[float, ...]
     after_m: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Raise ValueError where the lengths differ."""
+        if not len(self.time_s) == len(self.before_m) == len(self.after_m):
+            raise ValueError("the lists have different lengths")
 
 
 @dataclass(frozen=True)

@@ -157,7 +157,9 @@ def _responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str
             found[hypothesis.name] = np.zeros((len(fitted.prediction), 0))
             continue
         key = fingerprint("probes", problem.key, hypothesis.name, [model_to_dict(p.model) for p in probes])
-        found[hypothesis.name] = np.asarray(get_or_make(problem, key, partial(_columns, fitted, probes))["columns"])
+        shapes = {"columns": (len(fitted.prediction), len(probes))}
+        kept = get_or_make(problem, key, partial(_columns, fitted, probes), shapes)
+        found[hypothesis.name] = np.asarray(kept["columns"], dtype=np.float64)
     return found
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
-from sssi_exudyn.runtime.cache import fingerprint
+from sssi_exudyn.runtime.cache import Shapes, fingerprint
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.result import SimulationResult
@@ -34,7 +34,7 @@ from sssi_exudyn.validation.diagnosis.evidence import (
 )
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, mounting_freedom
-from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit, arrays_of, refit, refit_of
+from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit, arrays_of, kept_shapes, refit, refit_of
 from sssi_exudyn.validation.measurements import averages
 
 Arrays = Mapping[str, NDArray[np.generic]]
@@ -103,7 +103,8 @@ def fit_model(
     key = fingerprint(
         "refit", problem.key, model_to_dict(model), parameters, levels, state.offset, state.capture, state.mounting
     )
-    return refit_of(problem.cache.get_or_make(key, lambda: arrays_of(run())), model, parameters)
+    shapes = kept_shapes(len(state.offset), len(parameters))
+    return refit_of(problem.cache.get_or_make(key, lambda: arrays_of(run()), shapes), model, parameters)
 
 
 def settle(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State, Refit]:
@@ -173,9 +174,9 @@ def fitted_run(problem: DiagnosisProblem, state: State, fit: Refit) -> FittedRun
     return FittedRun(fit.model, problem.prepared, run, problem.measurements, fit.predicted - state.offset)
 
 
-def get_or_make(problem: DiagnosisProblem, key: str, make: Callable[[], Arrays]) -> Arrays:
+def get_or_make(problem: DiagnosisProblem, key: str, make: Callable[[], Arrays], shapes: Shapes) -> Arrays:
     """What the cache has under ``key``, or else what ``make`` gives."""
-    return problem.cache.get_or_make(key, make) if problem.cache else make()
+    return problem.cache.get_or_make(key, make, shapes) if problem.cache else make()
 
 
 def _mounting(problem: DiagnosisProblem, model: Model) -> tuple[Freedom, Array]:
@@ -194,7 +195,8 @@ def _full_prediction(problem: DiagnosisProblem, model: Model) -> Array:
         return {"predicted": problem.measurements.predicted(model, simulate(model, problem.motion))}
 
     key = fingerprint("full model", problem.key, model_to_dict(model))
-    return np.asarray(get_or_make(problem, key, run)["predicted"], dtype=np.float64)
+    shapes = {"predicted": problem.measurements.measured.shape}
+    return np.asarray(get_or_make(problem, key, run, shapes)["predicted"], dtype=np.float64)
 
 
 def _capture_responses(problem: DiagnosisProblem, base: Refit) -> Array:
@@ -207,6 +209,7 @@ def _capture_responses(problem: DiagnosisProblem, base: Refit) -> Array:
         return {"columns": np.column_stack([columns, torso])}
 
     key = fingerprint("capture", problem.key, base.values)
-    columns = np.asarray(get_or_make(problem, key, run)["columns"], dtype=np.float64)
+    shapes = {"columns": (len(base.predicted), None)}
+    columns = np.asarray(get_or_make(problem, key, run, shapes)["columns"], dtype=np.float64)
     problem.progress(None, f"{columns.shape[1]} possible errors of the capture")
     return columns

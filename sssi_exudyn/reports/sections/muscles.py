@@ -30,6 +30,8 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
     figures, series = run.summary.muscles, run.series
     if figures is None:
         return ()
+    if not _columns() <= set(series.columns):  # the summary has figures that its series does not bear out
+        return (Text(_sentence(figures)),)
     blocks: tuple[Block, ...] = (
         Text(_sentence(figures)),
         Heading("Activation of the leg's muscle groups by phase of the turn: outside / inside leg"),
@@ -44,6 +46,14 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
     if not figures.lacking:
         return blocks
     return (*blocks, Heading("Joints that lack strength"), Grid(_lacking(figures.lacking)))
+
+
+def _columns() -> set[str]:
+    """Columns of the series that the section shows."""
+    regions = (("leg", LEG_GROUPS), ("lumbar", LUMBAR_GROUPS))
+    joints = [f"{joint}_{side[0]}" for joint in ("hip", "knee", "ankle") for side in SIDES]
+    groups = {group_column(region, group, side) for region, names in regions for group in names for side in SIDES}
+    return {"turn_side", "turn_phase", *groups, *(contact_column(joint) for joint in (*joints, "L5_S1"))}
 
 
 def _sentence(figures: MuscleFigures) -> str:

@@ -69,7 +69,8 @@ def energy(runs: Runs) -> Section:
     terms = [name for name in columns if name.startswith("energy_") and name != "energy_closure_J"]
 
     def last(run: StoredRun, column: str) -> str:
-        return str(round(run.series[column].iloc[-1])) if column in run.series else "–"
+        value = run.series[column].iloc[-1] if column in run.series else math.nan
+        return str(round(value)) if math.isfinite(value) else "–"
 
     rows = [
         [f"{name.removeprefix('energy_').removesuffix('_J')} (J)", *(last(run, name) for run in runs)] for name in terms

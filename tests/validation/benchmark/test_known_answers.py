@@ -37,7 +37,7 @@ def test_what_was_found_against_what_is_hidden() -> None:
 
 
 def test_a_folder_without_answers_gets_one_clear_line(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"truth\.json: there is no such file"):
+    with pytest.raises(InputError, match=r"truth\.json: the file does not exist"):
         read_truth(tmp_path)
     (tmp_path / "truth.json").write_text("{")
     with pytest.raises(InputError, match="not JSON"):

@@ -1,0 +1,177 @@
+"""Parquet files of results: tables of numbers and a few texts, bounded before anything is decoded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import BinaryIO, Final
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.text import one_line
+from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_NAME, MAX_NUMBER, MAX_ROWS, MAX_TABLE
+from sssi_exudyn.io.files import open_regular
+
+_BYTES: Final = 8
+"""Of a number."""
+_HEAD: Final = 4096
+"""bytes in which a page's head ends."""
+_PAGES: Final = 200_000
+_DECODED: Final = _BYTES * MAX_TABLE
+"""bytes that all pages of a file may have once they are decompressed."""
+
+
+def read_parquet(path: Path, numbers: Sequence[str] = (), texts: Sequence[str] = ()) -> pd.DataFrame:
+    """A table of float or whole numbers, truth values, and texts in the columns ``texts``.
+
+    Parameters
+    ----------
+    numbers : columns of numbers that have to be there
+    texts : columns that may hold texts; one that is missing is no error
+
+    Raises InputError for anything but a regular Parquet file, one that is torn, more rows, columns or bytes than any
+    result has, and for a column that is missing, comes twice, or is of another type.
+    """
+    with open_regular(path) as stream:
+        try:
+            file = pq.ParquetFile(stream, thrift_string_size_limit=10_000_000, thrift_container_size_limit=100_000)
+            _check_columns(path, file, numbers, texts)
+            _check_pages(path, file.metadata, stream)
+            words = [name for name in texts if name in file.schema_arrow.names]
+            # each text once, however often it stands there
+            table = pq.ParquetFile(stream, metadata=file.metadata, read_dictionary=words).read()
+            if table.num_rows != file.metadata.num_rows:
+                raise InputError(path, "", "the file is torn", "run again")
+            frame: pd.DataFrame = table.to_pandas(ignore_metadata=True)
+        except (pa.ArrowException, OSError, ValueError) as error:
+            problem = "not a Parquet file, or a torn one"
+            raise InputError(path, "", f"{problem} ({one_line(error)})", "run again") from None
+    for name in frame.columns:
+        if isinstance(frame[name].dtype, pd.CategoricalDtype):
+            known = frame[name].cat.categories
+            if any(len(word) > MAX_NAME or one_line(word) != word for word in known):
+                raise InputError(path, f"column {name}", "texts that are no names", "run again")
+            frame[name] = frame[name].astype(known.dtype)
+        elif frame[name].dtype.kind == "f" and bool((frame[name].abs() > MAX_NUMBER).any()):
+            raise InputError(path, f"column {name}", "larger than any quantity of a run", "run again")
+    return frame
+
+
+def _check_columns(path: Path, file: pq.ParquetFile, numbers: Sequence[str], texts: Sequence[str]) -> None:
+    schema, rows = file.schema_arrow, file.metadata.num_rows
+    if len(schema) > MAX_COLUMNS:
+        raise InputError(path, "", f"{len(schema)} columns, more than any result has", "run again")
+    if not 0 <= rows <= MAX_ROWS or rows * len(schema) > MAX_TABLE:
+        raise InputError(path, "", f"{rows} rows of {len(schema)} columns are more than any result has", "run again")
+    for field in schema:
+        place = f"column {field.name}"
+        if len(field.name) > MAX_NAME or one_line(field.name) != field.name:
+            raise InputError(path, place, "this is no name of a column", "run again")
+        if len(schema.get_all_field_indices(field.name)) > 1:
+            raise InputError(path, place, "the column comes twice", "run again")
+        kind = field.type.value_type if pa.types.is_dictionary(field.type) else field.type
+        if field.name in texts and (pa.types.is_string(kind) or pa.types.is_large_string(kind)):
+            continue
+        if not (pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_boolean(kind)):
+            raise InputError(path, place, f"{kind} in place of numbers", "run again")
+    for name in numbers:
+        if name not in schema.names:
+            raise InputError(path, f"column {name}", "the column is missing", "run again with this version")
+
+
+def _check_pages(path: Path, about: pq.FileMetaData, stream: BinaryIO) -> None:
+    """Raise InputError where pages would decompress to more than any table has: a page says its size itself, whatever
+    the file's own account of it.
+    """
+    total = count = 0
+    for group in range(about.num_row_groups):
+        for column in range(about.num_columns):
+            chunk = about.row_group(group).column(column)
+            at = chunk.dictionary_page_offset if chunk.has_dictionary_page else chunk.data_page_offset
+            end = at + chunk.total_compressed_size
+            while at < end:
+                stream.seek(at)
+                decoded, stored, size = _page(stream.read(_HEAD))
+                total += max(decoded, stored)
+                count += 1
+                at += size + stored
+                if min(decoded, stored) < 0 or total > _DECODED or count > _PAGES:
+                    raise InputError(path, "", "more bytes than any result has", "run again")
+    stream.seek(0)
+
+
+def _page(head: bytes) -> tuple[int, int, int]:
+    """Bytes of a page once decompressed, as it is stored, and of its head.
+
+    The head is a structure of Thrift's compact protocol: a byte with the distance to the last field and the type, then
+    the value.  Fields 2 and 3 are the sizes.  Raises ValueError for anything else.
+    """
+    reader = _Thrift(head)
+    found = reader.structure()
+    return found.get(2, -1), found.get(3, -1), reader.at
+
+
+class _Thrift:
+    """Reads structures of whole numbers, texts and structures; what a page's head consists of."""
+
+    def __init__(self, data: bytes) -> None:
+        self.data, self.at = data, 0
+
+    def structure(self, depth: int = 0) -> dict[int, int]:
+        """The fields that are whole numbers, by their number."""
+        if depth > 4:
+            raise ValueError("a page's head is nested")
+        found, field = {}, 0
+        while (head := self._byte()) != 0:
+            kind = head & 15
+            field = field + (head >> 4) if head >> 4 else self._whole()
+            if kind in (4, 5, 6):
+                found[field] = self._whole()
+            elif kind == 8:
+                length = self._length()
+                self.at += length
+            elif kind == 12:
+                self.structure(depth + 1)
+            elif kind not in (1, 2):  # true and false have no value
+                raise ValueError("a page's head is torn")
+        return found
+
+    def _byte(self) -> int:
+        if self.at >= len(self.data):
+            raise ValueError("a page's head is torn")
+        self.at += 1
+        return self.data[self.at - 1]
+
+    def _length(self) -> int:
+        value = shift = 0
+        while (byte := self._byte()) & 128:
+            value |= (byte & 127) << shift
+            shift += 7
+        return value | byte << shift
+
+    def _whole(self) -> int:
+        value = self._length()
+        return value >> 1 ^ -(value & 1)
+
+
+def check_time(path: Path, frame: pd.DataFrame, longest: float, *, strict: bool) -> None:
+    """Raise InputError where ``time_s`` is not finite, falls (or stays, with ``strict``), or spans more than
+    ``longest`` s.
+    """
+    time = frame["time_s"].to_numpy(dtype=float)
+    steps = np.diff(time)
+    if not np.all(np.isfinite(time)) or np.any(steps <= 0.0 if strict else steps < 0.0):
+        raise InputError(path, "column time_s", "time does not rise throughout", "run again")
+    if len(time) and time[-1] - time[0] > longest:
+        raise InputError(path, "column time_s", f"more than {longest:.0f} s", "check that time is in seconds")
+
+
+def check_finite(path: Path, frame: pd.DataFrame, names: Sequence[str]) -> None:
+    """Raise InputError where one of the columns holds what is not a finite number."""
+    for name in names:
+        if not np.all(np.isfinite(frame[name].to_numpy(dtype=float))):
+            raise InputError(path, f"column {name}", "not a number in every row", "run again")

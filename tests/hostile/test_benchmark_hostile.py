@@ -1,0 +1,162 @@
+"""Folders of the benchmarks from other people: nothing is unpickled, nothing is written outside, work is bounded."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+import sssi_exudyn
+from sssi_exudyn.commands import diagnosis as commands
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.validation.benchmark import run
+from sssi_exudyn.validation.benchmark.cases import Case, Made
+
+PACKAGE = Path(sssi_exudyn.__file__).parent
+UNSAFE = {"pickle", "cPickle", "_pickle", "cloudpickle", "dill", "joblib", "marshal", "shelve"}
+CASE = Case(0, "hill", "gust", "physics", 2, (1.5, 2.5), {"w_f": 3.25})
+PLANNED = ("gust", "physics", 2)
+
+
+def sources() -> list[Path]:
+    return [Path(folder) / name for folder, _, names in os.walk(PACKAGE, followlinks=True) for name in names]
+
+
+def test_nothing_in_the_package_unpickles_or_executes_what_it_reads() -> None:
+    """Generated force laws are the one text that is run: see ``contact.backends.compiled`` and its folder."""
+    found = []
+    files = [path for path in sources() if path.suffix == ".py"]
+    assert len(files) > 150  # the model folders behind their links too
+    for path in files:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = []
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom):
+                names = [node.module or ""]
+            elif isinstance(node, ast.Call):
+                called = node.func
+                names = [called.id] if isinstance(called, ast.Name) and called.id in ("eval", "exec", "compile") else []
+                names += ["read_pickle"] if isinstance(called, ast.Attribute) and called.attr == "read_pickle" else []
+                for argument in node.keywords:
+                    allowed = isinstance(argument.value, ast.Constant) and argument.value.value is False
+                    names += ["allow_pickle"] if argument.arg == "allow_pickle" and not allowed else []
+            bad = [
+                name
+                for name in names
+                if name.split(".")[0] in UNSAFE or name in ("eval", "exec", "compile", "read_pickle", "allow_pickle")
+            ]
+            found += [f"{path.name}:{getattr(node, 'lineno', 0)} {name}" for name in bad]
+    assert found == []
+
+
+@pytest.fixture
+def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """A worker's state; the numbers of the cases that were made."""
+    numbers: list[int] = []
+
+    def make(index: int, planned: tuple[str, str, int], _bases: object, _seed: int) -> Made:
+        assert planned == PLANNED
+        numbers.append(index)
+        return Made(CASE, None, None, None, None)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(run, "make", make)
+    monkeypatch.setattr(run, "diagnose_case", lambda made, full: {"index": made.case.index, "full": full})
+    monkeypatch.setattr(run, "_given", [[], 1, 0, tmp_path])
+    return numbers
+
+
+def test_a_made_case_is_kept_as_its_answer_and_made_again(tmp_path: Path, made: list[int]) -> None:
+    assert run._make_case(0, PLANNED) == CASE
+    assert run._make_case(0, PLANNED) == CASE
+    assert made == [0]  # the second time its answer was there
+    assert [path.name for path in (tmp_path / "made").iterdir()] == ["000.json"]
+    run._diagnose_sealed(CASE, PLANNED)
+    run._diagnose_sealed(CASE, PLANNED)
+    assert made == [0, 0]
+    assert json.loads((tmp_path / "case_000.json").read_text()) == {"index": 0, "full": False}
+
+
+class Shell:
+    """What a pickle may do."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return os.mkdir, ("pwned",)
+
+
+def test_a_pickle_in_the_folder_is_not_read(tmp_path: Path, made: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    import pickle
+
+    (tmp_path / "made").mkdir()
+    for name in ("000.pickle", "000.json"):
+        (tmp_path / "made" / name).write_bytes(pickle.dumps(Shell()))
+    with pytest.raises(InputError, match="not JSON"):
+        run._make_case(0, PLANNED)
+    assert not (tmp_path / "pwned").exists()
+    assert made == []
+
+
+@pytest.mark.parametrize("key", ["index", "name", "strength"])
+def test_the_answer_of_another_plan_is_refused(tmp_path: Path, made: list[int], key: str) -> None:
+    run._make_case(0, PLANNED)
+    path = tmp_path / "made" / "000.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {key: "none" if key == "name" else 7}))
+    with pytest.raises(InputError, match="the answer of another benchmark"):
+        run._make_case(0, PLANNED)
+
+
+def test_a_truth_that_its_seed_does_not_make_is_refused(made: list[int]) -> None:
+    other = Case(**{**CASE.__dict__, "truth": {"w_f": 9.0}})
+    with pytest.raises(InputError, match="its seed makes another case"):
+        run._diagnose_sealed(other, PLANNED)
+
+
+NAMES = ("../stray", "/tmp/stray", "..", ".", "", "a/../..", "a\0b", "a\x1b[31m", "x" * 5000, ".hidden", "link", "a/b")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_of_known_answers_are_folders_beside_them(
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(commands, "diagnose", lambda *_, **__: pytest.fail("nothing may be diagnosed"))
+    folder = tmp_path / "in" / "deep"
+    for each in ("good", "a/b", ".hidden"):
+        (folder / each).mkdir(parents=True)
+    (folder / "link").symlink_to(tmp_path)
+    (folder / "truth.json").write_text(json.dumps({"good": {"name": "none"}, name: {"name": "none"}}))
+    with pytest.raises(InputError, match="no recording of that name") as info:
+        commands.diagnose_known(folder, tmp_path / "out")
+    assert str(info.value).isprintable()
+    assert len(str(info.value)) < 3000
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("content", "problem"),
+    [
+        (b"[]", "no table"),
+        (b'{"good": 1}', "not a table of recordings"),
+        (b'{"good": {"name": ["a"]}}', "not a table of recordings"),
+        (b"[" * 1_000_000, "not JSON"),
+        (b'{"good": {"name": "none", "x": ' + b"[" * 50 + b"]" * 50 + b"}}", "tables within tables"),
+        (b'{"good": {"name": "none", "x": ' + b"1" * 5000 + b"}}", "larger than any"),
+        (b'{"good": "' + b"x" * 6_000_000 + b'"}', "more than 5 MB"),
+        (b"\xff", "not JSON"),
+    ],
+    ids=["list", "number", "name is a list", "brackets", "nested", "digits", "large", "no text"],
+)
+def test_known_answers_are_bounded(tmp_path: Path, content: bytes, problem: str) -> None:
+    (tmp_path / "good").mkdir()
+    (tmp_path / "truth.json").write_bytes(content)
+    with pytest.raises(InputError, match=problem):
+        commands.diagnose_known(tmp_path, tmp_path / "out")
+
+
+def test_a_pipe_in_place_of_the_answers_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "truth.json")
+    with pytest.raises(InputError, match="this is not a file"):
+        commands.diagnose_known(tmp_path, tmp_path / "out")

@@ -1,0 +1,158 @@
+"""Caches that someone else filled: of results, which are made anew, and of generated code, which is not run."""
+
+from __future__ import annotations
+
+import io
+import os
+import stat
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sssi_exudyn.contact.backends import compiled
+from sssi_exudyn.runtime.cache import Cache, fingerprint
+
+KEY = fingerprint("a key")
+SHAPES = {"time": (None,), "antenna": (None, 3)}
+
+
+def right() -> dict[str, np.ndarray]:
+    return {"time": np.arange(4.0), "antenna": np.ones((4, 3))}
+
+
+def saved(**arrays: object) -> bytes:
+    content = io.BytesIO()
+    np.savez(content, **{name: np.asarray(value) for name, value in arrays.items()})
+    return content.getvalue()
+
+
+def bomb() -> bytes:
+    """Two gigabytes of zeros in two megabytes, announced as a tenth of that would be."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as parts, parts.open("time.npy", "w") as file:
+        np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": (30_000_000,)})
+        for _ in range(240):
+            file.write(bytes(1_000_000))
+    return content.getvalue()
+
+
+def header(text: str) -> bytes:
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as parts:
+        parts.writestr("time.npy", b"\x93NUMPY\x01\x00" + len(text).to_bytes(2, "little") + text.encode())
+    return content.getvalue()
+
+
+OBJECTS = np.array([{"a": 1}], dtype=object)
+ENTRIES = {
+    "wrong shape": saved(time=np.arange(4.0), antenna=np.ones((4, 2))),
+    "a number for a table": saved(time=np.arange(4.0), antenna=1.0),
+    "another name": saved(time=np.arange(4.0), place=np.ones((4, 3))),
+    "a name too many": saved(**right(), more=1.0),
+    "NaN": saved(time=np.arange(4.0), antenna=np.full((4, 3), np.nan)),
+    "infinite": saved(time=np.full(4, np.inf), antenna=np.ones((4, 3))),
+    "objects": saved(time=OBJECTS, antenna=np.ones((4, 3))),
+    "bytes": saved(time=np.zeros(4, "V8"), antenna=np.ones((4, 3))),
+    "dates": saved(time=np.zeros(4, "M8[s]"), antenna=np.ones((4, 3))),
+    "truncated": saved(**right())[:-30],
+    "bomb": bomb(),
+    "huge header": header("{'descr': '<f8', 'fortran_order': False, 'shape': (999999999999,)}\n"),
+    "negative lengths": header("{'descr': '<f8', 'fortran_order': False, 'shape': (-1, -1)}\n"),
+    "code": header("__import__('os').mkdir('pwned')\n"),
+    "no archive": b"PK\x03\x04" + bytes(1000),
+}
+
+
+@pytest.mark.parametrize("name", ENTRIES)
+def test_a_poisoned_entry_is_made_anew(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    cache = Cache(tmp_path / "cache")
+    cache.folder.mkdir()
+    (cache.folder / f"{KEY}.npz").write_bytes(ENTRIES[name])
+    found = cache.get_or_make(KEY, right, SHAPES)
+    np.testing.assert_array_equal(found["antenna"], np.ones((4, 3)))
+    again = cache.get_or_make(KEY, lambda: pytest.fail("the right entry is kept"), SHAPES)
+    np.testing.assert_array_equal(again["time"], found["time"])
+    assert not (tmp_path / "pwned").exists()
+
+
+def test_a_pipe_in_place_of_an_entry_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / f"{KEY}.npz")
+    assert Cache(tmp_path).get(KEY) is None
+
+
+def test_removing_a_cache_leaves_what_the_program_did_not_write(tmp_path: Path) -> None:
+    cache = Cache(tmp_path / "cache")
+    cache.put(KEY, right())
+    cache.remove()
+    assert not cache.folder.exists()
+    cache.put(KEY, right())
+    half = cache.folder / f".{KEY}.npz.123"
+    half.write_bytes(b"half")
+    thesis = cache.folder / "thesis.tex"
+    thesis.write_text("years", encoding="utf-8")
+    within = cache.folder / "more"
+    within.mkdir()
+    (within / f"{KEY}.npz").write_bytes(b"")
+    cache.remove()
+    assert sorted(path.name for path in cache.folder.iterdir()) == ["more", "thesis.tex"]
+    assert (within / f"{KEY}.npz").exists()
+
+
+def test_removing_a_cache_follows_no_link(tmp_path: Path) -> None:
+    elsewhere = Cache(tmp_path / "elsewhere")
+    elsewhere.put(KEY, right())
+    (tmp_path / "cache").symlink_to(elsewhere.folder)
+    Cache(tmp_path / "cache").remove()
+    assert elsewhere.get(KEY) is not None
+    other = Cache(tmp_path / "other")
+    other.folder.mkdir()
+    (other.folder / f"{fingerprint('b')}.npz").symlink_to(elsewhere.folder / f"{KEY}.npz")
+    other.remove()
+    assert elsewhere.get(KEY) is not None
+
+
+def test_generated_code_is_kept_in_a_folder_of_the_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = tmp_path / "own"
+    monkeypatch.setenv("SSSI_CACHE_DIR", str(own))
+    assert compiled.cache_folder() == own
+    assert stat.S_IMODE(own.stat().st_mode) == 0o700
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o1777, 0o702])
+def test_a_folder_that_others_may_write_is_not_run_from(
+    tmp_path: Path, mode: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    shared.chmod(mode)
+    monkeypatch.setenv("SSSI_CACHE_DIR", str(shared))
+    assert compiled.cache_folder() not in (shared, tmp_path)
+    assert stat.S_IMODE(compiled.cache_folder().stat().st_mode) == 0o700
+
+
+def test_neither_is_that_of_another_user_nor_a_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = tmp_path / "own"
+    own.mkdir(mode=0o700)
+    (tmp_path / "link").symlink_to(own)
+    monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path / "link"))
+    assert compiled.cache_folder() != tmp_path / "link"
+    monkeypatch.setenv("SSSI_CACHE_DIR", str(own))
+    mine = os.getuid()
+    monkeypatch.setattr(os, "getuid", lambda: mine + 1)
+    assert compiled.cache_folder() != own
+
+
+def test_code_that_was_put_beside_is_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = "x = 1\n"
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    monkeypatch.setenv("SSSI_CACHE_DIR", str(shared))
+    name = Path(str(compiled._module(source + "# first\n").__file__)).name
+    assert (shared / name).exists()
+    shared.chmod(0o777)
+    module = compiled._module(source)
+    assert not Path(str(module.__file__)).is_relative_to(shared)
+    assert module.x == 1

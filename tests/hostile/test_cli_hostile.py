@@ -1,0 +1,136 @@
+"""The command line where the world around it is odd: streams closed or of other encodings, interrupts, odd --out."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+from tiny import Tiny
+
+MODULE = [sys.executable, "-m", "sssi_exudyn"]
+
+
+def sssi(arguments: Sequence[str], shell: str = "", **environment: str) -> subprocess.CompletedProcess[bytes]:
+    """``sssi`` with those arguments; ``shell`` is what a shell would write behind them."""
+    command = ["sh", "-c", f'"$@" {shell}', "sh", *MODULE, *arguments]
+    env = {name: value for name, value in os.environ.items() if not name.startswith(("LC_", "LANG"))}
+    return subprocess.run(command, check=False, capture_output=True, env=env | environment, timeout=120)
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = Tiny().write(tmp_path_factory.mktemp("recording") / "tiny")
+    path = folder / "recording.toml"
+    text = path.read_text(encoding="utf-8").splitlines()
+    lines = ['name = "Hügel 丘"' if line.startswith("name") else line for line in text]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize(
+    "environment",
+    [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C"}, {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}],
+)
+def test_a_terminal_of_another_encoding_gets_every_result(recording: Path, environment: dict[str, str]) -> None:
+    done = sssi(["inspect", str(recording)], **environment)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == b""
+    assert b"H" in done.stdout
+
+
+@pytest.mark.parametrize("shell", [">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
+def test_closed_streams_are_no_fault(recording: Path, tmp_path: Path, shell: str) -> None:
+    picture = tmp_path / "picture.svg"
+    done = sssi(["inspect", str(recording), "--out", str(picture)], shell)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == b""
+    assert picture.read_text(encoding="utf-8").rstrip().endswith("</svg>")  # nothing was printed into it
+    assert sssi(["--version"], shell).returncode == 0
+
+
+def test_a_full_disk_behind_stdout_is_one_line(recording: Path) -> None:
+    done = sssi(["inspect", str(recording)], ">/dev/full")
+    assert done.returncode == 1
+    assert done.stderr == b"sssi: stdout cannot be written (no space left on device)\n"
+
+
+def test_an_interrupt_while_libraries_are_imported_is_one_line(tmp_path: Path) -> None:
+    # a library that takes long to import and then mistakes the interrupt for a fault of its own
+    (tmp_path / "exudyn.py").write_text(
+        "import sys, time\n"
+        "sys.stderr.write('importing')\n"
+        "sys.stderr.flush()\n"
+        "try:\n"
+        "    time.sleep(60)\n"
+        "except BaseException as error:\n"
+        "    raise ImportError('half imported') from error\n",
+        encoding="utf-8",
+    )
+    path = os.pathsep.join([str(tmp_path), *sys.path])
+    process = subprocess.Popen([*MODULE, "terms"], stderr=subprocess.PIPE, env=os.environ | {"PYTHONPATH": path})
+    assert process.stderr is not None
+    assert process.stderr.read(9) == b"importing"
+    process.send_signal(signal.SIGINT)
+    assert process.stderr.read() == b"sssi: interrupted; resume with the same command\n"
+    assert process.wait(60) == 130
+
+
+@pytest.mark.parametrize("after", [0.0, 0.1, 0.3, 0.6, 1.0])
+def test_an_interrupt_at_any_time_shows_no_traceback_of_the_program(after: float) -> None:
+    """Before Python has come to the program at all, the traceback is Python's own."""
+    script = "import sys; sys.stderr.write('!'); sys.stderr.flush(); import sssi_exudyn.__main__ as m; m.start()"
+    process = subprocess.Popen([sys.executable, "-c", script, "terms"], stdout=-3, stderr=subprocess.PIPE)
+    assert process.stderr is not None
+    assert process.stderr.read(1) == b"!"
+    time.sleep(after + 0.2)
+    process.send_signal(signal.SIGINT)
+    text = process.stderr.read()
+    assert b"Traceback" not in text
+    assert (process.wait(60), text) in ((130, b"sssi: interrupted; resume with the same command\n"), (0, b""))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "out", "folder"),
+    [
+        (["simulate"], "taken", False),
+        (["fit"], "taken", False),
+        (["diagnose"], "taken", False),
+        (["simulate"], "taken/below", False),
+        (["inspect"], "taken.png", True),
+        (["inspect"], "missing/taken.png", False),
+    ],
+    ids=lambda value: str(value),
+)
+def test_an_output_that_cannot_be_is_one_clear_line(
+    recording: Path, tmp_path: Path, arguments: list[str], out: str, folder: bool
+) -> None:
+    place = tmp_path / out.partition("/")[0]
+    if folder:
+        place.mkdir()
+    elif not out.startswith("missing"):
+        place.write_text("mine", encoding="utf-8")
+    done = sssi([*arguments, str(recording), "--out", str(tmp_path / out)])
+    lines = [line for line in done.stderr.splitlines() if line.startswith(b"sssi: ")]
+    assert done.returncode == 2, done.stderr
+    assert len(lines) == 1
+    assert b"Traceback" not in done.stderr
+    assert not place.is_file() or place.read_text(encoding="utf-8") == "mine"
+
+
+def test_a_report_into_a_folder_is_one_clear_line(tmp_path: Path) -> None:
+    from a_run import a_run
+
+    from sssi_exudyn.reports.report import write_run
+
+    write_run(tmp_path / "result", a_run(3.0, 20.0))
+    (tmp_path / "page.html").mkdir()
+    done = sssi(["report", str(tmp_path / "result"), "--out", str(tmp_path / "page.html")])
+    assert done.returncode == 2
+    assert done.stderr.count(b"\n") == 1
+    assert b"page.html" in done.stderr
