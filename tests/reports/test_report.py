@@ -344,7 +344,7 @@ def test_a_report_is_html_or_pdf(tmp_path: Path) -> None:
 
 
 def test_a_report_of_no_result_says_so(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"summary\.json: no such file"):
+    with pytest.raises(InputError, match=r"summary\.json: the file does not exist"):
         commands.report([tmp_path], tmp_path / "report.html")
 
 

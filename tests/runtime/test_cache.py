@@ -126,7 +126,7 @@ def test_poisoned_entries_are_computed_anew(tmp_path: Path, kind: str, monkeypat
     _archive(tmp_path / "key.npz", _HEADER.format(dtype, count).encode(), data, compression)
     found = run_limited(lambda: Cache(tmp_path).get("key"))
     assert (found.verdict, Cache(tmp_path).get("key")) == ("taken", None)
-    kept = Cache(tmp_path).get_or_make("key", lambda: {"x": np.arange(3.0)})
+    kept = Cache(tmp_path).get_or_make("key", lambda: {"x": np.arange(3.0)}, {"x": (3,)})
     again = Cache(tmp_path).get("key")
     assert again is not None
     np.testing.assert_array_equal(kept["x"], again["x"])

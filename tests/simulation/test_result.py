@@ -107,7 +107,7 @@ def test_what_is_written_comes_back(tmp_path: Path) -> None:
     frame = some_result().to_frame(np.eye(3))
     write_result(folder, Summary(recording="a"), frame, MODEL, diagnosis={"cause": None}, render=lambda _: "<p>ä</p>")
     assert read_summary(folder) == Summary(recording="a")
-    pd.testing.assert_frame_equal(read_series(folder), frame)
+    pd.testing.assert_frame_equal(pd.read_parquet(folder / "series.parquet"), frame)
     assert tomllib.loads((folder / "model.toml").read_text(encoding="utf-8")) == MODEL
     assert json.loads((folder / "diagnosis.json").read_text()) == {"cause": None}
     assert (folder / "report.html").read_text(encoding="utf-8") == "<p>ä</p>"
