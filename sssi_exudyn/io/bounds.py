@@ -32,6 +32,10 @@ MAX_FIXES: Final = 36_000
 """Of one receiver, filled gaps included: an hour at 10 Hz, ten at 1 Hz."""
 MAX_RATE: Final = 250
 """Fixes in one second; the fastest receivers give a hundred."""
+MAX_SENSOR: Final = 200_000
+"""Samples of one inertial sensor or barometer, filled gaps included: half an hour at 100 Hz."""
+MOST_FILLED: Final = 10
+"""Samples that gaps are filled with, for each that was measured."""
 MAX_NAME: Final = 200
 """Characters of a name: of a column, a joint, a key, a recording."""
 

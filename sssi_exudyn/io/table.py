@@ -10,7 +10,7 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_NAME, check_samples
+from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_NAME, MOST_FILLED, check_samples
 from sssi_exudyn.io.files import read_text
 
 SHORT_GAP: Final = 1.0
@@ -169,8 +169,12 @@ def bridge_gaps(path: Path, time: Array, width: int = 1) -> Clock:
     steps = np.diff(kept)
     holes = np.flatnonzero(steps > 1.5 * usual)
     with np.errstate(over="ignore"):  # beyond all floats is beyond the bound too
-        filled = len(kept) + float(np.sum(np.round(steps[holes] / usual)))
-    check_samples(path, f"time_s, steps of {usual:.3g} s with gaps between them", filled, width)
+        filled = len(kept) + float(np.sum(np.round(steps[holes] / usual) - 1.0))
+    place = f"time_s, steps of {usual:.3g} s with gaps between them"
+    check_samples(path, place, filled, width)
+    if filled > (1 + MOST_FILLED) * len(kept):
+        problem = f"{len(kept)} samples, and {filled - len(kept):.0f} missing between them"
+        raise InputError(path, place, problem, "export the samples at even steps")
     pieces, marks, gaps, last = [], [], [], 0
     for hole in holes:
         missing = max(round(steps[hole] / usual) - 1, 1)

@@ -24,6 +24,8 @@ from numpy.typing import NDArray
 
 MAX_ENTRY: Final = 300_000_000
 """bytes of arrays in one entry."""
+_CHECK: Final = "check"
+"""The array of an entry that holds the hash of its key and of all others."""
 Arrays = dict[str, NDArray[np.generic]]
 Shapes = Mapping[str, tuple[int | None, ...]]
 """Names and shapes of an entry's arrays; None where any length will do."""
@@ -71,9 +73,11 @@ class Cache:
     folder: Path
 
     def get(self, key: str) -> Arrays | None:
-        """The arrays kept under ``key`` (a ``fingerprint``), or None: also for an entry that is damaged, is no entry or
-        would take more than ``MAX_ENTRY`` bytes.
+        """The arrays kept under ``key`` (a ``fingerprint``), or None: also for an entry that is damaged, belongs to
+        another key or would take more than ``MAX_ENTRY`` bytes.
         """
+        if not self._path(key).is_file():  # a pipe would be waited for
+            return None
         try:
             path = self._path(key)
             if not path.is_file() or path.stat().st_size > MAX_ENTRY:  # a pipe would never end
@@ -81,9 +85,11 @@ class Cache:
             with zipfile.ZipFile(path) as parts:
                 if sum(part.file_size for part in parts.infolist()) > MAX_ENTRY:
                     return None
-                return {part.removesuffix(".npy"): _array(parts, part) for part in parts.namelist()}
+                arrays = {part.removesuffix(".npy"): _array(parts, part) for part in parts.namelist()}
         except Exception:  # noqa: BLE001 - damaged archives raise whatever their damage brings
             return None
+        kept = arrays.pop(_CHECK, None)  # earlier versions wrote none
+        return arrays if kept is None or str(kept) == fingerprint(key, arrays) else None
 
     def get_or_make(self, key: str, make: Callable[[], Mapping[str, NDArray[np.generic]]], shapes: Shapes) -> Arrays:
         """The arrays kept under ``key``, or those that ``make`` gives, which are then kept.
@@ -104,7 +110,7 @@ class Cache:
         made = path.with_name(f".{path.name}.{os.getpid()}")
         try:
             with made.open("wb") as file:
-                np.savez(file, allow_pickle=False, **dict(arrays))
+                np.savez(file, allow_pickle=False, **dict(arrays), **{_CHECK: np.array(fingerprint(key, arrays))})
             made.replace(path)
         finally:
             made.unlink(missing_ok=True)

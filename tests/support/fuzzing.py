@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from sssi_exudyn.recording.recording import Recording
 
 LIMIT_S, LIMIT_BYTES = 10, 10**9
+PATIENCE_S = 300
+"""s by the clock, for a case that waits for a pipe; beyond what any case takes on a busy machine."""
 SPECIAL = 0.03
 """Share of cases with a file that is none."""
 TOKENS = (
@@ -180,7 +182,7 @@ def _word(data: bytes, rng: random.Random) -> bytes:
 
 
 class TooSlow(BaseException):
-    """Ten seconds are over."""
+    """The time of a case is over."""
 
 
 def _alarm(_number: int, _frame: FrameType | None) -> None:
@@ -273,6 +275,8 @@ def judge(case: Path, names: list[str], kind: str, guard: Guard | None) -> tuple
 
     signal.signal(signal.SIGPROF, _alarm)
     signal.setitimer(signal.ITIMER_PROF, LIMIT_S)  # of computing: the machine may have other work too
+    signal.signal(signal.SIGALRM, _alarm)
+    signal.setitimer(signal.ITIMER_REAL, PATIENCE_S)
     if guard is not None:
         guard.folder, guard.seen = case, []
     try:
@@ -282,11 +286,12 @@ def judge(case: Path, names: list[str], kind: str, guard: Guard | None) -> tuple
         good = error.file and error.problem and error.fix and one_line(error, 4000) == str(error)
         verdict = ("refused" if good else "finding", str(error)[:500])
     except TooSlow:
-        verdict = ("finding", "more than ten seconds\n" + traceback.format_exc()[-1500:])
+        verdict = ("finding", "more than ten seconds of computing, or waiting\n" + traceback.format_exc()[-1500:])
     except Exception:  # noqa: BLE001 - whatever it is, it is what is looked for
         verdict = ("finding", traceback.format_exc()[-3000:])
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
         if guard is not None:
             guard.folder = None
     if guard is not None and guard.seen:

@@ -102,7 +102,7 @@ Columns = dict[str, Array]
 
 @dataclass
 class Tiny:
-    """The parts of a recording, to be spoilt one by one before they are written."""
+    """The parts of a recording, to be changed one by one before they are written."""
 
     toml: str = TOML
     skeleton: tuple[tuple[str, str, tuple[float, float, float]], ...] = SKELETON

@@ -15,6 +15,7 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.io.bounds import MAX_SENSOR, check_samples
 from sssi_exudyn.io.table import Clock, Table, bridge_gaps, check_time, read_table
 
 PLACES: Final = ("left_ski", "right_ski", "left_boot", "right_boot", "chest", "pelvis", "pocket")
@@ -158,7 +159,9 @@ def _require(path: Path, table: Table, names: tuple[str, ...]) -> None:
 def _clock(path: Path, table: Table) -> tuple[Array, Clock]:
     time = table.columns["time_s"]
     check_time(path, time, tuple(f"line {line}" for line in table.lines))
-    return time, bridge_gaps(path, time, len(table.columns))
+    clock = bridge_gaps(path, time, len(table.columns))
+    check_samples(path, "time_s, with gaps filled", len(clock.time), limit=MAX_SENSOR)
+    return time, clock
 
 
 def _columns(table: Table, names: tuple[str, ...]) -> Array:
