@@ -250,7 +250,7 @@ def test_markers_are_the_joint_centres(run: SimulationResult) -> None:
         ("nRows=2000", "nRows=7", "nrows is 7"),
         ("\ntime\t", "\nclock\t", "first column"),
         ("\n0\t", "\n0\tx", "not a number"),
-        ("\n0\t", "\n0\t1\t", "values under"),
+        ("\n0\t", "\n0\t1\t", "values where"),
     ],
 )
 def test_a_broken_table_is_named(run: SimulationResult, old: str, new: str, problem: str) -> None:
