@@ -1,6 +1,6 @@
-"""What exact derivatives cost against differences, and runs side by side against one by one:
+"""What exact derivatives cost against differences, runs side by side against one by one, and what a diagnosis takes:
 
-    python benchmarks/derivatives.py --json FILE
+    python benchmarks/derivatives.py --json FILE [--diagnose RECORDING …]
 
 Ratios within one run of this script, everything compiled before it is timed.
 """
@@ -11,6 +11,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
 import argparse
 import json
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,6 +19,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from sssi_exudyn.runtime.exudyn_build import take_fast_build
+
+take_fast_build()  # as the command line does
+
+from sssi_exudyn.commands.diagnosis import diagnose
 from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.terms.wind import Wind
 from sssi_exudyn.fitting.fit import problem_of
@@ -25,6 +31,7 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import simulate_each
 from sssi_exudyn.simulation.tangents import run_tangents
@@ -77,24 +84,41 @@ def derivatives(model: Model, prepared: Prepared) -> dict[str, float]:
     return {"run_s": run, "tangents_s": cost, "runs": cost / run, "speedup": (COUNT + 1) * run / cost}
 
 
-def batches(model: Model, prepared: Prepared) -> dict[str, float]:
-    """Runs a second in a batch, and how many times that is of one by one."""
+def batches(model: Model, prepared: Prepared) -> dict[str, Any]:
+    """Runs a second one by one and in batches by the cores used, and how many times the former the latter are."""
     models = [model.with_values({"friction.mu_t": 0.05 + 0.001 * i}) for i in range(BATCH)]
 
     def observed(_model: Model, run: ReducedRun) -> Any:
         return run.antenna[-1]
 
     simulate_each(models[:2], prepared, observed)
-    alone = least(lambda: [simulate_reduced(each, prepared) for each in models[:8]], 1, time.perf_counter) / 8
-    together = least(lambda: simulate_each(models, prepared, observed), 1, time.perf_counter) / BATCH
-    return {"runs_a_second": 1.0 / together, "speedup": alone / together}
+    alone = BATCH / least(lambda: [simulate_reduced(each, prepared) for each in models], 2, time.perf_counter)
+    together = {
+        cores: BATCH / least(partial(simulate_each, models, prepared, observed, cores=cores), 2, time.perf_counter)
+        for cores in range(1, (os.cpu_count() or 1) + 1)
+    }
+    return {
+        "runs_a_second_one_by_one": alone,
+        "runs_a_second_by_cores": together,
+        "speedup_by_cores": {cores: rate / alone for cores, rate in together.items()},
+    }
+
+
+def diagnosis_wall(folder: Path) -> float:
+    """Wall time (s) of ``sssi diagnose`` on a recording, from reading it to its report."""
+    with tempfile.TemporaryDirectory() as out:
+        begin = time.perf_counter()
+        diagnose(folder, Path(out))
+        return time.perf_counter() - begin
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", type=Path, required=True, help="file the figures go to")
+    parser.add_argument("--diagnose", type=Path, nargs="*", default=[], help="recordings whose diagnosis is timed")
     options = parser.parse_args()
-    found: dict[str, Any] = {"cores": os.cpu_count(), "gradient_speedup": {}, "batch_speedup": {}, "detail": {}}
+    parts = ("gradient_speedup", "batch_speedup", "diagnosis_wall_s", "detail")
+    found: dict[str, Any] = {"cores": os.cpu_count(), **{part: {} for part in parts}}
     for name in NAMES:
         recording = read_recording(EXAMPLES / name)
         motion = motion_from_recording(recording)
@@ -103,9 +127,15 @@ def main() -> None:
         model = replace(model, terms=(*model.terms, *hills))
         prepared = prepare(model, motion)
         gradient, batch = derivatives(model, prepared), batches(model, prepared)
-        found["gradient_speedup"][name], found["batch_speedup"][name] = gradient["speedup"], batch["speedup"]
+        found["gradient_speedup"][name] = gradient["speedup"]
+        found["batch_speedup"][name] = max(batch["speedup_by_cores"].values())
         found["detail"][name] = {"gradient": gradient, "batch": batch}
         print(json.dumps(found, indent=1), flush=True)
+    if options.diagnose:
+        simulate(model, motion, stop=motion.start + 0.1)  # compiles what a diagnosis needs besides
+    for folder in options.diagnose:
+        found["diagnosis_wall_s"][folder.resolve().name] = diagnosis_wall(folder)
+        print(json.dumps(found["diagnosis_wall_s"]), flush=True)
     options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 

@@ -42,10 +42,16 @@ def sensitivities(
 
 
 def simulate_each(
-    models: Sequence[Model], prepared: Prepared, observed: Callable[[Model, ReducedRun], Array]
+    models: Sequence[Model],
+    prepared: Prepared,
+    observed: Callable[[Model, ReducedRun], Array],
+    *,
+    cores: int | None = None,
 ) -> list[Array]:
     """What is ``observed`` of a run of each model: one compiled call a core for all that have the same laws and the
     same capture, whose tables they share.
+
+    cores : that are used at most; all if None
 
     Raises SimulationDiverged when one of the runs does.
     """
@@ -53,7 +59,7 @@ def simulate_each(
     for i, model in enumerate(models):
         laws = tuple(type(term) for term in pad_terms(model.terms))
         groups.setdefault((laws, _capture(model, prepared)), []).append(i)
-    cores = os.cpu_count() or 1
+    cores = cores or os.cpu_count() or 1
     parts = [(group[0], group[k::cores]) for group in groups.values() for k in range(min(cores, len(group)))]
     tables = {group[0]: prepared.correct_capture(models[group[0]]) for group in groups.values()}
     for first in tables:
