@@ -230,7 +230,7 @@ def _call(options: argparse.Namespace) -> str:
 
         take_fast_build()
         from sssi_exudyn import commands
-        from sssi_exudyn.io.writing import to_json
+        from sssi_exudyn.io.writing import to_json, to_plain
         from sssi_exudyn.results.summary import summary_to_dict
         from sssi_exudyn.terminal import format_csv, format_summary, format_table
 
@@ -281,7 +281,7 @@ def _call(options: argparse.Namespace) -> str:
             )
         case "benchmark" if options.about == "recordings":
             compared = commands.diagnose_known(options.folder, options.out, progress=progress)
-            return to_json(compared) if options.json else format_table(compared)
+            return to_json(compared) if options.json else format_table(to_plain(compared))
         case "benchmark":
             scores = commands.benchmark(
                 options.folders,
@@ -295,9 +295,9 @@ def _call(options: argparse.Namespace) -> str:
         case "diagnose":
             if len(options.folders) > 1:
                 day = commands.diagnose_day(options.folders, options.out, progress=progress)
-                return to_json(day) if options.json else f"{day['sentence']}\n"
+                return to_json(day) if options.json else f"{day.sentence}\n"
             diagnosis = commands.diagnose(options.folders[0], options.out, progress=progress)
-            return to_json(diagnosis) if options.json else f"{diagnosis['verdict']}: {diagnosis['sentence']}\n"
+            return to_json(diagnosis) if options.json else f"{diagnosis.verdict}: {diagnosis.sentence}\n"
         case "report":
             written = commands.report(options.results, options.out)
             return to_json({"report": str(written)}) if options.json else f"{written}\n"

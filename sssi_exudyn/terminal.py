@@ -58,4 +58,12 @@ def _figures(name: str, figure: object) -> list[tuple[str, str]]:
 
 
 def _text(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    match value:
+        case None:
+            return ""
+        case float():
+            return f"{value:.4g}"
+        case list():
+            return ", ".join(_text(each) for each in value)
+        case _:
+            return str(value)

@@ -2,18 +2,24 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
+from a_diagnosis import diagnosis_of
 
 from sssi_exudyn import cli
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
+from sssi_exudyn.io.typed import convert
 from sssi_exudyn.results.summary import Summary, summary_from_dict, summary_to_dict
+from sssi_exudyn.validation.benchmark.known_answers import Comparison
+from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 SUMMARY = summary_from_dict(
     {
@@ -133,6 +139,28 @@ def test_terms_are_a_table(behind: Callable[..., None], capsys: pytest.CaptureFi
     behind("terms", lambda: [{"name": "friction", "low": 0.01}, {"name": "air", "low": 0.5}])
     assert status(["terms"]) == 0
     assert capsys.readouterr().out == "name      low\nfriction  0.01\nair       0.5\n"
+
+
+def test_a_diagnosis_is_a_sentence_or_its_file(behind: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    found = replace(diagnosis_of(), sentence="nothing is missing")
+    behind("diagnose", lambda *_, **__: found)
+    assert status(["diagnose", "rec", "--out", "res"]) == 0
+    assert capsys.readouterr().out == "none: nothing is missing\n"
+    assert status(["diagnose", "rec", "--out", "res", "--json"]) == 0
+    assert convert(json.loads(capsys.readouterr().out), Diagnosis) == found
+
+
+def test_known_answers_are_a_table(behind: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    rows = [
+        Comparison("a", "none", "none", None, (), "right"),
+        Comparison("b", "gust", "wind", 0.61234, ("gust", "nothing"), "in the set"),
+    ]
+    behind("diagnose_known", lambda *_, **__: rows)
+    assert status(["benchmark", "recordings", "folder", "--out", "res"]) == 0
+    lines = [re.split(" {2,}", line) for line in capsys.readouterr().out.splitlines()]
+    assert lines[0] == ["recording", "hidden", "found", "probability", "alternatives", "answer"]
+    assert lines[1] == ["a", "none", "none", "right"]
+    assert lines[2] == ["b", "gust", "wind", "0.6123", "gust, nothing", "in the set"]
 
 
 def test_a_reader_that_stops_early_is_no_traceback() -> None:

@@ -5,42 +5,41 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.commands.runs import CACHE, Outcome, write_outcome
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.io.typed import read_json
-from sssi_exudyn.io.writing import folder_lock, to_json, to_plain, write_atomically
+from sssi_exudyn.io.typed import convert, read_json
+from sssi_exudyn.io.writing import folder_lock, to_json, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
+from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.folder import DIAGNOSIS
-from sssi_exudyn.results.summary import Estimate, Fit
+from sssi_exudyn.results.summary import Estimate, Fit, Provenance
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
-from sssi_exudyn.validation.benchmark.known_answers import compare, read_truth
+from sssi_exudyn.validation.benchmark.known_answers import Comparison, compare, read_truth
 from sssi_exudyn.validation.benchmark.run import base_of, run_benchmark
-from sssi_exudyn.validation.diagnosis.day import compare_for_day, day_to_dict
+from sssi_exudyn.validation.benchmark.scores import Scores
+from sssi_exudyn.validation.diagnosis.day import compare_for_day
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose as find_missing
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
 
-def diagnose(folder: Path, out: Path, *, progress: Progress = SILENT) -> dict[str, Any]:
-    """Find what physics was left out, or which instrument is at fault, and leave the extended model's run in ``out``;
-    what ``diagnosis.json`` holds.
-    """
-    found = _diagnosed(folder, out, progress)[1]
+def diagnose(folder: Path, out: Path, *, progress: Progress = SILENT) -> Diagnosis:
+    """Find what physics is missing, or which instrument is at fault; ``out`` holds the extended model's run."""
+    found = _search(folder, out, progress)[1]
     Cache(out / CACHE).remove()
-    return _mapping(found.diagnosis)
+    return found.diagnosis
 
 
-def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SILENT) -> dict[str, Any]:
+def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SILENT) -> Day:
     """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and compare them
-    together; what ``out``'s ``day.json`` holds.
+    together; ``out`` holds the answer in ``day.json``.
 
     Raises InputError where two folders have the same name.
     """
@@ -49,21 +48,21 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SIL
         if names.count(name) > 1:
             raise InputError(out / name, "", "two recordings would leave their results here", "rename one's folder")
     with folder_lock(out):
-        found = {name: _diagnosed(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)}
+        found = {name: _search(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)}
         with progress.stage("compare together"):
             explanations = compare_for_day([each.separate_fit() for _, each in found.values()])
         sentence = sentence_of_day(explanations, len(names), found[names[0]][1].model)
         hashes = {f"{name}/{file}": made for name, (files, _) in found.items() for file, made in files.items()}
-        origin = provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0)
-        day = day_to_dict(names, explanations, sentence) | {"provenance": origin}
+        origin = convert(provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0), Provenance)
+        day = Day(1, tuple(names), sentence, tuple(explanations), origin)
         write_atomically(out / "day.json", to_json(day))
-        write_atomically(out / "report.html", day_page(names, explanations, sentence))
+        write_atomically(out / "report.html", day_page(day))
         for name in names:  # kept until now, so that an interrupted day goes on where it was
             Cache(out / name / CACHE).remove()
         return day
 
 
-def _diagnosed(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, str], SearchResult]:
+def _search(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, str], SearchResult]:
     """Diagnose into ``out``, the cache stays; hashes of what was read, and the answer."""
     with folder_lock(out):
         recording, motion = read_folder(folder, progress)
@@ -91,28 +90,24 @@ def _diagnosed(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, s
         return recording.hashes, found
 
 
-def _mapping(diagnosis: Diagnosis) -> dict[str, Any]:
-    """What ``diagnosis.json`` holds."""
-    return dict(to_plain(diagnosis))
-
-
-def diagnose_known(folder: Path, out: Path, *, progress: Progress = SILENT) -> list[dict[str, str]]:
+def diagnose_known(folder: Path, out: Path, *, progress: Progress = SILENT) -> list[Comparison]:
     """Diagnose every recording in ``folder`` that its ``truth.json`` names, each into a folder of its own in ``out``;
     what was found against what is hidden, a row a recording.  Those that ``out`` has already are not done again.
     """
     truth = read_truth(folder)
-    diagnoses = {}
+    diagnoses: dict[str, Diagnosis] = {}
     for name in sorted(truth):
         made = out / name
-        if not (made / DIAGNOSIS).is_file():
-            diagnose(folder / name, made, progress=progress)
-        diagnoses[name] = _mapping(read_json(made / DIAGNOSIS, Diagnosis))
+        if (made / DIAGNOSIS).is_file():
+            diagnoses[name] = read_json(made / DIAGNOSIS, Diagnosis)
+        else:
+            diagnoses[name] = diagnose(folder / name, made, progress=progress)
     return compare(truth, diagnoses)
 
 
 def benchmark(
     recordings: Sequence[Path], out: Path, *, cases: int, seed: int, full: int, progress: Progress = SILENT
-) -> dict[str, Any]:
+) -> Scores:
     """Test the diagnosis blindly on ``cases`` made from the movements of ``recordings``, the first ``full`` of them
     with the full model, into ``out``; the scores.
     """

@@ -9,6 +9,7 @@ from urllib.parse import quote
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.reports.html import document, grid
 from sssi_exudyn.reports.section import Markup, Section
+from sssi_exudyn.results.day import Day
 from sssi_exudyn.validation.diagnosis.day import DayExplanation
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Alternative, Number
@@ -21,35 +22,36 @@ def sentence_of_day(explanations: Sequence[DayExplanation], runs: int, model: Mo
 
     model : of one of the runs
     """
-    nothing = next(each for each in explanations if not each.name)
+    nothing = next(each for each in explanations if each.name == NOTHING_MISSING)
     best = nothing if nothing.probability > STANDS_OUT else explanations[0]
     numbers = {name.partition(".")[2]: number for name, number in best.numbers.items()}
-    what = BY_NAME[best.name].sentence(numbers, model) if best.name else "nothing is missing that acts on all alike"
+    found = best.name != NOTHING_MISSING
+    what = BY_NAME[best.name].sentence(numbers, model) if found else "nothing is missing that acts on all alike"
     others = [
-        Alternative(each.name or NOTHING_MISSING, each.probability)
+        Alternative(each.name, each.probability)
         for each in explanations
         if each is not best and each.probability >= WORTH_NAMING
     ]
-    unsure = best.name and best.probability < SURE and others
+    unsure = found and best.probability < SURE and others
     beside = f"; {list_alternatives(best.name, others)}" if unsure else ""
     friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n {_around(numbers['mu_n'])}"
     return f"In {runs} runs together {what} ({best.probability:.0%} probable{beside}); {friction}."
 
 
-def day_page(names: Sequence[str], explanations: Sequence[DayExplanation], sentence: str) -> str:
+def day_page(day: Day) -> str:
     """The page: the sentence, every explanation with its numbers, and the way to each run's own page."""
     rows = [["", "probability", "log evidence", "numbers, 90 % intervals"]]
-    none = next(each.log_evidence for each in explanations if not each.name)
-    for each in explanations:
+    none = next(each.log_evidence for each in day.explanations if each.name == NOTHING_MISSING)
+    for each in day.explanations:
         values = "; ".join(f"{name} {_between(number)}" for name, number in each.numbers.items())
-        title = (each.name or NOTHING_MISSING).replace("_", " ")
+        title = each.name.replace("_", " ")
         rows.append([title, f"{each.probability:.1%}", f"{each.log_evidence - none:+.1f}", values])
-    runs = "".join(f'<li><a href="{quote(name)}/report.html">{escape(name)}</a></li>\n' for name in names)
+    runs = "".join(f'<li><a href="{quote(name)}/report.html">{escape(name)}</a></li>\n' for name in day.recordings)
     sections = [
         Section("What may act on all runs alike", (Markup(grid(rows)),)),
         Section("Each run by itself", (Markup(f"<ul>\n{runs}</ul>\n"),)),
     ]
-    return document(f"{len(names)} runs of a day", f"<p>{escape(sentence)}</p>\n", sections)
+    return document(f"{len(day.recordings)} runs of a day", f"<p>{escape(day.sentence)}</p>\n", sections)
 
 
 def _around(number: Number) -> str:

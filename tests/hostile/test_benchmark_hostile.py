@@ -12,8 +12,10 @@ import pytest
 import sssi_exudyn
 from sssi_exudyn.commands import diagnosis as commands
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.validation.benchmark import run
 from sssi_exudyn.validation.benchmark.cases import Case, Made
+from sssi_exudyn.validation.benchmark.scores import CaseResult
 
 PACKAGE = Path(sssi_exudyn.__file__).parent
 UNSAFE = {"pickle", "cPickle", "_pickle", "cloudpickle", "dill", "joblib", "marshal", "shelve"}
@@ -64,7 +66,7 @@ def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[int]:
         return Made(CASE, None, None, None, None)  # type: ignore[arg-type]
 
     monkeypatch.setattr(run, "make", make)
-    monkeypatch.setattr(run, "diagnose_case", lambda made, full: {"index": made.case.index, "full": full})
+    monkeypatch.setattr(run, "diagnose_case", lambda made, full: CaseResult(made.case.index, full=full))
     monkeypatch.setattr(run, "_given", [[], 1, 0, tmp_path])
     return numbers
 
@@ -77,7 +79,7 @@ def test_a_made_case_is_kept_as_its_answer_and_made_again(tmp_path: Path, made: 
     run._diagnose_sealed(CASE, PLANNED)
     run._diagnose_sealed(CASE, PLANNED)
     assert made == [0, 0]
-    assert json.loads((tmp_path / "case_000.json").read_text()) == {"index": 0, "full": False}
+    assert read_json(tmp_path / "case_000.json", CaseResult) == CaseResult(0)
 
 
 class Shell:

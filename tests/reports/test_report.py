@@ -246,7 +246,7 @@ def test_every_command_leaves_the_report_that_is_made_from_its_folder(
     words = {
         "muscles": ["Muscles", "quadriceps femoris", "Contact forces of knees and L5/S1."],
         "few sensors": ["Few sensors", "knee flexion <90°", "Nothing was fitted beyond the line"],
-        "diagnosis": ["What was left out", "snow patch (97%)", "Force that the model lacks"],
+        "diagnosis": ["Diagnosis", "snow patch (97%)", "Force that the model lacks"],
     }
     for name, run in results.items():
         folder = tmp_path / name

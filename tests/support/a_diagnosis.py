@@ -1,11 +1,26 @@
-"""A diagnosis as its file holds it: of the first version, and with all that came later."""
+"""Diagnoses: as the file of the first version holds one, with all that came later, and with given findings."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from sssi_exudyn.io.writing import to_plain
-from sssi_exudyn.validation.diagnosis.result import ForceOverTime, LatentForce, TrackDistance
+from sssi_exudyn.validation.diagnosis.result import (
+    Alternative,
+    Change,
+    Diagnosis,
+    Evidence,
+    Finding,
+    ForceOverTime,
+    Friction,
+    FrictionChange,
+    LatentForce,
+    Noise,
+    Number,
+    Placebos,
+    TrackDistance,
+    Where,
+)
 
 FIRST_VERSION: dict[str, Any] = {
     "format": 1,
@@ -58,3 +73,23 @@ def whole_version() -> dict[str, Any]:
             ]
         ],
     }
+
+
+def diagnosis_of(*findings: Finding) -> Diagnosis:
+    friction = Friction(0.1, 0.8)
+    verdict = "explained" if findings else "none"
+    return Diagnosis(1, "hill", verdict, "", findings, FrictionChange(friction, friction), Noise(0.02, 3.0))
+
+
+def finding_of(name: str, probability: float, *others: tuple[str, float], after: float = 0.05) -> Finding:
+    """A finding between 2 s and 4 s, of -5 ± 1 m/s; its error on turns not fitted is 0.3 m before, and ``after``."""
+    return Finding(
+        kind="unexplained" if name == "unexplained_force" else "physics",
+        name=name,
+        probability=probability,
+        alternatives=tuple(Alternative(*other) for other in others),
+        where=Where(2.0, 4.0, (10.0, 20.0), "both", ()),
+        parameters={"w_f": Number(-5.0, -6.0, -4.0, "m/s")},
+        impulse_Ns=(-100.0, 0.0, 0.0),
+        evidence=Evidence(Change(0.3, after), Change(0.3, after), Change(9.0, 1.0), Placebos(0.1, 0.27)),
+    )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import read_table
+from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 TRUTH: Final = "truth.json"
 NOTHING: Final = "none"
@@ -30,24 +32,35 @@ def read_truth(folder: Path) -> dict[str, dict[str, Any]]:
     return found
 
 
-def compare(truth: Mapping[str, Mapping[str, Any]], diagnoses: Mapping[str, Mapping[str, Any]]) -> list[dict[str, str]]:
-    """One row a recording: what is hidden, what was found, and whether that is right."""
+@dataclass(frozen=True)
+class Comparison:
+    """What is hidden in a recording against what was found.
+
+    found : the findings' names, joined by " and "
+    probability : of the first finding, None without one
+    alternatives : what the findings may be instead
+    """
+
+    recording: str
+    hidden: str
+    found: str
+    probability: float | None
+    alternatives: tuple[str, ...]
+    answer: Literal["right", "in the set", "wrong"]
+
+
+def compare(truth: Mapping[str, Mapping[str, Any]], diagnoses: Mapping[str, Diagnosis]) -> list[Comparison]:
+    """Each diagnosis against what is hidden in its recording."""
     rows = []
     for name, diagnosis in diagnoses.items():
         hidden = str(truth[name]["name"])
-        findings: Sequence[Mapping[str, Any]] = diagnosis["findings"]
-        names = [NOTHING] if not findings else [str(finding["name"]) for finding in findings]
-        might = {str(other["name"]) for finding in findings for other in finding["alternatives"]}
-        unexplained = truth[name].get("kind") == "unexplained" and any(f["kind"] == "unexplained" for f in findings)
-        right = "right" if hidden in names or unexplained else ("in the set" if hidden in might else "wrong")
-        rows.append(
-            {
-                "recording": name,
-                "hidden": hidden,
-                "found": " and ".join(names),
-                "probability": "" if not findings else f"{findings[0]['probability']:.2f}",
-                "might be": ", ".join(sorted(might)),
-                "answer": right,
-            }
+        findings = diagnosis.findings
+        names = [finding.name for finding in findings] or [NOTHING]
+        others = {other.name for finding in findings for other in finding.alternatives}
+        unexplained = truth[name].get("kind") == "unexplained" and any(f.kind == "unexplained" for f in findings)
+        answer: Literal["right", "in the set", "wrong"] = (
+            "right" if hidden in names or unexplained else ("in the set" if hidden in others else "wrong")
         )
+        probability = findings[0].probability if findings else None
+        rows.append(Comparison(name, hidden, " and ".join(names), probability, tuple(sorted(others)), answer))
     return rows

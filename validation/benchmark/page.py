@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from sssi_exudyn.validation.benchmark.scores import Scores, Share
 
 _TARGETS = {
     "false_alarms": ("false alarms: a finding where nothing is hidden", "at most 5 %"),
@@ -22,13 +21,13 @@ _TARGETS = {
         "clear effects, found: error on turns not fitted less than with any of 19 forces drawn at random instead",
         "",
     ),
-    "strong_back_within_1.5_plain": (
+    "strong_within_plain": (
         "clear effects, found: error on turns not fitted within 1.5 times what the same run with the same noise leaves "
         "when nothing is hidden",
         "",
     ),
-    "strong_back_within_1.5_noise": ("the same, within 1.5 times the median of runs with nothing hidden", ""),
-    "nothing_within_1.5_noise": ("runs with nothing hidden: within 1.5 times their own median", ""),
+    "strong_within_noise": ("the same, within 1.5 times the median of runs with nothing hidden", ""),
+    "nothing_within_noise": ("runs with nothing hidden: within 1.5 times their own median", ""),
 }
 _BY_STRENGTH = {
     "found_by_strength": "a finding",
@@ -37,14 +36,14 @@ _BY_STRENGTH = {
 }
 
 
-def benchmark_page(scores: Mapping[str, Any]) -> str:
+def benchmark_page(scores: Scores) -> str:
     """Every figure with its 95 % interval (Clopper and Pearson), beside its target."""
     lines = [
         "# The diagnosis, tested blindly",
         "",
-        f"{scores['cases']} cases, {scores['with_full_model']} of them diagnosed with the full model, the rest with "
-        f"the reduced one; {scores['failed']} could not be diagnosed. The answers were sealed before: their sha256 is "
-        f"`{scores.get('seal', '')}`.",
+        f"{scores.cases} cases, {scores.with_full_model} of them diagnosed with the full model, the rest with "
+        f"the reduced one; {scores.failed} could not be diagnosed. The answers were sealed before: their sha256 is "
+        f"`{scores.seal}`.",
         "",
         "An effect is clear when it is at least 8 standard errors strong to one who knows its form.",
         "",
@@ -52,41 +51,41 @@ def benchmark_page(scores: Mapping[str, Any]) -> str:
         "|---|---|---|---|",
     ]
     for key, (meaning, aim) in _TARGETS.items():
-        lines.append(f"| {meaning} | {_share(scores[key])} | {_interval(scores[key])} | {aim} |")
-    overlap = scores["overlap_in_time"]
-    mean = "–" if overlap["mean"] is None else f"{overlap['mean']:.2f}"
+        figure = getattr(scores, key)
+        lines.append(f"| {meaning} | {_share(figure)} | {_interval(figure)} | {aim} |")
+    overlap = scores.overlap_in_time
+    mean = "–" if overlap.mean is None else f"{overlap.mean:.2f}"
     lines.append(
-        f"| overlap in time of effects with a place, rightly named (mean of {overlap['cases']}) | {mean} | | 0.6 |"
+        f"| overlap in time of effects with a place, rightly named (mean of {overlap.cases}) | {mean} | | 0.6 |"
     )
-    held = overlap["at_least_0.6"]
-    lines.append(f"| the same, at least 0.6 | {_share(held)} | {_interval(held)} | |")
-    gain = scores["held_out_after_over_before_strong"]
-    median = "–" if gain["median"] is None else f"{gain['median']:.2f}"
+    lines.append(f"| the same, at least 0.6 | {_share(overlap.large)} | {_interval(overlap.large)} | |")
+    gain = scores.held_out_after_over_before_strong
+    median = "–" if gain.median is None else f"{gain.median:.2f}"
     lines.append(
-        f"| error on turns not fitted, after over before (median of {gain['cases']} clear cases) | {median} | | |"
+        f"| error on turns not fitted, after over before (median of {gain.cases} clear cases) | {median} | | |"
     )
-    placebo = scores["placebo_after_over_before_strong"]
+    placebo = scores.placebo_after_over_before_strong
     if placebo is not None:
         lines.append(f"| the same with a force drawn at random in its place | {placebo:.2f} | | |")
     lines += ["", "| by strength | weakest | weak | strong | strongest |", "|---|---|---|---|---|"]
     for key, meaning in _BY_STRENGTH.items():
-        lines.append(f"| {meaning} | " + " | ".join(_share(each) for each in scores[key]) + " |")
+        lines.append(f"| {meaning} | " + " | ".join(_share(each) for each in getattr(scores, key)) + " |")
     lines += ["", "| stated probability, mean | right | 95 % interval |", "|---|---|---|"]
-    for row in scores["calibration"]:
-        if row["of"]:
-            lines.append(f"| {row['stated']:.2f} | {_share(row)} | {_interval(row)} |")
+    for each in scores.calibration:
+        if each.stated is not None:
+            lines.append(f"| {each.stated:.2f} | {_share(each.right)} | {_interval(each.right)} |")
     lines += ["", "| hidden | named first |", "|---|---|"]
-    for name, row in sorted(scores["by_name"].items()):
+    for name, row in sorted(scores.by_name.items()):
         named = ", ".join(f"{other} {count}" for other, count in sorted(row.items(), key=lambda each: -each[1]))
         lines.append(f"| {name} | {named} |")
     return "\n".join(lines) + "\n"
 
 
-def _share(figure: Mapping[str, Any]) -> str:
-    if not figure["of"]:
-        return "–"
-    return f"{100.0 * figure['share']:.0f} % ({figure['hits']} of {figure['of']})"
+def _share(figure: Share) -> str:
+    return "–" if figure.share is None else f"{100.0 * figure.share:.0f} % ({figure.hits} of {figure.of})"
 
 
-def _interval(figure: Mapping[str, Any]) -> str:
-    return "" if not figure["of"] else f"{100.0 * figure['low']:.0f} to {100.0 * figure['high']:.0f} %"
+def _interval(figure: Share) -> str:
+    if figure.low is None or figure.high is None:
+        return ""
+    return f"{100.0 * figure.low:.0f} to {100.0 * figure.high:.0f} %"

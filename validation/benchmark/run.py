@@ -23,8 +23,8 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
-from sssi_exudyn.io.typed import read_json, read_table
-from sssi_exudyn.io.writing import to_json, to_plain, write_atomically
+from sssi_exudyn.io.typed import read_json
+from sssi_exudyn.io.writing import to_json, write_atomically
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
@@ -32,11 +32,12 @@ from sssi_exudyn.runtime.workers import end_with_parent
 from sssi_exudyn.simulation.reduced import prepare
 from sssi_exudyn.validation.benchmark.cases import Case, Made, Recorded, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page
-from sssi_exudyn.validation.benchmark.scores import STRONG, score
+from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, score
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose, figures_without_findings
 from sssi_exudyn.validation.diagnosis.evidence import log_factors
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.problem import Progress
+from sssi_exudyn.validation.diagnosis.result import Friction
 from sssi_exudyn.validation.diagnosis.search import Round
 from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
@@ -65,28 +66,30 @@ def seal(folder: Path, cases: Sequence[Case]) -> str:
     return digest
 
 
-def diagnose_case(made: Made, *, full: bool) -> dict[str, Any]:
+def diagnose_case(made: Made, *, full: bool) -> CaseResult:
     """Diagnose one case; its diagnosis, with the answers of the baselines and the oracle."""
     try:
         found = diagnose(made.recording, made.motion, made.model, full=full)
     except SimulationDiverged as error:
-        return {"index": made.case.index, "failed": str(error)}
+        return CaseResult(made.case.index, failed=str(error))
     first = found.rounds[0]
     oracle = _oracle(made.case, found, first)
     clear = found.diagnosis.findings and (oracle or 0.0) >= STRONG  # where it is asked for
-    return {
-        "index": made.case.index,
-        "full": full,
-        "diagnosis": to_plain(found.diagnosis),
-        "friction": {k: found.model.value(f"friction.{k}") for k in ("mu_t", "mu_n")},
-        "held_out_m": found.figures[-1].held_out_error,
-        "held_out_plain_m": figures_without_findings(*made.plain).held_out_error if made.plain and clear else None,
-        **_baselines(first),
-        "oracle": oracle,
-    }
+    bic, in_sample = _baselines(first)
+    return CaseResult(
+        index=made.case.index,
+        full=full,
+        diagnosis=found.diagnosis,
+        friction=Friction(found.model.value("friction.mu_t"), found.model.value("friction.mu_n")),
+        held_out_m=found.figures[-1].held_out_error,
+        held_out_plain_m=figures_without_findings(*made.plain).held_out_error if made.plain and clear else None,
+        bic=bic,
+        in_sample=in_sample,
+        oracle=oracle,
+    )
 
 
-def _baselines(searched: Round) -> dict[str, str]:
+def _baselines(searched: Round) -> tuple[str, str]:
     """Names by the Bayesian information criterion with white noise, and by the best fit in sample."""
     linear = searched.linear
     count = len(linear.residual)
@@ -113,7 +116,7 @@ def _baselines(searched: Round) -> dict[str, str]:
         bic = count * np.log(remains) + (columns.shape[1] + places) * np.log(count)
         best_bic = min(best_bic, (hypothesis.name, bic), key=lambda each: each[1])
         best_fit = min(best_fit, (hypothesis.name, remains), key=lambda each: each[1])
-    return {"bic": best_bic[0], "in_sample": best_fit[0]}
+    return best_bic[0], best_fit[0]
 
 
 def _oracle(case: Case, found: SearchResult, searched: Round) -> float | None:
@@ -132,7 +135,7 @@ def _oracle(case: Case, found: SearchResult, searched: Round) -> float | None:
 
 def run_benchmark(
     folder: Path, bases: Bases, *, count: int, seed: int, full: int, workers: int, progress: Progress
-) -> dict[str, Any]:
+) -> Scores:
     """Make, seal, diagnose and score ``count`` cases into ``folder``, in ``workers`` processes; the first ``full`` with
     the full model.
     """
@@ -150,9 +153,7 @@ def run_benchmark(
         for number, each in enumerate(as_completed(diagnosing), 1):
             each.result()
             progress(number / count, f"diagnosed {number} of {count}")
-    done = [read_table(_case_file(folder, index)) for index in range(count)]
-    scores = score(ordered, done)
-    scores["seal"] = digest
+    scores = score(ordered, [read_json(_case_file(folder, index), CaseResult) for index in range(count)], digest)
     write_atomically(folder / "scores.json", to_json(scores))
     write_atomically(folder / "scores.md", benchmark_page(scores))
     return scores

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from scipy.stats import beta
 
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.benchmark.cases import Case
-from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING
+from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Diagnosis, Finding, Friction, Where
 from sssi_exudyn.validation.diagnosis.search_result import SURE
 
 STRONG: Final = 8.0
@@ -18,172 +21,256 @@ STRONG: Final = 8.0
 _BINS: Final = (0.0, 0.5, 0.8, 0.95, 1.01)
 
 
-def share(hits: int, of: int) -> dict[str, float | int | None]:
+@dataclass(frozen=True)
+class CaseResult:
+    """What was found in a case, as its file holds it; where it could not be diagnosed, only why.
+
+    full : whether the full model confirmed the fits
+    friction : fitted with all findings
+    held_out_m : error on turns not fitted;  held_out_plain_m : the same were nothing concealed, where that was asked
+    bic, in_sample : the name by the Bayesian information criterion with white noise, and by the best fit in sample
+    oracle : standard errors that the effect is strong to one who knows its form; None without a hypothesis of its name
+    """
+
+    index: int
+    failed: str | None = None
+    full: bool = False
+    diagnosis: Diagnosis | None = None
+    friction: Friction | None = None
+    held_out_m: float | None = None
+    held_out_plain_m: float | None = None
+    bic: str = "none"
+    in_sample: str = "none"
+    oracle: float | None = None
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was found; empty where nothing was, and where the case could not be diagnosed."""
+        return () if self.diagnosis is None else self.diagnosis.findings
+
+    @property
+    def first_name(self) -> str:
+        """The first finding's name, or that nothing is missing."""
+        return self.findings[0].name if self.findings else NOTHING_MISSING
+
+
+@dataclass(frozen=True)
+class Share:
+    """Hits among so many, with the 95 % interval; None among none."""
+
+    hits: int
+    of: int
+    share: float | None
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Intersection over union of the times found and concealed: how many, their mean, and those of at least 0.6."""
+
+    cases: int
+    mean: float | None
+    large: Share
+
+
+@dataclass(frozen=True)
+class Median:
+    """The median over so many cases."""
+
+    median: float | None
+    cases: int
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Findings whose stated probability is at least ``low``: its mean, and how many of them are right."""
+
+    low: float
+    stated: float | None
+    right: Share
+
+
+@dataclass(frozen=True)
+class Scores:
+    """All figures of the benchmark.
+
+    strong : among clear effects;  by_strength : weak to strong
+    within_plain : error on turns not fitted within 1.5 times what the run without the effect leaves
+    within_noise : the same, within 1.5 times ``held_out_noise_m``, the median of runs with nothing concealed
+    by_name : for each concealed name, how often each name was given first
+    seal : sha256 of the answers, which were written before anything was diagnosed
+    """
+
+    cases: int
+    failed: int
+    with_full_model: int
+    false_alarms: Share
+    false_alarms_bic: Share
+    false_alarms_in_sample: Share
+    strong_right_or_small_set: Share
+    strong_right_name_first: Share
+    strong_right_bic: Share
+    strong_right_in_sample: Share
+    set_coverage_where_found: Share
+    found_by_strength: tuple[Share, ...]
+    right_first_by_strength: tuple[Share, ...]
+    oracle_sees_by_strength: tuple[Share, ...]
+    overlap_in_time: Overlap
+    interval_coverage_90: Share
+    wrong_and_sure: Share
+    unexplained_called_so: Share
+    pairs_both_named: Share
+    held_out_after_over_before_strong: Median
+    placebo_after_over_before_strong: float | None
+    strong_better_than_placebos: Share
+    strong_within_plain: Share
+    held_out_noise_m: float | None
+    strong_within_noise: Share
+    nothing_within_noise: Share
+    calibration: tuple[Calibration, ...]
+    by_name: dict[str, dict[str, int]]
+    seal: str
+
+
+def share(hits: int, of: int) -> Share:
     """A share with its 95 % interval (Clopper and Pearson)."""
+    if not of:
+        return Share(hits, of, None, None, None)
     low = float(beta.ppf(0.025, hits, of - hits + 1)) if hits else 0.0
     high = float(beta.ppf(0.975, hits + 1, of - hits)) if hits < of else 1.0
-    return {
-        "hits": hits,
-        "of": of,
-        "share": hits / of if of else None,
-        "low": low if of else None,
-        "high": high if of else None,
-    }
+    return Share(hits, of, hits / of, low, high)
 
 
-def _names_of(diagnosis: Mapping[str, Any]) -> list[set[str]]:
+def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Scores:
+    """All figures from the answers, sealed with the hash ``seal``, and the diagnoses."""
+    rows = [(case, each) for case, each in zip(cases, results, strict=True) if each.diagnosis is not None]
+    nothing = [d for c, d in rows if c.kind == "none"]
+    single = [(c, d) for c, d in rows if c.kind in ("physics", "sensor")]
+    strong = [(c, d) for c, d in single if (d.oracle or 0.0) >= STRONG]
+    found = [(c, d) for c, d in single if d.findings]
+    unknown = [d for c, d in rows if c.kind == "unexplained" and d.findings]
+    pairs = [(c, d) for c, d in rows if c.kind == "pair"]
+    overlaps = [
+        _overlap(c.window, d.findings[0].where)
+        for c, d in found
+        if c.window and d.first_name == c.name and d.findings[0].where
+    ]
+    intervals = [inside for c, d in found if d.first_name == c.name for inside in _inside(c, d.findings[0])]
+    clear = [d for _, d in strong if d.findings]
+    before = _metres([d.findings[0].evidence.held_out_error_m.before for d in clear])
+    after = _metres([d.findings[-1].evidence.held_out_error_m.after for d in clear])
+    plain = _metres([d.held_out_plain_m for d in clear])
+    placebos = [d.findings[0].evidence.placebo_held_out_error_m for d in clear]
+    least = _metres([None if each is None else each.least for each in placebos])
+    median = _metres([None if each is None else each.median for each in placebos])
+    undisturbed = _metres([d.held_out_m for d in nothing])
+    noise = float(np.median(undisturbed)) if nothing else float("nan")
+    by_strength = [[(c, d) for c, d in single if c.strength == k] for k in range(4)]
+    return Scores(
+        cases=len(cases),
+        failed=len(cases) - len(rows),
+        with_full_model=sum(d.full for _, d in rows),
+        false_alarms=_share_of(bool(d.findings) for d in nothing),
+        false_alarms_bic=_share_of(d.bic != "none" for d in nothing),
+        false_alarms_in_sample=_share_of(d.in_sample != "none" for d in nothing),
+        strong_right_or_small_set=_share_of(_set_holds(c, d, 3) for c, d in strong),
+        strong_right_name_first=_share_of(d.first_name == c.name for c, d in strong),
+        strong_right_bic=_share_of(d.bic == c.name for c, d in strong),
+        strong_right_in_sample=_share_of(d.in_sample == c.name for c, d in strong),
+        set_coverage_where_found=_share_of(_set_holds(c, d) for c, d in found),
+        found_by_strength=tuple(_share_of(bool(d.findings) for _, d in each) for each in by_strength),
+        right_first_by_strength=tuple(_share_of(d.first_name == c.name for c, d in each) for each in by_strength),
+        oracle_sees_by_strength=tuple(_share_of((d.oracle or 0.0) > 3.0 for _, d in each) for each in by_strength),
+        overlap_in_time=Overlap(
+            cases=len(overlaps),
+            mean=float(np.mean(overlaps)) if overlaps else None,
+            large=_share_of(overlap >= 0.6 for overlap in overlaps),
+        ),
+        interval_coverage_90=_share_of(intervals),
+        wrong_and_sure=_share_of(_wrong_and_sure(c, d) for c, d in rows),
+        unexplained_called_so=_share_of(any(f.kind == "unexplained" for f in d.findings) for d in unknown),
+        pairs_both_named=_share_of(set(c.name.split("+")) <= set().union(*_names_of(d)) for c, d in pairs),
+        held_out_after_over_before_strong=Median(float(np.median(after / before)) if clear else None, len(clear)),
+        placebo_after_over_before_strong=float(np.median(median / before)) if clear else None,
+        strong_better_than_placebos=_share_of(after < least),
+        strong_within_plain=_share_of(after <= 1.5 * plain),
+        held_out_noise_m=noise if nothing else None,
+        strong_within_noise=_share_of(after <= 1.5 * noise),
+        nothing_within_noise=_share_of(undisturbed <= 1.5 * noise),
+        calibration=_calibration(rows),
+        by_name=_by_name(single),
+        seal=seal,
+    )
+
+
+def _share_of(answers: Iterable[bool | np.bool_]) -> Share:
+    counted = list(answers)
+    return share(sum(map(bool, counted)), len(counted))
+
+
+def _metres(lengths: Sequence[float | None]) -> Array:
+    return np.array([np.nan if length is None else length for length in lengths])
+
+
+def _names_of(result: CaseResult) -> list[set[str]]:
     """The set of names of each finding: the most probable and its alternatives until 95 % are reached."""
     sets = []
-    for finding in diagnosis["findings"]:
-        names, total = {finding["name"]}, finding["probability"]
-        for other in finding["alternatives"]:
+    for finding in result.findings:
+        names, total = {finding.name}, finding.probability
+        for other in finding.alternatives:
             if total >= 0.95:
                 break
-            names.add(other["name"])
-            total += other["probability"]
+            names.add(other.name)
+            total += other.probability
         sets.append(names)
     return sets
 
 
-def score(cases: Sequence[Case], done: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """All figures from the answers and the diagnoses."""
-    rows = [(case, each) for case, each in zip(cases, done, strict=True) if "failed" not in each]
-    nothing = [(c, d) for c, d in rows if c.kind == "none"]
-    single = [(c, d) for c, d in rows if c.kind in ("physics", "sensor")]
-    strong = [(c, d) for c, d in single if (d["oracle"] or 0.0) >= STRONG]
-    found = [(c, d) for c, d in single if d["diagnosis"]["findings"]]
-    unknown = [(c, d) for c, d in rows if c.kind == "unexplained" and d["diagnosis"]["findings"]]
-    pairs = [(c, d) for c, d in rows if c.kind == "pair"]
-
-    def holds(case: Case, each: Mapping[str, Any], most: int = 99) -> bool:
-        sets = _names_of(each["diagnosis"])
-        return bool(sets) and case.name in sets[0] and len(sets[0]) <= most
-
-    overlaps = [
-        _overlap(c.window, d["diagnosis"]["findings"][0]["where"])
-        for c, d in found
-        if c.window and d["diagnosis"]["findings"][0]["name"] == c.name and d["diagnosis"]["findings"][0]["where"]
-    ]
-    inside = [_inside(c, d) for c, d in found if d["diagnosis"]["findings"][0]["name"] == c.name]
-    intervals = [hit for each in inside for hit in each]
-    wrong_sure = [d for c, d in rows if _wrong_and_sure(c, d)]
-    clear = [(d, d["diagnosis"]["findings"]) for _, d in strong if d["diagnosis"]["findings"]]
-    before = np.array([findings[0]["evidence"]["held_out_error_m"]["before"] for _, findings in clear])
-    after = np.array([findings[-1]["evidence"]["held_out_error_m"]["after"] for _, findings in clear])
-    plain = np.array([d["held_out_plain_m"] for d, _ in clear])
-    placebo = [findings[0]["evidence"]["placebo_held_out_error_m"] for _, findings in clear]
-    undisturbed = np.array([d["held_out_m"] for _, d in nothing])
-    noise = float(np.median(undisturbed)) if nothing else float("nan")
-    levels = range(4)
-    return {
-        "cases": len(cases),
-        "failed": len(cases) - len(rows),
-        "with_full_model": sum(bool(d.get("full")) for _, d in rows),
-        "false_alarms": share(sum(bool(d["diagnosis"]["findings"]) for _, d in nothing), len(nothing)),
-        "false_alarms_bic": share(sum(d["bic"] != "none" for _, d in nothing), len(nothing)),
-        "false_alarms_in_sample": share(sum(d["in_sample"] != "none" for _, d in nothing), len(nothing)),
-        "strong_right_or_small_set": share(sum(holds(c, d, 3) for c, d in strong), len(strong)),
-        "strong_right_name_first": share(sum(_first_name(d) == c.name for c, d in strong), len(strong)),
-        "strong_right_bic": share(sum(d["bic"] == c.name for c, d in strong), len(strong)),
-        "strong_right_in_sample": share(sum(d["in_sample"] == c.name for c, d in strong), len(strong)),
-        "set_coverage_where_found": share(sum(holds(c, d) for c, d in found), len(found)),
-        "found_by_strength": [
-            share(
-                sum(bool(d["diagnosis"]["findings"]) for c, d in single if c.strength == k),
-                sum(c.strength == k for c, _ in single),
-            )
-            for k in levels
-        ],
-        "right_first_by_strength": [
-            share(
-                sum(_first_name(d) == c.name for c, d in single if c.strength == k),
-                sum(c.strength == k for c, _ in single),
-            )
-            for k in levels
-        ],
-        "oracle_sees_by_strength": [
-            share(
-                sum((d["oracle"] or 0.0) > 3.0 for c, d in single if c.strength == k),
-                sum(c.strength == k for c, _ in single),
-            )
-            for k in levels
-        ],
-        "overlap_in_time": {
-            "cases": len(overlaps),
-            "mean": float(np.mean(overlaps)) if overlaps else None,
-            "at_least_0.6": share(sum(o >= 0.6 for o in overlaps), len(overlaps)),
-        },
-        "interval_coverage_90": share(sum(intervals), len(intervals)),
-        "wrong_and_sure": share(len(wrong_sure), len(rows)),
-        "unexplained_called_so": share(
-            sum(any(f["kind"] == "unexplained" for f in d["diagnosis"]["findings"]) for _, d in unknown), len(unknown)
-        ),
-        "pairs_both_named": share(
-            sum(set(c.name.split("+")) <= set().union(*_names_of(d["diagnosis"]), set()) for c, d in pairs), len(pairs)
-        ),
-        "held_out_after_over_before_strong": {
-            "median": float(np.median(after / before)) if clear else None,
-            "cases": len(clear),
-        },
-        "placebo_after_over_before_strong": (
-            float(np.median([each["median"] / b for each, b in zip(placebo, before, strict=True)])) if clear else None
-        ),
-        "strong_better_than_placebos": share(
-            sum(a < each["least"] for each, a in zip(placebo, after, strict=True)), len(clear)
-        ),
-        "strong_back_within_1.5_plain": share(int(np.sum(after <= 1.5 * plain)), len(clear)),
-        "held_out_noise_m": noise,
-        "strong_back_within_1.5_noise": share(int(np.sum(after <= 1.5 * noise)), len(clear)),
-        "nothing_within_1.5_noise": share(int(np.sum(undisturbed <= 1.5 * noise)), len(nothing)),
-        "calibration": _calibration(rows),
-        "by_name": _by_name(single),
-    }
+def _set_holds(case: Case, result: CaseResult, most: float = math.inf) -> bool:
+    """Whether the first finding's set holds the name, and at most so many."""
+    sets = _names_of(result)
+    return bool(sets) and case.name in sets[0] and len(sets[0]) <= most
 
 
-def _by_name(single: Sequence[tuple[Case, Mapping[str, Any]]]) -> dict[str, dict[str, int]]:
+def _by_name(single: Sequence[tuple[Case, CaseResult]]) -> dict[str, dict[str, int]]:
     """For each concealed name: how often each name was given first."""
     table: dict[str, dict[str, int]] = {}
     for case, each in single:
-        first = _first_name(each)
         row = table.setdefault(case.name, {})
-        row[first] = row.get(first, 0) + 1
+        row[each.first_name] = row.get(each.first_name, 0) + 1
     return table
 
 
-def _first_name(each: Mapping[str, Any]) -> str:
-    findings = each["diagnosis"]["findings"]
-    return str(findings[0]["name"]) if findings else NOTHING_MISSING
-
-
-def _overlap(window: tuple[float, float] | list[float], where: Mapping[str, float]) -> float:
+def _overlap(window: tuple[float, float], where: Where) -> float:
     """Intersection over union."""
-    both = min(window[1], where["t1_s"]) - max(window[0], where["t0_s"])
-    either = max(window[1], where["t1_s"]) - min(window[0], where["t0_s"])
+    both = min(window[1], where.t1_s) - max(window[0], where.t0_s)
+    either = max(window[1], where.t1_s) - min(window[0], where.t0_s)
     return max(0.0, both) / either
 
 
-def _inside(case: Case, each: Mapping[str, Any]) -> list[bool]:
-    numbers = each["diagnosis"]["findings"][0]["parameters"]
-    return [numbers[k]["low"] <= v <= numbers[k]["high"] for k, v in case.truth.items() if k in numbers]
+def _inside(case: Case, finding: Finding) -> list[bool]:
+    numbers = finding.parameters
+    return [numbers[k].low <= v <= numbers[k].high for k, v in case.truth.items() if k in numbers]
 
 
-def _right(case: Case, finding: Mapping[str, Any]) -> bool:
+def _is_right(case: Case, finding: Finding) -> bool:
     """Whether a finding is what is concealed: its name, or that no name of the list explains it."""
     if case.kind == "unexplained":
-        return bool(finding["kind"] == "unexplained")
-    return finding["name"] in case.name.split("+")
+        return finding.kind == "unexplained"
+    return finding.name in case.name.split("+")
 
 
-def _wrong_and_sure(case: Case, each: Mapping[str, Any]) -> bool:
-    return any(f["probability"] > SURE and not _right(case, f) for f in each["diagnosis"]["findings"])
+def _wrong_and_sure(case: Case, result: CaseResult) -> bool:
+    return any(finding.probability > SURE and not _is_right(case, finding) for finding in result.findings)
 
 
-def _calibration(rows: Sequence[tuple[Case, Mapping[str, Any]]]) -> list[dict[str, Any]]:
+def _calibration(rows: Sequence[tuple[Case, CaseResult]]) -> tuple[Calibration, ...]:
     """How often findings of a probability are right, by bins of it."""
-    stated = [(f["probability"], _right(case, f)) for case, each in rows for f in each["diagnosis"]["findings"]]
-    table = []
+    stated = [(finding.probability, _is_right(case, finding)) for case, each in rows for finding in each.findings]
+    bins = []
     for low, high in pairwise(_BINS):
         inside = [(p, right) for p, right in stated if low <= p < high]
         mean = float(np.mean([p for p, _ in inside])) if inside else None
-        table.append({"from": low, "stated": mean, **share(sum(right for _, right in inside), len(inside))})
-    return table
+        bins.append(Calibration(low, mean, _share_of(right for _, right in inside)))
+    return tuple(bins)

@@ -8,8 +8,8 @@ everywhere; starts, headings, mountings and the capture's errors are each run's 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Final
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
@@ -42,7 +42,7 @@ class DayRun:
 
 @dataclass(frozen=True)
 class DayExplanation:
-    """An explanation of the whole day, "" for nothing, and its numbers, those of friction first."""
+    """An explanation of the whole day, or that nothing is missing, and its numbers, those of friction first."""
 
     name: str
     probability: float
@@ -117,25 +117,7 @@ def compare_for_day(runs_alone: Sequence[SeparateFit]) -> list[DayExplanation]:
         found.append((hypothesis.name, total, numbers(add_part(first.fit.model, part), names, values, errors)))
     odds = probabilities([name for name, _, _ in found], np.array([total for _, total, _ in found]))
     explanations = [
-        DayExplanation(name, float(probability), evidence, fitted)
+        DayExplanation(name or NOTHING_MISSING, float(probability), evidence, fitted)
         for probability, (name, evidence, fitted) in zip(odds, found, strict=True)
     ]
     return sorted(explanations, key=lambda each: -each.probability)
-
-
-def day_to_dict(names: Sequence[str], explanations: Sequence[DayExplanation], sentence: str) -> dict[str, Any]:
-    """The answer as ``day.json`` holds it."""
-    return {
-        "format": 1,
-        "recordings": list(names),
-        "sentence": sentence,
-        "explanations": [
-            {
-                "name": each.name or NOTHING_MISSING,
-                "probability": each.probability,
-                "log_evidence": each.log_evidence,
-                "numbers": {name: asdict(number) for name, number in each.numbers.items()},
-            }
-            for each in explanations
-        ],
-    }

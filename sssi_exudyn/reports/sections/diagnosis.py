@@ -26,7 +26,7 @@ Row = tuple[str, str, str]
 def diagnosis(runs: Runs) -> Section:
     """What was missing; figures that the diagnosis has no data of are left out."""
     return section_of_each(
-        "What was left out", runs, lambda run: () if run.diagnosis is None else diagnosis_blocks(run.diagnosis)
+        "Diagnosis", runs, lambda run: () if run.diagnosis is None else diagnosis_blocks(run.diagnosis)
     )
 
 

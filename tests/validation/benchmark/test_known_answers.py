@@ -4,15 +4,15 @@ import json
 from pathlib import Path
 
 import pytest
+from a_diagnosis import diagnosis_of, finding_of
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.validation.benchmark.known_answers import compare, read_truth
+from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 
-def diagnosis_with(name: str, probability: float = 0.9, *others: str) -> dict[str, object]:
-    alternatives = [{"name": other, "probability": 0.05} for other in others]
-    kind = "unexplained" if name == "unexplained_force" else "physics"
-    return {"findings": [{"kind": kind, "name": name, "probability": probability, "alternatives": alternatives}]}
+def diagnosis_with(name: str, probability: float = 0.9, *others: str) -> Diagnosis:
+    return diagnosis_of(finding_of(name, probability, *((other, 0.05) for other in others)))
 
 
 def test_what_was_found_against_what_is_hidden() -> None:
@@ -26,14 +26,14 @@ def test_what_was_found_against_what_is_hidden() -> None:
     rows = compare(
         truth,
         {
-            "a": {"findings": []},
+            "a": diagnosis_of(),
             "b": diagnosis_with("gust"),
             "c": diagnosis_with("drag_area", 0.5, "wind"),
             "d": diagnosis_with("unexplained_force"),
-            "e": {"findings": []},
+            "e": diagnosis_of(),
         },
     )
-    assert [row["answer"] for row in rows] == ["right", "right", "in the set", "right", "wrong"]
+    assert [row.answer for row in rows] == ["right", "right", "in the set", "right", "wrong"]
 
 
 def test_a_folder_without_answers_gets_one_clear_line(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,12 +11,16 @@ import pytest
 from test_evidence import LEVELS, covariance, linear_model
 
 from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFriction
+from sssi_exudyn.io.typed import read_json
+from sssi_exudyn.io.writing import to_json
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
+from sssi_exudyn.results.day import Day
+from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.validation.benchmark.cases import _model_as_known, record
-from sssi_exudyn.validation.diagnosis.day import DayExplanation, DayRun, compare_for_day, day_to_dict, joint_evidence
+from sssi_exudyn.validation.diagnosis.day import DayExplanation, DayRun, compare_for_day, joint_evidence
 from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, log_evidence
 from sssi_exudyn.validation.diagnosis.probabilities import probabilities
@@ -92,7 +97,7 @@ def test_two_runs_find_what_neither_does_alone() -> None:
         problem = diagnosis_problem(*made)
         own.append(separate_fit(problem, *first_fit(problem)))
     alone = [{each.name: each for each in compare_for_day([one])} for one in own]
-    assert all(each[""].probability > 0.2 for each in alone)
+    assert all(each["nothing"].probability > 0.2 for each in alone)
     best = compare_for_day(own)[0]
     assert best.name == "speed_dependent_friction"
     assert best.probability > 0.6
@@ -114,14 +119,14 @@ def test_probabilities_of_explanations() -> None:
     assert odds[1] < beside[1] < 0.75
 
 
-def test_a_day_in_words_and_as_a_page() -> None:
+def test_a_day_in_words_as_a_page_and_as_a_file(tmp_path: Path) -> None:
     def number(value: float) -> Number:
         return Number(value, value - 0.002, value + 0.002, "1")
 
     friction = {"friction.mu_t": number(0.1), "friction.mu_n": number(0.8)}
     law = {**friction, "speed_dependent_friction.b": Number(0.012, 0.008, 0.016, "s/m")}
     speed = DayExplanation("speed_dependent_friction", 0.7, 12.0, law)
-    nothing = DayExplanation("", 0.1, 4.0, friction)
+    nothing = DayExplanation("nothing", 0.1, 4.0, friction)
     drag = DayExplanation("drag_area", 0.2, 9.0, {**friction, "drag_area.share": number(0.5)})
     recording = read_recording(EXAMPLE)
     model = model_of(recording, motion_from_recording(recording))
@@ -134,9 +139,14 @@ def test_a_day_in_words_and_as_a_page() -> None:
     )
     unsure = sentence_of_day([replace(drag, probability=0.45), replace(nothing, probability=0.43)], 2, model)
     assert "nothing is missing that acts on all alike (43% probable)" in unsure
-    page = day_page(["morning", "a & b"], [speed, drag, nothing], sentence)
+    origin = Provenance(inputs={"morning/gps.csv": "0a"}, seed=0)
+    day = Day(1, ("morning", "a & b"), sentence, (speed, drag, nothing), origin)
+    page = day_page(day)
     assert 'href="a%20%26%20b/report.html"' in page
     assert "0.012 (0.008 to 0.016) s/m" in page
-    written = day_to_dict(["morning", "noon"], [speed, nothing], sentence)
-    assert [each["name"] for each in written["explanations"]] == ["speed_dependent_friction", "nothing"]
+    (tmp_path / "day.json").write_text(to_json(day), encoding="utf-8")
+    assert read_json(tmp_path / "day.json", Day) == day
+    written = json.loads((tmp_path / "day.json").read_text(encoding="utf-8"))
+    assert written.keys() == {"format", "recordings", "sentence", "explanations", "provenance"}
+    assert [each["name"] for each in written["explanations"]] == ["speed_dependent_friction", "drag_area", "nothing"]
     assert written["explanations"][0]["numbers"]["speed_dependent_friction.b"]["unit"] == "s/m"

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from a_diagnosis import diagnosis_of, finding_of
 from schema_check import check_against_schema
 from test_evidence import LEVELS
 
@@ -36,7 +37,7 @@ from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.benchmark.cases import Case, Made, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.run import seal
-from sssi_exudyn.validation.benchmark.scores import score, share
+from sssi_exudyn.validation.benchmark.scores import CaseResult, score, share
 from sssi_exudyn.validation.diagnosis import diagnose as diagnose_module
 from sssi_exudyn.validation.diagnosis import search
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose
@@ -45,7 +46,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Probe
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
-from sssi_exudyn.validation.diagnosis.result import Diagnosis
+from sssi_exudyn.validation.diagnosis.result import Diagnosis, Finding
 from sssi_exudyn.validation.diagnosis.search import compare_hypotheses, extended_parameters, responses_of
 from sssi_exudyn.validation.diagnosis.state import (
     State,
@@ -134,39 +135,16 @@ def test_the_plan_follows_from_its_seed_and_the_answers_are_sealed(tmp_path: Pat
 def test_shares_have_exact_intervals() -> None:
     found = share(0, 59)
     # 0 of 59 bounds a rate below 1 − 0.025^(1/59)
-    assert found["high"] == pytest.approx(1.0 - 0.025 ** (1.0 / 59.0))
-    assert share(3, 3)["low"] == pytest.approx(0.025 ** (1.0 / 3.0))
-    scores = score([], [])
-    assert scores["cases"] == 0
+    assert found.high == pytest.approx(1.0 - 0.025 ** (1.0 / 59.0))
+    assert share(3, 3).low == pytest.approx(0.025 ** (1.0 / 3.0))
+    scores = score([], [], "0a")
+    assert scores.cases == 0
     assert "0 cases" in benchmark_page(scores)
 
 
-def answer(*findings: dict[str, object], oracle: float | None = None, held_out: float = 0.04) -> dict[str, object]:
+def answer(*findings: Finding, oracle: float | None = None) -> CaseResult:
     """What is kept of one case."""
-    return {
-        "diagnosis": {"findings": list(findings)},
-        "oracle": oracle,
-        "held_out_m": held_out,
-        "held_out_plain_m": 0.03,
-        "bic": "gust",
-        "in_sample": "wind",
-        "full": True,
-    }
-
-
-def finding(name: str, probability: float, *others: tuple[str, float], after: float = 0.05) -> dict[str, object]:
-    return {
-        "name": name,
-        "kind": "unexplained" if name == "unexplained_force" else "physics",
-        "probability": probability,
-        "alternatives": [{"name": other, "probability": p} for other, p in others],
-        "where": {"t0_s": 2.0, "t1_s": 4.0},
-        "parameters": {"w_f": {"value": -5.0, "low": -6.0, "high": -4.0}},
-        "evidence": {
-            "held_out_error_m": {"before": 0.3, "after": after},
-            "placebo_held_out_error_m": {"least": 0.1, "median": 0.27},
-        },
-    }
+    return CaseResult(0, None, True, diagnosis_of(*findings), None, 0.04, 0.03, "gust", "wind", oracle)
 
 
 def test_scores_count_the_answers() -> None:
@@ -175,34 +153,34 @@ def test_scores_count_the_answers() -> None:
 
     rows = [
         (case("none", "none"), answer()),
-        (case("none", "none"), answer(finding("wind", 0.9))),  # a false alarm, and a sure one
-        (case("gust", "physics", 3), answer(finding("gust", 0.97), oracle=20.0)),
-        (case("gust", "physics", 2), answer(finding("wind", 0.6, ("gust", 0.36)), oracle=9.0)),
-        (case("gust", "physics", 2), answer(finding("wind", 0.6, ("drag_area", 0.38)), oracle=9.0)),
+        (case("none", "none"), answer(finding_of("wind", 0.9))),  # a false alarm, and a sure one
+        (case("gust", "physics", 3), answer(finding_of("gust", 0.97), oracle=20.0)),
+        (case("gust", "physics", 2), answer(finding_of("wind", 0.6, ("gust", 0.36)), oracle=9.0)),
+        (case("gust", "physics", 2), answer(finding_of("wind", 0.6, ("drag_area", 0.38)), oracle=9.0)),
         (case("gust", "physics", 0), answer(oracle=1.0)),
-        (case("wind", "physics", 1), answer(finding("gust", 0.99, after=0.2), oracle=8.5)),  # wrong and sure
-        (case("push", "unexplained", 3), answer(finding("unexplained_force", 0.7))),
-        (case("gust+wind", "pair", 2), answer(finding("wind", 0.9), finding("gust", 0.9))),
+        (case("wind", "physics", 1), answer(finding_of("gust", 0.99, after=0.2), oracle=8.5)),  # wrong and sure
+        (case("push", "unexplained", 3), answer(finding_of("unexplained_force", 0.7))),
+        (case("gust+wind", "pair", 2), answer(finding_of("wind", 0.9), finding_of("gust", 0.9))),
     ]
-    scores = score([c for c, _ in rows], [d for _, d in rows])
-    assert (scores["false_alarms"]["hits"], scores["false_alarms"]["of"]) == (1, 2)
-    assert (scores["strong_right_or_small_set"]["hits"], scores["strong_right_or_small_set"]["of"]) == (2, 4)
-    assert scores["strong_right_name_first"]["hits"] == 1
-    assert scores["strong_right_bic"]["hits"] == 3
-    assert (scores["set_coverage_where_found"]["hits"], scores["set_coverage_where_found"]["of"]) == (2, 4)
-    assert (scores["interval_coverage_90"]["hits"], scores["interval_coverage_90"]["of"]) == (1, 1)
-    assert scores["wrong_and_sure"]["hits"] == 2
-    assert scores["unexplained_called_so"]["hits"] == 1
-    assert scores["pairs_both_named"]["hits"] == 1
-    assert scores["overlap_in_time"]["mean"] == pytest.approx(2.0 / 2.5)
-    back = scores["strong_back_within_1.5_noise"]
-    assert (back["hits"], back["of"]) == (3, 4)  # 0.05 m against 1.5 · 0.04, one of 0.2
-    assert scores["strong_back_within_1.5_plain"]["hits"] == 0  # 0.05 m against 1.5 · 0.03
-    assert scores["nothing_within_1.5_noise"]["share"] == 1.0
-    assert scores["strong_better_than_placebos"]["hits"] == 3  # 0.05 m against 0.1, one of 0.2
-    assert scores["placebo_after_over_before_strong"] == pytest.approx(0.9)
-    assert [row["hits"] for row in scores["calibration"]] == [0, 1, 2, 1]
-    assert [row["of"] for row in scores["calibration"]] == [0, 3, 3, 2]
+    scores = score([c for c, _ in rows], [d for _, d in rows], "0a")
+    assert (scores.false_alarms.hits, scores.false_alarms.of) == (1, 2)
+    assert (scores.strong_right_or_small_set.hits, scores.strong_right_or_small_set.of) == (2, 4)
+    assert scores.strong_right_name_first.hits == 1
+    assert scores.strong_right_bic.hits == 3
+    assert (scores.set_coverage_where_found.hits, scores.set_coverage_where_found.of) == (2, 4)
+    assert (scores.interval_coverage_90.hits, scores.interval_coverage_90.of) == (1, 1)
+    assert scores.wrong_and_sure.hits == 2
+    assert scores.unexplained_called_so.hits == 1
+    assert scores.pairs_both_named.hits == 1
+    assert scores.overlap_in_time.mean == pytest.approx(2.0 / 2.5)
+    back = scores.strong_within_noise
+    assert (back.hits, back.of) == (3, 4)  # 0.05 m against 1.5 · 0.04, one of 0.2
+    assert scores.strong_within_plain.hits == 0  # 0.05 m against 1.5 · 0.03
+    assert scores.nothing_within_noise.share == 1.0
+    assert scores.strong_better_than_placebos.hits == 3  # 0.05 m against 0.1, one of 0.2
+    assert scores.placebo_after_over_before_strong == pytest.approx(0.9)
+    assert [each.right.hits for each in scores.calibration] == [0, 1, 2, 1]
+    assert [each.right.of for each in scores.calibration] == [0, 3, 3, 2]
     assert "| gust | wind 2, gust 1, nothing 1 |" in benchmark_page(scores)
 
 
