@@ -203,22 +203,22 @@ def _status(options: argparse.Namespace) -> int:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             if isinstance(error, BrokenPipeError):  # the reader of stdout has closed it (sssi terms | head)
                 return 1
-            return _failed(options, 1, f"stdout cannot be written ({(error.strerror or str(error)).lower()})")
+            return _fail(options, 1, f"stdout cannot be written ({(error.strerror or str(error)).lower()})")
     except KeyboardInterrupt:
-        return _failed(options, INTERRUPTED, "interrupted; resume with the same command")
+        return _fail(options, INTERRUPTED, "interrupted; resume with the same command")
     except BrokenPipeError:  # of stderr
         return 1
     except InputError as error:
-        return _failed(options, 2, str(error))
+        return _fail(options, 2, str(error))
     except SssiError as error:
-        return _failed(options, 1, str(error))
+        return _fail(options, 1, str(error))
     except Exception as error:  # noqa: BLE001 - the last line of defence; --debug shows the traceback
         if isinstance(error, ImportError) and "libGL" in str(error):
-            return _failed(
+            return _fail(
                 options, 1, "Exudyn needs the OpenGL library libGL.so.1; on Debian: sudo apt-get install libgl1"
             )
         fault = one_line(f"{type(error).__name__}: {error}", 500)
-        return _failed(options, 1, f"{fault}; this is a bug of the program, --debug shows where")
+        return _fail(options, 1, f"{fault}; this is a bug of the program, --debug shows where")
     return 0
 
 
@@ -269,7 +269,7 @@ def _call(options: argparse.Namespace) -> str:
             found = commands.identify(options.folder, options.out)
             return to_json(found) if options.json else format_table(found)
         case "sweep":
-            counts = _swept(options, progress)
+            counts = _sweep(options, progress)
             return to_json(counts) if options.json else format_table([counts])
         case "simulate":
             summary = commands.simulate(
@@ -309,7 +309,7 @@ def _call(options: argparse.Namespace) -> str:
     return to_json(groups) if options.json else format_summary(groups)
 
 
-def _swept(options: argparse.Namespace, progress: Progress) -> Mapping[str, object]:
+def _sweep(options: argparse.Namespace, progress: Progress) -> Mapping[str, object]:
     from sssi_exudyn.sweeps import sweep as sweeps
 
     if options.about == "status":
@@ -326,7 +326,7 @@ def _swept(options: argparse.Namespace, progress: Progress) -> Mapping[str, obje
             return sweeps.retry(options.folder, progress=progress, **where)
 
 
-def _failed(options: argparse.Namespace, status: int, line: str) -> int:
+def _fail(options: argparse.Namespace, status: int, line: str) -> int:
     if options.debug:
         traceback.print_exc()
     sys.stderr.write(f"sssi: {line}\n")

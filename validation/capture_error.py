@@ -103,7 +103,7 @@ def with_error(prepared: Prepared, error: CaptureError, size: complex) -> Prepar
 def responses(model: Model, prepared: Prepared, measurements: Measurements, errors: Sequence[CaptureError]) -> Array:
     """(N, errors) change of what the instruments would say, a radian of segments' error."""
     changes = [partial(_change, error) for error in errors]
-    slopes = sensitivities(model, prepared, (), measurements.predicted, changes)[1]
+    slopes = sensitivities(model, prepared, (), measurements.predict, changes)[1]
     return np.asarray(slopes * [error.scale for error in errors])
 
 

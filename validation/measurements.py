@@ -52,7 +52,7 @@ class Measurements:
     @property
     def measured(self) -> Array:
         """(N,) all blocks."""
-        return _stacked(self.place, self.loads)
+        return _stack(self.place, self.loads)
 
     @property
     def blocks(self) -> dict[str, slice]:
@@ -65,11 +65,11 @@ class Measurements:
         """Instants of a block's values (s)."""
         return self.windows if block in ("load", "difference") else self.fixes
 
-    def predicted(self, model: Model, run: SimulatedRun) -> Array:
+    def predict(self, model: Model, run: SimulatedRun) -> Array:
         """(N,) what the instruments would say of a simulated run."""
         assert run.antenna is not None
         place = predict_fixes(model, run.time, run.antenna, self.fixes)
-        return _stacked(place, insole_readings(model.sensors, averages(run.time, run.sole_force, self.windows)))
+        return _stack(place, insole_readings(model.sensors, averages(run.time, run.sole_force, self.windows)))
 
 
 def measurements_of(recording: Recording, model: Model, start: float, stop: float) -> Measurements:
@@ -97,5 +97,5 @@ def averages(time: Array, values: Array, windows: Array) -> Array:
     return (np.array(edges[1]) - np.array(edges[0])).T / INTERVAL
 
 
-def _stacked(place: Array, loads: Array) -> Array:
+def _stack(place: Array, loads: Array) -> Array:
     return np.concatenate([*place.T, loads.sum(axis=1), loads[:, 0] - loads[:, 1]])

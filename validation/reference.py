@@ -186,7 +186,7 @@ class FlatModel:
         pace = np.linalg.norm(moving, axis=1)
         return np.asarray(-0.5 * self.air.c_d * self.air.rho * (self.area * pace) @ moving)
 
-    def carried(self, at: Any, side: int, q: Array, rate: Array) -> tuple[Array, Array]:
+    def inertia_of(self, at: Any, side: int, q: Array, rate: Array) -> tuple[Array, Array]:
         """Weight and forces of inertia on a ski's masses (n, 3) and about its long axis (n,), but for those of ẍ and
         q̈.
         """
@@ -203,7 +203,7 @@ class FlatModel:
         for side in range(2):
             loads[side], force, snow = self.snow_on(at, side, x, v, q[side], rate[side])
             rubs[side] = self.friction_on(at, side, v, loads[side])
-            push, turn = self.carried(at, side, q[side], rate[side])
+            push, turn = self.inertia_of(at, side, q[side], rate[side])
             inner = np.einsum("ni,nik->k", push @ at.foot_rotation[side], self.ski.shape) + turn @ self.ski.twist
             total = total + force + rubs[side] + push.sum(axis=0)
             general[side] = snow + inner - 2.0 * self.ski.damping * self.ski.omega * rate[side]
@@ -217,7 +217,7 @@ class FlatModel:
         """
         half = len(state) // 2
         modes = len(self.ski.omega)
-        _, _, total, general = self.pushes(at, *self.parted(state))
+        _, _, total, general = self.pushes(at, *self.split_state(state))
         mass = np.eye(half)
         mass[:3, :3] *= self.parts.mass
         for side in range(2):
@@ -228,7 +228,7 @@ class FlatModel:
         return np.concatenate([state[half:], np.linalg.solve(mass, np.concatenate([force, general.ravel()]))])
 
     @staticmethod
-    def parted(state: Array) -> tuple[Array, Array, Array, Array]:
+    def split_state(state: Array) -> tuple[Array, Array, Array, Array]:
         """x and v (3,), q and its rate (2, k) of a state."""
         place, rate = np.split(state, 2)
         return place[:3], rate[:3], place[3:].reshape(2, -1), rate[3:].reshape(2, -1)
@@ -266,7 +266,7 @@ def simulate_flat(
     state = np.concatenate([pelvis, flat.rest(at[0], pelvis).ravel(), velocity, np.zeros(2 * modes)])
     out: dict[str, list[Array]] = {"pelvis": [], "foot_load": [], "friction": []}
     for i in range(count + 1):
-        loads, rubs, _, _ = flat.pushes(at[2 * i], *flat.parted(state))
+        loads, rubs, _, _ = flat.pushes(at[2 * i], *flat.split_state(state))
         for name, value in (("pelvis", state[:3]), ("foot_load", loads), ("friction", rubs)):
             out[name].append(value)
         if i < count:  # Runge and Kutta's step

@@ -34,7 +34,7 @@ class Curve:
         slope = b + step * (2.0 * c + step * 3.0 * d)
         return a + step * (b + step * (c + step * d)) + (x - inside) * slope, slope
 
-    def scaled(self, x: float = 1.0, y: float = 1.0) -> Curve:
+    def scale(self, x: float = 1.0, y: float = 1.0) -> Curve:
         """y · this(x_given / x): the same curve drawn over axes stretched by ``x`` and ``y`` (x may be negative)."""
         powers = y / x ** np.arange(4)
         if x > 0.0:

@@ -303,7 +303,7 @@ def _leg(table: dict[str, Any], scales: _Scales, side: str) -> list[Bone]:
     curves = {name: spline(entry["x"], entry["y"]) for name, entry in table["knee"].items() if "x" in entry}
 
     def slide(name: str, axis: int, extended: float) -> Drive:
-        curve = curves[name].lift(-extended).scaled(y=size)
+        curve = curves[name].lift(-extended).scale(y=size)
         return Drive(turned[:, axis], curve, knee)
 
     straight = {axis: float(curves[f"tibia_{axis}"](np.zeros(1))[0][0]) for axis in "xz"}

@@ -84,7 +84,7 @@ class _Reader:
             slope, at_zero = self.numbers(inside.findtext("coefficients"), place, 2)
             return line(float(slope), float(at_zero))
         if inside.tag == "MultiplierFunction":
-            return self.function(inside.find("function"), place).scaled(y=self.number(inside, "scale", place))
+            return self.function(inside.find("function"), place).scale(y=self.number(inside, "scale", place))
         if inside.tag in (*_SPLINES, "PiecewiseLinearFunction"):
             x, y = (self.numbers(inside.findtext(tag), place) for tag in ("x", "y"))
             if len(x) != len(y) or len(x) < 2 or np.any(np.diff(x) <= 0.0):
@@ -202,7 +202,7 @@ def _bones(reader: _Reader, carried: list[_Carried]) -> tuple[Bones, Array]:
             Coupling(
                 reader.text(coupler, "dependent_coordinate_name", place),
                 reader.text(coupler, "independent_coordinate_names", place),
-                curve.scaled(y=float(factor)) if factor else curve,
+                curve.scale(y=float(factor)) if factor else curve,
             )
         )
         if not {couplings[-1].dependent, couplings[-1].independent} <= set(names):
@@ -236,15 +236,15 @@ def _bone(reader: _Reader, entry: _Carried) -> Bone:
         entry.body,
         entry.parent,
         entry.frame[0],
-        _turned(entry.frame[1]),
+        _rotation_from(entry.frame[1]),
         tuple(turns),
         tuple(slides),
         entry.end[0],
-        _turned(entry.end[1]),
+        _rotation_from(entry.end[1]),
     )
 
 
-def _turned(angles: Array) -> Array:
+def _rotation_from(angles: Array) -> Array:
     """(3, 3) of OpenSim's body-fixed x-y-z angles."""
     return Rotation.from_euler("XYZ", angles).as_matrix()
 
@@ -276,7 +276,7 @@ def _surfaces(reader: _Reader) -> Iterator[Surface]:
                 bone,
                 held.tag.removeprefix("Wrap").lower(),
                 reader.vector(held, "translation", place),
-                _turned(reader.vector(held, "xyz_body_rotation", place)),
+                _rotation_from(reader.vector(held, "xyz_body_rotation", place)),
                 size,
                 "xyz".index(letter) if sign else 0,
                 sign,

@@ -188,7 +188,7 @@ def _cross_matrix(axis: Axis) -> Array:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-def _turned(rotation: Array, axis: Axis, angle: Array) -> Array:
+def _rotate(rotation: Array, axis: Axis, angle: Array) -> Array:
     """``rotation`` (…, 3, 3) followed by a turn of ``angle`` (…) about its own ``axis`` (Rodrigues)."""
     k = _cross_matrix(axis)
     turn = np.eye(3) + np.sin(angle)[..., None, None] * k + (1.0 - np.cos(angle))[..., None, None] * (k @ k)
@@ -199,7 +199,7 @@ def joint_rotation(joint: Joint, angles: Array) -> Array:
     """The joint's rotation (…, 3, 3), segment frame → joint frame, for its own angles (…, k) in the table's order."""
     rotation = np.broadcast_to(np.eye(3), (*angles.shape[:-1], 3, 3))
     for column, (_, axis) in enumerate(joint.rotations):
-        rotation = _turned(rotation, axis, angles[..., column])
+        rotation = _rotate(rotation, axis, angles[..., column])
     return rotation
 
 
@@ -225,7 +225,7 @@ def forward_kinematics(geometry: Geometry, q: Array, inclination: float) -> Pose
             current = parent @ geometry.attitude_in_parent[i]
         for name, axis in joint.rotations:
             axes[..., COORDINATE[name], :] = current @ np.array(axis)
-            current = _turned(current, axis, q[..., COORDINATE[name]])
+            current = _rotate(current, axis, q[..., COORDINATE[name]])
         rotation[..., i, :, :] = current
     return Poses(rotation, origin, axes)
 

@@ -94,7 +94,7 @@ class Turns:
     turns: tuple[Turn, ...]
     stretches: tuple[Stretch, ...]
 
-    def linked(self) -> tuple[tuple[Turn, Turn], ...]:
+    def linked_pairs(self) -> tuple[tuple[Turn, Turn], ...]:
         """Pairs of complete turns that follow each other without a stretch between them, one to each side."""
         return tuple(
             (a, b)

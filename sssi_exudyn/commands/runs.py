@@ -206,7 +206,7 @@ def write_outcome(
     out: Path, recording: Recording, motion: Motion, model: Model, result: SimulationResult, outcome: Outcome
 ) -> Summary:
     """Write a result folder from a run; its summary."""
-    result = result.moved(_height_of_track(recording, result))
+    result = result.shift(_height_of_track(recording, result))
     series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
     found = biomechanics(result, model.skier.mass)
     series = label_turns(series, found.turns)

@@ -30,21 +30,21 @@ def document(title: str, lead: str, sections: Sequence[Section]) -> str:
         f'<a href="#part-{index}">{escape(headline.partition(":")[0])}</a>\n'
         for index, (headline, _) in enumerate(shown)
     )
-    script = _packaged("replay.js") if 'class="replay"' in body else ""
+    script = _read_packaged("replay.js") if 'class="replay"' in body else ""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     allowed = f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'"
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{allowed}">\n'
-        f"<title>{escape(title)}</title>\n<style>\n{_packaged('page.css')}</style>\n</head>\n<body>\n"
+        f"<title>{escape(title)}</title>\n<style>\n{_read_packaged('page.css')}</style>\n</head>\n<body>\n"
         f"<h1>{escape(title)}</h1>\n{lead}<nav>{links}</nav>\n{body}"
         + (f"<script>{script}</script>\n" if script else "")
         + "</body>\n</html>\n"
     )
 
 
-def _packaged(name: str) -> str:
+def _read_packaged(name: str) -> str:
     return (resources.files(__package__) / name).read_text(encoding="utf-8")
 
 

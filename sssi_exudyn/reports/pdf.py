@@ -87,7 +87,7 @@ class _Paper:
         """One row of a table, long cells over several lines.  A cell is its text, where it begins and ends (of the
         table's width), and "left" or "right".
         """
-        lines = _wrapped(cells, size)
+        lines = _wrap(cells, size)
         for (_, begin, end, side), cell in zip(cells, lines, strict=True):
             x = _LEFT + (_RIGHT - _LEFT) * (begin if side == "left" else end)
             for index, words in enumerate(cell):
@@ -166,7 +166,7 @@ def _add_block(paper: _Paper, block: Block) -> None:
             for what, value, meaning in rows:
                 _, middle, last = _FACTS
                 cells = [(what, 0.0, 0.28, "left"), (value, 0.28, middle, "right"), (meaning, last, 1.0, "left")]
-                paper.need(_height(_wrapped(cells, 8.0)))
+                paper.need(_height(_wrap(cells, 8.0)))
                 paper.row(cells)
         case Drawing():
             axes = paper.axes(0.75 * block.height)
@@ -199,7 +199,7 @@ def _add_grid(paper: _Paper, rows: Sequence[Sequence[str]]) -> None:
     head = cells(rows[0])
     paper.row(head, size=size, weight="bold")
     for row in rows[1:]:
-        if paper.need(_height(_wrapped(cells(row), size))):
+        if paper.need(_height(_wrap(cells(row), size))):
             paper.row(head, size=size, weight="bold")
         paper.row(cells(row), size=size)
 
@@ -216,7 +216,7 @@ def _column_edges(rows: Sequence[Sequence[str]], size: float) -> list[float]:
     return [sum(widths[:k]) / letters for k in range(len(widths) + 1)]
 
 
-def _wrapped(cells: Sequence[tuple[str, float, float, str]], size: float) -> list[list[str]]:
+def _wrap(cells: Sequence[tuple[str, float, float, str]], size: float) -> list[list[str]]:
     letters = _LETTERS / size
     return [textwrap.wrap(text, max(8, int(letters * (end - begin)) - 1)) for text, begin, end, _ in cells]
 

@@ -23,7 +23,7 @@ Group = Literal["each", "control"]
 def sentences(runs: Runs) -> list[str]:
     """The result in words: the skiing and the agreement of each recording, what was missing, and how two differ."""
     found = [
-        f"{run.name}: {_stopped(run.summary)}{_skiing(run.summary)}{_agreement(run.summary)}{_missing(run.summary)}"
+        f"{run.name}: {_early_stop(run.summary)}{_skiing(run.summary)}{_agreement(run.summary)}{_missing(run.summary)}"
         for run in runs
     ]
     if len(runs) == 2:
@@ -64,7 +64,7 @@ def _skiing(summary: Summary) -> str:
     return words + " "
 
 
-def _stopped(summary: Summary) -> str:
+def _early_stop(summary: Summary) -> str:
     reason = summary.diverged
     return f"The simulation stopped before the end ({reason}); this is the part until then. " if reason else ""
 

@@ -107,7 +107,7 @@ class SimulationResult:
         gap = float(np.max(np.abs(self.energy_closure), initial=0.0))
         return 100.0 * gap / turnover if turnover > 0.0 else float("nan")
 
-    def moved(self, by: Array) -> SimulationResult:
+    def shift(self, by: Array) -> SimulationResult:
         """The same run with all places moved by ``by`` (3,) m."""
         first = [name in _FREE for name in self.coordinate_names]
         coordinates = self.coordinates.copy()

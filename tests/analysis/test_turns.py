@@ -55,7 +55,7 @@ def test_linked_turns(every: int, sigma: float, within: float, seed: int) -> Non
     assert not found.stretches
     starts = [turn.start for turn in found.turns]
     assert np.allclose(starts, TURN * np.arange(8), atol=within)
-    assert len(found.linked()) == 5
+    assert len(found.linked_pairs()) == 5
 
 
 def test_phases_are_thirds_and_labels_follow_them() -> None:

@@ -83,5 +83,5 @@ def test_killed_and_given_again(tmp_path: Path, name: str) -> None:
         if not (out / "summary.json").exists():  # from then on the finished parts are cleared away
             assert {entry: after.get(entry) for entry in before} == before  # nothing that was finished is done again
         kept = max(kept, len(after))
-    told = f"{name}: killed {killed} times, {ended} results compared, up to {kept} finished parts taken over"
-    sys.stdout.write(f"\n{told}\n")
+    summary = f"{name}: killed {killed} times, {ended} results compared, up to {kept} finished parts taken over"
+    sys.stdout.write(f"\n{summary}\n")

@@ -242,10 +242,10 @@ def test_oddities_are_noticed_but_read(tmp_path: Path) -> None:
     toml = toml.replace("inclination_deg = 16.0", "inclination_deg = 22.0").replace("_deg = 70.0", "_deg = 92.0")
     tiny = Tiny(toml=toml)
     tiny.insoles = {name: column / (1.0 if name == "time_s" else 50.0) for name, column in loads(4).items()}
-    told = " ".join(read_recording(tiny.write(tmp_path)).notices)
+    notices = " ".join(read_recording(tiny.write(tmp_path)).notices)
     odd = ("heading_deg is 45.0", "inclination_deg is 22.0", "azimuth_deg is 92.0", "sex is not given", "newtons")
     for words in odd:
-        assert words in told
+        assert words in notices
 
 
 def test_without_fixes_slope_and_heading_have_to_be_given(tmp_path: Path) -> None:

@@ -81,7 +81,7 @@ def check_linear(fitted: FittedRun, candidate: Candidate) -> None:
     size = 0.1 * candidate.free.scales[0]
     names = candidate.amplitudes[0]
     changed = candidate.model.with_values({name: candidate.model.value(name) + size for name in names})
-    moved = simulate_each([changed], fitted.prepared, fitted.measurements.predicted)[0] - fitted.prediction
+    moved = simulate_each([changed], fitted.prepared, fitted.measurements.predict)[0] - fitted.prediction
     track = slice(0, fitted.measurements.blocks["height"].stop)
     expected = size * candidate.free.columns[track, 0]
     # a third of the largest change, or 3 mm: cells of 0.4 s for the shapes that are put together, and the curvature of

@@ -38,7 +38,7 @@ ANSWERS = Answers(
     antenna_offset_m=(float(OFFSET[0]), float(OFFSET[1]), float(OFFSET[2])),
     gps_sigma_m=0.02,
 )
-"""What an import of its files has to be told."""
+"""What an import of its files asks for."""
 
 # name, parent, OFFSET in cm: a skier of 1.65 m
 SKELETON: tuple[tuple[str, str, tuple[float, float, float]], ...] = (

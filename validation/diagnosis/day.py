@@ -16,7 +16,7 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, NoiseLevels, log_volume, whitened
+from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, NoiseLevels, log_volume, whiten_columns
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.hypothesis import add_part
 from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, SIZES, probabilities
@@ -63,7 +63,7 @@ def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = Non
         if extra is not None:
             common = np.hstack([common, extra[i].columns * extra[i].scales])
         apart = np.delete(columns, list(run.shared), axis=1)
-        table = whitened(linear, run.levels, np.column_stack([linear.residual, common, apart]))
+        table = whiten_columns(linear, run.levels, np.column_stack([linear.residual, common, apart]))
         rows.append(table[:, 0])
         shared.append(table[:, 1 : 1 + common.shape[1]])
         own.append(table[:, 1 + common.shape[1] :])

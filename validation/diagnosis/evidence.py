@@ -103,7 +103,7 @@ class LinearModel:
     capture: Array
 
 
-def whitened(linear: LinearModel, levels: NoiseLevels, columns: Array) -> Array:
+def whiten_columns(linear: LinearModel, levels: NoiseLevels, columns: Array) -> Array:
     """Columns (N, c) as they are in units of independent noise."""
     out = np.empty_like(columns)
     for name, place in linear.measurements.blocks.items():
@@ -135,7 +135,7 @@ def log_evidence(linear: LinearModel, levels: NoiseLevels, extra: Freedom | None
     free = linear.free.with_more(linear.capture, np.full(linear.capture.shape[1], levels.capture))
     if extra is not None:
         free = free.with_more(extra.columns, extra.scales)
-    table = whitened(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
+    table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
     y, x = table[:, 0], table[:, 1:]
     factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
     along = x.T @ y
@@ -193,12 +193,12 @@ def whitener(linear: LinearModel, levels: NoiseLevels, kept: Array | None = None
 def log_factors(linear: LinearModel, levels: NoiseLevels, candidates: list[Freedom]) -> Array:
     """(c,) log Bayes factor of each candidate against none, at given noise levels."""
     free = linear.free.with_more(linear.capture, np.full(linear.capture.shape[1], levels.capture))
-    table = whitened(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
+    table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
     y, x = table[:, 0], table[:, 1:]
     factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
     rest = y - x @ cho_solve(factor, x.T @ y)
     widths = [c.columns.shape[1] for c in candidates]
-    together = whitened(linear, levels, np.hstack([c.columns * c.scales for c in candidates]))
+    together = whiten_columns(linear, levels, np.hstack([c.columns * c.scales for c in candidates]))
     cleared = together - x @ cho_solve(factor, x.T @ together)
     found, begin = np.empty(len(candidates)), 0
     for i, width in enumerate(widths):

@@ -20,7 +20,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.stats import norm
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, whitened
+from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, whiten_columns
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 
 DIRECTIONS: Final = ("along", "across", "normal")
@@ -80,16 +80,16 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     by_f, by_l, by_n = responses.reshape(len(responses), 3, cells).transpose(1, 0, 2)
     shaped = np.hstack([by_f * cosine + by_l * sine, by_l * cosine - by_f * sine, by_n])
     free = linear.free.with_more(linear.capture, np.full(linear.capture.shape[1], levels.capture))
-    table = whitened(linear, levels, np.column_stack([linear.residual, free.columns * free.scales, shaped]))
+    table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales, shaped]))
     count = free.columns.shape[1]
     y, x, g = table[:, 0], table[:, 1 : 1 + count], table[:, 1 + count :]
     inner = cho_factor(x.T @ x + np.eye(count), lower=True)
 
-    def cleared(columns: Array) -> Array:
+    def remove_freedom(columns: Array) -> Array:
         return np.asarray(columns - x @ cho_solve(inner, x.T @ columns))
 
     prior = _usual(middles)
-    gram, pull = g.T @ cleared(g), g.T @ cleared(y)
+    gram, pull = g.T @ remove_freedom(g), g.T @ remove_freedom(y)
     gain = np.linalg.solve(np.eye(len(prior)) + prior @ gram, prior)
     mean = gain @ pull
     band = np.sqrt(np.maximum(np.diag(gain), 0.0))

@@ -134,7 +134,7 @@ def refit(
             key = at.tobytes()
             if key not in kept:
                 changed = with_parameters(model, parameters, at)
-                kept[key] = measurements.predicted(changed, simulate_reduced(changed, prepared))
+                kept[key] = measurements.predict(changed, simulate_reduced(changed, prepared))
             residual = whiten(measured - kept[key] - offset)
             pull = (at - means) / sigmas
             return 0.5 * float(residual @ residual + pull @ pull), -slopes.T @ residual + pull / sigmas
@@ -161,6 +161,6 @@ def _responses(
 ) -> tuple[Array, Array]:
     """Prediction (N,) and sensitivity (N, k)."""
     names = [name for p in parameters for name in p.names]
-    base, slopes = sensitivities(model, prepared, names, measurements.predicted)
+    base, slopes = sensitivities(model, prepared, names, measurements.predict)
     first = np.cumsum([0, *(len(p.names) for p in parameters[:-1])])
     return base, np.asarray(np.add.reduceat(slopes, first, axis=1))

@@ -114,7 +114,7 @@ def responses_of(fitted: FittedRun, probes: list[Probe]) -> Array:
 
     def predictions(several: list[Probe]) -> list[Array]:
         try:
-            return simulate_each([p.model for p in several], fitted.prepared, fitted.measurements.predicted)
+            return simulate_each([p.model for p in several], fitted.prepared, fitted.measurements.predict)
         except SimulationDiverged:
             if len(several) == 1:
                 return [fitted.prediction]
@@ -127,7 +127,7 @@ def responses_of(fitted: FittedRun, probes: list[Probe]) -> Array:
         for i, each in zip(finite, predictions([probes[i] for i in finite]), strict=True):
             response[i] = (each - fitted.prediction) / probes[i].size
     for i in exact:
-        names, observed = [probes[i].number], fitted.measurements.predicted
+        names, observed = [probes[i].number], fitted.measurements.predict
         response[i] = sensitivities(probes[i].model, fitted.prepared, names, observed)[1][:, 0]
     return np.stack([response[i] for i in range(len(probes))], axis=1)
 

@@ -29,7 +29,7 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     Whitener,
     best_levels,
     usual_levels,
-    whitened,
+    whiten_columns,
     whitener,
 )
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun
@@ -132,7 +132,7 @@ def confirm(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State,
     for _ in range(2):
         beyond = _full_prediction(problem, fit.model) - (fit.predicted - state.offset)
         change = (beyond - state.beyond)[:, None]
-        moved = float(np.max(np.abs(whitened(linear_model(problem, state, fit), state.levels, change))))
+        moved = float(np.max(np.abs(whiten_columns(linear_model(problem, state, fit), state.levels, change))))
         state = replace(state, beyond=beyond)
         fit = fit_model(problem, state, fit.model, fit.parameters, state.levels)
         if moved < _SETTLED:
@@ -184,7 +184,7 @@ def _mounting(problem: DiagnosisProblem, model: Model) -> tuple[Freedom, Array]:
     measurements = problem.measurements
     run = simulate_reduced(model, problem.prepared)
     sole = averages(run.time, run.sole_force, measurements.windows)
-    later = sensitivities(model, problem.prepared, ["start.clock_offset"], measurements.predicted)[1]
+    later = sensitivities(model, problem.prepared, ["start.clock_offset"], measurements.predict)[1]
     return mounting_freedom(measurements, sole, later[:, 0])
 
 
@@ -192,7 +192,7 @@ def _full_prediction(problem: DiagnosisProblem, model: Model) -> Array:
     """(N,) what the instruments would measure, by the full model."""
 
     def run() -> Arrays:
-        return {"predicted": problem.measurements.predicted(model, simulate(model, problem.motion))}
+        return {"predicted": problem.measurements.predict(model, simulate(model, problem.motion))}
 
     key = fingerprint("full model", problem.key, model_to_dict(model))
     shapes = {"predicted": problem.measurements.measured.shape}

@@ -72,7 +72,7 @@ def fixes_csv(path: Path) -> Fixes:
     table = read_table(path)
     if set(_PHONE) <= table.columns.keys():
         return _fixes_phone(path, table)
-    table, local = _renamed(table)
+    table, local = _rename_columns(table)
     missing = [name for name in REQUIRED if name not in table.columns]
     if missing:
         raise InputError(
@@ -87,7 +87,7 @@ def fixes_csv(path: Path) -> Fixes:
     return Fixes(known, tuple(f"line {line}" for line in table.lines), common_clock=True, notes=notes)
 
 
-def _renamed(table: Table) -> tuple[Table, tuple[str, ...]]:
+def _rename_columns(table: Table) -> tuple[Table, tuple[str, ...]]:
     """A logger's table under our columns' names, ``east_m`` and ``north_m`` as degrees; what was done, in words."""
     columns = {}
     for name, column in table.columns.items():

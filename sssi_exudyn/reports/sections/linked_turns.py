@@ -100,6 +100,6 @@ def cycle_of(time: Array, turns: Turns) -> Cycle:
     """The linked ones of the ``turns`` of a run sampled at ``time`` (n,) s, the right one first; where no pair begins
     with a right turn, the left one first.
     """
-    linked = turns.linked()
+    linked = turns.linked_pairs()
     from_right = tuple(pair for pair in linked if pair[0].side == "right")
     return Cycle(time, turns, from_right or linked)

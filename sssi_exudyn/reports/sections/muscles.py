@@ -83,7 +83,7 @@ def _joint_name(coordinate: str) -> str:
     return (word + side if side else coordinate).replace("_", " ")
 
 
-def _sided(series: pd.DataFrame) -> list[tuple[str, str, str, Mask]]:
+def _by_side(series: pd.DataFrame) -> list[tuple[str, str, str, Mask]]:
     """Phase, ("outside", "inside"), the body's side and the samples: all turns of each side."""
     side, phase = (series[name].to_numpy() for name in ("turn_side", "turn_phase"))
     found = []
@@ -97,7 +97,7 @@ def _sided(series: pd.DataFrame) -> list[tuple[str, str, str, Mask]]:
 def _mean_by_phase(series: pd.DataFrame, of_side: dict[str, Array]) -> dict[tuple[str, str], float]:
     """Mean over all samples of a phase, by phase and outside or inside; NaN where there are none."""
     sums: dict[tuple[str, str], list[Array]] = {}
-    for phase, where, side, at in _sided(series):
+    for phase, where, side, at in _by_side(series):
         sums.setdefault((phase, where), []).append(of_side[side][at])
     joined = {key: np.concatenate(parts) for key, parts in sums.items()}
     return {key: float(np.mean(values)) if len(values) else float("nan") for key, values in joined.items()}
@@ -114,7 +114,7 @@ def _by_phase(series: pd.DataFrame, region: str, groups: Sequence[str]) -> list[
 
 def _contact(series: pd.DataFrame) -> list[list[str]]:
     peaks: dict[str, dict[str, float]] = {}
-    for _, where, side, at in _sided(series):
+    for _, where, side, at in _by_side(series):
         for joint in ("hip", "knee", "ankle"):
             values = _contact_weights(series, f"{joint}_{side[0]}")[at]
             if len(values):

@@ -208,5 +208,5 @@ def test_curves() -> None:
     assert np.allclose(slope, (smooth(at + step)[0] - smooth(at - step)[0]) / (2.0 * step), atol=1e-9)
     for curve in (smooth, polygon(x, y), line(2.0, 1.0)):
         for stretch, factor in ((2.0, 3.0), (-0.5, 0.7)):
-            assert np.allclose(curve.scaled(stretch, factor)(at * stretch)[0], factor * curve(at)[0])
+            assert np.allclose(curve.scale(stretch, factor)(at * stretch)[0], factor * curve(at)[0])
         assert np.allclose(curve.lift(0.25)(at)[0], curve(at)[0] + 0.25)

@@ -23,7 +23,7 @@ FLAT_SLALOM = dataclasses.replace(slalom(), height=FLAT)
 
 
 def integral(ski: Ski, function, start: float, stop: float) -> float:
-    """∫ function(x) dx between two places s on the ski, to 1e-10: quad is told of the profiles' break points."""
+    """∫ function(x) dx between two places s on the ski, to 1e-10, with the profiles' break points given to quad."""
     cuts = sorted({s for s in (*ski.width.s, *ski.thickness.s) if start < s < stop})
     ends = [start, *cuts, stop]
     parts = [quad(lambda s: function(s * ski.length), a, b, epsrel=1e-10)[0] for a, b in pairwise(ends)]

@@ -129,7 +129,7 @@ def test_a_freed_knee_swings_as_a_physical_pendulum() -> None:
     crossings = np.flatnonzero(np.diff(np.sign(angle - rest)))
     period = 2.0 * (time[crossings[-1]] - time[crossings[0]]) / (len(crossings) - 1)
     expected = 2.0 * np.pi * np.sqrt(inertia / (9.81 * np.hypot(*moment)))
-    # 0.5 %: an amplitude of some 0.1 rad lengthens the period by 0.06 %, crossings are told to a step of 1 ms
+    # 0.5 %: an amplitude of some 0.1 rad lengthens the period by 0.06 %, crossings are resolved to a step of 1 ms
     assert period == pytest.approx(expected, rel=0.005)
 
 

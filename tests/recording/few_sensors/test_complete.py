@@ -56,7 +56,7 @@ def test_a_mounting_and_a_drifting_heading_are_found_together() -> None:
     seen = drift * expected * mounting.inv()
     found = align_sensor(time, seen.as_matrix(), expected.as_matrix(), np.ones(len(time)))
     apart = Rotation.from_matrix(found.rotation) * expected.inv()
-    # 50 rounds of a contraction; a mounting and the first heading are told apart by tilts alone
+    # 50 rounds of a contraction; tilts alone separate a mounting from the first heading
     assert np.degrees(np.max(apart.magnitude())) < 1.0
     # of a heading that swings by ±35° a little is taken for drift at the ends
     assert np.degrees(found.drift) == pytest.approx(12.0, abs=3.0)
@@ -134,8 +134,8 @@ def test_a_coarse_receivers_own_velocity_is_the_first_guess(on_skis: Recording) 
     assert gps is not None
     fall = on_skis.slope.fall_line_azimuth
     course, many = fall + np.radians(30.0), len(gps.time)
-    told = replace(gps, sigma=np.full(many, 8.0), speed=np.full(many, 6.0), course=np.full(many, course))
-    guess = first_guess(told, motion, on_skis.slope.inclination, fall)
+    measured = replace(gps, sigma=np.full(many, 8.0), speed=np.full(many, 6.0), course=np.full(many, course))
+    guess = first_guess(measured, motion, on_skis.slope.inclination, fall)
     # to the right of the fall line, and along the snow a little longer than over ground
     assert guess.velocity_f == pytest.approx(6.0 * np.cos(np.radians(30.0)) / np.cos(on_skis.slope.inclination))
     assert guess.velocity_l == pytest.approx(-3.0)

@@ -278,7 +278,7 @@ def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
         return replace(problem.model, terms=(*problem.model.terms, part))
 
     true = pushed(150.0, begin, begin + 0.5)
-    seen = problem.measurements.predicted(true, simulate_reduced(true, problem.prepared))
+    seen = problem.measurements.predict(true, simulate_reduced(true, problem.prepared))
     # nothing but the push: what is left of the measurements is taken out again
     offset = problem.measurements.measured - seen
     amplitudes = [Parameter((f"unexplained_force.force_{axis}",), Prior(0.0, 100.0)) for axis in "fl"]
@@ -304,7 +304,7 @@ def test_derivatives_by_instants_are_taken_nearby(base: Any) -> None:
     t0 = motion.start + 2.0
     part = Gust(w_f=-10.0, w_l=3.0, t0=t0, t1=t0 + 1.5)
     gusty = replace(problem.model, terms=(*problem.model.terms, part))
-    predicted = problem.measurements.predicted
+    predicted = problem.measurements.predict
     track = slice(0, problem.measurements.blocks["y"].stop)
     slope = sensitivities(gusty, problem.prepared, ["gust.t0"], predicted)[1][track, 0]
     ahead, behind = (
@@ -323,7 +323,7 @@ def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> No
     state = initial_state(problem)
     turned = problem.model.with_values({"start.heading_offset": 0.06})
     names = ["start.heading_offset", "start.clock_offset"]
-    seen, slopes = sensitivities(turned, problem.prepared, names, problem.measurements.predicted)
+    seen, slopes = sensitivities(turned, problem.prepared, names, problem.measurements.predict)
     run = simulate_reduced(turned, problem.prepared)
     fitted = FittedRun(turned, problem.prepared, run, problem.measurements, seen)
     for name, column in zip(("heading_misalignment", "gps_delay"), slopes.T, strict=True):
@@ -360,7 +360,7 @@ def test_a_probe_that_cannot_be_simulated_moves_nothing(base: Any) -> None:
     problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 4.0), model)
     run = simulate_reduced(problem.model, problem.prepared)
     fitted = FittedRun(
-        problem.model, problem.prepared, run, problem.measurements, problem.measurements.predicted(problem.model, run)
+        problem.model, problem.prepared, run, problem.measurements, problem.measurements.predict(problem.model, run)
     )
     parts = (TerrainBump(0.05, model.start.f + 6.0, 4.0), TerrainBump(-2.0, model.start.f + 6.0, 1.0))
     gentle, hard = (Probe(replace(problem.model, terms=(*problem.model.terms, part)), part.rise) for part in parts)

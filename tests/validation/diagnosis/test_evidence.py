@@ -113,7 +113,7 @@ def test_noise_levels_are_found() -> None:
     size = len(residual)
     given = LinearModel(measurements, residual, Freedom(np.zeros((size, 0)), np.zeros(0)), np.zeros((size, 0)))
     found, _ = best_levels(given, usual_levels(measurements))
-    # 40 s of noise that remembers for 2 s are some 20 independent samples an axis: its σ is told to 20 %
+    # 40 s of noise that remembers for 2 s are some 20 independent samples an axis: its σ is known to 20 %
     assert found.gps.sigma == pytest.approx(LEVELS.gps.sigma, rel=0.4)
     assert found.load.sigma == pytest.approx(LEVELS.load.sigma, rel=0.15)
 

@@ -42,7 +42,7 @@ def fitted() -> FittedRun:
     prepared = prepare(model, motion, step=0.01)
     run = simulate_reduced(model, prepared)
     measurements = measurements_of(recording, model, motion.start, motion.stop)
-    return FittedRun(model, prepared, run, measurements, measurements.predicted(model, run))
+    return FittedRun(model, prepared, run, measurements, measurements.predict(model, run))
 
 
 def test_names_are_unique() -> None:
