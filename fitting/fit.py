@@ -4,6 +4,9 @@ The search runs on the reduced model until it stands still, then on the full mod
 tree, which changes no path: its objective is the full model's, its gradient combines the full residual with the
 reduced model's sensitivities, which differ from the full ones by a few percent.  Such a gradient vanishes where the
 full residual is orthogonal to the sensitivities, as far as they are known.
+
+The paper's bare objective is searched as published, by SLSQP with the curvature at the start alone; the other with
+the curvature wherever the search is.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, fit_noise
 from sssi_exudyn.fitting.gps_observation import correct_fixes, track_of
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, uncertainty, weight_of
-from sssi_exudyn.fitting.optimise import Optimum, minimise
+from sssi_exudyn.fitting.optimise import Optimum, minimise, minimise_squares
 from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
@@ -149,21 +152,24 @@ def fit(
         again = replace(problem, model=problem.model_at(reduced.values))
         reduced = _cached_search(cache, motion, again, prepared, say, enough)
     _, sensitivity = _reduced(problem, prepared, reduced.values)
-    count = 0
+    curvature = problem.curvature(sensitivity)
+    seen: dict[bytes, Array] = {}
 
-    def evaluate(values: Array) -> tuple[float, Array]:
-        nonlocal count
-        residual = full_residual(problem, motion, values, cache)
-        value = problem.value(residual, values)
-        count += 1
-        say(None, f"full model, evaluation {count}: {_description(problem, residual, values)}")
-        return value, problem.gradient(residual, sensitivity, values)
+    def run(values: Array) -> Array:
+        key = values.tobytes()
+        if key not in seen:
+            seen[key] = full_residual(problem, motion, values, cache)
+            say(None, f"full model, evaluation {len(seen)}: {_description(problem, seen[key], values)}")
+        return seen[key]
+
+    def evaluate(values: Array) -> tuple[float, Array, Array]:
+        residual = run(values)
+        return problem.value(residual, values), problem.gradient(residual, sensitivity, values), curvature
 
     optimum = reduced
     if full:
-        curvature = problem.curvature(sensitivity)
-        optimum = minimise(evaluate, reduced.values, problem.bounds, curvature, objective_tolerance=_tolerance(problem))
-        residual = full_residual(problem, motion, optimum.values, cache)
+        optimum = _search(problem, evaluate, reduced.values, _tolerance(problem))
+        residual = run(optimum.values)
     else:
         residual, _ = _reduced(problem, prepared, optimum.values)
     noise = fit_noise(problem.track.time, residual)
@@ -219,15 +225,25 @@ def fit_reduced(
     tolerance: float | None = None,
 ) -> Optimum:
     """Solve the problem with the reduced model, until the objective changes by less than ``tolerance``."""
-    _, first = _reduced(problem, prepared, problem.start)
 
-    def evaluate(values: Array) -> tuple[float, Array]:
+    def evaluate(values: Array) -> tuple[float, Array, Array]:
         residual, sensitivity = _reduced(problem, prepared, values)
         say(None, f"reduced model: {_description(problem, residual, values)}")
-        return problem.value(residual, values), problem.gradient(residual, sensitivity, values)
+        slope = problem.gradient(residual, sensitivity, values)
+        return problem.value(residual, values), slope, problem.curvature(sensitivity)
 
     enough = _tolerance(problem) if tolerance is None else tolerance
-    return minimise(evaluate, problem.start, problem.bounds, problem.curvature(first), objective_tolerance=enough)
+    return _search(problem, evaluate, problem.start, enough)
+
+
+def _search(
+    problem: Problem, evaluate: Callable[[Array], tuple[float, Array, Array]], start: Array, tolerance: float
+) -> Optimum:
+    """Where the objective is least; ``evaluate`` gives it with its gradient and its Gauss-Newton curvature."""
+    if problem.priors:
+        return minimise_squares(evaluate, start, problem.bounds, objective_tolerance=tolerance)
+    first = evaluate(start)[2]
+    return minimise(lambda x: evaluate(x)[:2], start, problem.bounds, first, objective_tolerance=tolerance)
 
 
 def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache | None = None) -> Array:

@@ -8,7 +8,7 @@ parameters' units.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import nlopt
 import numpy as np
@@ -44,6 +44,7 @@ def minimise(
     *,
     objective_tolerance: float,
     step_tolerance: float = 1e-3,
+    enough: float = -np.inf,
     most: int = 60,
 ) -> Optimum:
     """Least value of ``function`` (value and gradient) by SLSQP.
@@ -54,6 +55,7 @@ def minimise(
     curvature : (k, k) positive definite guess of the second derivatives
     objective_tolerance : change of the objective that ends the search
     step_tolerance : change of the parameters that ends it, in the coordinates in which ``curvature`` is the identity
+    enough : value at which the search stops
     most : evaluations at most
     """
     size = len(start)
@@ -89,6 +91,7 @@ def minimise(
     search.add_inequality_mconstraint(outside, np.full(2 * size, 1e-10))
     search.set_ftol_abs(objective_tolerance)
     search.set_xtol_abs(step_tolerance)
+    search.set_stopval(enough)
     search.set_maxeval(most)
     try:
         search.optimize(np.zeros(size))
@@ -97,3 +100,46 @@ def minimise(
         code = nlopt.FTOL_REACHED  # no step improves what rounding lets one see
     reason = _REASONS.get(code, f"stopped: NLopt's code {code}")
     return Optimum(best, float(least), used, reason.startswith("converged"), reason)
+
+
+def minimise_squares(
+    function: Callable[[Array], tuple[float, Array, Array]],
+    start: Array,
+    bounds: Array,
+    *,
+    objective_tolerance: float,
+    most: int = 60,
+) -> Optimum:
+    """As ``minimise`` where ``function`` gives the Gauss-Newton curvature too: SLSQP begins anew, with the curvature
+    there, from every point that is better than the one before, until a whole step would gain less than the tolerance.
+
+    Far from the optimum curvatures differ so much from place to place that what SLSQP learns of them on its way
+    misleads it.
+    """
+    known: dict[bytes, tuple[float, Array, Array]] = {}
+
+    def at(x: Array) -> tuple[float, Array, Array]:
+        key = x.tobytes()
+        if key not in known:
+            known[key] = function(x)
+        return known[key]
+
+    values = np.asarray(start, dtype=np.float64)
+    while True:
+        least, slope, curvature = at(values)
+        if 0.5 * slope @ np.linalg.solve(curvature, slope) < objective_tolerance:
+            return Optimum(values, least, len(known), True, _REASONS[nlopt.FTOL_REACHED])
+        found = minimise(
+            lambda x: at(x)[:2],
+            values,
+            bounds,
+            curvature,
+            objective_tolerance=objective_tolerance,
+            enough=float(np.nextafter(least, -np.inf)),
+            most=1 + most - len(known),
+        )
+        gain, values = least - found.objective, found.values
+        if 0.0 < gain < objective_tolerance:
+            found = replace(found, converged=True, reason=_REASONS[nlopt.FTOL_REACHED])
+        if gain < objective_tolerance or len(known) >= most:
+            return replace(found, evaluations=len(known))

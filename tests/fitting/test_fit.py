@@ -11,7 +11,7 @@ from sssi_exudyn.fitting import fit as fitting
 from sssi_exudyn.fitting.fit import Method, fit, problem_of
 from sssi_exudyn.fitting.gps_observation import Track, predict_fixes
 from sssi_exudyn.fitting.objective import Problem
-from sssi_exudyn.fitting.optimise import minimise
+from sssi_exudyn.fitting.optimise import minimise, minimise_squares
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
@@ -166,3 +166,35 @@ def test_an_interrupt_within_the_solver_is_an_interrupt(made: tuple[Motion, Prob
 
     with pytest.raises(KeyboardInterrupt):
         simulate(problem.model, motion, progress=stop)
+
+
+def along_a_valley(x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Rosenbrock's function, as half of a sum of squares: a narrow valley that bends towards its optimum at (1, 1)."""
+    residual = np.array([30.0 * (x[1] - x[0] ** 2), 1.0 - x[0]])
+    slopes = np.array([[-60.0 * x[0], 30.0], [-1.0, 0.0]])
+    return float(0.5 * residual @ residual), slopes.T @ residual, slopes.T @ slopes
+
+
+def test_a_bent_valley_takes_few_evaluations_with_the_curvature_of_every_point() -> None:
+    bounds = np.tile([-3.0, 3.0], (2, 1))
+    start = np.array([-1.9, 2.0])
+    found = minimise_squares(along_a_valley, start, bounds, objective_tolerance=1e-8)
+    assert found.converged
+    np.testing.assert_allclose(found.values, [1.0, 1.0], atol=1e-3)  # of a tolerance of 1e-8 in ½ (1 − x)²
+    first = along_a_valley(start)[2]
+    once = minimise(lambda x: along_a_valley(x)[:2], start, bounds, first, objective_tolerance=1e-8)
+    assert found.evaluations < once.evaluations
+
+
+def test_a_search_by_squares_ends_at_a_bound() -> None:
+    bounds = np.array([[-3.0, 0.5], [-3.0, 3.0]])
+    found = minimise_squares(along_a_valley, np.array([-1.9, 2.0]), bounds, objective_tolerance=1e-8)
+    assert found.converged
+    np.testing.assert_allclose(found.values, [0.5, 0.25], atol=1e-3)
+
+
+def test_a_search_by_squares_stops_after_so_many_evaluations() -> None:
+    bounds = np.tile([-3.0, 3.0], (2, 1))
+    found = minimise_squares(along_a_valley, np.array([-1.9, 2.0]), bounds, objective_tolerance=1e-8, most=3)
+    assert not found.converged
+    assert found.evaluations == 3
