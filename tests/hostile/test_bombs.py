@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from bombs import Bomb, bombs
-from fuzzing import read_any
+from fuzz_uses import read_any
 from limited import run_limited
 from tiny import Tiny
 

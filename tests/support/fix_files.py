@@ -37,6 +37,16 @@ def _checksum(line: str) -> int:
     return int(np.bitwise_xor.reduce(np.frombuffer(line.encode(), np.uint8)))
 
 
+def gpx(columns: Columns) -> str:
+    """A track of points with times."""
+    points = "".join(
+        f'<trkpt lat="{lat:.9f}" lon="{lon:.9f}"><ele>{alt:.4f}</ele>'
+        f"<time>{START + timedelta(seconds=float(time)):%Y-%m-%dT%H:%M:%S.%fZ}</time></trkpt>\n"
+        for time, lat, lon, alt in zip(*(columns[name] for name in columns), strict=True)
+    )
+    return f'<?xml version="1.0"?>\n<gpx version="1.1"><trk><trkseg>\n{points}</trkseg></trk></gpx>'
+
+
 def fit(columns: Columns, *, speed: float = 8.1) -> bytes:
     """Records with timestamp, place, enhanced altitude and speed, and one without a place before them."""
     fields = ((253, 4, 0x86), (0, 4, 0x85), (1, 4, 0x85), (78, 4, 0x86), (73, 4, 0x86))

@@ -1,28 +1,44 @@
-"""What the fuzzer mutates: recordings, files of every format that is imported, a result, a begun sweep, a cache."""
+"""What the fuzzer mutates: recordings, files of every importable format, models, skis, results, sweeps, caches."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
+import osim_example
+import pandas as pd
+import tomli_w
+from a_diagnosis import whole_version
 from a_run import a_run
 from c3d_file import marker_places, write_c3d
-from fix_files import START, fit, nmea, phone
+from fix_files import START, fit, gpx, nmea, phone
 from mvnx_file import mvnx, orientations
 from strapped import write_few
 from swinging import HEIGHT, chain_coordinates, mot
-from tiny import ANSWERS, Tiny
+from tiny import ANSWERS, TOML, Tiny, csv
 
+from sssi_exudyn.bodies.ski.ski import read_ski, ski_to_table
 from sssi_exudyn.bodies.skier.chain import average_geometry, forward_kinematics, geometry_to_dict
+from sssi_exudyn.io.writing import to_json
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.results.folder import write_result
-from sssi_exudyn.runtime.cache import Cache
+from sssi_exudyn.runtime.cache import Arrays, Cache, fingerprint
+from sssi_exudyn.sweeps import sweep as sweeps
+from sssi_exudyn.sweeps.plan import Job, SweepRun
+from sssi_exudyn.sweeps.records import DONE, Record, write_record
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 KNOWN = replace(ANSWERS, gps_offset_s=0.0)
+PLACED = {"left_ski.csv": "left_ski=", "right_ski.csv": "right_ski=", "foot.csv": "insoles="}
+"""Files that are imported under a place, and how that is written."""
+KEY = fingerprint("entry")
+"""Of the cache's entry."""
+_FRAMES = 90
+"""Of a capture: enough to be read, and few enough to be read ten thousand times."""
 _STEP = 10
 """Real tables are long; every so many lines are enough."""
 
@@ -34,52 +50,161 @@ class Seed:
     name: str
     files: dict[str, bytes]
     kind: str
-    """``recording``, ``import``, ``result``, ``sweep`` or ``cache``."""
+    """One of ``fuzz_uses.USES``."""
     made: bool = True
     """Made here, so that it is whole; files from elsewhere may be refused as they are."""
+    weight: float = 1.0
+    """How often it is drawn: what takes long, less often."""
 
 
 def bundled(folder: Path) -> list[Seed]:
     """Seeds from the examples and from made files of every format; ``folder`` is for files that have to be written."""
-    seeds = [cut(EXAMPLES / name) for name in ("beginner", "intermediate")]
     tiny = Tiny()
-    seeds.append(Seed("tiny", _folder(tiny.write(folder / "tiny")), "recording"))
-    few = write_few(read_recording(EXAMPLES / "intermediate"), ("left_ski", "right_ski", "chest"), folder / "few")
-    seeds.append(Seed("few", _folder(few), "recording"))
-    motion = {"motion.bvh": tiny.bvh().encode()}
+    tiny.rotations = {name: angles[:_FRAMES] for name, angles in tiny.rotations.items()}
+    tiny.gps = {name: column[: _FRAMES // 6] for name, column in tiny.gps.items()}
+    tiny.insoles = {name: column[: _FRAMES * 5 // 6] for name, column in tiny.insoles.items()}
+    small = _folder(tiny.write(folder / "tiny"))
+    few = _folder(write_few(read_recording(EXAMPLES / "intermediate"), ("left_ski", "right_ski"), folder / "few"))
+    few = {name: _head(data, 400 if name.startswith("sensors") else 40) for name, data in few.items()}
+    read = [
+        cut(EXAMPLES / "beginner", _FRAMES),
+        cut(EXAMPLES / "intermediate", _FRAMES),
+        Seed("tiny", small, "recording"),
+        Seed("few", few, "recording", weight=0.1),
+    ]
+    imported = list(_imports(tiny, few, folder))
+    return [
+        *read,
+        *imported,
+        *(replace(each, kind=f"{each.kind} to fit", weight=0.2 * each.weight) for each in (*read, *imported)),
+        *_settings(),
+        *_results(folder, small),
+        *_sweeps(folder / "sweep", small),
+        _cache(folder / "cache"),
+    ]
+
+
+def _imports(tiny: Tiny, few: dict[str, bytes], folder: Path) -> Iterator[Seed]:
+    """A file of every format that is imported, alone or beside a capture."""
     poses = forward_kinematics(average_geometry(HEIGHT), chain_coordinates(), 0.0)
     write_c3d(folder / "run.c3d", marker_places(poses, HEIGHT), 60.0)
     for name, content in (
-        ("run.mvnx", mvnx(orientations(90), began=START.timestamp()).encode()),
+        ("run.mvnx", mvnx(orientations(75), began=START.timestamp()).encode()),
         ("run.mot", mot(chain_coordinates()).encode()),
         ("run.c3d", (folder / "run.c3d").read_bytes()),
     ):
-        seeds.append(Seed(name, {name: content}, "import"))
+        yield Seed(name, {name: content}, "import")
+    counts = "".join(f"{0.02 * i:.2f},{side},{500 + i % 9},{400 - i % 7}\n" for i in range(100) for side in "LR")
     for name, content in (
+        ("track.gpx", gpx(tiny.gps).encode()),
         ("track.nmea", nmea(tiny.gps).encode()),
-        ("watch.fit", fit({name: column[::10] for name, column in tiny.gps.items()})),
-        ("Location.csv", phone(tiny.gps, bearing=-1.0).encode()),
+        ("Location.csv", phone(Tiny().gps, bearing=-1.0).encode()),
     ):
-        seeds.append(Seed(name, motion | {name: content}, "import"))
-    return [*seeds, _result(folder / "result"), _sweep(), _cache(folder / "cache")]
+        yield Seed(name, {"motion.bvh": tiny.bvh().encode(), name: content}, "import")
+    watch = fit({name: column[::10] for name, column in Tiny().gps.items()})  # a fix a second needs all of the capture
+    yield Seed("watch.fit", {"motion.bvh": Tiny().bvh().encode(), "watch.fit": watch}, "import", weight=0.3)
+    sensors = {name.removeprefix("sensors/"): data for name, data in few.items() if name.startswith("sensors")}
+    sensors |= {"gps.csv": few["gps.csv"], "foot.csv": f"t_s,side,heel_adc,toe_adc\n{counts}".encode()}
+    yield Seed("single sensors", sensors, "import", weight=0.1)
 
 
-def _result(folder: Path) -> Seed:
-    run = a_run(4.0, 25.0)
-    parts = {"measured": run.measured, "skeleton": geometry_to_dict(average_geometry(1.75))}
-    write_result(folder, run.summary, run.series, model_to_dict(run.model), **parts)
-    return Seed("result", _folder(folder), "result")
+def _settings() -> Iterator[Seed]:
+    """Models, skis and bench tests alone, and OpenSim's models."""
+    model = tomli_w.dumps(model_to_dict(a_run(1.0, 25.0).model)).encode()
+    yield Seed("model", {"model.toml": model}, "model")
+    own = {"own": ski_to_table(read_ski("slalom_165", "."))}
+    yield Seed("ski", {"own.toml": tomli_w.dumps(own).encode()}, "ski")
+    yield Seed("bench", _bench(), "bench")
+    for name, text in (("3.osim", osim_example.version_3()), ("4.osim", osim_example.version_4())):
+        yield Seed(name, {name: text.encode()}, "osim")
+    names = ("wind", "nothing")
+    truth = {name: {"name": "wind", "kind": "physics"} for name in names}
+    files = {"recordings/truth.json": to_json(truth).encode()}
+    for name in names:
+        files[f"recordings/{name}/recording.toml"] = TOML.encode()
+        files[f"diagnosed/{name}/diagnosis.json"] = to_json(whole_version()).encode()
+    yield Seed("truth", files, "truth")
 
 
-def _sweep() -> Seed:
-    """A sweep that was begun, with its recordings; two of three runs have ended."""
-    files = _folder(Path(__file__).parents[1] / "sweeps" / "begun" / "plain")
-    here = files["sweep.toml"].replace(b"../../../../examples", EXAMPLES.as_posix().encode())
-    return Seed("sweep", files | {"sweep.toml": here}, "sweep")
+def _bench() -> dict[str, bytes]:
+    """Tests of a ski; what they give is of no matter."""
+    place = np.linspace(0.0, 1650.0, 40)
+    time = np.arange(0.0, 0.5, 0.002)
+    force = np.linspace(20.0, 200.0, 10)
+    tables = {
+        "scan.csv": {
+            "from_tail_mm": place,
+            "width_mm": 80.0 + 0.02 * np.abs(place - 825.0),
+            "thickness_mm": 15.0 - 0.01 * np.abs(place - 825.0),
+            "height_mm": 0.0 * place,
+        },
+        "bending.csv": {"force_N": force, "deflection_mm": 0.1 * force},
+        "vibration.csv": {"time_s": time, "signal": np.exp(-3.0 * time) * np.cos(90.0 * time)},
+    }
+    settings = {
+        "name": "found",
+        "mass_kg": 1.75,
+        "mass_sigma_kg": 0.005,
+        "boot_centre_m": 0.76,
+        "scan": {"file": "scan.csv", "thickness_sigma_mm": 0.05},
+        "bending": {"file": "bending.csv", "left_m": 0.33, "load_m": 0.8, "right_m": 1.3},
+        "vibration": {"file": "vibration.csv"},
+    }
+    return {
+        "bench.toml": tomli_w.dumps(settings).encode(),
+        **{name: csv(columns).encode() for name, columns in tables.items()},
+    }
+
+
+def _results(folder: Path, recording: dict[str, bytes]) -> Iterator[Seed]:
+    """A result with all its files, for the report on screen and on paper, the muscles, and the validation."""
+    run = a_run(2.0, 12.5)
+    parts = {"measured": run.measured, "skeleton": geometry_to_dict(average_geometry(1.75)), "turns": run.turn_table}
+    half = pd.DataFrame({"time_s": [0.0, 1.0], "measured_mps": [9.0, 9.5], "predicted_mps": [9.1, 9.4]})
+    for name, more in (("simple", {}), ("whole", {"diagnosis": whole_version(), "second_half": half})):
+        write_result(folder / name, run.summary, run.series, model_to_dict(run.model), **parts, **more)
+    simple = _folder(folder / "simple")
+    whole = _folder(folder / "whole")
+    both = {f"result/{name}": data for name, data in simple.items()}
+    both |= {f"recording/{name}": data for name, data in recording.items()}
+    yield Seed("result", whole, "result", weight=2.0)
+    yield Seed("result", whole, "report", weight=0.3)
+    yield Seed("result", whole, "report on paper", weight=0.05)
+    yield Seed("result", simple, "muscles", weight=0.03)
+    yield Seed("result", both, "validate", weight=0.1)
+
+
+def _sweeps(folder: Path, recording: dict[str, bytes]) -> Iterator[Seed]:
+    """A sweep's file, and a sweep of which two of three runs have ended, both with their recording."""
+    for name, data in recording.items():
+        (folder / "recording").mkdir(parents=True, exist_ok=True)
+        (folder / "recording" / name).write_bytes(data)
+    friction = {"name": "friction.mu_t", "values": [0.05, 0.08, 0.11]}
+    file = {"format": 1, "name": "begun", "recordings": [str(folder / "recording")], "parameter": [friction]}
+    for _ in range(2):  # the first run's record is gathered, the second's is not yet
+        with mock.patch.object(sweeps, "do_all", _end_one):
+            sweeps.sweep(file, folder, workers=1)
+    for name in ("running.lock", ".lock"):
+        (folder / name).unlink(missing_ok=True)
+    files = _folder(folder)
+    yield Seed("sweep", files, "sweep")
+    alone = {name: data for name, data in files.items() if name.startswith("recording/") or name == "sweep.toml"}
+    yield Seed("sweep.toml", alone, "sweep file")
+
+
+def _end_one(out: Path, _job: Job, runs: Iterable[SweepRun], *_: object) -> None:
+    """In place of a sweep's workers: the first of the runs has ended."""
+    key = next(iter(runs)).key
+    write_record(out, Record(key, 0, DONE, "", {}, 1.0, 1.0, 7, 300.0, 1.7e9, 1.7e9 + 1.0))
+
+
+def entry() -> Arrays:
+    """What the cache keeps under ``KEY``."""
+    return {"time": np.arange(50.0), "track": np.zeros((50, 3)), "name": np.array("run")}
 
 
 def _cache(folder: Path) -> Seed:
-    Cache(folder).put("entry", {"time": np.arange(50.0), "track": np.zeros((50, 3)), "name": np.array("run")})
+    Cache(folder).put(KEY, entry())
     return Seed("cache", _folder(folder), "cache")
 
 
@@ -99,14 +224,16 @@ def _folder(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
-def cut(folder: Path) -> Seed:
-    """A recording's first four seconds: enough to be read, short enough to be read ten thousand times."""
+def _head(data: bytes, lines: int) -> bytes:
+    return b"\n".join(data.split(b"\n")[:lines]) + b"\n"
+
+
+def cut(folder: Path, frames: int = 240) -> Seed:
+    """A recording's first ``frames``, by default four seconds."""
     files = _folder(folder)
-    rows = {"gps.csv": 41, "insoles.csv": 401}
-    for name, count in rows.items():
-        files[name] = b"\n".join(files[name].split(b"\n")[:count]) + b"\n"
-    head, _, frames = files["motion.bvh"].partition(b"Frame Time:")
-    lines = frames.split(b"\n")
-    announced = head[: head.rindex(b"Frames:")] + b"Frames: 240\n"
-    files["motion.bvh"] = announced + b"Frame Time:" + b"\n".join(lines[:241]) + b"\n"
+    for name, every in (("gps.csv", 6.0), ("insoles.csv", 0.6)):
+        files[name] = _head(files[name], round(frames / every) + 1)
+    head, _, rest = files["motion.bvh"].partition(b"Frame Time:")
+    announced = head[: head.rindex(b"Frames:")] + b"Frames: %d\n" % frames
+    files["motion.bvh"] = announced + b"Frame Time:" + _head(rest, frames + 1)
     return Seed(folder.name, files, "recording")

@@ -1,12 +1,13 @@
 """The fuzzer: files are mutated at random, and what the program does with them is judged.
 
-    python tests/support/fuzzing.py --count 10000 --seed 1 [--real FOLDER]
+    python tests/support/fuzzing.py --count 10000 --seed 1 [--real FOLDER] [--state FILE]
 
-Recordings, files of every importable format, results, begun sweeps and entries of a cache are mutated; some become
-pipes, devices or folders.  Allowed is to take them, or one InputError with file, problem and fix on one line of bounded
-length.  Everything else is a finding: another error, more than ten seconds of computing, more than a gigabyte, a file
-written or opened that is none of the case's, a process or a connection.  The work is done in a process of its own, so
-that a crash is a finding too.
+Recordings, files of every importable format, models, skis, results, begun sweeps and entries of a cache are mutated;
+some become pipes, devices or folders.  Allowed is to take them, or one InputError with file, problem and fix on one line
+of bounded length.  Everything else is a finding: another error, more than ten seconds of computing, more than a
+gigabyte, a file written or opened that is none of the case's, a process or a connection.  The work is done in a process
+of its own, so that a crash is a finding too.  With --state every case's outcome is kept in a file, and the same command
+goes on behind the last of them.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import argparse
 import json
 import os
 import random
+import resource
 import shutil
 import signal
 import subprocess
@@ -23,17 +25,18 @@ import tempfile
 import time
 import traceback
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fuzz_seeds import Seed
 
-    from sssi_exudyn.recording.recording import Recording
-
 LIMIT_S, LIMIT_BYTES = 10, 10**9
+_ADDRESSES = 2_500_000_000
+"""bytes of addresses that a case may reserve: more than it may use, and far less than would stop the machine."""
 PATIENCE_S = 300
 """s by the clock, for a case that waits for a pipe; beyond what any case takes on a busy machine."""
 SPECIAL = 0.03
@@ -222,54 +225,10 @@ class Guard:
         return name.startswith((f"{self.folder}{os.sep}", "/dev/")) or name == str(self.folder)
 
 
-def read_any(folder: Path, names: list[str], out: Path, imported: bool) -> Recording:
-    """A recording, read or imported, and what is in it."""
-    from fuzz_seeds import KNOWN
-
-    from sssi_exudyn.importing.assemble import import_recording
-    from sssi_exudyn.recording.inspection import format_inspection, inspect_recording
-    from sssi_exudyn.recording.read import read_recording
-
-    sources = [folder / name for name in names]
-    recording = import_recording(sources, out, KNOWN) if imported else read_recording(folder)
-    format_inspection(inspect_recording(recording))
-    return recording
-
-
-def use(folder: Path, names: list[str], out: Path, kind: str) -> None:
-    """What the program does with a recording before it simulates, or with a result, a sweep or a cache."""
-    from sssi_exudyn.fitting.fit import problem_of
-    from sssi_exudyn.model.from_recording import model_of
-    from sssi_exudyn.model.toml import read_model
-    from sssi_exudyn.motion.from_recording import motion_from_recording
-
-    if kind == "result":
-        from sssi_exudyn.commands.runs import report
-
-        read_model(folder / "model.toml")
-        report([folder], out.with_suffix(".html"))
-        return
-    if kind == "sweep":
-        from sssi_exudyn.sweeps.file import read_sweep
-        from sssi_exudyn.sweeps.sweep import status
-
-        status(folder)
-        read_sweep(folder / "sweep.toml")
-        return
-    if kind == "cache":
-        from sssi_exudyn.runtime.cache import Cache
-
-        Cache(folder).get("entry")
-        return
-    recording = read_any(folder, names, out, kind == "import")
-    motion = motion_from_recording(recording)
-    model = model_of(recording, motion)
-    if recording.gps is not None:
-        problem_of(recording, motion, model, "joint")
-
-
 def judge(case: Path, names: list[str], kind: str, guard: Guard | None) -> tuple[str, str]:
     """ "taken", "refused" or "finding", and the message."""
+    from fuzz_uses import USES
+
     from sssi_exudyn.core.errors import InputError
     from sssi_exudyn.core.text import one_line
 
@@ -280,7 +239,7 @@ def judge(case: Path, names: list[str], kind: str, guard: Guard | None) -> tuple
     if guard is not None:
         guard.folder, guard.seen = case, []
     try:
-        use(case / "in", names, case / "out", kind)
+        USES[kind](case / "in", names, case / "out")
         verdict = ("taken", "")
     except InputError as error:
         good = error.file and error.problem and error.fix and one_line(error, 4000) == str(error)
@@ -304,15 +263,17 @@ class Memory:
 
     def __init__(self) -> None:
         Path("/proc/self/clear_refs").write_text("5", encoding="ascii")  # the peak counts from now
-        self.begin = self._kilobytes("VmRSS")
+        self.begin = kilobytes("VmRSS")
 
     def peak(self) -> int:
         """bytes since the beginning"""
-        return 1024 * max(self._kilobytes("VmHWM") - self.begin, 0)
+        return 1024 * max(kilobytes("VmHWM") - self.begin, 0)
 
-    def _kilobytes(self, name: str) -> int:
-        lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
-        return next(int(line.split()[1]) for line in lines if line.startswith(name + ":"))
+
+def kilobytes(name: str) -> int:
+    """A figure of this process's memory, as Linux gives it."""
+    lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith(name + ":"))
 
 
 def worker(count: int, first: int, seed: int, real: str | None, keep: Path) -> None:
@@ -320,6 +281,9 @@ def worker(count: int, first: int, seed: int, real: str | None, keep: Path) -> N
     from fuzz_seeds import bundled
     from fuzz_seeds import real as real_seeds
 
+    addresses = 1024 * kilobytes("VmSize")
+    resource.setrlimit(resource.RLIMIT_AS, (addresses + _ADDRESSES, resource.RLIM_INFINITY))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with tempfile.TemporaryDirectory() as name:
         root = Path(name).resolve()
         (root / "secret").write_text("secret", encoding="utf-8")
@@ -328,13 +292,16 @@ def worker(count: int, first: int, seed: int, real: str | None, keep: Path) -> N
         own = {path.name for path in root.iterdir()} | {"case"}
         guard = Guard(root / "secret")
         case = root / "case"
-        for whole in seeds:  # whole files are taken, and all modules are there before the guard watches
-            verdict, message = _try(case, whole, whole.files, {}, None)
-            if verdict != "taken" and whole.made:
-                raise AssertionError(f"{whole.name} is {verdict} as it is: {message}")
+        tried: set[int] = set()
         for number in range(first, count):
             rng = random.Random(f"{seed} {number}")
-            chosen = rng.choice(rng.choice((made, seeds)))
+            among = rng.choice((made, seeds))
+            (chosen,) = rng.choices(among, [each.weight for each in among])
+            if id(chosen) not in tried:  # whole files are taken, and all modules are there before the guard watches
+                verdict, message = _try(case, chosen, chosen.files, {}, None)
+                if verdict != "taken" and chosen.made:
+                    raise AssertionError(f"{chosen.name} is {verdict} as it is: {message}")
+                tried.add(id(chosen))
             files, special = _mutated(chosen, rng)
             _report({"begun": number})
             begin, memory = time.process_time(), Memory()
@@ -347,7 +314,12 @@ def worker(count: int, first: int, seed: int, real: str | None, keep: Path) -> N
                 verdict, message = "finding", f"written outside: {stray}"
             if verdict == "finding":
                 _keep(case, keep / f"{seed}-{number}", message)
-            result = {"number": number, "seed": chosen.name, "verdict": verdict, "message": message}
+            result = {
+                "number": number,
+                "seed": f"{chosen.name} ({chosen.kind})",
+                "verdict": verdict,
+                "message": message,
+            }
             _report({**result, "seconds": took, "bytes": bytes_used})
 
 
@@ -405,47 +377,83 @@ class Found:
     """
 
     counts: Counter[str] = field(default_factory=Counter)
+    kinds: Counter[str] = field(default_factory=Counter)
     findings: list[str] = field(default_factory=list)
     seconds: tuple[float, str] = (0.0, "")
     memory: tuple[int, str] = (0, "")
+    computing: float = 0.0
+    """s of all cases together."""
+    cases: int = 0
+
+    def add(self, about: Mapping[str, Any]) -> None:
+        """Count a case's outcome."""
+        name = f"case {about['number']} of {about['seed']}"
+        self.cases = about["number"] + 1
+        self.counts[about["verdict"]] += 1
+        self.kinds[about["seed"]] += 1
+        self.computing += about["seconds"]
+        self.seconds = max(self.seconds, (about["seconds"], name))
+        self.memory = max(self.memory, (about["bytes"], name))
+        if about["verdict"] == "finding":
+            self.findings.append(f"{name}: {about['message']}")
+
+    def __str__(self) -> str:
+        (seconds, slowest), (used, largest) = self.seconds, self.memory
+        return (
+            f"{self.cases} cases: {dict(sorted(self.counts.items()))}; the worst took {seconds:.1f} s of computing "
+            f"({slowest}) and {used / 1e6:.0f} MB ({largest}); {self.computing:.0f} s together\n"
+        )
 
 
-def fuzz(count: int, seed: int, keep: Path, real: Path | None = None) -> Found:
+def fuzz(count: int, seed: int, keep: Path, real: Path | None = None, state: Path | None = None) -> Found:
     """Run ``count`` cases.  A worker that dies or hangs is a finding, and another one goes on behind it; an interrupt
     ends it early.
+
+    Outcomes are appended to the file ``state``, one line of JSON each; those that it has are counted, not done again.
     """
     found = Found()
-    first = 0
+    for about in _outcomes(state):
+        found.add(about)
     keep.mkdir(parents=True, exist_ok=True)
-    while first < count:
-        command = [sys.executable, __file__, "--worker", str(first), "--count", str(count), "--seed", str(seed)]
+    while found.cases < count:
+        command = [sys.executable, __file__, "--worker", str(found.cases), "--count", str(count), "--seed", str(seed)]
         command += ["--keep", str(keep), *(["--real", str(real)] if real else [])]
+        running = None
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             assert process.stdout is not None
-            running = None
             try:
                 for line in process.stdout:
                     about = json.loads(line)
                     running = about.get("begun")
-                    if running is not None:
-                        continue
-                    first = about["number"] + 1
-                    name = f"case {about['number']} of {about['seed']}"
-                    found.counts[about["verdict"]] += 1
-                    found.seconds = max(found.seconds, (about["seconds"], name))
-                    found.memory = max(found.memory, (about["bytes"], name))
-                    if about["verdict"] == "finding":
-                        found.findings.append(f"{name}: {about['message']}")
+                    if running is None:
+                        _note(found, about, state)
             except KeyboardInterrupt:  # enough: what was found so far is reported
                 process.kill()
                 break
         if running is not None:
-            found.counts["finding"] += 1
-            found.findings.append(f"case {running}: the process ended with {process.returncode}")
-            first = running + 1
+            message = f"the process ended with {process.returncode}"
+            outcome = {"number": running, "seed": "unknown", "verdict": "finding", "message": message}
+            _note(found, {**outcome, "seconds": 0.0, "bytes": 0}, state)
         elif process.returncode != 0:
-            raise RuntimeError(f"the worker failed before case {first}")
+            raise RuntimeError(f"the worker failed before case {found.cases}")
     return found
+
+
+def _outcomes(state: Path | None) -> list[dict[str, Any]]:
+    """Those that the file has; a last line that a kill cut off is removed."""
+    if state is None or not state.exists():
+        return []
+    lines = state.read_text(encoding="utf-8").splitlines(keepends=True)
+    whole = [line for line in lines if line.endswith("\n")]
+    state.write_text("".join(whole), encoding="utf-8")
+    return [json.loads(line) for line in whole]
+
+
+def _note(found: Found, about: Mapping[str, Any], state: Path | None) -> None:
+    found.add(about)
+    if state is not None:
+        with state.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(about) + "\n")
 
 
 def main() -> None:
@@ -455,17 +463,15 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--real", type=Path, help="a folder with files to mutate as well")
     parser.add_argument("--keep", type=Path, default=Path("fuzz_findings"), help="where findings are kept")
+    parser.add_argument("--state", type=Path, help="where outcomes are kept, so that the same command goes on")
     parser.add_argument("--worker", type=int, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.worker is not None:
         worker(options.count, options.worker, options.seed, options.real, options.keep)
         return
-    found = fuzz(options.count, options.seed, options.keep, options.real)
+    found = fuzz(options.count, options.seed, options.keep, options.real, options.state)
     sys.stdout.write("".join(f"{finding}\n" for finding in found.findings))
-    (seconds, slowest), (used, largest) = found.seconds, found.memory
-    sys.stdout.write(
-        f"{dict(found.counts)}; {seconds:.1f} s of computing ({slowest}), {used / 1e6:.0f} MB ({largest})\n"
-    )
+    sys.stdout.write(f"{dict(found.kinds)}\n{found}")
 
 
 if __name__ == "__main__":

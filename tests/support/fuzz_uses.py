@@ -1,0 +1,96 @@
+"""What the program does with the files of a fuzzed case, by kind: every reader, up to the point where it simulates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from unittest import mock
+
+from fuzz_seeds import KEY, KNOWN, PLACED, entry
+
+from sssi_exudyn.bodies.muscles.osim import read_osim
+from sssi_exudyn.bodies.ski.bench_tests import read_measurements
+from sssi_exudyn.bodies.ski.mesh import mesh
+from sssi_exudyn.bodies.ski.ski import read_ski
+from sssi_exudyn.commands.diagnosis import diagnose_known
+from sssi_exudyn.commands.muscles import muscles
+from sssi_exudyn.commands.runs import report, validate
+from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.importing.assemble import import_recording
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.toml import read_model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.recording.inspection import format_inspection, inspect_recording
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.results.stored import read_run
+from sssi_exudyn.runtime.cache import Cache
+from sssi_exudyn.sweeps import sweep as sweeps
+from sssi_exudyn.sweeps.file import read_sweep
+from sssi_exudyn.sweeps.plan import SweepRun, plan_sweep
+
+SHAPES = {"time": (None,), "track": (None, 3), "name": ()}
+"""Of the cache's entry."""
+
+
+def read_any(folder: Path, names: list[str], out: Path, imported: bool) -> Recording:
+    """A recording, read or imported, and what is in it."""
+    sources = [Path(PLACED.get(name, "") + str(folder / name)) for name in names]
+    recording = import_recording(sources, out, KNOWN) if imported else read_recording(folder)
+    format_inspection(inspect_recording(recording))
+    return recording
+
+
+def _prepare(recording: Recording) -> None:
+    """What comes before the first simulation."""
+    motion = motion_from_recording(recording)
+    model = model_of(recording, motion)
+    if recording.gps is not None:
+        problem_of(recording, motion, model, "joint")
+
+
+def _end_at_once(_out: Path, _job: object, runs: Iterable[SweepRun], *_: object) -> None:
+    """In place of the workers of a sweep: the runs are counted and none is done."""
+    sum(1 for _ in runs)
+
+
+def _sweep(folder: Path, _names: list[str], out: Path) -> None:
+    """``status``, ``resume`` without the runs themselves, and the page."""
+    sweeps.status(folder)
+    with mock.patch.object(sweeps, "do_all", _end_at_once):
+        sweeps.resume(folder, workers=1)
+        sweeps.retry(folder, workers=1)
+    report([folder], out.with_suffix(".html"))
+
+
+def _model(folder: Path, _names: list[str], _out: Path) -> None:
+    model = read_model(folder / "model.toml")
+    model.with_values({"friction.mu_t": 0.1})
+    mesh(model.ski)
+
+
+def _truth(folder: Path, _names: list[str], _out: Path) -> None:
+    """``benchmark recordings`` whose diagnoses are all there."""
+    diagnose_known(folder / "recordings", folder / "diagnosed")
+
+
+USES: dict[str, Callable[[Path, list[str], Path], object]] = {
+    "recording": lambda folder, names, out: read_any(folder, names, out, False),
+    "import": lambda folder, names, out: read_any(folder, names, out, True),
+    "recording to fit": lambda folder, names, out: _prepare(read_any(folder, names, out, False)),
+    "import to fit": lambda folder, names, out: _prepare(read_any(folder, names, out, True)),
+    "model": _model,
+    "ski": lambda folder, _, __: mesh(read_ski("own.toml", folder)),
+    "bench": lambda folder, _, __: read_measurements(folder),
+    "osim": lambda folder, names, _: read_osim(folder / names[0]),
+    "truth": _truth,
+    "result": lambda folder, _, __: read_run(folder),
+    "report": lambda folder, _, out: report([folder], out.with_suffix(".html")),
+    "report on paper": lambda folder, _, out: report([folder], out.with_suffix(".pdf")),
+    "muscles": lambda folder, _, out: muscles(folder, out),
+    "validate": lambda folder, _, out: validate(folder / "recording", folder / "result", out),
+    "sweep": _sweep,
+    "sweep file": lambda folder, _, __: plan_sweep(read_sweep(folder / "sweep.toml")),
+    "cache": lambda folder, _, __: Cache(folder).get_or_make(KEY, entry, SHAPES),
+}
+"""By kind of seed."""
