@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import BinaryIO, Final
 
@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.text import one_line
-from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_NAME, MAX_NUMBER, MAX_ROWS, MAX_TABLE
+from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_NAME, MAX_NUMBER, MAX_ROWS, MAX_TABLE, MAX_TEXT
 from sssi_exudyn.io.files import open_regular
 
 _BYTES: Final = 8
@@ -25,13 +25,16 @@ _DECODED: Final = _BYTES * MAX_TABLE
 """bytes that all pages of a file may have once they are decompressed."""
 
 
-def read_parquet(path: Path, numbers: Sequence[str] = (), texts: Sequence[str] = ()) -> pd.DataFrame:
-    """A table of float or whole numbers, truth values, and texts in the columns ``texts``.
+def read_parquet(
+    path: Path, needed: Sequence[str] = (), names: Sequence[str] = (), sentences: Sequence[str] = ()
+) -> pd.DataFrame:
+    """A table of float or whole numbers, truth values and texts.
 
     Parameters
     ----------
-    numbers : columns of numbers that have to be there
-    texts : columns that may hold texts; one that is missing is no error
+    needed : columns that have to be there
+    names : columns that may hold names, ``MAX_NAME`` characters at most; one that is missing is no error
+    sentences : columns that may hold any text, which is put on one line and cut
 
     Raises InputError for anything but a regular Parquet file, one that is torn, more rows, columns or bytes than any
     result has, and for a column that is missing, comes twice, or is of another type.
@@ -39,7 +42,8 @@ def read_parquet(path: Path, numbers: Sequence[str] = (), texts: Sequence[str] =
     with open_regular(path) as stream:
         try:
             file = pq.ParquetFile(stream, thrift_string_size_limit=10_000_000, thrift_container_size_limit=100_000)
-            _check_columns(path, file, numbers, texts)
+            texts = (*names, *sentences)
+            _check_columns(path, file, needed, texts)
             _check_pages(path, file.metadata, stream)
             words = [name for name in texts if name in file.schema_arrow.names]
             # each text once, however often it stands there
@@ -53,6 +57,10 @@ def read_parquet(path: Path, numbers: Sequence[str] = (), texts: Sequence[str] =
     for name in frame.columns:
         if isinstance(frame[name].dtype, pd.CategoricalDtype):
             known = frame[name].cat.categories
+            if name in sentences:
+                clean = {word: one_line(word, MAX_TEXT) for word in known}
+                frame[name] = frame[name].astype(known.dtype).map(clean)
+                continue
             if any(len(word) > MAX_NAME or one_line(word) != word for word in known):
                 raise InputError(path, f"column {name}", "texts that are no names", "run again")
             frame[name] = frame[name].astype(known.dtype)
@@ -61,7 +69,33 @@ def read_parquet(path: Path, numbers: Sequence[str] = (), texts: Sequence[str] =
     return frame
 
 
-def _check_columns(path: Path, file: pq.ParquetFile, numbers: Sequence[str], texts: Sequence[str]) -> None:
+def read_texts(path: Path, columns: Sequence[str]) -> list[tuple[str | None, ...]]:
+    """The rows of a table whose ``columns`` hold texts of any content; others are left out.
+
+    Raises InputError as ``read_parquet`` does.
+    """
+    with open_regular(path) as stream:
+        try:
+            file = pq.ParquetFile(stream, thrift_string_size_limit=10_000_000, thrift_container_size_limit=100_000)
+            _check_columns(path, file, columns, columns)
+            _check_pages(path, file.metadata, stream)
+            # each text once, however often it stands there
+            table = pq.ParquetFile(stream, metadata=file.metadata, read_dictionary=list(columns)).read(list(columns))
+            return list(zip(*(_texts(table[name]) for name in columns), strict=True))
+        except (pa.ArrowException, OSError, ValueError) as error:
+            problem = "not a Parquet file, or a torn one"
+            raise InputError(path, "", f"{problem} ({one_line(error)})", "run again") from None
+
+
+def _texts(column: pa.ChunkedArray) -> Iterator[str | None]:
+    """The texts of a column with a dictionary, equal ones as one object; none for a column of anything else."""
+    for chunk in column.chunks:
+        if pa.types.is_dictionary(chunk.type):
+            known = chunk.dictionary.to_pylist()
+            yield from (None if index is None else known[index] for index in chunk.indices.to_pylist())
+
+
+def _check_columns(path: Path, file: pq.ParquetFile, needed: Sequence[str], texts: Sequence[str]) -> None:
     schema, rows = file.schema_arrow, file.metadata.num_rows
     if len(schema) > MAX_COLUMNS:
         raise InputError(path, "", f"{len(schema)} columns, more than any result has", "run again")
@@ -78,19 +112,21 @@ def _check_columns(path: Path, file: pq.ParquetFile, numbers: Sequence[str], tex
             continue
         if not (pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_boolean(kind)):
             raise InputError(path, place, f"{kind} in place of numbers", "run again")
-    for name in numbers:
+    for name in needed:
         if name not in schema.names:
             raise InputError(path, f"column {name}", "the column is missing", "run again with this version")
 
 
 def _check_pages(path: Path, about: pq.FileMetaData, stream: BinaryIO) -> None:
     """Raise InputError where pages would decompress to more than any table has: a page says its size itself, whatever
-    the file's own account of it.
+    the file's own account of it.  Raise it too where a column goes by two names.
     """
     total = count = 0
     for group in range(about.num_row_groups):
         for column in range(about.num_columns):
             chunk = about.row_group(group).column(column)
+            if chunk.path_in_schema != about.schema.column(column).path:
+                raise InputError(path, f"column {one_line(chunk.path_in_schema)}", "the file is damaged", "run again")
             at = chunk.dictionary_page_offset if chunk.has_dictionary_page else chunk.data_page_offset
             end = at + chunk.total_compressed_size
             while at < end:

@@ -248,6 +248,9 @@ def read_table(folder: Path, name: str) -> pd.DataFrame | None:
     if "time_s" in table:
         check_time(path, table, MAX_DURATION, strict=False)
     if name == MEASURED:
+        strange = set(table.columns).difference(_NUMBERS[MEASURED], *_TOGETHER)
+        if strange:
+            raise InputError(path, f"column {min(strange)}", "no instrument has such a column", "run again")
         for columns in _TOGETHER:
             known = [column for column in columns if column in table]
             if known and len(known) < len(columns):

@@ -23,6 +23,9 @@ from typing import Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.files import read_bytes
+from sssi_exudyn.io.parquet import read_texts
 from sssi_exudyn.io.typed import decode, encode
 from sssi_exudyn.io.writing import clear_errors
 
@@ -33,6 +36,8 @@ DONE: Final = "done"
 STATUSES: Final = (DONE, "diverged", "failed", "crashed")
 """How a run may end: complete, stopped by the solver, by another error, by the death of its worker."""
 _GATHERED: Final = "part-"
+_MAX_RECORD: Final = 100_000
+"""bytes of a record; one with all figures and a long error has some thousand."""
 _PART: Final = pa.schema([("name", pa.string()), ("record", pa.string())])
 
 
@@ -172,19 +177,19 @@ def _parse(text: bytes | None) -> Record | None:
 
 
 def _read(path: Path) -> bytes | None:
-    """What a regular file holds; None for anything else."""
+    """What a record's file holds; None for anything else."""
     try:
-        return path.read_bytes() if path.is_file() else None
-    except OSError:
+        return read_bytes(path, _MAX_RECORD)
+    except InputError:
         return None
 
 
 def _read_part(path: Path) -> Iterator[tuple[str, str]]:
     """Names and texts of gathered records; none where a power cut tore the file: its runs are then done again."""
     try:
-        table = pq.read_table(path, schema=_PART) if path.is_file() else _PART.empty_table()
-    except (OSError, pa.ArrowException):
+        rows = read_texts(path, _PART.names)
+    except InputError:
         return
-    for name, text in zip(table["name"].to_pylist(), table["record"].to_pylist(), strict=True):
-        if name is not None and text is not None:
+    for name, text in rows:
+        if name is not None and text is not None and len(text) <= _MAX_RECORD:
             yield name, text

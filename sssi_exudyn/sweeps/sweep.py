@@ -19,7 +19,7 @@ import tomli_w
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import convert, read_json
-from sssi_exudyn.io.writing import clear_errors, folder_lock, is_locked, to_json, write_atomically
+from sssi_exudyn.io.writing import folder_lock, is_locked, to_json, write_atomically
 from sssi_exudyn.runtime.progress import Progress, Stage
 from sssi_exudyn.sweeps.file import SweepFile, read_sweep, sweep_from
 from sssi_exudyn.sweeps.page import PAGE, render_sweep
@@ -28,7 +28,7 @@ from sssi_exudyn.sweeps.pools import CREDENTIALS, Cluster, pool_of
 from sssi_exudyn.sweeps.records import DONE, Record, gather, last_records, tidy
 from sssi_exudyn.sweeps.scheduler import do_all
 from sssi_exudyn.sweeps.sensitivity_indices import indices_of
-from sssi_exudyn.sweeps.table import TABLE, origin_of, write_tables
+from sssi_exudyn.sweeps.table import origin_of, read_table, write_tables
 
 FILE: Final = "sweep.toml"
 """The copy of a sweep's file in its folder, itself a complete sweep file."""
@@ -143,9 +143,7 @@ def render_folder(out: Path) -> str:
     """
     origin = _read_origin(out)
     plan = plan_of(read_sweep(out / FILE), origin.inputs)
-    path = out / TABLE
-    with clear_errors(path):
-        table = pd.read_parquet(path)
+    table = read_table(out, plan)
     return render_sweep(plan, table, indices_of(plan, table), origin.versions)
 
 

@@ -15,6 +15,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from sssi_exudyn.io.parquet import read_parquet
 from sssi_exudyn.io.writing import clear_errors, to_plain, write_atomically
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.sweeps.outputs import Column
@@ -86,6 +87,16 @@ def write_tables(folder: Path, plan: Plan, records: Mapping[str, Record]) -> pd.
     listed = pd.DataFrame([(c.name, c.unit, c.meaning) for c in columns], columns=["name", "unit", "meaning"])
     write_atomically(folder / COLUMNS, listed.to_csv(index=False, lineterminator="\n"))
     return table
+
+
+def read_table(folder: Path, plan: Plan) -> pd.DataFrame:
+    """The table of a sweep's folder, as far as its page takes it.
+
+    Raises InputError where there is none, it cannot be read, or lacks a column.
+    """
+    needed = ("recording", "status", "error", *(axis.name for axis in plan.axes), *plan.outputs)
+    names = [column.name for column in table_columns(plan) if not _is_number(column) and column.name != "error"]
+    return read_parquet(folder / TABLE, needed, names, ("error",))
 
 
 def table_of(plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:

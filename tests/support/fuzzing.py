@@ -3,7 +3,7 @@
     python tests/support/fuzzing.py --count 10000 --seed 1 [--real FOLDER] [--state FILE]
 
 Recordings, files of every importable format, models, skis, results, begun sweeps and entries of a cache are mutated;
-some become pipes, devices or folders.  Allowed is to take them, or one InputError with file, problem and fix on one line
+some become pipes, devices or folders.  Allowed is to take them, or one InputError with file, problem and fix on a line
 of bounded length.  Everything else is a finding: another error, more than ten seconds of computing, more than a
 gigabyte, a file written or opened that is none of the case's, a process or a connection.  The work is done in a process
 of its own, so that a crash is a finding too.  With --state every case's outcome is kept in a file, and the same command
@@ -213,7 +213,8 @@ class Guard:
             if name == self.secret or name == "/etc/passwd" or (writes and not self._own(name)):
                 self.seen.append(f"open {name} {mode}")
         elif event in ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.symlink", "os.link", "os.truncate"):
-            within = event == "os.remove" and arguments[1] != -1  # below a folder that was opened, as rmtree does
+            # below a folder that was opened, as rmtree does
+            within = event in ("os.remove", "os.rmdir") and arguments[1] != -1
             if not within and not all(self._own(os.path.realpath(x)) for x in arguments if isinstance(x, str)):
                 self.seen.append(f"{event} {arguments}")
         elif event == "subprocess.Popen" and "sssi_exudyn.importing.c3d_points" not in str(arguments[1]):
@@ -225,15 +226,15 @@ class Guard:
         return name.startswith((f"{self.folder}{os.sep}", "/dev/")) or name == str(self.folder)
 
 
-def judge(case: Path, names: list[str], kind: str, guard: Guard | None) -> tuple[str, str]:
-    """ "taken", "refused" or "finding", and the message."""
+def judge(case: Path, names: list[str], kind: str, guard: Guard | None, limit: float = LIMIT_S) -> tuple[str, str]:
+    """ "taken", "refused" or "finding", and the message; ``limit`` in s of computing."""
     from fuzz_uses import USES
 
     from sssi_exudyn.core.errors import InputError
     from sssi_exudyn.core.text import one_line
 
     signal.signal(signal.SIGPROF, _alarm)
-    signal.setitimer(signal.ITIMER_PROF, LIMIT_S)  # of computing: the machine may have other work too
+    signal.setitimer(signal.ITIMER_PROF, limit)  # of computing: the machine may have other work too
     signal.signal(signal.SIGALRM, _alarm)
     signal.setitimer(signal.ITIMER_REAL, PATIENCE_S)
     if guard is not None:
@@ -352,7 +353,8 @@ def _try(
                 path.mkdir()
             case target:
                 path.symlink_to(target)
-    return judge(case, list(files), seed.kind, guard)
+    # the first time without a guard, kernels are compiled as well
+    return judge(case, list(files), seed.kind, guard, LIMIT_S if guard else PATIENCE_S)
 
 
 def _keep(case: Path, folder: Path, message: str) -> None:
