@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.table import bridge_gaps
+
+_EVEN: Final = 1e-9
+"""s by which frames may stand beside the even clock and stay as they are: in it nothing turns by a digit of a file."""
 
 
 def even_frames(path: Path, time: Array, rotations: Array, root: Array) -> tuple[Array, Array, Array, tuple[str, ...]]:
@@ -27,6 +31,8 @@ def even_frames(path: Path, time: Array, rotations: Array, root: Array) -> tuple
     kept = time[clock.keep]
     count = len(clock.time)
     even = np.linspace(clock.time[0], clock.time[-1], count)
+    if len(kept) == count and np.max(np.abs(even - kept)) < _EVEN:
+        return even, rotations[clock.keep], root[clock.keep], clock.notes
     turned = np.empty((count, *rotations.shape[1:]))
     for joint in range(rotations.shape[1]):
         turned[:, joint] = Slerp(kept, Rotation.from_matrix(rotations[clock.keep, joint]))(even).as_matrix()

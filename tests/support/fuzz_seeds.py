@@ -93,7 +93,7 @@ def _imports(tiny: Tiny, few: dict[str, bytes], folder: Path) -> Iterator[Seed]:
         ("run.mot", mot(chain_coordinates()).encode()),
         ("run.c3d", (folder / "run.c3d").read_bytes()),
     ):
-        yield Seed(name, {name: content}, "import")
+        yield Seed(name, {name: content}, "import", weight=0.2 if name == "run.c3d" else 1.0)  # it needs a process
     counts = "".join(f"{0.02 * i:.2f},{side},{500 + i % 9},{400 - i % 7}\n" for i in range(100) for side in "LR")
     for name, content in (
         ("track.gpx", gpx(tiny.gps).encode()),
@@ -168,9 +168,9 @@ def _results(folder: Path, recording: dict[str, bytes]) -> Iterator[Seed]:
     both = {f"result/{name}": data for name, data in simple.items()}
     both |= {f"recording/{name}": data for name, data in recording.items()}
     yield Seed("result", whole, "result", weight=2.0)
-    yield Seed("result", whole, "report", weight=0.3)
-    yield Seed("result", whole, "report on paper", weight=0.05)
-    yield Seed("result", simple, "muscles", weight=0.03)
+    yield Seed("result", whole, "report", weight=0.1)
+    yield Seed("result", whole, "report on paper", weight=0.03)
+    yield Seed("result", simple, "muscles", weight=0.02)
     yield Seed("result", both, "validate", weight=0.1)
 
 
