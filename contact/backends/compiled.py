@@ -34,24 +34,21 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
-import stat
 import sys
-import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
 import numpy as np
-from platformdirs import user_cache_path
 
 from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.backends import structs, vectors
 from sssi_exudyn.contact.backends.tape import Node, Operand, Tape, TapeMath, source_lines
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.runtime.private_folder import cache_folder
 
 _HELPERS: Final = """
 import math as _math
@@ -279,35 +276,6 @@ def _on_tape(terms: Sequence[Term], tape: Tape) -> tuple[Term, ...]:
         traced.append(replace(term, **symbols))
         index += len(names)
     return tuple(traced)
-
-
-def cache_folder() -> Path:
-    """Where generated modules are kept: ``SSSI_CACHE_DIR``, or the user's cache, or a folder for this process only.
-
-    What lies there is run.  A folder that someone else owns or may write is therefore not used.
-    """
-    named = os.environ.get("SSSI_CACHE_DIR")
-    folder = Path(named) if named else user_cache_path("sssi_exudyn")
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        usable = _is_private(folder) and os.access(folder, os.W_OK)
-    except OSError:
-        return _folder_of_this_process()
-    return folder if usable else _folder_of_this_process()
-
-
-def _is_private(folder: Path) -> bool:
-    """True for a folder, no link, that belongs to this user and that nobody else may write."""
-    about = folder.lstat()
-    if not stat.S_ISDIR(about.st_mode):
-        return False
-    # Windows has neither owners' numbers nor these bits; the user's cache is the user's there
-    return not hasattr(os, "getuid") or (about.st_uid == os.getuid() and not about.st_mode & 0o022)
-
-
-@cache
-def _folder_of_this_process() -> Path:
-    return Path(tempfile.mkdtemp(prefix="sssi_exudyn_"))
 
 
 def _module(source: str) -> ModuleType:

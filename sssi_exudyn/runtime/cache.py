@@ -1,7 +1,8 @@
 """Evaluations kept on disk under the hash of what they were computed from, so that an interrupted run can go on.
 
 One entry is one ``.npz`` of named arrays, written under another name and moved into place: a reader sees a whole entry
-or none.  An entry that cannot be read is computed anew.
+or none.  An entry that cannot be read is computed anew, and so is one that another user's program wrote: the folder may
+come from someone else.
 """
 
 from __future__ import annotations
@@ -22,10 +23,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from sssi_exudyn.runtime.private_folder import secret
+
 MAX_ENTRY: Final = 300_000_000
 """bytes of arrays in one entry."""
 _CHECK: Final = "check"
-"""The array of an entry that holds the hash of its key and of all others."""
+"""The array of an entry that holds the hash of the user's secret, its key and all others."""
 Arrays = dict[str, NDArray[np.generic]]
 Shapes = Mapping[str, tuple[int | None, ...]]
 """Names and shapes of an entry's arrays; None where any length will do."""
@@ -74,10 +77,8 @@ class Cache:
 
     def get(self, key: str) -> Arrays | None:
         """The arrays kept under ``key`` (a ``fingerprint``), or None: also for an entry that is damaged, belongs to
-        another key or would take more than ``MAX_ENTRY`` bytes.
+        another key, was not written by this user's program or would take more than ``MAX_ENTRY`` bytes.
         """
-        if not self._path(key).is_file():  # a pipe would be waited for
-            return None
         try:
             path = self._path(key)
             if not path.is_file() or path.stat().st_size > MAX_ENTRY:  # a pipe would never end
@@ -86,16 +87,16 @@ class Cache:
                 if sum(part.file_size for part in parts.infolist()) > MAX_ENTRY:
                     return None
                 arrays = {part.removesuffix(".npy"): _array(parts, part) for part in parts.namelist()}
+            check = arrays.pop(_CHECK)
+            return arrays if check.shape == () and str(check) == fingerprint(secret(), key, arrays) else None
         except Exception:  # noqa: BLE001 - damaged archives raise whatever their damage brings
             return None
-        kept = arrays.pop(_CHECK, None)  # earlier versions wrote none
-        return arrays if kept is None or str(kept) == fingerprint(key, arrays) else None
 
     def get_or_make(self, key: str, make: Callable[[], Mapping[str, NDArray[np.generic]]], shapes: Shapes) -> Arrays:
         """The arrays kept under ``key``, or those that ``make`` gives, which are then kept.
 
-        An entry whose arrays have other names or ``shapes``, or numbers that are not finite, is made anew: the folder
-        may come from someone else.  Raises OSError where it cannot be written.
+        An entry whose arrays have other names or ``shapes``, or numbers that are not finite, is made anew.  Raises
+        OSError where it cannot be written.
         """
         kept = self.get(key)
         if kept is None or not _fits(kept, shapes):
@@ -108,9 +109,10 @@ class Cache:
         path = self._path(key)
         path.parent.mkdir(parents=True, exist_ok=True)
         made = path.with_name(f".{path.name}.{os.getpid()}")
+        check = fingerprint(secret(), key, arrays)
         try:
             with made.open("wb") as file:
-                np.savez(file, allow_pickle=False, **dict(arrays), **{_CHECK: np.array(fingerprint(key, arrays))})
+                np.savez(file, allow_pickle=False, **dict(arrays), **{_CHECK: np.array(check)})
             made.replace(path)
         finally:
             made.unlink(missing_ok=True)

@@ -15,7 +15,6 @@ import pytest
 from term_examples import Everything, Ridge, UniformWind
 
 from sssi_exudyn.contact.backends.compiled import (
-    cache_folder,
     compile_body,
     compile_foot,
     compile_kernel,
@@ -153,12 +152,3 @@ def test_a_broken_file_in_the_cache_is_written_anew(tmp_path: Path, monkeypatch:
     kept.write_text(source[: len(source) // 2], encoding="utf-8")  # as a full disk would leave it
     assert compile_point(terms).value(parameter_values(terms), -1.0, 0.0, 0.033) == 0.0
     assert kept.read_text(encoding="utf-8") == source
-
-
-def test_a_cache_that_cannot_be_is_replaced_by_one_for_this_process(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path / "file" / "cache"))
-    assert cache_folder().is_dir()
-    assert cache_folder() == cache_folder()

@@ -13,6 +13,7 @@ import pytest
 
 from sssi_exudyn.contact.backends import compiled
 from sssi_exudyn.runtime.cache import Cache, fingerprint
+from sssi_exudyn.runtime.private_folder import cache_folder
 
 KEY = fingerprint("a key")
 SHAPES = {"time": (None,), "antenna": (None, 3)}
@@ -47,15 +48,12 @@ def header(text: str) -> bytes:
 
 OBJECTS = np.array([{"a": 1}], dtype=object)
 ENTRIES = {
-    "wrong shape": saved(time=np.arange(4.0), antenna=np.ones((4, 2))),
-    "a number for a table": saved(time=np.arange(4.0), antenna=1.0),
-    "another name": saved(time=np.arange(4.0), place=np.ones((4, 3))),
-    "a name too many": saved(**right(), more=1.0),
-    "NaN": saved(time=np.arange(4.0), antenna=np.full((4, 3), np.nan)),
-    "infinite": saved(time=np.full(4, np.inf), antenna=np.ones((4, 3))),
+    "plausible": saved(time=np.arange(4.0), antenna=np.zeros((4, 3))),
+    "with a check": saved(time=np.arange(4.0), antenna=np.zeros((4, 3)), check=fingerprint(KEY, right())),
+    "with a check that is a table": saved(**right(), check=np.zeros(4)),
     "objects": saved(time=OBJECTS, antenna=np.ones((4, 3))),
-    "bytes": saved(time=np.zeros(4, "V8"), antenna=np.ones((4, 3))),
-    "dates": saved(time=np.zeros(4, "M8[s]"), antenna=np.ones((4, 3))),
+    "bytes": saved(time=np.zeros(4, "V8"), antenna=np.ones((4, 3)), check=""),
+    "dates": saved(time=np.zeros(4, "M8[s]"), antenna=np.ones((4, 3)), check=""),
     "truncated": saved(**right())[:-30],
     "bomb": bomb(),
     "huge header": header("{'descr': '<f8', 'fortran_order': False, 'shape': (999999999999,)}\n"),
@@ -63,19 +61,44 @@ ENTRIES = {
     "code": header("__import__('os').mkdir('pwned')\n"),
     "no archive": b"PK\x03\x04" + bytes(1000),
 }
+OTHERS: dict[str, dict[str, np.ndarray]] = {
+    "wrong shape": {"time": np.arange(4.0), "antenna": np.ones((4, 2))},
+    "a number for a table": {"time": np.arange(4.0), "antenna": np.array(1.0)},
+    "another name": {"time": np.arange(4.0), "place": np.ones((4, 3))},
+    "a name too many": {**right(), "more": np.array(1.0)},
+    "NaN": {"time": np.arange(4.0), "antenna": np.full((4, 3), np.nan)},
+    "infinite": {"time": np.full(4, np.inf), "antenna": np.ones((4, 3))},
+}
 
 
 @pytest.mark.parametrize("name", ENTRIES)
 def test_a_poisoned_entry_is_made_anew(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    cache = Cache(tmp_path / "cache")
-    cache.folder.mkdir()
-    (cache.folder / f"{KEY}.npz").write_bytes(ENTRIES[name])
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache" / f"{KEY}.npz").write_bytes(ENTRIES[name])
+    check_made_anew(Cache(tmp_path / "cache"))
+    assert not (tmp_path / "pwned").exists()
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_so_is_one_with_other_arrays(tmp_path: Path, name: str) -> None:
+    Cache(tmp_path).put(KEY, OTHERS[name])
+    check_made_anew(Cache(tmp_path))
+
+
+def test_so_is_one_that_another_user_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path / "another user"))
+    Cache(tmp_path).put(KEY, {"time": np.arange(4.0), "antenna": np.zeros((4, 3))})
+    monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path / "this user"))
+    check_made_anew(Cache(tmp_path))
+
+
+def check_made_anew(cache: Cache) -> None:
+    """The right arrays are made, and kept."""
     found = cache.get_or_make(KEY, right, SHAPES)
     np.testing.assert_array_equal(found["antenna"], np.ones((4, 3)))
     again = cache.get_or_make(KEY, lambda: pytest.fail("the right entry is kept"), SHAPES)
     np.testing.assert_array_equal(again["time"], found["time"])
-    assert not (tmp_path / "pwned").exists()
 
 
 def test_a_pipe_in_place_of_an_entry_is_not_waited_for(tmp_path: Path) -> None:
@@ -117,7 +140,7 @@ def test_removing_a_cache_follows_no_link(tmp_path: Path) -> None:
 def test_generated_code_is_kept_in_a_folder_of_the_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     own = tmp_path / "own"
     monkeypatch.setenv("SSSI_CACHE_DIR", str(own))
-    assert compiled.cache_folder() == own
+    assert cache_folder() == own
     assert stat.S_IMODE(own.stat().st_mode) == 0o700
 
 
@@ -129,8 +152,8 @@ def test_a_folder_that_others_may_write_is_not_run_from(
     shared.mkdir()
     shared.chmod(mode)
     monkeypatch.setenv("SSSI_CACHE_DIR", str(shared))
-    assert compiled.cache_folder() not in (shared, tmp_path)
-    assert stat.S_IMODE(compiled.cache_folder().stat().st_mode) == 0o700
+    assert cache_folder() not in (shared, tmp_path)
+    assert stat.S_IMODE(cache_folder().stat().st_mode) == 0o700
 
 
 def test_neither_is_that_of_another_user_nor_a_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,11 +161,11 @@ def test_neither_is_that_of_another_user_nor_a_link(tmp_path: Path, monkeypatch:
     own.mkdir(mode=0o700)
     (tmp_path / "link").symlink_to(own)
     monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path / "link"))
-    assert compiled.cache_folder() != tmp_path / "link"
+    assert cache_folder() != tmp_path / "link"
     monkeypatch.setenv("SSSI_CACHE_DIR", str(own))
     mine = os.getuid()
     monkeypatch.setattr(os, "getuid", lambda: mine + 1)
-    assert compiled.cache_folder() != own
+    assert cache_folder() != own
 
 
 def test_code_that_was_put_beside_is_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
