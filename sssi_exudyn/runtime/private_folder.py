@@ -26,7 +26,8 @@ def cache_folder() -> Path:
     named = os.environ.get("SSSI_CACHE_DIR")
     folder = Path(named) if named else user_cache_path("sssi_exudyn")
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not folder.exists():
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         usable = _is_private(folder) and os.access(folder, os.W_OK)
     except OSError:
         return _folder_of_this_process()

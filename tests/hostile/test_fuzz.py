@@ -57,5 +57,5 @@ def test_hypothesis_finds_no_recording_that_is_not_answered_clearly(
     for seed in seeds:
         data = mutate(data, random.Random(seed))
     (folder / file).write_bytes(data)
-    verdict, message = judge(tmp_path / "case", ["recording.toml"], "recording", None)
+    verdict, message = judge(tmp_path / "case", ["recording.toml"], "recording to fit", None)
     assert verdict != "finding", message
