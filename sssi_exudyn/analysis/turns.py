@@ -17,7 +17,6 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, PchipInterpolator
-from scipy.signal import find_peaks
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.rotations import lowpass
@@ -262,6 +261,8 @@ def _turns_of_run(time: Array, course: Array) -> tuple[list[Turn], list[Stretch]
 
 def _extrema(course: Array) -> list[int]:
     """Indices of the ends and of every extremum that stands out by ``LEAST_ANGLE``, alternating."""
+    from scipy.signal import find_peaks  # here: it takes most of a second to load
+
     high = find_peaks(course, prominence=LEAST_ANGLE, plateau_size=1)[0]
     low = find_peaks(-course, prominence=LEAST_ANGLE, plateau_size=1)[0]
     return sorted({0, len(course) - 1, *map(int, high), *map(int, low)})

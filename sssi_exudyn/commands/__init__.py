@@ -1,10 +1,16 @@
-"""The commands of ``sssi`` as functions from folder to folder."""
+"""The commands of ``sssi`` as functions from folder to folder; each is loaded when it is first used."""
 
-from sssi_exudyn.commands.catalogue import identify, terms
-from sssi_exudyn.commands.diagnosis import benchmark, diagnose, diagnose_day, diagnose_known
-from sssi_exudyn.commands.muscles import muscles, muscles_list
-from sssi_exudyn.commands.recordings import import_files, inspect
-from sssi_exudyn.commands.runs import fit, report, run, simulate, validate
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sssi_exudyn.commands.catalogue import identify, terms
+    from sssi_exudyn.commands.diagnosis import benchmark, diagnose, diagnose_day, diagnose_known
+    from sssi_exudyn.commands.muscles_command import muscles, muscles_list
+    from sssi_exudyn.commands.recordings import import_files, inspect
+    from sssi_exudyn.commands.runs import fit, report, run, simulate, validate
 
 __all__ = [
     "benchmark",
@@ -23,3 +29,17 @@ __all__ = [
     "terms",
     "validate",
 ]
+_MODULES = {
+    "catalogue": ("identify", "terms"),
+    "diagnosis": ("benchmark", "diagnose", "diagnose_day", "diagnose_known"),
+    "muscles_command": ("muscles", "muscles_list"),
+    "recordings": ("import_files", "inspect"),
+    "runs": ("fit", "report", "run", "simulate", "validate"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    for module, names in _MODULES.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{module}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

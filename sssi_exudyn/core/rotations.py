@@ -9,7 +9,6 @@ cut-off is raised by (√2 − 1)^(−1/4) = 1.246 in the pre-warped frequency (
 from __future__ import annotations
 
 import numpy as np
-from scipy import signal
 
 from sssi_exudyn.core.frames import Array
 
@@ -24,6 +23,8 @@ def lowpass(values: Array, rate: float, cutoff: float) -> Array:
     """
     if not 0.0 < cutoff < rate / 2.0:
         raise ValueError(f"a cut-off of {cutoff:g} Hz needs sampling faster than {2 * cutoff:g} Hz, not {rate:g} Hz")
+    from scipy import signal  # here: it takes most of a second to load
+
     passes = 2
     warped = np.tan(np.pi * cutoff / rate) / (2.0 ** (1.0 / passes) - 1.0) ** 0.25
     sections = signal.butter(2, np.arctan(warped) / np.pi * rate, fs=rate, output="sos")

@@ -14,7 +14,6 @@ from typing import Final
 from sssi_exudyn.bodies.skier.chain import geometry_to_dict
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.reports.html import document
-from sssi_exudyn.reports.pdf import pdf_bytes
 from sssi_exudyn.reports.section import Runs, Section
 from sssi_exudyn.reports.sections import diagnosis, few_sensors, muscles, replay, tables, terms, turn_tables
 from sssi_exudyn.reports.sections.curve_figures import figure_5, figure_7, figure_8
@@ -55,6 +54,8 @@ def render(runs: Runs) -> str:
 
 def render_pdf(runs: Runs) -> bytes:
     """The same as a document to print, without what moves."""
+    from sssi_exudyn.reports.pdf import pdf_bytes  # here: the fonts take half a second to load
+
     return pdf_bytes(_title(runs), sentences(runs), [section(runs) for section in SECTIONS])
 
 

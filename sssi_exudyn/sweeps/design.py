@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 import numpy as np
-from scipy.stats import qmc
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.optional import import_for
@@ -98,6 +97,8 @@ def _draw(design: Design, axes: Sequence[Axis]) -> Array:
     if design.kind == "morris":
         sample = salib("sample.morris").sample
         return np.asarray(sample(problem, design.size, num_levels=MORRIS_LEVELS, seed=design.seed))
+    from scipy.stats import qmc  # here: it takes most of a second to load, in every worker
+
     drawn: Any = qmc.LatinHypercube if design.kind == "latin_hypercube" else qmc.Sobol
     unit = drawn(len(axes), rng=np.random.default_rng(design.seed)).random(design.size)
     low, high = np.array(problem["bounds"]).T

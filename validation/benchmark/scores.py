@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from scipy.stats import beta
+from scipy.special import betaincinv
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.benchmark.cases import Case
@@ -137,8 +137,8 @@ def share(hits: int, of: int) -> Share:
     """A share with its 95 % interval (Clopper and Pearson)."""
     if not of:
         return Share(hits, of, None, None, None)
-    low = float(beta.ppf(0.025, hits, of - hits + 1)) if hits else 0.0
-    high = float(beta.ppf(0.975, hits + 1, of - hits)) if hits < of else 1.0
+    low = float(betaincinv(hits, of - hits + 1, 0.025)) if hits else 0.0
+    high = float(betaincinv(hits + 1, of - hits, 0.975)) if hits < of else 1.0
     return Share(hits, of, hits / of, low, high)
 
 

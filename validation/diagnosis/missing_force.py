@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, whiten_columns
@@ -128,7 +128,7 @@ def _standing_out(force: Array, under_noise: Array, cells: int) -> tuple[Array, 
                 spread = float(np.sqrt(max(np.sum(under_noise[part, part]), 1e-12)))
                 asked.append((direction, begin, begin + length))
                 scores.append(float(np.sum(force[direction, begin : begin + length])) / spread)
-    found = discoveries(2.0 * norm.sf(np.abs(scores)))
+    found = discoveries(2.0 * ndtr(-np.abs(scores)))
     out = np.zeros((3, cells), dtype=bool)
     for (direction, begin, end), hit in zip(asked, found, strict=True):
         out[direction, begin:end] |= hit

@@ -7,7 +7,6 @@ from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from scipy.signal import find_peaks
 
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.reports import plots
@@ -154,6 +153,8 @@ def spikes(time: Array, values: Array, cycle: Cycle) -> list[int]:
     middle = cycle.transitions[1]
     window = _AROUND * float(np.mean(cycle.durations))
     least = _SPIKE * float(np.ptp(values))
+    from scipy.signal import find_peaks  # here: it takes most of a second to load
+
     found = [i for sign in (1.0, -1.0) for i in find_peaks(sign * values, prominence=least)[0]]
     return [int(i) for i in found if abs(time[i] - middle) <= window]
 
