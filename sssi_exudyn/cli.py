@@ -14,7 +14,7 @@ import traceback
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from importlib import metadata
+from importlib import import_module, metadata
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -28,6 +28,8 @@ BACKENDS = ("fastest", "compiled", "numpy", "symbolic", "python")
 METHODS = ("joint", "paper")
 """How friction is fitted: together with the recording's nuisance parameters, or the paper's two parameters alone."""
 
+_FUNCTIONS = {"import": "import_files", "ski": "identify", "benchmark": "diagnose"}
+"""Functions of ``commands`` where they are not called as the command."""
 SWEEP_VERBS = ("start", "resume", "retry", "status")
 
 
@@ -233,6 +235,11 @@ def _call(options: argparse.Namespace) -> str:
         from sssi_exudyn.io.writing import to_json, to_plain
         from sssi_exudyn.results.summary import summary_to_dict
         from sssi_exudyn.terminal import format_csv, format_summary, format_table
+
+        if options.command == "sweep":
+            import_module("sssi_exudyn.sweeps.sweep")
+        else:
+            getattr(commands, _FUNCTIONS.get(options.command, options.command), None)  # loads what the command needs
 
     if not options.debug:
         warnings.simplefilter("ignore")  # of libraries, about figures that are checked here: the error line says it

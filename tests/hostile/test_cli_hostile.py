@@ -11,7 +11,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from a_run import a_run
 from tiny import Tiny
+
+from sssi_exudyn import cli
+from sssi_exudyn.reports.report import write_run
 
 MODULE = [sys.executable, "-m", "sssi_exudyn"]
 
@@ -21,6 +25,14 @@ def sssi(arguments: Sequence[str], shell: str = "", **environment: str) -> subpr
     command = ["sh", "-c", f'"$@" {shell}', "sh", *MODULE, *arguments]
     env = {name: value for name, value in os.environ.items() if not name.startswith(("LC_", "LANG"))}
     return subprocess.run(command, check=False, capture_output=True, env=env | environment, timeout=120)
+
+
+def end_of(arguments: Sequence[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
+    """Exit status and stderr of the command, within this process."""
+    with pytest.raises(SystemExit) as end:
+        cli.main(arguments)
+    assert isinstance(end.value.code, int)
+    return end.value.code, capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")
@@ -82,17 +94,20 @@ def test_an_interrupt_while_libraries_are_imported_is_one_line(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("after", [0.0, 0.1, 0.3, 0.6, 1.0])
-def test_an_interrupt_at_any_time_shows_no_traceback_of_the_program(after: float) -> None:
+def test_an_interrupt_at_any_time_shows_no_traceback_of_the_program(after: float, tmp_path: Path) -> None:
     """Before Python has come to the program at all, the traceback is Python's own."""
-    script = "import sys; sys.stderr.write('!'); sys.stderr.flush(); import sssi_exudyn.__main__ as m; m.start()"
-    process = subprocess.Popen([sys.executable, "-c", script, "terms"], stdout=-3, stderr=subprocess.PIPE)
+    script = "import sssi_exudyn.__main__ as m, sys; sys.stderr.write('!'); sys.stderr.flush(); m.start()"
+    command = [sys.executable, "-c", script, "diagnose", "missing", "--out", str(tmp_path)]
+    process = subprocess.Popen(command, stdout=-3, stderr=subprocess.PIPE)
     assert process.stderr is not None
     assert process.stderr.read(1) == b"!"
-    time.sleep(after + 0.2)
+    time.sleep(after + 0.02)
     process.send_signal(signal.SIGINT)
     text = process.stderr.read()
     assert b"Traceback" not in text
-    assert (process.wait(60), text) in ((130, b"sssi: interrupted; resume with the same command\n"), (0, b""))
+    status = process.wait(60)
+    ended = status == 2 and text.startswith(b"sssi: missing") and text.count(b"\n") == 1
+    assert ended or (status, text) == (130, b"sssi: interrupted; resume with the same command\n")
 
 
 @pytest.mark.parametrize(
@@ -108,29 +123,24 @@ def test_an_interrupt_at_any_time_shows_no_traceback_of_the_program(after: float
     ids=lambda value: str(value),
 )
 def test_an_output_that_cannot_be_is_one_clear_line(
-    recording: Path, tmp_path: Path, arguments: list[str], out: str, folder: bool
+    recording: Path, tmp_path: Path, arguments: list[str], out: str, folder: bool, capsys: pytest.CaptureFixture[str]
 ) -> None:
     place = tmp_path / out.partition("/")[0]
     if folder:
         place.mkdir()
     elif not out.startswith("missing"):
         place.write_text("mine", encoding="utf-8")
-    done = sssi([*arguments, str(recording), "--out", str(tmp_path / out)])
-    lines = [line for line in done.stderr.splitlines() if line.startswith(b"sssi: ")]
-    assert done.returncode == 2, done.stderr
-    assert len(lines) == 1
-    assert b"Traceback" not in done.stderr
+    status, errors = end_of([*arguments, str(recording), "--out", str(tmp_path / out)], capsys)
+    assert status == 2, errors
+    assert sum(line.startswith("sssi: ") for line in errors.splitlines()) == 1
+    assert "Traceback" not in errors
     assert not place.is_file() or place.read_text(encoding="utf-8") == "mine"
 
 
-def test_a_report_into_a_folder_is_one_clear_line(tmp_path: Path) -> None:
-    from a_run import a_run
-
-    from sssi_exudyn.reports.report import write_run
-
+def test_a_report_into_a_folder_is_one_clear_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_run(tmp_path / "result", a_run(3.0, 20.0))
     (tmp_path / "page.html").mkdir()
-    done = sssi(["report", str(tmp_path / "result"), "--out", str(tmp_path / "page.html")])
-    assert done.returncode == 2
-    assert done.stderr.count(b"\n") == 1
-    assert b"page.html" in done.stderr
+    status, errors = end_of(["report", str(tmp_path / "result"), "--out", str(tmp_path / "page.html")], capsys)
+    assert status == 2
+    assert errors.count("\n") == 1
+    assert "page.html" in errors

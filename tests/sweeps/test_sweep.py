@@ -27,7 +27,7 @@ from sssi_exudyn.io.typed import decode, encode
 from sssi_exudyn.sweeps import scheduler as sweep_scheduler
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.plan import Job, SweepRun, plan_sweep
-from sssi_exudyn.sweeps.pools import Crew, local_pool
+from sssi_exudyn.sweeps.pools import Crew
 from sssi_exudyn.sweeps.records import claim, gather, last_records, read_records, write_record
 from sssi_exudyn.sweeps.run import crash_record
 from sssi_exudyn.sweeps.worker import perform
@@ -49,6 +49,19 @@ def written(folder: Path, **others: Any) -> Path:
     path = folder / "swept.toml"
     path.write_text(tomli_w.dumps(settings(**others)), encoding="utf-8")
     return path
+
+
+@contextmanager
+def thread_pool(_workers: int) -> Iterator[Crew]:
+    """A worker within this process, for tests that are not about processes: one of its own takes seconds to start."""
+    with ThreadPoolExecutor(1) as executor:
+        yield Crew(executor, lambda: 1)
+
+
+@pytest.fixture
+def within(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sweeps run within this process."""
+    monkeypatch.setattr(sweeps, "pool_of", lambda *_: thread_pool)
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +97,7 @@ def test_table_has_a_row_a_run_with_inputs_units_and_figures(swept: Path) -> Non
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("within")
 def test_same_file_gives_the_same_bytes_on_another_number_of_workers(swept: Path, tmp_path: Path) -> None:
     sweeps.sweep(settings(), tmp_path / "deeper" / "one", workers=1)
     for name in ("runs.parquet", "columns.csv"):
@@ -100,6 +114,7 @@ def test_the_page_is_made_again_from_the_folder_alone(swept: Path, tmp_path: Pat
         commands.report([moved], tmp_path / "page.pdf")
 
 
+@pytest.mark.long
 def test_finished_sweep_is_not_run_again(swept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = (swept / "runs.parquet").read_bytes()
     ends = pd.read_parquet(swept / "timings.parquet")["end"].tolist()
@@ -115,6 +130,7 @@ def test_finished_sweep_is_not_run_again(swept: Path, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("within")
 def test_failed_runs_leave_their_error_and_may_be_retried(tmp_path: Path) -> None:
     # a boot centre 1.9 m from the tail of a ski of 1.65 m is within its own bounds, but off the ski
     boots = {"name": "ski.boot_centre", "values": [0.7, 1.9]}
@@ -138,7 +154,7 @@ def test_recording_that_has_changed_stops_the_sweep(tmp_path: Path) -> None:
     toml = tmp_path / "beginner" / "recording.toml"
     toml.write_text(toml.read_text(encoding="utf-8") + "\n", encoding="utf-8")
     with pytest.raises(InputError, match="has changed"):
-        sweep_scheduler.do_all(tmp_path, plan.job, plan.runs(), local_pool, 1, lambda _run, _status: None)
+        sweep_scheduler.do_all(tmp_path, plan.job, plan.runs(), thread_pool, 1, lambda _run, _status: None)
 
 
 def _deadly(folder: Path, task: bytes) -> str:
@@ -156,6 +172,7 @@ def test_run_that_kills_its_worker_is_found_and_the_others_go_on(
     counts = sweeps.sweep(settings(), tmp_path, workers=2)
     assert (counts["done"], counts["crashed"], counts["left"], counts["repeated"]) == (4, 1, 0, 0)
     monkeypatch.undo()
+    monkeypatch.setattr(sweeps, "pool_of", lambda *_: thread_pool)
     counts = sweeps.retry(tmp_path, workers=1)
     assert (counts["done"], counts["crashed"], counts["repeated"]) == (5, 0, 0)
 
@@ -227,13 +244,7 @@ def test_sweep_of_an_earlier_version_is_continued(kind: str, tmp_path: Path, mon
     monkeypatch.setattr("sssi_exudyn.sweeps.run.versions", lambda: origin["versions"])
     before = last_records(out)[0]
     assert (sweeps.status(out)["done"], sweeps.status(out)["left"]) == (2, 1)
-
-    @contextmanager
-    def here(_workers: int) -> Iterator[Crew]:
-        with ThreadPoolExecutor(1) as executor:
-            yield Crew(executor, lambda: 1)
-
-    monkeypatch.setattr(sweeps, "pool_of", lambda *_: here)
+    monkeypatch.setattr(sweeps, "pool_of", lambda *_: thread_pool)
     counts = sweeps.resume(out)
     assert (counts["done"], counts["left"], counts["repeated"]) == (3, 0, 0)
     after = last_records(out)[0]
@@ -292,7 +303,7 @@ def gone(process: psutil.Process) -> bool:
 
 @pytest.mark.long
 def test_killed_worker_then_killed_sweep_lose_nothing_and_repeat_nothing(
-    started: Callable[[int], tuple[subprocess.Popen[str], Path]],
+    started: Callable[[int], tuple[subprocess.Popen[str], Path]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     count = 150  # more than end between two looks of a test that has to wait for a core
     process, out = started(count)
@@ -307,7 +318,8 @@ def test_killed_worker_then_killed_sweep_lose_nothing_and_repeat_nothing(
     assert 15 <= len(kept) < count
     found = sweeps.status(out)
     assert (found["done"], found["left"], found["running"]) == (len(kept), count - len(kept), False)
-    counts = sweeps.resume(out, workers=2)
+    monkeypatch.setattr(sweeps, "pool_of", lambda *_: thread_pool)
+    counts = sweeps.resume(out)
     assert (counts["done"], counts["left"], counts["repeated"]) == (count, 0, 0)
     records = [record for _, record in read_records(out)]
     assert len(records) == count

@@ -7,8 +7,10 @@ joint by joint, and instruments have autocorrelated noise.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -65,14 +67,14 @@ Recorded = tuple[Recording, Motion, Model]
 class Made:
     """A case with what its instruments recorded.
 
-    plain : what they would have, with the same noise, were nothing concealed; None where nothing is
+    plain : simulates what they would have, with the same noise, were nothing concealed; None where nothing is
     """
 
     case: Case
     recording: Recording
     motion: Motion
     model: Model
-    plain: Recorded | None
+    plain: Callable[[], Recorded] | None
 
 
 _PAIRS: Final = (
@@ -148,7 +150,7 @@ def _draw(
         effects[0].window if len(effects) == 1 else None,
         {k: v for e in effects for k, v in (e.truth or {}).items()} if len(effects) == 1 else {},
     )
-    return Made(case, *made, record(same_noise, given, motion, true, 0.0, 0.0) if effects else None)
+    return Made(case, *made, partial(record, same_noise, given, motion, true, 0.0, 0.0) if effects else None)
 
 
 def record(

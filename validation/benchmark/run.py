@@ -82,7 +82,7 @@ def diagnose_case(made: Made, *, full: bool) -> CaseResult:
         diagnosis=found.diagnosis,
         friction=Friction(found.model.value("friction.mu_t"), found.model.value("friction.mu_n")),
         held_out_m=found.figures[-1].held_out_error,
-        held_out_plain_m=figures_without_findings(*made.plain).held_out_error if made.plain and clear else None,
+        held_out_plain_m=figures_without_findings(*made.plain()).held_out_error if made.plain and clear else None,
         bic=bic,
         in_sample=in_sample,
         oracle=oracle,

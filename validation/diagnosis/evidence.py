@@ -132,23 +132,57 @@ def log_prior(measurements: Measurements, levels: NoiseLevels) -> float:
 
 def log_evidence(linear: LinearModel, levels: NoiseLevels, extra: Freedom | None = None) -> float:
     """log p(measurements), amplitudes integrated out, but for a constant that all explanations share."""
-    free = linear.free.with_more(linear.capture, np.full(linear.capture.shape[1], levels.capture))
-    if extra is not None:
-        free = free.with_more(extra.columns, extra.scales)
-    table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
-    y, x = table[:, 0], table[:, 1:]
-    factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
-    along = x.T @ y
-    misfit = float(y @ y - along @ cho_solve(factor, along))
-    return -0.5 * misfit - float(np.sum(np.log(np.diag(factor[0])))) - log_volume(linear, levels)
+    return _Evidence(linear, extra).at(levels)
+
+
+class _Evidence:
+    """Log evidence at many noise levels.
+
+    Whitened columns enter only by their inner products.  Those of a block depend on its correlation time alone but for
+    a factor, so the last few are kept: a search by differences changes one number at a time.
+    """
+
+    def __init__(self, linear: LinearModel, extra: Freedom | None) -> None:
+        free = linear.free if extra is None else linear.free.with_more(extra.columns, extra.scales)
+        self.linear = linear
+        self.columns = np.column_stack([linear.residual, free.columns * free.scales, linear.capture])
+        self.scales = np.ones(self.columns.shape[1])
+        self.capture = slice(self.columns.shape[1] - linear.capture.shape[1], None)
+        self.blocks = {name: at for name, at in linear.measurements.blocks.items() if at.stop > at.start}
+        self.kept: dict[str, dict[float, Array]] = {name: {} for name in self.blocks}
+
+    def at(self, levels: NoiseLevels) -> float:
+        """Log evidence at these levels."""
+        total = sum(self._products(name, levels.of(name)) for name in self.blocks)
+        self.scales[self.capture] = levels.capture
+        total = total * self.scales * self.scales[:, None]
+        factor = cho_factor(total[1:, 1:] + np.eye(len(total) - 1), lower=True)
+        misfit = float(total[0, 0] - total[0, 1:] @ cho_solve(factor, total[1:, 0]))
+        return -0.5 * misfit - float(np.sum(np.log(np.diag(factor[0])))) - log_volume(self.linear, levels)
+
+    def _products(self, name: str, noise: ExponentialNoise) -> Array:
+        """Inner products (1 + c, 1 + c) of a block's whitened columns."""
+        kept = self.kept[name]
+        if noise.correlation_time not in kept:
+            if len(kept) == _KEPT:
+                del kept[next(iter(kept))]
+            unit = ExponentialNoise(1.0, noise.correlation_time)
+            columns = whiten(self.linear.measurements.time_of(name), self.columns[self.blocks[name]], unit)
+            kept[noise.correlation_time] = columns.T @ columns
+        return kept[noise.correlation_time] / noise.sigma**2
+
+
+_KEPT: Final = 2
+"""Correlation times of a block whose products are kept: that of a point of the search, and of the step beside it."""
 
 
 def best_levels(linear: LinearModel, start: NoiseLevels, extra: Freedom | None = None) -> tuple[NoiseLevels, float]:
     """The noise that makes the measurements most probable, and log evidence plus the noise's own prior there."""
+    evidence = _Evidence(linear, extra)
 
     def minus(logs: Array) -> float:
         levels = NoiseLevels.from_vector(logs)
-        return -log_evidence(linear, levels, extra) - log_prior(linear.measurements, levels)
+        return -evidence.at(levels) - log_prior(linear.measurements, levels)
 
     usual = usual_levels(linear.measurements).vector
     farthest = Bounds(usual - _FARTHEST * _SPREAD, usual + _FARTHEST * _SPREAD)
