@@ -71,12 +71,6 @@ def base() -> tuple[Recording, Motion, Model]:
     return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 
 
-@pytest.fixture(scope="module")
-def patched(base: Any) -> Made:
-    """A run over a patch of slow snow, simulated once for the tests that search for it."""
-    return make(0, ("snow_patch", "physics", 3), [base], seed=4)
-
-
 def shown(diagnosis: Diagnosis) -> str:
     return section_html(Section("", diagnosis_blocks(diagnosis)), "part")
 
@@ -94,8 +88,8 @@ def diagnose_case(made: Made, tmp_path: Path) -> tuple[Case, dict[str, Any]]:
 
 
 @pytest.mark.long
-def test_a_patch_of_slow_snow_is_found_named_and_placed(patched: Made, tmp_path: Path) -> None:
-    case, written = diagnose_case(patched, tmp_path)
+def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any, tmp_path: Path) -> None:
+    case, written = diagnose_case(make(0, ("snow_patch", "physics", 3), [base], seed=4), tmp_path)
     assert written.keys() >= KEYS
     finding = written["findings"][0]
     names = [finding["name"], *(other["name"] for other in finding["alternatives"])]
@@ -335,9 +329,14 @@ def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> No
 
 @pytest.mark.long
 def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
-    patched: Made, monkeypatch: pytest.MonkeyPatch
+    base: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    few = tuple(BY_NAME[name] for name in ("snow_patch", "unexplained_force"))
+    recording, motion, model = base
+    motion = replace(motion, stop=motion.start + 5.0)
+    # the fixes jump by 1 m, 50 standard deviations
+    jump = np.where(recording.gps.time[:, None] > motion.start + 2.5, [[1.0, 0.0, 0.0]], 0.0)
+    jumped = replace(recording, gps=replace(recording.gps, enu=recording.gps.enu + jump))
+    few = tuple(BY_NAME[name] for name in ("gps_jump", "unexplained_force"))
     monkeypatch.setattr(search, "HYPOTHESES", few)
     asked = []
 
@@ -348,7 +347,7 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
         return compare_hypotheses(problem, state, fit)
 
     monkeypatch.setattr(diagnose_module, "compare_hypotheses", once)
-    found = diagnose(patched.recording, patched.motion, patched.model, full=False)
+    found = diagnose(jumped, motion, model, full=False)
     assert len(asked) == 2
     assert found.diagnosis.verdict == "none"
     assert found.fit is found.first
