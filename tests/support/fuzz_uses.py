@@ -7,13 +7,13 @@ from pathlib import Path
 from unittest import mock
 
 from fuzz_seeds import KEY, KNOWN, PLACED, entry
-from sssi_exudyn.commands.muscles import muscles
 
 from sssi_exudyn.bodies.muscles.osim import read_osim
 from sssi_exudyn.bodies.ski.bench_tests import read_measurements
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.ski import read_ski
 from sssi_exudyn.commands.diagnosis import diagnose_known
+from sssi_exudyn.commands.muscles_command import muscles
 from sssi_exudyn.commands.runs import report, validate
 from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.importing.assemble import import_recording
