@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bundled import bundled
 
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.full import simulate
@@ -21,8 +21,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 @cache
 def given(name: str) -> tuple[Model, Motion]:
-    recording = read_recording(EXAMPLES / name)
-    motion = motion_from_recording(recording)
+    recording, motion = bundled(name)
     return model_of(recording, motion), motion
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bundled import bundled
 
 from sssi_exudyn.fitting import fit as fitting
 from sssi_exudyn.fitting.fit import Method, fit, problem_of
@@ -13,15 +14,12 @@ from sssi_exudyn.fitting.gps_observation import Track, predict_fixes
 from sssi_exudyn.fitting.objective import Problem
 from sssi_exudyn.fitting.optimise import minimise, minimise_squares
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.simulation.full import antenna_path, simulate
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 TRUTH = {
     "friction.mu_t": 0.07,
     "friction.mu_n": 0.6,
@@ -35,8 +33,7 @@ SECONDS = 4.0
 @pytest.fixture(scope="module")
 def made() -> tuple[Motion, Problem]:
     """4 s of the beginner's movement, and as GPS the full model's antenna with known friction, without noise."""
-    recording = read_recording(EXAMPLE)
-    motion = motion_from_recording(recording)
+    recording, motion = bundled("beginner")
     motion = replace(motion, stop=motion.start + SECONDS)
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
     truth = problem.model.with_values(TRUTH)
@@ -119,8 +116,7 @@ def test_gradient_against_differences(made: tuple[Motion, Problem]) -> None:
 
 @pytest.mark.parametrize("method", ["joint", "paper"])
 def test_what_is_fitted(method: Method) -> None:
-    recording = read_recording(EXAMPLE)
-    motion = motion_from_recording(recording)
+    recording, motion = bundled("beginner")
     problem = problem_of(recording, motion, model_of(recording, motion), method)
     assert problem.names[:2] == ("friction.mu_t", "friction.mu_n")
     assert list(problem.start[:2]) == [0.1, 0.5]

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
+from bundled import bundled
 from gliding import INCLINATION, model, standing
 
 from sssi_exudyn.contact.registry import PAPER_TERMS
@@ -16,20 +16,15 @@ from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.model.faults import HeadingDrift, LeverArm
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.motion.from_recording import motion_from_recording
-from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.assembly import correct_motion
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import STEP, prepare, simulate_reduced
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.mark.parametrize("name", ["beginner", "intermediate"])
 @pytest.mark.long
 def test_path_and_loads_are_the_full_models(name: str) -> None:
-    recording = read_recording(EXAMPLES / name)
-    motion = motion_from_recording(recording)
+    recording, motion = bundled(name)
     start = model_of(recording, motion)
     full = simulate(replace(start, solver=replace(start.solver, step=STEP)), motion, stop=3.0)
     reduced = simulate_reduced(start, prepare(start, motion, stop=3.0))
@@ -52,8 +47,8 @@ def test_block_on_a_slope() -> None:
 
 
 def test_faults_of_the_capture_are_the_same_on_tables_and_on_the_motion() -> None:
-    recording = read_recording(EXAMPLES / "beginner")
-    motion = replace(motion_from_recording(recording), stop=2.0)
+    recording, motion = bundled("beginner")
+    motion = replace(motion, stop=2.0)
     start = model_of(recording, motion)
     faulty = replace(start, sensors=(HeadingDrift(rate=0.02, t_ref=0.4), LeverArm(0.1, -0.2, 0.05))).with_values(
         {"start.heading_offset": 0.05}
@@ -72,8 +67,7 @@ def test_faults_of_the_capture_are_the_same_on_tables_and_on_the_motion() -> Non
 @pytest.mark.long
 def test_order_of_the_step() -> None:
     """Average acceleration is of second order; the snow's power law and the points' coming and going cost a little."""
-    recording = read_recording(EXAMPLES / "beginner")
-    motion = motion_from_recording(recording)
+    recording, motion = bundled("beginner")
     start = model_of(recording, motion)
     ends = [
         simulate_reduced(start, prepare(start, motion, stop=2.0, step=step)).pelvis[-1]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
-from pathlib import Path
 
 import numpy as np
 import pytest
+from bundled import bundled
 
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.term import parameters
@@ -27,15 +27,12 @@ from sssi_exudyn.fitting.gps_observation import predict_fixes
 from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, insole_readings, values_of
 from sssi_exudyn.model.from_recording import first_guess, model_of
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities, simulate_each
 from sssi_exudyn.simulation.tangents import run_tangents, skier_mass_change
 from sssi_exudyn.validation.capture_error import CaptureError, with_error
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
 SECONDS = 3.0
 FIELDS = ("pelvis", "pelvis_velocity", "antenna", "com", "foot_load", "sole_force", "foot_friction", "edge_angle")
 STEPS = {"m": 1e-3, "s": 1e-3, "m/s": 1e-3, "rad": 1e-4, "rad/s": 1e-4}
@@ -49,8 +46,7 @@ bends the loads' course.  A term that is left out of a derivative would show by 
 @cache
 def example() -> tuple[Model, Motion]:
     """The start of the beginner's run: a turn with one ski coming off the snow."""
-    recording = read_recording(EXAMPLES / "beginner")
-    motion = motion_from_recording(recording)
+    recording, motion = bundled("beginner")
     model = model_of(recording, motion)
     assert recording.gps is not None
     start = first_guess(recording.gps, motion, model.inclination, model.fall_line_azimuth)

@@ -1,27 +1,22 @@
 """The model without the skeleton's tree is the same model: path, forces, joint moments and energies."""
 
 from dataclasses import fields, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from bundled import bundled
 
 from sssi_exudyn.contact.terms.body_forces import PolePlant
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.motion.from_recording import motion_from_recording
-from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.full import antenna_path, simulate
 from sssi_exudyn.simulation.result import SimulationResult
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.fixture(scope="module", params=["beginner", "intermediate"])
 def both(request: pytest.FixtureRequest) -> tuple[SimulationResult, SimulationResult]:
     """1.5 s with the tree and without, with a force on every place: a gust, a pole, snow, friction and air."""
-    recording = read_recording(EXAMPLES / request.param)
-    motion = motion_from_recording(recording)
+    recording, motion = bundled(request.param)
     model = model_of(recording, motion)
     middle = motion.start + 0.8
     gust = Gust(w_f=-4.0, w_l=5.0, t0=middle, t1=middle + 0.5)
@@ -70,8 +65,7 @@ def test_the_same_series(both: tuple[SimulationResult, SimulationResult]) -> Non
 
 
 def test_antenna_path() -> None:
-    recording = read_recording(EXAMPLES / "beginner")
-    motion = motion_from_recording(recording)
+    recording, motion = bundled("beginner")
     motion = replace(motion, stop=motion.start + 0.5)
     model = model_of(recording, motion)
     run = simulate(model, motion, tree=False)

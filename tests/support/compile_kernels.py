@@ -1,31 +1,39 @@
-"""Compile what most tests simulate with, into Numba's cache: ``python compile_kernels.py full|reduced``."""
+"""Compile what most tests compute with, into Numba's cache: ``python compile_kernels.py full|reduced``."""
 
 from __future__ import annotations
 
 import sys
 
+import numpy as np
 from gliding import model, standing
 
+from sssi_exudyn.bodies.muscles.muscles import skier_muscles
+from sssi_exudyn.bodies.muscles.paths import muscle_paths
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED, average_geometry
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.sensitivities import sensitivities
 
 SETS = (PAPER_TERMS, (*PAPER_TERMS, SnowPatch()))
 """The paper's terms, and one more, which takes the kernel of all terms."""
 
 
 def compile_full() -> None:
-    """The full model."""
+    """The full model, and the muscles' paths."""
     for terms in SETS:
         simulate(model(terms), standing(0.1), stop=0.02)
+    muscle_paths(skier_muscles(average_geometry(1.75)).model, np.zeros((1, len(PRESCRIBED))))
 
 
 def compile_reduced() -> None:
-    """The reduced model."""
+    """The reduced model with its tangents."""
     for terms in SETS:
         skier = model(terms)
-        simulate_reduced(skier, prepare(skier, standing(0.1)))
+        prepared = prepare(skier, standing(0.1))
+        simulate_reduced(skier, prepared)
+        sensitivities(skier, prepared, ["friction.mu_t"], lambda _, run: run.pelvis)
 
 
 if __name__ == "__main__":

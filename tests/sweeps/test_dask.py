@@ -15,6 +15,7 @@ import psutil
 import pytest
 import tomli_w
 from distributed import Security
+from thread_pool import thread_pool
 
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.sweeps import sweep as sweeps
@@ -114,7 +115,8 @@ def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(
     assert (counts["done"], counts["left"], counts["repeated"]) == (RUNS, 0, 0)
     assert kept <= {name for name, _ in read_records(out)}
     here = tmp_path / "here"
-    sweeps.sweep(settings(RUNS), here, workers=1)
+    monkeypatch.setattr(sweeps, "pool_of", lambda *_: thread_pool)
+    sweeps.sweep(settings(RUNS), here)
     assert (here / "runs.parquet").read_bytes() == (out / "runs.parquet").read_bytes()
 
 

@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from bundled import bundled
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.sweeps.design import Axis, Design, points_of
 from sssi_exudyn.sweeps.file import read_sweep, sweep_from
@@ -30,8 +29,7 @@ MASS = {"name": "skier.mass", "low": 60.0, "high": 80.0, "count": 3}
 
 @pytest.fixture(scope="module")
 def base() -> tuple[Recording, Motion, Model]:
-    recording = read_recording(EXAMPLES / "beginner")
-    motion = motion_from_recording(recording)
+    recording, motion = bundled("beginner")
     return recording, motion, model_of(recording, motion)
 
 

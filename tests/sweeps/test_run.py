@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from bundled import bundled
 
 from sssi_exudyn import cli
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.motion.from_recording import motion_from_recording
-from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.sweeps import run as sweep_run
 from sssi_exudyn.sweeps import sweep as sweeps
@@ -36,8 +35,7 @@ def test_run_is_the_simulation_that_its_parameters_say(tmp_path: Path) -> None:
     parameter = [{"name": "friction.mu_t", "values": [0.07]}, {"name": "skier.mass", "values": [72.0]}]
     plan = plan_of(parameter=parameter, duration_s=1.0)
     figures = record_of(plan.job, plan.run(0), tmp_path).figures
-    recording = read_recording(EXAMPLES / "beginner")
-    motion = motion_from_recording(recording)
+    recording, motion = bundled("beginner")
     model = model_of(recording, motion)
     model = replace(model, skier=replace(model.skier, mass=72.0)).with_values({"friction.mu_t": 0.07})
     run = simulate_reduced(model, prepare(model, motion, stop=motion.start + 1.0))

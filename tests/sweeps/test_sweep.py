@@ -7,9 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,6 +18,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import tomli_w
+from thread_pool import thread_pool
 
 from sssi_exudyn import commands
 from sssi_exudyn.core.errors import InputError, SssiError
@@ -27,7 +26,6 @@ from sssi_exudyn.io.typed import decode, encode
 from sssi_exudyn.sweeps import scheduler as sweep_scheduler
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.plan import Job, SweepRun, plan_sweep
-from sssi_exudyn.sweeps.pools import Crew
 from sssi_exudyn.sweeps.records import claim, gather, last_records, read_records, write_record
 from sssi_exudyn.sweeps.run import crash_record
 from sssi_exudyn.sweeps.worker import perform
@@ -49,13 +47,6 @@ def written(folder: Path, **others: Any) -> Path:
     path = folder / "swept.toml"
     path.write_text(tomli_w.dumps(settings(**others)), encoding="utf-8")
     return path
-
-
-@contextmanager
-def thread_pool(_workers: int) -> Iterator[Crew]:
-    """A worker within this process, for tests that are not about processes: one of its own takes seconds to start."""
-    with ThreadPoolExecutor(1) as executor:
-        yield Crew(executor, lambda: 1)
 
 
 @pytest.fixture

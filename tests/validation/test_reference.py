@@ -1,9 +1,8 @@
 """The flat model in one file against the assembled one: other beams, another integrator, no mechanics in common."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from bundled import bundled
 from gliding import model as glider
 from gliding import standing
 from scipy.spatial.transform import Rotation
@@ -17,19 +16,14 @@ from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.terms.wind import Wind
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.system import instant
 from sssi_exudyn.validation.reference import FlatModel, flat_ski, simulate_flat
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
-
 
 def given(name: str) -> tuple[Model, Motion]:
-    recording = read_recording(EXAMPLES / name)
-    motion = motion_from_recording(recording)
+    recording, motion = bundled(name)
     return model_of(recording, motion), motion
 
 

@@ -6,10 +6,10 @@ tips of the chain to the pelvis.
 """
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from bundled import bundled
 
 from sssi_exudyn.bodies.skier.chain import COORDINATE, FEET, JOINTS, PARENT, PRESCRIBED, forward_kinematics, rates
 from sssi_exudyn.contact.backends.full_kernel import NODE
@@ -17,21 +17,17 @@ from sssi_exudyn.contact.terms.air import AirDrag
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
 from sssi_exudyn.core.frames import gravity_in_slope
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.motion.from_recording import motion_from_recording
-from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.full import FullRun, integrate
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.simulation.series import result_from_record
 
-EXAMPLE = Path(__file__).parents[3] / "examples" / "beginner"
 STEP = 0.0025
 
 
 @pytest.fixture(scope="module")
 def run() -> tuple[FullRun, SimulationResult]:
     """2 s of the beginner, with an edge change; steps short enough to differentiate."""
-    recording = read_recording(EXAMPLE)
-    motion = motion_from_recording(recording)
+    recording, motion = bundled("beginner")
     model = model_of(recording, motion)
     model = replace(model, solver=replace(model.solver, step=STEP))
     done, problem = integrate(model, motion, stop=2.0)

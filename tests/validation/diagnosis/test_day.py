@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bundled import bundled
 from test_evidence import LEVELS, covariance, linear_model
 
 from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFriction
@@ -82,8 +83,7 @@ def test_a_common_effect_is_estimated_better_by_two_runs() -> None:
 @pytest.mark.long
 def test_two_runs_find_what_neither_does_alone() -> None:
     """Friction that rises with speed, as the benchmark's world records it on two stretches at different speeds."""
-    recording = read_recording(EXAMPLE)
-    motion = motion_from_recording(recording)
+    recording, motion = bundled("intermediate")
     # what a fit of the whole recording finds; the data are those of the world below, so no fit is needed to make them
     fitted = model_of(recording, motion).with_values({"friction.mu_t": 0.19, "friction.mu_n": 0.9})
     law = SpeedDependentFriction(0.02, 10.0)

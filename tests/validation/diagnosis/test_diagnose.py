@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from a_diagnosis import diagnosis_of, finding_of
+from bundled import bundled
 from schema_check import check_against_schema
 from test_evidence import LEVELS
 
@@ -25,9 +26,7 @@ from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.io.writing import to_json
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.section import Section
@@ -59,14 +58,12 @@ from sssi_exudyn.validation.diagnosis.state import (
 
 ROOT = Path(__file__).parents[3]
 SCHEMA = ROOT / "validation" / "diagnosis" / "diagnosis.schema.json"
-EXAMPLE = ROOT / "examples" / "beginner"
 KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "noise"}
 
 
 @pytest.fixture(scope="module")
 def base() -> tuple[Recording, Motion, Model]:
-    recording = read_recording(EXAMPLE)
-    motion = motion_from_recording(recording)
+    recording, motion = bundled("beginner")
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
     return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 

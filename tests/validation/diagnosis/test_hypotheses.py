@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bundled import bundled
 from hypothesis_contract import check_on_run, check_statements
 
 from sssi_exudyn.contact.terms.wind import Wind
@@ -15,8 +16,6 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.motion.from_recording import motion_from_recording
-from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import (
     BY_NAME,
@@ -35,8 +34,7 @@ IN_THE_FORMAT = 19
 @pytest.fixture(scope="module")
 def fitted() -> FittedRun:
     """Five seconds of a run, which have transitions, by the reduced model."""
-    recording = read_recording(ROOT / "examples" / "beginner")
-    motion = motion_from_recording(recording)
+    recording, motion = bundled("beginner")
     motion = replace(motion, stop=motion.start + 5.0)
     model = problem_of(recording, motion, model_of(recording, motion), "joint").model
     prepared = prepare(model, motion, step=0.01)

@@ -1,0 +1,20 @@
+"""The bundled recordings, read once in a process: reading one and its motion takes a second."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.recording import Recording
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@cache
+def bundled(name: str) -> tuple[Recording, Motion]:
+    """The recording ``examples/name`` and its motion."""
+    recording = read_recording(EXAMPLES / name)
+    return recording, motion_from_recording(recording)
