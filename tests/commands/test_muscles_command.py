@@ -37,6 +37,7 @@ def result(tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_a_result_gets_its_muscles(result: Path) -> None:
     before = pd.read_parquet(result / "series.parquet")
     summary = commands.muscles(result, None)
@@ -67,6 +68,7 @@ def test_a_result_gets_its_muscles(result: Path) -> None:
     assert np.allclose(table["values"][:, k], series["muscle_soleus_r_force_N"], rtol=1e-9)  # ten digits are written
 
 
+@pytest.mark.long
 def test_the_page_has_one_section_however_often(result: Path) -> None:
     plain = (result / "report.html").read_text(encoding="utf-8")
     for power in (2, 3):
@@ -80,6 +82,7 @@ def test_the_page_has_one_section_however_often(result: Path) -> None:
         assert page.count('<th scope="row">psoas major</th>') == 2  # of the leg and of the trunk
 
 
+@pytest.mark.long
 def test_out_leaves_the_result_as_it_is(result: Path, tmp_path: Path) -> None:
     before = {path.name: path.read_bytes() for path in result.iterdir() if path.is_file()}
     commands.muscles(result, tmp_path / "out")
@@ -88,17 +91,20 @@ def test_out_leaves_the_result_as_it_is(result: Path, tmp_path: Path) -> None:
     assert (tmp_path / "out" / "model.toml").read_bytes() == before["model.toml"]
 
 
+@pytest.mark.long
 def test_no_result_no_out(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not a result"):
         commands.muscles(tmp_path, None)
 
 
+@pytest.mark.long
 def test_a_result_without_lengths_says_so(result: Path) -> None:
     (result / "skeleton.json").unlink()
     with pytest.raises(InputError, match="did not keep the skier's lengths"):
         commands.muscles(result, None)
 
 
+@pytest.mark.long
 def test_list_is_csv(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         cli.main(["muscles", "--list"])
@@ -110,6 +116,7 @@ def test_list_is_csv(capsys: pytest.CaptureFixture[str]) -> None:
     assert {row["region"] for row in rows} == {"leg", "lumbar"}
 
 
+@pytest.mark.long
 def test_nothing_given_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         cli.main(["muscles"])

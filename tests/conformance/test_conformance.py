@@ -146,12 +146,14 @@ def test_symbols_equal_floats(cls: type[Any], symbolic_values: dict[str, list[li
 
 
 @every_term
+@pytest.mark.long
 def test_compiled_equals_floats(cls: type[Any]) -> None:
     for term in instances(cls):
         assert_close(compiled_on_grid(term), reference(term))
 
 
 @_of(*VARIABLES)
+@pytest.mark.long
 def test_compiled_derivatives_are_right(cls: type[Any]) -> None:
     for term in instances(cls):
         answers, values = compiled_on_grid(term, derivatives=True), reference(term)
@@ -167,6 +169,7 @@ def test_compiled_derivatives_are_right(cls: type[Any]) -> None:
 
 
 @every_term
+@pytest.mark.long
 def test_linearisation_is_exact(cls: type[Any]) -> None:
     # by the state and by every declared number, also those inside windows, places and exponents
     for term in instances(cls):
@@ -187,6 +190,7 @@ def test_linearisation_is_exact(cls: type[Any]) -> None:
 
 
 @every_term
+@pytest.mark.long
 def test_is_continuous(cls: type[Any]) -> None:
     for term in instances(cls):
         # The two states differ in the last digit of one number, so a continuous law differs by its own rounding;

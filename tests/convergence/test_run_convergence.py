@@ -51,6 +51,7 @@ def test_elements() -> None:
     assert usual < 0.5 * coarse
 
 
+@pytest.mark.long
 def test_heading_of_the_slope_and_clock_do_not_matter() -> None:
     """The same movement on a slope that falls another way, recorded an hour later, is the same run."""
     model, motion = given("beginner")

@@ -152,6 +152,7 @@ def test_bounds_hold() -> None:
     np.testing.assert_allclose(found.values, 1.0, atol=1e-6)
 
 
+@pytest.mark.long
 def test_an_interrupt_within_the_solver_is_an_interrupt(made: tuple[Motion, Problem]) -> None:
     """Exudyn turns what callbacks raise into errors of its own; Ctrl-C must not look like a divergence."""
     motion, problem = made

@@ -49,6 +49,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     "environment",
     [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C"}, {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}],
 )
+@pytest.mark.long
 def test_a_terminal_of_another_encoding_gets_every_result(recording: Path, environment: dict[str, str]) -> None:
     done = sssi(["inspect", str(recording)], **environment)
     assert done.returncode == 0, done.stderr
@@ -57,6 +58,7 @@ def test_a_terminal_of_another_encoding_gets_every_result(recording: Path, envir
 
 
 @pytest.mark.parametrize("shell", [">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
+@pytest.mark.long
 def test_closed_streams_are_no_fault(recording: Path, tmp_path: Path, shell: str) -> None:
     picture = tmp_path / "picture.svg"
     done = sssi(["inspect", str(recording), "--out", str(picture)], shell)
@@ -66,6 +68,7 @@ def test_closed_streams_are_no_fault(recording: Path, tmp_path: Path, shell: str
     assert sssi(["--version"], shell).returncode == 0
 
 
+@pytest.mark.long
 def test_a_full_disk_behind_stdout_is_one_line(recording: Path) -> None:
     done = sssi(["inspect", str(recording)], ">/dev/full")
     assert done.returncode == 1
@@ -137,6 +140,7 @@ def test_an_output_that_cannot_be_is_one_clear_line(
     assert not place.is_file() or place.read_text(encoding="utf-8") == "mine"
 
 
+@pytest.mark.long
 def test_a_report_into_a_folder_is_one_clear_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_run(tmp_path / "result", a_run(3.0, 20.0))
     (tmp_path / "page.html").mkdir()

@@ -217,6 +217,7 @@ TAKEN: dict[str, Spoil] = {
 
 @pytest.mark.parametrize("name", TAKEN)
 @pytest.mark.parametrize("ending", ["html", "pdf"])
+@pytest.mark.long
 def test_odd_results_have_a_report(result: Path, name: str, ending: str) -> None:
     TAKEN[name](result)
     out = result.parent / f"report.{ending}"
@@ -228,6 +229,7 @@ def test_odd_results_have_a_report(result: Path, name: str, ending: str) -> None
 HOSTILE_NAME = r"$ \frac{$ </script><b>"
 
 
+@pytest.mark.long
 def test_formulas_in_names_are_shown_as_they_are(result: Path) -> None:
     in_json("summary.json", lambda t: t.update(recording=HOSTILE_NAME, notices=[HOSTILE_NAME]))(result)
     in_json("diagnosis.json", lambda t: t["findings"][0].update(caption=HOSTILE_NAME, name=HOSTILE_NAME))(result)

@@ -235,6 +235,7 @@ def few_sensors_run() -> StoredRun:
     return replace(a_run(posture=posture), second_half=speeds)
 
 
+@pytest.mark.long
 def test_every_command_leaves_the_report_that_is_made_from_its_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

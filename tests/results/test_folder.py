@@ -58,6 +58,7 @@ def other_process(folder: Path, fault: str, number: int) -> subprocess.Completed
 
 
 @pytest.mark.parametrize("moves", [0, 1, 2])
+@pytest.mark.long
 def test_a_kill_while_files_are_moved_leaves_no_mixture(tmp_path: Path, moves: int) -> None:
     old_result(tmp_path)
     assert other_process(tmp_path, "kill", moves).returncode == -9
@@ -70,6 +71,7 @@ def test_a_kill_while_files_are_moved_leaves_no_mixture(tmp_path: Path, moves: i
 
 
 @pytest.mark.parametrize("limit", [0, 100, 2000])
+@pytest.mark.long
 def test_a_disk_that_fills_up_leaves_the_old_result(tmp_path: Path, limit: int) -> None:
     old_result(tmp_path)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}

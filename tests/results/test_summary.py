@@ -92,6 +92,7 @@ def test_an_old_summary_is_read_and_written_again_with_the_same_figures() -> Non
             assert written[name] == group, name
 
 
+@pytest.mark.long
 def test_every_command_takes_an_old_result(result: Path, tmp_path: Path) -> None:
     shutil.copyfile(OLD / "summary.json", result / "summary.json")
     page = commands.report([result], tmp_path / "page.html").read_text(encoding="utf-8")
@@ -115,6 +116,7 @@ def test_groups_and_figures_of_a_newer_version_stay(result: Path, tmp_path: Path
     assert table_of(out)["solver"] == table["solver"]
 
 
+@pytest.mark.long
 def test_validate_keeps_diagnosis_and_muscles(result: Path, tmp_path: Path) -> None:
     commands.muscles(result, None)
     out = tmp_path / "validated"

@@ -114,6 +114,7 @@ def assert_equal_slopes(given: Array, expected: Array, what: str) -> None:
         assert worst <= allowed, f"{what}: {name} differs by {worst:.3g} of {np.max(scale[rows]):.3g}"
 
 
+@pytest.mark.long
 def test_by_every_number_of_every_law() -> None:
     model, prepared = everything()
     names = [f"{term.name}.{key}" for term in model.terms for key in parameters(term)]
@@ -127,6 +128,7 @@ def test_by_every_number_of_every_law() -> None:
         assert_equal_slopes(stacked_slopes(slopes, i), expected, name)
 
 
+@pytest.mark.long
 def test_by_the_start_and_the_capture() -> None:
     model, prepared = everything()
     names = [f"start.{key}" for key in ("f", "l", "velocity_f", "velocity_l", "heading_offset", "clock_offset")]
@@ -143,6 +145,7 @@ def test_by_the_start_and_the_capture() -> None:
 
 
 @pytest.mark.parametrize("kind", ["roll", "pitch", "yaw", "height"])
+@pytest.mark.long
 def test_by_errors_of_the_feet_that_stay_or_wander(kind: str) -> None:
     model, prepared = everything()
     errors = [CaptureError(kind, 0, None, 1.0), CaptureError(kind, 1, (1.2, 0.8), 1.0)]
@@ -170,6 +173,7 @@ def test_by_the_skiers_mass() -> None:
     assert_equal_slopes(stacked_slopes(slopes, 0), richardson(heavier, 0.5), "mass")
 
 
+@pytest.mark.long
 def test_what_instruments_report() -> None:
     """By the numbers that only instruments know too, and beyond the run's ends, where the track is continued."""
     model, prepared = everything()

@@ -28,6 +28,7 @@ def both(request: pytest.FixtureRequest) -> tuple[SimulationResult, SimulationRe
     return whole, simulate(model, motion, stop=motion.start + 1.5, tree=False)
 
 
+@pytest.mark.long
 def test_path(both: tuple[SimulationResult, SimulationResult]) -> None:
     tree, carried = both
     # m, over 10 m and more: the tree's angular accelerations are the integrator's, of second order in the step
@@ -37,6 +38,7 @@ def test_path(both: tuple[SimulationResult, SimulationResult]) -> None:
     np.testing.assert_allclose(carried.drag, tree.drag, atol=1e-3 * np.abs(tree.drag).max())
 
 
+@pytest.mark.long
 def test_every_joint_moment(both: tuple[SimulationResult, SimulationResult]) -> None:
     tree, carried = both
     peak = np.max(np.abs(tree.joint_moments), axis=0)
@@ -46,6 +48,7 @@ def test_every_joint_moment(both: tuple[SimulationResult, SimulationResult]) -> 
     assert np.max(error / peak) < 0.005
 
 
+@pytest.mark.long
 def test_energies(both: tuple[SimulationResult, SimulationResult]) -> None:
     tree, carried = both
     scale = np.abs(tree.energy["gravity"]).max()
@@ -55,6 +58,7 @@ def test_energies(both: tuple[SimulationResult, SimulationResult]) -> None:
     assert carried.closure_percent < 0.1  # as of the tree
 
 
+@pytest.mark.long
 def test_the_same_series(both: tuple[SimulationResult, SimulationResult]) -> None:
     tree, carried = both
     for field in fields(SimulationResult):
@@ -64,6 +68,7 @@ def test_the_same_series(both: tuple[SimulationResult, SimulationResult]) -> Non
             assert np.all(np.isfinite(found))
 
 
+@pytest.mark.long
 def test_antenna_path() -> None:
     recording, motion = bundled("beginner")
     motion = replace(motion, stop=motion.start + 0.5)

@@ -219,6 +219,7 @@ def test_modal_contact_points_move_as_the_mesh_says() -> None:
         assert (moved(small, shape) - moved(-small, shape)) / (2 * small) == pytest.approx(expected, abs=1e-7)
 
 
+@pytest.mark.long
 def test_free_decay_has_the_declared_damping() -> None:
     ski = slalom()
     cut = mesh(ski)

@@ -121,6 +121,7 @@ def newton_euler(run: FullRun, result: SimulationResult) -> np.ndarray:
     return found
 
 
+@pytest.mark.long
 def test_every_joint_moment(run: tuple[FullRun, SimulationResult]) -> None:
     done, result = run
     expected = newton_euler(done, result)

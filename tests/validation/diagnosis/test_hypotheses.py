@@ -54,6 +54,7 @@ def test_each_states_all_that_is_asked(hypothesis: Hypothesis) -> None:
 
 
 @pytest.mark.parametrize("hypothesis", HYPOTHESES, ids=lambda each: each.name)
+@pytest.mark.long
 def test_each_is_tried_on_a_run(hypothesis: Hypothesis, fitted: FittedRun) -> None:
     check_on_run(hypothesis, fitted)
 
