@@ -6,7 +6,7 @@ import dataclasses
 import json
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -70,9 +70,14 @@ def clear_errors(path: Path) -> Iterator[None]:
 
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Write one file whole or not at all, text as UTF-8.  Raises InputError where it cannot be written."""
-    written = content.encode() if isinstance(content, str) else content
+    data = content.encode() if isinstance(content, str) else content
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}")
     with clear_errors(path):
-        _replace_together(path.parent, {path.name: lambda made: made.write_bytes(written)}, set())
+        try:
+            unfinished.write_bytes(data)
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
 
 
 def to_json(value: Any) -> str:
@@ -93,23 +98,3 @@ def to_plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value
-
-
-def _replace_together(folder: Path, writers: Mapping[str, Callable[[Path], object]], stale: set[str]) -> None:
-    """Write every file under another name, then move them all into place in the order given.
-
-    The last of them, which marks the others as whole, is removed before the first is moved: a kill in between
-    leaves no result that is half the old one.
-    """
-    made = {name: folder / f".{name}.{os.getpid()}" for name in writers}
-    try:
-        for name, write in writers.items():
-            write(made[name])
-        *others, last = writers
-        for name in (*stale, *([last] if others else [])):
-            (folder / name).unlink(missing_ok=True)
-        for name, path in made.items():
-            path.replace(folder / name)
-    finally:
-        for path in made.values():
-            path.unlink(missing_ok=True)
