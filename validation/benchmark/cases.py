@@ -28,11 +28,11 @@ from sssi_exudyn.recording.instruments.insoles import Insoles
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.validation.benchmark.effects import EFFECTS, PHYSICS, SENSOR, SIZES, UNKNOWN, plain_run
-from sssi_exudyn.validation.diagnosis.hypotheses.gps_delay import GpsDelay
-from sssi_exudyn.validation.diagnosis.hypotheses.gps_jump import DisplacedFixes
-from sssi_exudyn.validation.diagnosis.hypotheses.gust import PassingGust
-from sssi_exudyn.validation.diagnosis.hypotheses.slope_change import OtherInclination
-from sssi_exudyn.validation.diagnosis.hypotheses.snow_patch import PatchOfSnow
+from sssi_exudyn.validation.diagnosis.hypotheses.air.gust import PassingGust
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_delay import GpsDelay
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_jump import DisplacedFixes
+from sssi_exudyn.validation.diagnosis.hypotheses.snow.slope_change import OtherInclination
+from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_patch import PatchOfSnow
 
 _ATTEMPTS: Final = 10
 STEP: Final = 0.004

@@ -32,24 +32,24 @@ from sssi_exudyn.validation.benchmark.concealed_terms import (
     WorldPush,
     WorldSlope,
 )
-from sssi_exudyn.validation.diagnosis.hypotheses.boot_cuff import LoadOnCuffs
-from sssi_exudyn.validation.diagnosis.hypotheses.drag_area import OtherDragArea
-from sssi_exudyn.validation.diagnosis.hypotheses.edge_dependent_friction import FrictionByEdge
-from sssi_exudyn.validation.diagnosis.hypotheses.gps_delay import GpsDelay
-from sssi_exudyn.validation.diagnosis.hypotheses.gps_jump import DisplacedFixes
-from sssi_exudyn.validation.diagnosis.hypotheses.gust import PassingGust
-from sssi_exudyn.validation.diagnosis.hypotheses.heading_drift import DriftingHeading
-from sssi_exudyn.validation.diagnosis.hypotheses.heading_misalignment import HeadingMisalignment
-from sssi_exudyn.validation.diagnosis.hypotheses.insole_gain import WrongInsoleGain
-from sssi_exudyn.validation.diagnosis.hypotheses.lever_arm import OtherLeverArm
-from sssi_exudyn.validation.diagnosis.hypotheses.load_dependent_friction import FrictionByLoad
-from sssi_exudyn.validation.diagnosis.hypotheses.pole_plant import PolePlants
-from sssi_exudyn.validation.diagnosis.hypotheses.slope_change import OtherInclination
-from sssi_exudyn.validation.diagnosis.hypotheses.snow_compaction import CompactedSnow
-from sssi_exudyn.validation.diagnosis.hypotheses.snow_patch import PatchOfSnow
-from sssi_exudyn.validation.diagnosis.hypotheses.speed_dependent_friction import FrictionBySpeed
-from sssi_exudyn.validation.diagnosis.hypotheses.terrain_bump import RollOrDip
-from sssi_exudyn.validation.diagnosis.hypotheses.wind import SteadyWind
+from sssi_exudyn.validation.diagnosis.hypotheses.air.drag_area import OtherDragArea
+from sssi_exudyn.validation.diagnosis.hypotheses.air.gust import PassingGust
+from sssi_exudyn.validation.diagnosis.hypotheses.air.wind import SteadyWind
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.boot_cuff import LoadOnCuffs
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_delay import GpsDelay
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_jump import DisplacedFixes
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.heading_drift import DriftingHeading
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.heading_misalignment import HeadingMisalignment
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.insole_gain import WrongInsoleGain
+from sssi_exudyn.validation.diagnosis.hypotheses.instruments.lever_arm import OtherLeverArm
+from sssi_exudyn.validation.diagnosis.hypotheses.skier.pole_plant import PolePlants
+from sssi_exudyn.validation.diagnosis.hypotheses.snow.edge_dependent_friction import FrictionByEdge
+from sssi_exudyn.validation.diagnosis.hypotheses.snow.load_dependent_friction import FrictionByLoad
+from sssi_exudyn.validation.diagnosis.hypotheses.snow.slope_change import OtherInclination
+from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_compaction import CompactedSnow
+from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_patch import PatchOfSnow
+from sssi_exudyn.validation.diagnosis.hypotheses.snow.speed_dependent_friction import FrictionBySpeed
+from sssi_exudyn.validation.diagnosis.hypotheses.snow.terrain_bump import RollOrDip
 
 
 @dataclass

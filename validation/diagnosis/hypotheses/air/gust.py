@@ -7,7 +7,7 @@ import numpy as np
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypotheses.wind import wind_in_words
+from sssi_exudyn.validation.diagnosis.hypotheses.air.wind import wind_in_words
 from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, InTime, Numbers
 
 

@@ -1,0 +1,1 @@
+"""Hypotheses about faults of the instruments."""

@@ -1,0 +1,1 @@
+"""Hypotheses about what the skier does, and a force that nothing explains."""

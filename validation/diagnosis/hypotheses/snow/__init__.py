@@ -1,0 +1,1 @@
+"""Hypotheses about snow and terrain."""
