@@ -49,7 +49,8 @@ def inside(folder: Path, name: str, file: Path, place: str) -> Path:
         fix = f"put it there or correct {place} in {file.name}" if place else "give the recording's folder"
         raise InputError(folder / name, "", f"the file {_reason(error)}", fix) from None
     if not stat.S_ISREG(about.st_mode):
-        raise InputError(folder / name, "", "this is not a file", f"correct {place} in {file}")
+        fix = f"put one there or correct {place} in {file.name}" if place else "put a file there"
+        raise InputError(folder / name, "", "this is not a file", fix)
     if about.st_size == 0:
         raise InputError(folder / name, "", "the file is empty", "export it again")
     if about.st_size > MAX_BYTES:

@@ -50,6 +50,7 @@ def read_parquet(
             table = pq.ParquetFile(stream, metadata=file.metadata, read_dictionary=words).read()
             if table.num_rows != file.metadata.num_rows:
                 raise InputError(path, "", "the file is torn", "run again")
+            table.validate(full=True)  # a damaged file may point beyond a dictionary's end
             frame: pd.DataFrame = table.to_pandas(ignore_metadata=True)
         except (pa.ArrowException, OSError, ValueError) as error:
             problem = "not a Parquet file, or a torn one"
@@ -81,6 +82,7 @@ def read_texts(path: Path, columns: Sequence[str]) -> list[tuple[str | None, ...
             _check_pages(path, file.metadata, stream)
             # each text once, however often it stands there
             table = pq.ParquetFile(stream, metadata=file.metadata, read_dictionary=list(columns)).read(list(columns))
+            table.validate(full=True)  # as above
             return list(zip(*(_texts(table[name]) for name in columns), strict=True))
         except (pa.ArrowException, OSError, ValueError) as error:
             problem = "not a Parquet file, or a torn one"

@@ -190,6 +190,8 @@ def _replacement(folder: Path, source: Path | None) -> Iterator[Path]:
             if source is not None:
                 with folder_lock(source):
                     for path in source.iterdir():
+                        if path.name in FILES and not path.is_file():
+                            raise InputError(path, "", "this is not a file", "run again")
                         if path.is_file() and not path.is_symlink() and not path.name.startswith("."):
                             shutil.copyfile(path, new / path.name)
             yield new
@@ -199,6 +201,11 @@ def _replacement(folder: Path, source: Path | None) -> Iterator[Path]:
                     (folder / name).unlink(missing_ok=True)
             for path in sorted(new.iterdir(), key=lambda path: (path.name == SUMMARY, path.name)):
                 path.replace(folder / path.name)
+        except InputError as error:  # of a file in the new folder, which nobody knows
+            if source is None or not error.file.startswith(str(new)):
+                raise
+            file = f"{source}{error.file.removeprefix(str(new))}"
+            raise InputError(file, error.place, error.problem, error.fix) from error
         finally:
             shutil.rmtree(new, ignore_errors=True)
 

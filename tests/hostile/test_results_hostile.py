@@ -1,9 +1,13 @@
-"""Result folders from other people: whatever they hold, the answer is one clear line, in bounded memory."""
+"""Result folders from other people: whatever they hold, the answer is one clear line, in bounded memory.
+
+The report, the muscles and the validation read them.
+"""
 
 from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -17,9 +21,11 @@ import pytest
 from a_diagnosis import whole_version
 from a_run import a_run
 from limited import run_limited
+from tiny import Tiny
 
 from sssi_exudyn.bodies.skier.chain import average_geometry, geometry_to_dict
-from sssi_exudyn.commands.runs import report
+from sssi_exudyn.commands.muscles_command import muscles
+from sssi_exudyn.commands.runs import report, validate
 from sssi_exudyn.io import parquet
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.results.folder import amend_result, read_diagnosis, write_result
@@ -47,6 +53,11 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     report([folder], folder.parent / "report.html")
     return folder
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return Tiny().write(tmp_path_factory.mktemp("recording") / "tiny")
 
 
 @pytest.fixture
@@ -107,6 +118,22 @@ def page_bomb(folder: Path) -> None:
     pq.write_table(table, folder / "series.parquet", compression="zstd", use_dictionary=False)
 
 
+def beyond_the_texts(folder: Path) -> None:
+    """A row that points to the sixth text where there is one."""
+    table = pq.read_table(folder / "series.parquet").slice(0, 1)
+    side = pa.DictionaryArray.from_arrays(pa.array([5], pa.int32()), pa.array(["left"]), safe=False)
+    pq.write_table(
+        table.set_column(table.schema.get_field_index("turn_side"), "turn_side", side), folder / "series.parquet"
+    )
+
+
+def two_names(folder: Path) -> None:
+    """A letter of a column's name is damaged in one of the places where it stands."""
+    path = folder / "measured.parquet"
+    before, name, between, again, after = re.split(b"(gps_east_m)", path.read_bytes(), maxsplit=2)
+    path.write_bytes(before + name + between + again.replace(b"east", b"eXst") + after)
+
+
 def fifo(name: str) -> Spoil:
     def spoil(folder: Path) -> None:
         (folder / name).unlink()
@@ -161,9 +188,12 @@ CASES: dict[str, tuple[Spoil, str]] = {
     "series: many rows": (many_rows, "rows of 1 columns are more than any result has"),
     "series: many columns": (many_columns, "5000 columns"),
     "series: a page that swells": (page_bomb, "more bytes than any result has"),
+    "series: beyond the texts": (beyond_the_texts, "not a Parquet file"),
     "series: torn": (cut("series.parquet", 0.7), "not a Parquet file"),
     "series: empty": (cut("series.parquet", 0.0), "not a Parquet file"),
     "measured: no sigma": (in_table("measured.parquet", lambda t: t.drop(columns="gps_sigma_m")), "gps_sigma_m"),
+    "measured: another column": (in_table("measured.parquet", column("gps_east_mm", 1.0)), "column gps_east_mm"),
+    "measured: a column of two names": (two_names, "the file is damaged"),
     "measured: reversed": (in_table("measured.parquet", lambda t: t[::-1]), "time does not rise"),
     "measured: torn": (cut("measured.parquet", 0.5), "measured.parquet: not a Parquet file"),
     "second half: texts": (in_table("second_half.parquet", column("measured_mps", "fast")), "in place of numbers"),
@@ -194,6 +224,52 @@ def test_a_hostile_result_is_refused_in_one_clear_line(result: Path, name: str) 
     assert expected in found.text
     assert found.text.startswith(str(result))
     assert not out.exists()
+
+
+MUSCLES: dict[str, tuple[Spoil, str]] = {
+    "no skeleton": (lambda folder: (folder / "skeleton.json").unlink(), "did not keep the skier's lengths"),
+    "gigantic skeleton": CASES["skeleton: gigantic"],
+    "few samples": (in_series(lambda t: t[:5]), "fewer than 6 samples"),
+    "no moment": (in_series(lambda t: t.drop(columns="knee_angle_r_moment_Nm")), "knee_angle_r_moment_Nm"),
+    "infinite moment": (in_series(column("knee_angle_r_moment_Nm", np.inf)), "larger than any quantity"),
+    "texts": (in_series(column("pelvis_east_m", "much")), "in place of numbers"),
+    "a model of nobody": (text("model.toml", "mass = 1"), "model.toml"),
+    "a pipe": (fifo("skeleton.json"), "this is not a file"),
+}
+
+
+@pytest.mark.parametrize("name", MUSCLES)
+def test_the_muscles_of_a_hostile_result_are_one_clear_line(result: Path, name: str) -> None:
+    spoil, expected = MUSCLES[name]
+    spoil(result)
+    out = result.parent / "out"
+    found = run_limited(lambda: muscles(result, out))
+    assert found.verdict == "refused", found
+    assert expected in found.text
+    assert not (out / "summary.json").exists()
+
+
+VALIDATED: dict[str, tuple[Spoil, str]] = {
+    "series reversed": CASES["series: time reversed"],
+    "series infinite": (in_series(column("left_sole_N", np.inf)), "larger than any quantity"),
+    "series of texts": CASES["series: texts for numbers"],
+    "series a pipe": (fifo("series.parquet"), "this is not a file"),
+    "no model": (lambda folder: (folder / "model.toml").unlink(), "model.toml: the file does not exist"),
+    "summary of lists": CASES["summary: a list for a group"],
+    "model a pipe": (fifo("model.toml"), "this is not a file"),
+}
+
+
+@pytest.mark.parametrize("name", VALIDATED)
+def test_the_validation_of_a_hostile_result_is_one_clear_line(result: Path, recording: Path, name: str) -> None:
+    spoil, expected = VALIDATED[name]
+    spoil(result)
+    out = result.parent / "out"
+    found = run_limited(lambda: validate(recording, result, out))
+    assert found.verdict == "refused", found
+    assert expected in found.text
+    assert found.text.startswith(str(result))
+    assert not (out / "summary.json").exists()
 
 
 TAKEN: dict[str, Spoil] = {

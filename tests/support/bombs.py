@@ -18,7 +18,7 @@ from mvnx_file import mvnx, orientations
 from swinging import chain_coordinates, mot
 from tiny import TOML, Tiny, csv
 
-from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.frames import GRAVITY, Array
 
 DEEP = 50_000
 """Parts, brackets or digits: beyond every recursion and every square."""
@@ -94,6 +94,14 @@ def _counts(step: float) -> bytes:
     return f"t_s,side,heel_adc\n{rows}1.5,L,1\n1.5,R,1\n".encode()
 
 
+def _log() -> bytes:
+    """A sensor that trembles."""
+    time = np.arange(0.0, 2.0, 0.02)
+    channels = {f"{kind}{axis}": np.sin(time * (3.0 + k)) for kind in "ag" for k, axis in enumerate("xyz")}
+    channels["az"] += GRAVITY
+    return csv({"t_s": time, **channels}).encode()
+
+
 def _points(text: str) -> bytes:
     return f'<?xml version="1.0"?><gpx><trk><trkseg>{text}</trkseg></trk></gpx>'.encode()
 
@@ -119,7 +127,11 @@ def _gap_bombs() -> list[Bomb]:
             "run.mvnx": mvnx(orientations(90)).replace('index="7"', f'index="{"7" * 4000}"').encode()
         }, ("run.mvnx",)),
         *(
-            Bomb(f"counts {step} s apart", {"foot.csv": _counts(step)}, ("motion.bvh", "gps.csv", "insoles=foot.csv"))
+            Bomb(
+                f"counts {step} s apart",
+                {"foot.csv": _counts(step), "ski.csv": _log()},
+                ("left_ski=ski.csv", "right_ski=ski.csv", "gps.csv", "insoles=foot.csv"),
+            )
             for step in (1e-7, 1e-9, 0.0)
         ),
     ]  # fmt: skip

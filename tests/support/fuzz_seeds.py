@@ -176,26 +176,35 @@ def _results(folder: Path, recording: dict[str, bytes]) -> Iterator[Seed]:
 
 def _sweeps(folder: Path, recording: dict[str, bytes]) -> Iterator[Seed]:
     """A sweep's file, and a sweep of which two of three runs have ended, both with their recording."""
-    for name, data in recording.items():
-        (folder / "recording").mkdir(parents=True, exist_ok=True)
-        (folder / "recording" / name).write_bytes(data)
-    friction = {"name": "friction.mu_t", "values": [0.05, 0.08, 0.11]}
-    file = {"format": 1, "name": "begun", "recordings": [str(folder / "recording")], "parameter": [friction]}
-    for _ in range(2):  # the first run's record is gathered, the second's is not yet
-        with mock.patch.object(sweeps, "do_all", _end_one):
-            sweeps.sweep(file, folder, workers=1)
-    for name in ("running.lock", ".lock"):
-        (folder / name).unlink(missing_ok=True)
-    files = _folder(folder)
+    files = _folder(begun_sweep(folder, recording))
     yield Seed("sweep", files, "sweep")
     alone = {name: data for name, data in files.items() if name.startswith("recording/") or name == "sweep.toml"}
     yield Seed("sweep.toml", alone, "sweep file")
 
 
-def _end_one(out: Path, _job: Job, runs: Iterable[SweepRun], *_: object) -> None:
-    """In place of a sweep's workers: the first of the runs has ended."""
-    key = next(iter(runs)).key
-    write_record(out, Record(key, 0, DONE, "", {}, 1.0, 1.0, 7, 300.0, 1.7e9, 1.7e9 + 1.0))
+def begun_sweep(folder: Path, recording: dict[str, bytes]) -> Path:
+    """A sweep's folder with its recording in it: of three runs the first's record is gathered, the second's not yet."""
+    (folder / "recording").mkdir(parents=True)
+    for name, data in recording.items():
+        (folder / "recording" / name).write_bytes(data)
+    friction = {"name": "friction.mu_t", "values": [0.05, 0.08, 0.11]}
+    file = {"format": 1, "name": "begun", "recordings": [str(folder / "recording")], "parameter": [friction]}
+    keys: list[str] = []
+
+    def end_one(out: Path, _job: Job, runs: Iterable[SweepRun], *_: object) -> None:
+        """In place of a sweep's workers."""
+        keys.extend(run.key for run in runs)
+        write_record(out, _record(keys[0]))
+
+    with mock.patch.object(sweeps, "do_all", end_one):
+        sweeps.sweep(file, folder, workers=1)
+    write_record(folder, _record(keys[1]))
+    (folder / ".lock").unlink(missing_ok=True)
+    return folder
+
+
+def _record(key: str) -> Record:
+    return Record(key, 0, DONE, "", {}, 1.0, 1.0, 7, 300.0, 1.7e9, 1.7e9 + 1.0)
 
 
 def entry() -> Arrays:

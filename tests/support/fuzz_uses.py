@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from unittest import mock
 
@@ -17,6 +17,7 @@ from sssi_exudyn.commands.muscles_command import muscles
 from sssi_exudyn.commands.runs import report, validate
 from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.importing.assemble import import_recording
+from sssi_exudyn.io.writing import folder_lock
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.motion.from_recording import motion_from_recording
@@ -27,7 +28,7 @@ from sssi_exudyn.results.stored import read_run
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.file import read_sweep
-from sssi_exudyn.sweeps.plan import SweepRun, plan_sweep
+from sssi_exudyn.sweeps.plan import plan_sweep
 
 SHAPES = {"time": (None,), "track": (None, 3), "name": ()}
 """Of the cache's entry."""
@@ -35,10 +36,16 @@ SHAPES = {"time": (None,), "track": (None, 3), "name": ()}
 
 def read_any(folder: Path, names: list[str], out: Path, imported: bool) -> Recording:
     """A recording, read or imported, and what is in it."""
-    sources = [Path(PLACED.get(name, "") + str(folder / name)) for name in names]
+    sources = [_source(folder, name) for name in names]
     recording = import_recording(sources, out, KNOWN) if imported else read_recording(folder)
     format_inspection(inspect_recording(recording))
     return recording
+
+
+def _source(folder: Path, name: str) -> Path:
+    """A file to import, with the place that is written before it or that belongs to its name."""
+    place, placed, file = name.rpartition("=")
+    return Path(f"{place}{placed}{folder / file}" if placed else f"{PLACED.get(name, '')}{folder / name}")
 
 
 def _prepare(recording: Recording) -> None:
@@ -49,17 +56,15 @@ def _prepare(recording: Recording) -> None:
         problem_of(recording, motion, model, "joint")
 
 
-def _end_at_once(_out: Path, _job: object, runs: Iterable[SweepRun], *_: object) -> None:
-    """In place of the workers of a sweep: the runs are counted and none is done."""
-    sum(1 for _ in runs)
+def resume_without_runs(folder: Path) -> sweeps.Counts:
+    """``sweep status`` and ``resume`` as they are, but that no worker does a run."""
+    sweeps.status(folder)
+    with mock.patch.object(sweeps, "do_all"):
+        return sweeps.resume(folder, workers=1)
 
 
 def _sweep(folder: Path, _names: list[str], out: Path) -> None:
-    """``status``, ``resume`` without the runs themselves, and the page."""
-    sweeps.status(folder)
-    with mock.patch.object(sweeps, "do_all", _end_at_once):
-        sweeps.resume(folder, workers=1)
-        sweeps.retry(folder, workers=1)
+    resume_without_runs(folder)
     report([folder], out.with_suffix(".html"))
 
 
@@ -72,6 +77,11 @@ def _model(folder: Path, _names: list[str], _out: Path) -> None:
 def _truth(folder: Path, _names: list[str], _out: Path) -> None:
     """``benchmark recordings`` whose diagnoses are all there."""
     diagnose_known(folder / "recordings", folder / "diagnosed")
+
+
+def _cache(folder: Path, _names: list[str], _out: Path) -> None:
+    with folder_lock(folder):  # as every command has it
+        Cache(folder).get_or_make(KEY, entry, SHAPES)
 
 
 USES: dict[str, Callable[[Path, list[str], Path], object]] = {
@@ -91,6 +101,6 @@ USES: dict[str, Callable[[Path, list[str], Path], object]] = {
     "validate": lambda folder, _, out: validate(folder / "recording", folder / "result", out),
     "sweep": _sweep,
     "sweep file": lambda folder, _, __: plan_sweep(read_sweep(folder / "sweep.toml")),
-    "cache": lambda folder, _, __: Cache(folder).get_or_make(KEY, entry, SHAPES),
+    "cache": _cache,
 }
 """By kind of seed."""
