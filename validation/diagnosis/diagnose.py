@@ -15,6 +15,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache
+from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.validation.diagnosis.description import Accepted, describe, figures_of
 from sssi_exudyn.validation.diagnosis.held_out import folds_of
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
@@ -57,10 +58,9 @@ def diagnose(
     """
     problem = diagnosis_problem(recording, motion, model, progress, cache)
     state, base = first_fit(problem)
-    result = None
     if full:
         progress(None, "the full model")
-        state, base, result = confirm(problem, state, base)
+        state, base = confirm(problem, state, base)
     first = base
     rounds = [compare_hypotheses(problem, state, base)]
     state = replace(state, first_evidence=rounds[0].nothing.log_evidence)
@@ -73,15 +73,14 @@ def diagnose(
             break
         try:
             following, found = settle(problem, replace(state, levels=best.levels), best.fit)
-            run = result
             if full:
                 progress(None, f"the full model with {best.name}")
-                following, found, run = confirm(problem, following, found)
+                following, found = confirm(problem, following, found)
             rounds.append(compare_hypotheses(problem, following, found))
         except SimulationDiverged as error:
             progress(None, f"the search ends: with {best.name} {error}")
             break
-        state, base, result = following, found, run
+        state, base = following, found
         accepted.append((latest, best, base))
     if len(accepted) > 1:
         names = sorted(explanation.name for _, explanation, _ in accepted)
@@ -92,7 +91,7 @@ def diagnose(
         base = accepted[-1][2] if accepted else first
         if full:
             progress(None, "the full model with all findings")
-            state, base, result = confirm(problem, state, base)
+            state, base = confirm(problem, state, base)
             accepted[-1:] = [(*each[:2], base) for each in accepted[-1:]]
         if names != sorted(explanation.name for _, explanation, _ in accepted):
             rounds.append(compare_hypotheses(problem, state, base))
@@ -101,7 +100,7 @@ def diagnose(
         diagnosis=diagnosis,
         first=first,
         fit=base,
-        result=result,
+        result=simulate(base.model, motion) if full else None,
         noise=state.levels,
         rounds=tuple(rounds),
         figures=figures,

@@ -3,7 +3,7 @@
     J = ½ ‖W (measured − predicted)‖² + ½ Σ ((p − p₀)/s)²
 
 W whitens the instruments' noise together with what the capture's errors do to the run.  The search is NLopt's SLSQP on
-the reduced model, in coordinates in which the curvature is the identity.
+the reduced model, with the Gauss-Newton curvature of every point it comes to.
 """
 
 from __future__ import annotations
@@ -15,19 +15,17 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.objective import Prior
-from sssi_exudyn.fitting.optimise import minimise
+from sssi_exudyn.fitting.optimise import minimise_squares
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.simulation.reduced import Prepared, simulate_reduced
+from sssi_exudyn.simulation.reduced import Prepared
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.diagnosis.evidence import Whitener
 from sssi_exudyn.validation.measurements import Measurements
 
-_ENOUGH = 0.1
+_ENOUGH = 0.02
 """Change of J, in units of χ²/2, that ends the search."""
-_ROUNDS = 4
-"""Times that the sensitivities are computed anew at most; within a round they stay, as they change little."""
-_WORTH_A_ROUND = 0.5
-"""Change of J in a round from which another is made."""
+_MOST = 30
+"""Runs of a search at most."""
 
 
 @dataclass(frozen=True)
@@ -120,39 +118,28 @@ def refit(
     sigmas = np.array([p.prior.sigma for p in parameters])
     bounds = np.array([model.bounds(p.names[0]) for p in parameters])
     values = np.array([model.value(p.names[0]) for p in parameters])
-    objective = np.inf
-    for _ in range(_ROUNDS):
-        predicted, sensitivity = _responses(
-            with_parameters(model, parameters, values), prepared, measurements, parameters
-        )
-        slopes = whiten(sensitivity)
+    seen: dict[bytes, tuple[Array, Array, Array]] = {}
+
+    def evaluate(at: Array) -> tuple[float, Array, Array]:
+        """J, its gradient, and its Gauss-Newton curvature."""
+        predicted, sensitivity = _responses(with_parameters(model, parameters, at), prepared, measurements, parameters)
+        table = whiten(np.column_stack([measured - predicted - offset, sensitivity]))
+        residual, slopes = table[:, 0], table[:, 1:]
+        pull = (at - means) / sigmas
         curvature = np.asarray(slopes.T @ slopes + np.diag(sigmas**-2.0))
-        kept = {values.tobytes(): predicted}
+        seen[at.tobytes()] = predicted, sensitivity, curvature
+        return 0.5 * float(residual @ residual + pull @ pull), -slopes.T @ residual + pull / sigmas, curvature
 
-        def evaluate(at: Array, slopes: Array = slopes, kept: dict[bytes, Array] = kept) -> tuple[float, Array]:
-            """J, and its gradient with the sensitivity of the round."""
-            key = at.tobytes()
-            if key not in kept:
-                changed = with_parameters(model, parameters, at)
-                kept[key] = measurements.predict(changed, simulate_reduced(changed, prepared))
-            residual = whiten(measured - kept[key] - offset)
-            pull = (at - means) / sigmas
-            return 0.5 * float(residual @ residual + pull @ pull), -slopes.T @ residual + pull / sigmas
-
-        found = minimise(evaluate, values, bounds, curvature, objective_tolerance=_ENOUGH, step_tolerance=0.05, most=15)
-        before, objective, values = min(objective, evaluate(values)[0]), found.objective, found.values
-        if before - objective < _WORTH_A_ROUND:
-            break
-    predicted, sensitivity = _responses(with_parameters(model, parameters, values), prepared, measurements, parameters)
-    slopes = whiten(sensitivity)
+    found = minimise_squares(evaluate, values, bounds, objective_tolerance=_ENOUGH, most=_MOST)
+    predicted, sensitivity, curvature = seen[found.values.tobytes()]
     return Refit(
-        with_parameters(model, parameters, values),
+        with_parameters(model, parameters, found.values),
         parameters,
-        values,
+        found.values,
         predicted + offset,
         sensitivity,
-        objective,
-        np.asarray(np.linalg.inv(slopes.T @ slopes + np.diag(sigmas**-2.0))),
+        found.objective,
+        np.asarray(np.linalg.inv(curvature)),
     )
 
 

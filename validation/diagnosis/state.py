@@ -19,7 +19,6 @@ from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import Shapes, fingerprint
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.capture_error import antenna_responses, capture_errors, responses
 from sssi_exudyn.validation.diagnosis.evidence import (
@@ -123,8 +122,8 @@ def fit_track(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[Refi
     return found, noise_whitener(problem, exact, levels)
 
 
-def confirm(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State, Refit, SimulationResult]:
-    """The fit on the full model, and its run there.
+def confirm(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State, Refit]:
+    """The fit on the full model.
 
     What the full model predicts beyond the reduced one changes little with the parameters: it is added to the reduced
     prediction, which is then fitted again.
@@ -137,7 +136,7 @@ def confirm(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State,
         fit = fit_model(problem, state, fit.model, fit.parameters, state.levels)
         if moved < _SETTLED:
             break
-    return state, fit, simulate(fit.model, problem.motion)
+    return state, fit
 
 
 def remove(problem: DiagnosisProblem, state: State, fit: Refit, candidate: Candidate) -> tuple[State, Refit]:
