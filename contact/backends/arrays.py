@@ -17,11 +17,12 @@ import numpy as np
 
 from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.backends import full_kernel as kernel
-from sssi_exudyn.contact.backends.structs import Carrier, ForcePass, Instant, Sections
+from sssi_exudyn.contact.backends.structs import Carrier, ForcePass, Instant, Sections, SnowGrid
 from sssi_exudyn.contact.backends.vectors import ski_axes
 from sssi_exudyn.contact.maths import ArrayMath
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.terrain.surface import on_patch, patch_under
 
 _TINY: Final = 1e-7
 """rad; neighbours turned by less against each other are taken for parallel, as in ``vectors.between``."""
@@ -105,9 +106,12 @@ class ArrayKernel:
         self._laws = laws
         self.jacobian = jacobian
 
-    def foot_axes(self, _parameters: Array, place: Array, rotation: Array) -> tuple[Array, Array, float]:
+    def foot_axes(
+        self, _parameters: Array, surface: SnowGrid, place: Array, rotation: Array
+    ) -> tuple[Array, Array, float]:
         """As ``kernel.foot_axes``."""
-        _, normal = self._ground(np.array(place[:1]), np.array(place[1:2]))
+        under = np.array(patch_under(surface, place[0], place[1]))
+        _, normal = self._ground(under, np.array(place[:1]), np.array(place[1:2]))
         along, across, edge = ski_axes(normal[:, 0], rotation)
         return np.array(along), np.array(across), float(edge)
 
@@ -132,11 +136,12 @@ class ArrayKernel:
         )  # fmt: skip
         _damp(seen, nodes[:, 3:], spins, torque, sections.damping.T)
         feet = Feet(pelvis + at.foot_place, speed + at.foot_velocity, at.foot_rotation, at.foot_spin)
-        self._contact(seen, nodes, rates[:, :3], spins, force, torque, feet, sections)
+        under = np.array([patch_under(sections.surface, *place[:2]) for place in feet.place]).T[:, :, None]
+        self._contact(seen, nodes, rates[:, :3], spins, force, torque, feet, under, sections)
         wrench = np.concatenate([force, _on_quaternion(nodes[:, 3:], torque)], axis=1)
         out[head:] = wrench.swapaxes(1, 2).ravel()
         out[:3] = (at.foot_rotation @ force.sum(axis=2, keepdims=True)).sum(axis=0)[:, 0]
-        _add_to_tree(out, sign, self._friction(seen, at.time, feet), at.foot_jacobian)
+        _add_to_tree(out, sign, self._friction(seen, at.time, feet, under[:, :, 0]), at.foot_jacobian)
         moving = speed + at.exposed_velocity
         drag[:, :3] = self._laws.segments(at.time, pelvis[0], pelvis[1], moving, carrier.area)
         drag[:, 3] = np.sum(drag[:, :3] * moving, axis=1)
@@ -147,9 +152,12 @@ class ArrayKernel:
 
     def _contact(
         self, seen: Array, nodes: Array, paces: Array, spins: Array, force: Array, torque: Array, feet: Feet,
-        sections: Sections,
+        under: Array, sections: Sections,
     ) -> None:  # fmt: skip
-        """Add the snow's forces and torques (2, 3, n) on the nodes.  A section's two edges stand side by side."""
+        """Add the snow's forces and torques (2, 3, n) on the nodes.  A section's two edges stand side by side.
+
+        under : (8, 2, 1) the surface's patches under the skis
+        """
         element, share = sections.element, sections.share
         weights = np.zeros((len(share), nodes.shape[2]))
         rows = np.arange(len(share))
@@ -159,7 +167,7 @@ class ArrayKernel:
         arm = _rotate(np.repeat(r, 2, axis=2), sections.offset.reshape(1, -1, 3).swapaxes(1, 2))
         reach = feet.rotation @ (np.repeat(p, 2, axis=2) + arm)
         point = feet.place[:, :, None] + reach
-        height, normal = self._ground(point[:, 0], point[:, 1])
+        height, normal = self._ground(under, point[:, 0], point[:, 1])
         depth = (height - point[:, 2]) * normal[:, 2]
         pressed = depth > 0.0
         if not np.any(pressed):
@@ -179,10 +187,10 @@ class ArrayKernel:
         force += pushed @ weights
         torque += _cross(arm, pushed) @ weights
 
-    def _friction(self, seen: Array, t: float, feet: Feet) -> Array:
-        """(2, 3) N on the feet."""
+    def _friction(self, seen: Array, t: float, feet: Feet, under: Array) -> Array:
+        """(2, 3) N on the feet, over patches (8, 2)."""
         f, l = feet.place[:, 0], feet.place[:, 1]  # noqa: E741
-        _, normal = self._ground(f, l)
+        _, normal = self._ground(under, f, l)
         axes = [ski_axes(normal[:, ski], feet.rotation[ski]) for ski in range(2)]
         along, across = (np.array([axis[k] for axis in axes]) for k in range(2))
         edge = np.array([axis[2] for axis in axes])
@@ -193,9 +201,12 @@ class ArrayKernel:
         seen[:, kernel.FRICTION_POWER] = f_t * v_t + f_n * v_n
         return np.asarray(f_t[:, None] * along + f_n[:, None] * across)
 
-    def _ground(self, f: Array, l: Array) -> tuple[Array, Array]:  # noqa: E741
-        """Height (…, k) and unit normal (…, 3, k) of the snow at places (…, k); (k,) gives (3, k)."""
-        height, by_f, by_l = self._laws.terrain(f, l)
+    def _ground(self, under: Array, f: Array, l: Array) -> tuple[Array, Array]:  # noqa: E741
+        """Height (…, k) and unit normal (…, 3, k) of the snow at places (…, k); (k,) gives (3, k).
+
+        under : (8, …) patches near the places
+        """
+        height, by_f, by_l = (a + b for a, b in zip(self._laws.terrain(f, l), on_patch(under, f, l), strict=True))
         s = 1.0 / np.sqrt(1.0 + by_f * by_f + by_l * by_l)
         return height, np.stack([-by_f * s, -by_l * s, s], axis=-2)
 

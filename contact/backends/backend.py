@@ -118,7 +118,7 @@ class Forces:
 
     def foot_axes(self, place: Array, rotation: Array) -> tuple[Array, Array, float]:
         """Forward and left axes (3,) of a foot in the snow's tangent plane, and the ski's edge angle (rad)."""
-        along, across, edge = self._kernel.foot_axes(self._parameters, place, rotation)
+        along, across, edge = self._kernel.foot_axes(self._parameters, self._sections.surface, place, rotation)
         return np.array(along), np.array(across), edge
 
     def triplets(self, q: Array, v: Array, at: Instant, by_place: float, by_rate: float) -> Array:

@@ -49,6 +49,7 @@ from sssi_exudyn.contact.backends.tape import Node, Operand, Tape, TapeMath, sou
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.private_folder import cache_folder
+from sssi_exudyn.terrain import surface
 
 _HELPERS: Final = """
 import math as _math
@@ -303,9 +304,9 @@ def compile_kernel(terms: Sequence[Term], *templates: ModuleType) -> ModuleType:
 
     A template is a module whose Numba functions call ``point_force`` and so on as globals of its own; to please a
     type checker it may declare them without a value (``point_force: Callable[..., float]``), and so it may the
-    functions of a template before it.  It should decorate with
-    ``njit(cache=True)``, call Numba functions of no other module but ``vectors`` (Numba's cache would not see a change
-    there; this module's name does), and leave names that begin with an underscore to the generated functions.
+    functions of a template before it.  It should decorate with ``njit(cache=True)``, call Numba functions of no other
+    modules but ``vectors`` and ``terrain.surface`` (Numba's cache would not see a change there; this module's name
+    does), and leave names that begin with an underscore to the generated functions.
 
     Raises ValueError for a template without a source file.
     """
@@ -320,7 +321,7 @@ _kernels: dict[tuple[tuple[ModuleType, ...], tuple[type[Term], ...]], ModuleType
 
 
 def _kernel_module(terms: Sequence[Term], templates: Sequence[ModuleType]) -> ModuleType:
-    shared = [hashlib.sha256(_source_file(module).read_bytes()).hexdigest() for module in (vectors, structs)]
+    shared = [hashlib.sha256(_source_file(module).read_bytes()).hexdigest() for module in (vectors, structs, surface)]
     # imports from __future__ must come first; Numba looks names up when a function is first called
     texts = [_source_file(template).read_text(encoding="utf-8").replace(_FUTURE, "") for template in templates]
     laws = laws_source(terms, linearised=any("_linearisation(" in text for text in texts))  # they take time to write

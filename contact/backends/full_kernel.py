@@ -42,6 +42,7 @@ from sssi_exudyn.contact.backends.vectors import (
     times,
 )
 from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.terrain.surface import on_patch, patch_under
 
 point_force: Callable[..., float]
 point_derivatives: Callable[..., tuple[float, float, float]]
@@ -74,9 +75,11 @@ def add_wrench(out, i, share, q, force, torque):
 
 
 @njit(cache=True)
-def ground(parameters, f, l):
-    """Height of the snow over the slope's plane (m) and its unit normal (3) at a place."""
+def ground(parameters, under, f, l):
+    """Height of the snow over the slope's plane (m) and its unit normal (3) at a place near a patch."""
     h, h_f, h_l = terrain_height(parameters, f, l)
+    more, more_f, more_l = on_patch(under, f, l)
+    h, h_f, h_l = h + more, h_f + more_f, h_l + more_l
     s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
     return h, (-h_f * s, -h_l * s, s)
 
@@ -97,13 +100,13 @@ def section(q, v, ref, base, element, xi):
 
 
 @njit(cache=True)
-def edge_contact(parameters, place, velocity, frame, turning, p, r, v, omega, offset):
+def edge_contact(parameters, under, place, velocity, frame, turning, p, r, v, omega, offset):
     """Depth and rate of sinking of an edge's point, the snow's normal and the point's arm, both in the foot's frame."""
     arm = rotate(r, offset)
     local = plus(p, arm)
     out = out_of(frame, local)
     point = plus(place, out)
-    height, normal = ground(parameters, point[0], point[1])
+    height, normal = ground(parameters, under, point[0], point[1])
     depth = (height - point[2]) * normal[2]
     if depth <= 0.0:
         return depth, 0.0, normal, arm
@@ -112,9 +115,10 @@ def edge_contact(parameters, place, velocity, frame, turning, p, r, v, omega, of
 
 
 @njit(cache=True)
-def foot_axes(parameters, place, rotation):
+def foot_axes(parameters, surface, place, rotation):
     """``ski_axes`` of a foot on the snow at its place."""
-    return ski_axes(ground(parameters, place[0], place[1])[1], rotation)
+    under = patch_under(surface, place[0], place[1])
+    return ski_axes(ground(parameters, under, place[0], place[1])[1], rotation)
 
 
 @njit(cache=True)
@@ -177,6 +181,7 @@ def forces(parameters, q, v, ref, sections, carrier, at, found):
         frame = at.foot_rotation[ski]
         place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
         turning = three(at.foot_spin[ski], 0)
+        under = patch_under(sections.surface, place[0], place[1])
         on_pelvis = (0.0, 0.0, 0.0)
         for m in range(element.shape[0]):
             xi = share[m]
@@ -186,8 +191,9 @@ def forces(parameters, q, v, ref, sections, carrier, at, found):
             torque = (0.0, 0.0, 0.0)
             for edge in range(2):
                 depth, rate, normal, arm = edge_contact(
-                    parameters, place, velocity, frame, turning, p, r, moving, omega, three(sections.offset[m, edge], 0)
-                )
+                    parameters, under, place, velocity, frame, turning, p, r, moving, omega,
+                    three(sections.offset[m, edge], 0),
+                )  # fmt: skip
                 if depth <= 0.0:
                     continue
                 push = point_force(parameters, depth, rate, length[m])
@@ -221,7 +227,7 @@ def forces(parameters, q, v, ref, sections, carrier, at, found):
         ski_inertia(
             q, v, ref, base, sections, carrier.gravity, frame, spin_in, spin_rate, at.foot_acceleration[ski], out
         )
-        along, across, edge_angle = foot_axes(parameters, place, frame)
+        along, across, edge_angle = foot_axes(parameters, sections.surface, place, frame)
         v_t, v_n = dot(velocity, along), dot(velocity, across)
         side = 1.0 - 2.0 * ski
         f_t, f_n = foot_force(
@@ -279,6 +285,7 @@ def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_ra
         frame = at.foot_rotation[ski]
         place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
         turning = three(at.foot_spin[ski], 0)
+        under = patch_under(sections.surface, place[0], place[1])
         for m in range(element.shape[0]):
             xi = share[m]
             i = base + NODE * element[m]
@@ -286,8 +293,9 @@ def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_ra
             touched = False
             for edge in range(2):
                 depth, rate, normal, arm = edge_contact(
-                    parameters, place, velocity, frame, turning, p, r, moving, omega, three(sections.offset[m, edge], 0)
-                )
+                    parameters, under, place, velocity, frame, turning, p, r, moving, omega,
+                    three(sections.offset[m, edge], 0),
+                )  # fmt: skip
                 if depth <= 0.0:
                     continue
                 _, by_depth, by_sinking = point_derivatives(parameters, depth, rate, length[m])
@@ -330,7 +338,7 @@ def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_ra
                 for b in range(8):
                     row, column = i + 3 + a + 3 * (a // 4), i + 3 + b + 3 * (b // 4)
                     count = put(rows, columns, values, count, row, column, block[a, b])
-        along, across, edge_angle = foot_axes(parameters, place, frame)
+        along, across, edge_angle = foot_axes(parameters, sections.surface, place, frame)
         side = 1.0 - 2.0 * ski
         slopes = foot_derivatives(
             parameters, seen[ski, LOAD], dot(velocity, along), dot(velocity, across), edge_angle, seen[ski, GROOVE], t,

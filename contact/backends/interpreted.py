@@ -16,6 +16,7 @@ from sssi_exudyn.contact.backends import vectors
 from sssi_exudyn.contact.backends.compiled import compile_kernel
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.term import Term
+from sssi_exudyn.terrain import surface
 
 
 def interpreted_kernel(terms: Sequence[Term], template: ModuleType) -> Any:
@@ -23,10 +24,14 @@ def interpreted_kernel(terms: Sequence[Term], template: ModuleType) -> Any:
     module.
     """
     module = compile_kernel(terms, template)
-    names: dict[str, Any] = vars(vectors) | vars(module)
+    names: dict[str, Any] = vars(vectors) | vars(surface) | vars(module)
     for name, value in list(names.items()):
         plain = getattr(value, "py_func", value)  # without Numba functions are plain already
-        if isinstance(plain, FunctionType) and plain.__module__ in (vectors.__name__, module.__name__):
+        if isinstance(plain, FunctionType) and plain.__module__ in (
+            vectors.__name__,
+            surface.__name__,
+            module.__name__,
+        ):
             names[name] = FunctionType(plain.__code__, names, name, plain.__defaults__)
     names |= _laws(terms)
     return SimpleNamespace(**{name: value for name, value in names.items() if not name.startswith("__")})

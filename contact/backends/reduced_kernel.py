@@ -19,6 +19,7 @@ import numpy as np
 from sssi_exudyn.contact.backends.structs import InitialState, NewtonWork, ReducedSeries, ReducedState
 from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus, ski_axes, three, times
 from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.terrain.surface import on_patch, patch_under
 
 point_force: Callable[..., float]
 point_derivatives: Callable[..., tuple[float, float, float]]
@@ -38,9 +39,11 @@ SMALL = 1e-5
 
 
 @njit(cache=True)
-def ground(parameters, f, l):
-    """Height of the snow over the slope's plane (m) and its unit normal (3) at a place."""
+def ground(parameters, under, f, l):
+    """Height of the snow over the slope's plane (m) and its unit normal (3) at a place near a patch."""
     h, h_f, h_l = terrain_height(parameters, f, l)
+    more, more_f, more_l = on_patch(under, f, l)
+    h, h_f, h_l = h + more, h_f + more_f, h_l + more_l
     s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
     return h, (-h_f * s, -h_l * s, s)
 
@@ -63,6 +66,7 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
     groove = 0.0
     scratch[:] = 0.0
     slope = scratch[size]
+    under = patch_under(contact.surface, x[0] + place[0], x[1] + place[1])
     for m in range(points.shape[0]):
         for edge in range(2):
             mode = shape[m, edge]
@@ -73,7 +77,7 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
                 c += mode[2, k] * eta[ski, k]
             arm = out_of(frame, (a, b, c))
             point = plus(plus(x, place), arm)
-            height, normal = ground(parameters, point[0], point[1])
+            height, normal = ground(parameters, under, point[0], point[1])
             depth = (height - point[2]) * normal[2]
             if depth <= 0.0:
                 continue
@@ -109,9 +113,10 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
 
 
 @njit(cache=True)
-def foot_axes(parameters, place, rotation):
+def foot_axes(parameters, surface, place, rotation):
     """``ski_axes`` of a foot on the snow at its place."""
-    return ski_axes(ground(parameters, place[0], place[1])[1], rotation)
+    under = patch_under(surface, place[0], place[1])
+    return ski_axes(ground(parameters, under, place[0], place[1])[1], rotation)
 
 
 @njit(cache=True)
@@ -259,7 +264,7 @@ def advance(parameters, contact, motion, n, state, work, series):
                 residual, matrix, scratch, by_place, by_rate,
             )  # fmt: skip
             at, moving = plus(new_x, foot[0]), plus(new_v, foot[1])
-            along, across, edge = foot_axes(parameters, at, frame)
+            along, across, edge = foot_axes(parameters, contact.surface, at, frame)
             found = foot_derivatives(
                 parameters, load, dot(moving, along), dot(moving, across), edge, groove, time[n], at[0], at[1],
                 1.0 - 2.0 * ski,
@@ -307,7 +312,7 @@ def advance(parameters, contact, motion, n, state, work, series):
     for ski in range(2):
         frame = motion.foot_rotation[n, ski]
         at = plus(new_x, three(motion.foot_place[n, ski], 0))
-        _, normal = ground(parameters, at[0], at[1])
+        _, normal = ground(parameters, patch_under(contact.surface, at[0], at[1]), at[0], at[1])
         total = plus(times(series.loads[n, ski], normal), three(push[ski], 0))
         series.sole[n, ski] = frame[0, 2] * total[0] + frame[1, 2] * total[1] + frame[2, 2] * total[2]
         for c in range(3):

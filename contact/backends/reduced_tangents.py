@@ -24,6 +24,7 @@ import numpy as np
 from sssi_exudyn.contact.backends.structs import SkiWork, TangentState
 from sssi_exudyn.contact.backends.vectors import cross, dot, out_of, plus, ski_axes, three, times
 from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.terrain.surface import PATCH, grid_patch, on_change, on_patch, patch_changes, patch_under
 
 advance: Callable[..., bool]
 first_state: Callable[..., tuple[object, object]]
@@ -39,7 +40,7 @@ terrain_height: Callable[..., tuple[float, float, float]]
 
 PLACE, VELOCITY, TURN, SPIN, MODES = 0, 3, 6, 9, 12
 """First columns of a ski's linearisation: its foot's motion (3 each), then amplitudes and rates of the modes (k each),
-then the parameters."""
+then the parameters (c), then the six numbers of the snow surface's patch under the ski."""
 MODAL = 3
 """First row of the forces on the modes; the rows before are the snow's normal force on the pelvis."""
 FURTHER = 7
@@ -76,27 +77,68 @@ def axes_tangent(normal, rotation, dn, turn):
 
 
 @njit(cache=True, error_model="numpy")
-def ski_work(modes, columns, parameters):
+def ski_work(modes, parameters):
     """Arrays for ``linearise_ski``."""
-    size = MODES + 2 * modes + columns
+    size = MODES + 2 * modes
     return SkiWork(
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros((modes, 3)), np.zeros(modes),
         np.zeros((1, 2)), np.zeros((1, parameters)), np.zeros((3, 2)), np.zeros((3, parameters)),
         np.zeros((2, 7)), np.zeros((2, parameters)), np.zeros((3, 5)), np.zeros((3, parameters)),
-        np.zeros((3, parameters)),
+        np.zeros((3, parameters)), np.zeros((2, 6)),
     )  # fmt: skip
 
 
 @njit(cache=True, error_model="numpy")
+def linearise_ground(parameters, under, f, l, by_state, by_parameter):
+    """Fill the derivatives of the snow's height and slopes at a place near a patch by the place and by the laws'
+    parameters.
+    """
+    terrain_linearisation(parameters, f, l, by_state, by_parameter)
+    _, h_f, h_l = on_patch(under, f, l)
+    by_state[0, 0] += h_f
+    by_state[0, 1] += h_l
+    by_state[1, 0] += under[5]
+    by_state[1, 1] += under[6]
+    by_state[2, 0] += under[6]
+    by_state[2, 1] += under[7]
+
+
+@njit(cache=True, error_model="numpy")
+def add_ground_change(matrix, column, change, point, modes):
+    """Add to a ski's linearisation what a point feels of snow that is changed under it.
+
+    change : of height and slopes;  point : slopes and their factor s, gap, push, its derivatives by depth and rate,
+    velocity, the modes' reach (k, 3) and the edge's length
+    """
+    h_f, h_l, s, gap, push, by_depth, by_sinking, speed, reach, length = point
+    normal = (-h_f * s, -h_l * s, s)
+    dn = normal_tangent(h_f, h_l, s, change[1], change[2])
+    deeper = change[0] * s + gap * dn[2]
+    found = by_depth * deeper - by_sinking * dot(speed, dn)
+    force = plus(times(found, normal), times(push, dn))
+    for row in range(3):
+        matrix[row, column] += force[row]
+    for k in range(modes):
+        matrix[MODAL + k, column] += dot(three(reach[k], 0), force)
+    matrix[MODAL + modes + LOAD, column] += found
+    matrix[MODAL + modes + GROOVE, column] += length * deeper
+
+
+@njit(cache=True, error_model="numpy")
 def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, work, matrix):
-    """Fill ``matrix`` (3 + k + 7, 12 + 2k + columns) with the derivatives of a ski's forces.
+    """Fill ``matrix`` (3 + k + 7, 12 + 2k + columns + 6) with the derivatives of a ski's forces.
 
     columns : ``ParameterColumns``;  work : ``SkiWork``;  the others as in ``snow``
     """
     place, moving, frame, spin = foot
+    surface = contact.surface
+    middle_f, middle_l = x[0] + place[0], x[1] + place[1]
+    under = patch_under(surface, middle_f, middle_l)
+    curving = surface.coefficients.shape[0] > 0
     shape, points, length = contact.shape, contact.points, contact.length
     modes = shape.shape[3]
     fixed = MODES + 2 * modes
+    patch = fixed + columns.index.shape[0]
     further = MODAL + modes
     d_depth, d_rate, d_push = work.depth, work.rate, work.push
     reach, lever = work.reach, work.lever
@@ -114,6 +156,8 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
             arm = out_of(frame, (a, b, c))
             point = plus(plus(x, place), arm)
             h, h_f, h_l = terrain_height(parameters, point[0], point[1])
+            more, more_f, more_l = on_patch(under, point[0], point[1])
+            h, h_f, h_l = h + more, h_f + more_f, h_l + more_l
             s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
             normal = (-h_f * s, -h_l * s, s)
             gap = h - point[2]
@@ -130,7 +174,7 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
             sinking = -dot(speed, normal)
             push = point_force(parameters, depth, sinking, length[m])
             point_linearisation(parameters, depth, sinking, length[m], work.point_state, work.point_parameter)
-            terrain_linearisation(parameters, point[0], point[1], work.ground_state, work.ground_parameter)
+            linearise_ground(parameters, under, point[0], point[1], work.ground_state, work.ground_parameter)
             by_depth, by_sinking = work.point_state[0, 0], work.point_state[0, 1]
             load += push
             groove += depth * length[m]
@@ -197,23 +241,29 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 for k in range(modes):
                     matrix[MODAL + k, column] += lever[k] * found
                 matrix[further + LOAD, column] += found
+            felt = (h_f, h_l, s, gap, push, by_depth, by_sinking, speed, reach, length[m])
             for i in range(columns.terrain.shape[0]):
                 column = columns.terrain[i]
                 p = columns.index[column]
                 column += fixed
-                dn = normal_tangent(h_f, h_l, s, work.ground_parameter[1, p], work.ground_parameter[2, p])
-                deeper = work.ground_parameter[0, p] * s + gap * dn[2]
-                found = by_depth * deeper - by_sinking * dot(speed, dn)
-                change = plus(times(found, normal), times(push, dn))
-                for row in range(3):
-                    matrix[row, column] += change[row]
-                for k in range(modes):
-                    matrix[MODAL + k, column] += dot(three(reach[k], 0), change)
-                matrix[further + LOAD, column] += found
-                matrix[further + GROOVE, column] += length[m] * deeper
+                change = (work.ground_parameter[0, p], work.ground_parameter[1, p], work.ground_parameter[2, p])
+                add_ground_change(matrix, column, change, felt, modes)
+            if curving:
+                away_f, away_l = point[0] - middle_f, point[1] - middle_l
+                for i in range(PATCH):
+                    one = (
+                        1.0 * (i == 0),
+                        1.0 * (i == 1),
+                        1.0 * (i == 2),
+                        1.0 * (i == 3),
+                        1.0 * (i == 4),
+                        1.0 * (i == 5),
+                    )
+                    add_ground_change(matrix, patch + i, on_change(one, away_f, away_l), felt, modes)
     # friction, edge angle and the sole, at the foot's place
     at, speed = plus(x, place), plus(v, moving)
     h, h_f, h_l = terrain_height(parameters, at[0], at[1])
+    h_f, h_l = h_f + under[3], h_l + under[4]
     s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
     normal = (-h_f * s, -h_l * s, s)
     along, across, edge_angle = ski_axes(normal, frame)
@@ -222,7 +272,7 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
     f_t, f_n = foot_force(parameters, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side)
     by, by_parameter = work.foot_state, work.foot_parameter
     foot_linearisation(parameters, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side, by, by_parameter)
-    terrain_linearisation(parameters, at[0], at[1], work.ground_state, work.ground_parameter)
+    linearise_ground(parameters, under, at[0], at[1], work.ground_state, work.ground_parameter)
     total = plus(times(load, normal), plus(times(f_t, along), times(f_n, across)))
     up = (frame[0, 2], frame[1, 2], frame[2, 2])
     for column in range(matrix.shape[1]):
@@ -238,6 +288,8 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
             d_speed = (1.0 * (column == 3), 1.0 * (column == 4), 1.0 * (column == 5))
         elif column < SPIN:
             turn = (1.0 * (column == 6), 1.0 * (column == 7), 1.0 * (column == 8))
+        elif column >= patch:
+            dn = normal_tangent(h_f, h_l, s, 1.0 * (column == patch + 1), 1.0 * (column == patch + 2))
         elif column >= fixed:
             p = columns.index[column - fixed]
             dn = normal_tangent(h_f, h_l, s, work.ground_parameter[1, p], work.ground_parameter[2, p])
@@ -259,6 +311,12 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
         matrix[further + EDGE, column] = d_edge
         change = plus(friction, plus(times(d_load, normal), times(load, dn)))
         matrix[further + SOLE, column] = dot(up, change) + dot(cross(turn, up), total)
+    if curving:  # the patch goes with the foot
+        patch_changes(surface, middle_f, middle_l, work.patches)
+        for row in range(matrix.shape[0]):
+            for i in range(PATCH):
+                matrix[row, PLACE] += matrix[row, patch + i] * work.patches[0, i]
+                matrix[row, PLACE + 1] += matrix[row, patch + i] * work.patches[1, i]
 
 
 @njit(cache=True, error_model="numpy")
@@ -298,8 +356,8 @@ def solve_many(matrix, right):
 
 
 @njit(cache=True, error_model="numpy")
-def collect_inputs(z, zq, zv, feet, ski, modes, fixed):
-    """Fill the rows of ``z`` that are not parameters with the tangents of what moves a ski."""
+def collect_inputs(z, zq, zv, feet, ski, modes):
+    """Fill the rows of ``z`` with the tangents of what moves a ski."""
     many, with_tables = z.shape[1], feet.shape[1]
     for j in range(3):
         for k in range(many):
@@ -315,6 +373,21 @@ def collect_inputs(z, zq, zv, feet, ski, modes, fixed):
         for k in range(many):
             z[MODES + j, k] = zq[base + j, k]
             z[MODES + modes + j, k] = zv[base + j, k]
+
+
+@njit(cache=True, error_model="numpy")
+def collect_patch(z, inputs, surface, f, l):
+    """Fill the last rows of ``z`` with the tangents of the patch under a ski at a place."""
+    grids, amounts = inputs.surface, inputs.amounts
+    if grids.shape[0] == 0:
+        return
+    first = z.shape[0] - PATCH
+    z[first:] = 0.0
+    for i in range(grids.shape[0]):
+        found = grid_patch(grids[i], surface.origin, surface.spacing, f, l)
+        for c in range(PATCH):
+            for k in range(z.shape[1]):
+                z[first + c, k] += found[c] * amounts[i, k]
 
 
 @njit(cache=True, error_model="numpy")
@@ -365,7 +438,8 @@ def carry(parameters, contact, motion, n, state, inputs, tangent, work, series):
         for row in range(3):
             for column in range(found.shape[1]):
                 found[row, column] += found[further + FRICTION + row, column]
-        collect_inputs(z, q, rate, feet, ski, modes, fixed)
+        collect_inputs(z, q, rate, feet, ski, modes)
+        collect_patch(z, inputs, contact.surface, x[0] + foot[0][0], x[1] + foot[0][1])
         swinging = (0.0, 0.0, 0.0)
         for j in range(modes):
             i = 3 + ski * modes + j
@@ -453,7 +527,9 @@ def carry(parameters, contact, motion, n, state, inputs, tangent, work, series):
             series.place[n, c, k] = q[c, k]
             series.velocity[n, c, k] = rate[c, k]
     for ski in range(2):
-        collect_inputs(z, q, rate, inputs.feet[n, ski], ski, modes, fixed)
+        collect_inputs(z, q, rate, inputs.feet[n, ski], ski, modes)
+        at_foot = plus(x, three(motion.foot_place[n, ski], 0))
+        collect_patch(z, inputs, contact.surface, at_foot[0], at_foot[1])
         found = skis[ski]
         add_row(series.loads[n, ski], found[further + LOAD], z, first, last)
         add_row(series.sole[n, ski], found[further + SOLE], z, first, last)
@@ -471,11 +547,12 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
     state, newton = first_state(start)
     modes, many = contact.omega.shape[0], inputs.mass.shape[0]
     size, fixed, count = 3 + 2 * modes, MODES + 2 * modes, inputs.columns.index.shape[0]
-    work = ski_work(modes, count, parameters.shape[0])
+    inputs_of_ski = fixed + count + PATCH
+    work = ski_work(modes, parameters.shape[0])
     tangent = TangentState(
         np.zeros((size, many)), np.zeros((size, many)), np.zeros((size, many)), np.zeros((size, size)),
-        np.zeros((size, many)), np.zeros((2, MODAL + modes + FURTHER, fixed + count)), np.zeros((fixed + count, many)),
-        np.zeros(fixed + count, np.int64), np.full(fixed + count, many),
+        np.zeros((size, many)), np.zeros((2, MODAL + modes + FURTHER, inputs_of_ski)), np.zeros((inputs_of_ski, many)),
+        np.zeros(inputs_of_ski, np.int64), np.full(inputs_of_ski, many),
     )  # fmt: skip
     for column in range(TURN, MODES):
         tangent.last[column] = inputs.feet.shape[3]

@@ -11,6 +11,18 @@ from typing import Any, NamedTuple
 from sssi_exudyn.core.frames import Array
 
 
+class SnowGrid(NamedTuple):
+    """The snow surface where it is no plane: the coefficients of a bicubic spline (``terrain.surface``).
+
+    coefficients : (nf + 2, nl + 2) m, or (0, 0) for a plane;  origin : (2,) m, f and l of the first node
+    spacing : m between nodes
+    """
+
+    coefficients: Array
+    origin: Array
+    spacing: float
+
+
 class Sections(NamedTuple):
     """Contact sections and lumped masses of a ski of the full model, the same for both skis.
 
@@ -18,6 +30,7 @@ class Sections(NamedTuple):
     offset : (m, 2, 3) left and right edge in the section's frame, m
     damping : (n, 3) structural damping of each element against relative spin about its own axes, N m s
     node_mass, node_moment : (n + 1,) kg and (n + 1, 3) kg m² of each node, about the foot's axes
+    surface : ``SnowGrid`` that the sections touch
     """
 
     element: Any
@@ -27,6 +40,7 @@ class Sections(NamedTuple):
     damping: Array
     node_mass: Array
     node_moment: Array
+    surface: SnowGrid
 
 
 class Carrier(NamedTuple):
@@ -96,6 +110,7 @@ class ModalContact(NamedTuple):
     points : (m, 2, 3) m, unloaded, in the foot's frame;  length : (m,) m of edge
     omega : (k,) rad/s;  ratio : (k,) share of critical damping
     coupling, spinning : (k, 3) the modes' participation in the held node's acceleration (kg) and turning (kg m)
+    surface : ``SnowGrid`` that the points touch
     """
 
     shape: Array
@@ -105,6 +120,7 @@ class ModalContact(NamedTuple):
     ratio: Array
     coupling: Array
     spinning: Array
+    surface: SnowGrid
 
 
 class PrescribedMotion(NamedTuple):
@@ -210,6 +226,7 @@ class TangentInputs(NamedTuple):
     The first b of them change the tables of feet and body, the next the feet's alone, f with tables in all.
 
     columns : ``ParameterColumns``;  parameters : (c, d) change of each
+    surface : (s, nf + 2, nl + 2) m, changes of the snow surface's coefficients;  amounts : (s, d) of each
     mass : (d,) kg;  gravity : (3, d) m/s²
     place, velocity : (3, d) of the pelvis at the start;  eta : (2k, d) of the modes' amplitudes
     feet : (t, 2, 18, f) place, velocity, turn (rotation vector), spin, ski_acceleration and ski_turning, 3 rows each
@@ -219,6 +236,8 @@ class TangentInputs(NamedTuple):
 
     columns: ParameterColumns
     parameters: Array
+    surface: Array
+    amounts: Array
     mass: Array
     gravity: Array
     place: Array
@@ -245,8 +264,8 @@ class TangentState(NamedTuple):
 
     place, rate, acceleration : (3 + 2k, d) of pelvis and modes
     matrix, right : (3 + 2k, 3 + 2k) and (3 + 2k, d) of the linear system
-    skis : (2, 10 + k, 12 + 2k + c) the skis' linearisations;  inputs : (12 + 2k + c, d) tangents of what they depend on
-    first, last : (12 + 2k + c,) range in which each row of the inputs is not zero
+    skis : (2, 10 + k, 18 + 2k + c) the skis' linearisations;  inputs : (18 + 2k + c, d) tangents of what they depend on
+    first, last : (18 + 2k + c,) range in which each row of the inputs is not zero
     """
 
     place: Array
@@ -262,7 +281,8 @@ class TangentState(NamedTuple):
 
 class SkiWork(NamedTuple):
     """Arrays in which a ski is linearised: rows of one point's depth, rate and force, the modes' displacements there
-    (k, 3) and their share along the normal (k,); derivatives of the laws by state and by parameters.
+    (k, 3) and their share along the normal (k,); derivatives of the laws by state and by parameters; patches (2, 6)
+    by which the one under the ski changes as it moves along f and along l.
     """
 
     depth: Array
@@ -279,3 +299,4 @@ class SkiWork(NamedTuple):
     air_state: Array
     air_parameter: Array
     body_parameter: Array
+    patches: Array

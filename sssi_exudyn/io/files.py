@@ -19,16 +19,17 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.bounds import MAX_BYTES, MAX_LINE, MAX_LINES
 
 
-def inside(folder: Path, name: str, file: Path, place: str) -> Path:
+def inside(folder: Path, name: str, file: Path, place: str, limit: int = MAX_BYTES) -> Path:
     """The regular file ``name`` inside ``folder``, symlinks followed.
 
     Parameters
     ----------
     folder : the recording's folder
     name : relative path with forward slashes, as written in ``file`` at ``place``
+    limit : bytes that the file may have
 
     Raises InputError when the path leaves the folder (also by a symlink), is missing, is not a file, is empty or
-    is larger than ``MAX_BYTES``.
+    has more bytes.
     """
     if not name.strip() or "\0" in name:
         raise InputError(file, place, f"{name!r} is not a file name", "write the name of a file in this folder")
@@ -53,11 +54,11 @@ def inside(folder: Path, name: str, file: Path, place: str) -> Path:
         raise InputError(folder / name, "", "this is not a file", fix)
     if about.st_size == 0:
         raise InputError(folder / name, "", "the file is empty", "export it again")
-    if about.st_size > MAX_BYTES:
+    if about.st_size > limit:
         raise InputError(
             folder / name,
             "",
-            f"the file has {about.st_size / 1e6:.0f} MB, more than {MAX_BYTES / 1e6:.0f} MB",
+            f"the file has {about.st_size / 1e6:.0f} MB, more than {limit / 1e6:.0f} MB",
             "cut it to the run and export that alone",
         )
     return path

@@ -20,8 +20,18 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import Quantity, quantities, quantity
 from sssi_exudyn.model.faults import CaptureSensor, Sensor
 from sssi_exudyn.recording.recording import Equipment, Skier
+from sssi_exudyn.terrain.surface import Surface
 
 _CHOICE = "chosen; see docs/verification.md for what it does to the result"
+_MODE = Quantity(
+    name="mode",
+    default=0.0,
+    unit="1",
+    low=-6.0,
+    high=6.0,
+    source="posterior of the heights",
+    meaning="standard deviations of a shape by which the snow surface may differ from its estimate",
+)
 T = TypeVar("T")
 
 
@@ -71,6 +81,7 @@ class Model:
     inclination, fall_line_azimuth : rad
     terms : the laws that act, in the order in which their forces are reported
     sensors : what the recording's instruments get wrong
+    surface : the snow's heights over the slope's plane; None for the plane
     """
 
     name: str
@@ -83,6 +94,7 @@ class Model:
     start: Start = field(default_factory=Start)
     solver: Solver = field(default_factory=Solver)
     sensors: tuple[Sensor, ...] = ()
+    surface: Surface | None = None
 
     def term(self, name: str) -> Term:
         """The term of that name.  Raises KeyError when the model has none."""
@@ -100,15 +112,17 @@ class Model:
 
     def value(self, name: str) -> float:
         """A declared number by its name, ``friction.mu_t`` or ``start.velocity_f``; a second term of one name is
-        ``name#2``.
+        ``name#2``.  What is uncertain of the snow surface is ``surface.mode_1`` and so on.
         """
         owner, _, key = name.partition(".")
-        return float(getattr(self.owner(owner), key))
+        part = self.owner(owner)
+        return float(np.real(part.amounts[mode_index(key)]) if isinstance(part, Surface) else getattr(part, key))
 
     def about(self, name: str) -> Quantity:
         """What is declared of the number of that name: unit, least and greatest value, meaning."""
         owner, _, key = name.partition(".")
-        return quantities(self.owner(owner))[key]
+        part = self.owner(owner)
+        return replace(_MODE, name=key) if isinstance(part, Surface) else quantities(part)[key]
 
     def bounds(self, name: str) -> tuple[float, float]:
         """Least and greatest value that the number of that name may have."""
@@ -127,6 +141,8 @@ class Model:
         found = np.array(
             [terrain_height(FloatMath(), self.terms, *place) for place in places[:, :2].tolist()], dtype=np.float64
         )
+        if self.surface is not None:
+            found = found + self.surface.at(places)[:, :3]
         return found[:, 0], found[:, 1:]
 
     def with_values(self, values: Mapping[str, complex]) -> Model:
@@ -138,6 +154,9 @@ class Model:
         for name, value in values.items():
             owner, _, key = name.partition(".")
             old = changed.owner(owner)
+            if isinstance(old, Surface):
+                changed = replace(changed, surface=old.with_amount(mode_index(key), value))
+                continue
             new = replace(old, **{key: value if isinstance(value, complex) else float(value)})  # type: ignore[arg-type]
             if isinstance(new, Start):
                 changed = replace(changed, start=new)
@@ -160,16 +179,26 @@ class Model:
             sensors=tuple(sensor for sensor in self.sensors if not any(sensor is each for each in gone)),
         )
 
-    def owner(self, name: str) -> Term | Start | Sensor:
-        """The term, sensor or start of that name.  Raises KeyError for an unknown one."""
+    def owner(self, name: str) -> Term | Start | Sensor | Surface:
+        """The term, sensor, start or surface of that name.  Raises KeyError for an unknown one."""
         if name == "start":
             return self.start
+        if name == "surface" and self.surface is not None:
+            return self.surface
         kind, _, count = name.partition("#")
         parts: tuple[Term | Sensor, ...] = (*self.terms, *self.sensors)
         found = [part for part in parts if part.name == kind]
         if len(found) < int(count or 1):
             raise KeyError(f"the model has no term {name!r}; it has {', '.join(term.name for term in self.terms)}")
         return found[int(count or 1) - 1]
+
+
+def mode_index(key: str) -> int:
+    """Which mode of a surface ``mode_1``, ``mode_2`` … is.  Raises KeyError for another name."""
+    kind, _, count = key.partition("_")
+    if kind != "mode" or not count.isdecimal() or int(count) < 1:
+        raise KeyError(f"a surface has no number {key!r}; its numbers are mode_1, mode_2 …")
+    return int(count) - 1
 
 
 def along_snow(model: Model, feet: Array, velocity: Array, foot_velocity: Array, share: Array) -> float:

@@ -18,6 +18,7 @@ from sssi_exudyn.model.faults import read_sensor, values_of
 from sssi_exudyn.model.model import Model, Solver, Start
 from sssi_exudyn.recording.equipment import read_equipped_ski
 from sssi_exudyn.recording.recording import Equipment, Skier, Slope
+from sssi_exudyn.terrain.file import read_surface, surface_to_dict
 
 _MOST_PARTS: Final = 100
 """Terms, or sensors, of a model."""
@@ -27,6 +28,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
     """The model as nested plain data, as ``model.toml`` holds it; angles in degrees, units in the keys' names."""
     start = asdict(model.start)
     start["heading_offset_deg"] = float(np.degrees(start.pop("heading_offset")))
+    surface = {} if model.surface is None else {"surface": surface_to_dict(model.surface)}
     return {
         "format": 1,
         "name": model.name,
@@ -45,11 +47,12 @@ def model_to_dict(model: Model) -> dict[str, Any]:
         "sensor": [{"name": sensor.name, **values_of(sensor)} for sensor in model.sensors],
         "start": start,
         "solver": asdict(model.solver),
+        **surface,
     }
 
 
 def read_model(path: Path) -> Model:
-    """A model from ``model.toml``; a ski given by a file is sought beside it.
+    """A model from ``model.toml``; a ski or a surface given by a file is sought beside it.
 
     Raises InputError for whatever is missing, unknown or outside its bounds.
     """
@@ -125,6 +128,7 @@ def read_model(path: Path) -> Model:
             )
             for i, entry in enumerate(_tables(data, "sensor", path))
         ),
+        surface=read_surface(table("surface"), path) if "surface" in data else None,
     )
 
 

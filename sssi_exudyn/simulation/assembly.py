@@ -12,13 +12,14 @@ from sssi_exudyn.bodies.ski.mesh import BeamMesh, mesh
 from sssi_exudyn.bodies.ski.modes import damping_time
 from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia, body_inertia
 from sssi_exudyn.contact.backends import vectors
-from sssi_exudyn.contact.backends.structs import Sections
+from sssi_exudyn.contact.backends.structs import Sections, SnowGrid
 from sssi_exudyn.contact.terms.air import FrontalAreas
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Antenna, Motion, turn_motion
 from sssi_exudyn.simulation.posture_table import PostureTable, posture_at
+from sssi_exudyn.terrain.surface import Surface
 
 _STRETCH = 256
 """Instants whose posture is computed at once."""
@@ -88,6 +89,7 @@ class Parts:
             damping=tau * cut.stiffness[:, 3:] / cut.element_length[:, None],
             node_mass=_lump(cut.element_mass),
             node_moment=_lump(moment),
+            surface=snow_grid(self.model.surface),
         )
 
     def posture(self, time: Array) -> PostureTable:
@@ -102,6 +104,13 @@ class Parts:
                 for entry in fields(PostureTable)
             }
         )
+
+
+def snow_grid(surface: Surface | None) -> SnowGrid:
+    """The snow surface as the kernels take it."""
+    if surface is None:
+        return SnowGrid(np.zeros((0, 0)), np.zeros(2), 1.0)
+    return SnowGrid(surface.coefficients, np.array(surface.origin), surface.spacing)
 
 
 def _edge_offsets(cut: BeamMesh) -> Array:

@@ -25,7 +25,8 @@ from sssi_exudyn.core.rotations import rotations_about
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.motion.motion import Motion, antenna_carrier, antenna_offset
-from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.assembly import Parts, snow_grid
+from sssi_exudyn.terrain.surface import Surface
 
 MODES: Final = 12
 """Vibrations of each ski that are kept: up to 130 Hz for a slalom ski."""
@@ -89,8 +90,8 @@ class Prepared:
         """(3,) m/s²"""
         return gravity_in_slope(self.inclination)
 
-    def kernel_contact(self) -> ModalContact:
-        """The skis as the kernel takes them."""
+    def kernel_contact(self, surface: Surface | None) -> ModalContact:
+        """The skis on the snow as the kernel takes them."""
         return ModalContact(
             shape=np.ascontiguousarray(np.moveaxis(self.ski.contact_shape, 0, 3)),
             points=self.points,
@@ -99,6 +100,7 @@ class Prepared:
             ratio=self.ski.damping_ratio,
             coupling=np.ascontiguousarray(self.ski.participation[:, :3]),
             spinning=np.ascontiguousarray(self.ski.participation[:, 3:]),
+            surface=snow_grid(surface),
         )
 
     def kernel_motion(self) -> PrescribedMotion:
@@ -313,7 +315,7 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
     at = prepared.correct_capture(model)
     terms = pad_terms(model.terms)
-    kernel, parameters, contact = reduced_module(terms), parameter_values(terms), at.kernel_contact()
+    kernel, parameters, contact = reduced_module(terms), parameter_values(terms), at.kernel_contact(model.surface)
     start = start_of_run(model, at, kernel, parameters, contact)
     series, done = run_batch(kernel, contact, at.kernel_motion(), parameters[None], [start])
     return reduced_run(at, ReducedSeries(*(array[0] for array in series)), int(done[0]))

@@ -48,8 +48,8 @@ def simulate_each(
     *,
     cores: int | None = None,
 ) -> list[Array]:
-    """What is ``observed`` of a run of each model: one compiled call a core for all that have the same laws and the
-    same capture, whose tables they share.
+    """What is ``observed`` of a run of each model: one compiled call a core for all that have the same laws, snow
+    surface and capture, whose tables they share.
 
     cores : that are used at most; all if None
 
@@ -58,7 +58,7 @@ def simulate_each(
     groups: dict[object, list[int]] = {}
     for i, model in enumerate(models):
         laws = tuple(type(term) for term in pad_terms(model.terms))
-        groups.setdefault((laws, _capture(model, prepared)), []).append(i)
+        groups.setdefault((laws, _capture(model, prepared), id(model.surface)), []).append(i)
     cores = cores or os.cpu_count() or 1
     parts = [(group[0], group[k::cores]) for group in groups.values() for k in range(min(cores, len(group)))]
     tables = {group[0]: prepared.correct_capture(models[group[0]]) for group in groups.values()}
@@ -79,9 +79,9 @@ def _capture(model: Model, prepared: Prepared) -> object:
 
 
 def _runs(models: Sequence[Model], at: Prepared) -> list[ReducedRun]:
-    """Runs of models with the same laws on the same tables, one compiled call."""
+    """Runs of models with the same laws and surface on the same tables, one compiled call."""
     every: list[tuple[Term, ...]] = [pad_terms(model.terms) for model in models]
-    kernel, contact = reduced_module(every[0]), at.kernel_contact()
+    kernel, contact = reduced_module(every[0]), at.kernel_contact(models[0].surface)
     parameters = np.stack([parameter_values(terms) for terms in every])
     starts = [start_of_run(model, at, kernel, row, contact) for model, row in zip(models, parameters, strict=True)]
     series, done = run_batch(kernel, contact, at.kernel_motion(), parameters, starts)

@@ -29,7 +29,7 @@ from sssi_exudyn.contact.term import Term
 from sssi_exudyn.contact.term import parameters as numbers_of
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import CaptureSensor
-from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.model import Model, mode_index
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.reduced import (
@@ -44,6 +44,7 @@ from sssi_exudyn.simulation.reduced import (
     reduced_run,
     start_of_run,
 )
+from sssi_exudyn.terrain.surface import PATCH, Surface, grid_patch, patch_under
 
 STEP: Final = 1e-20
 """Of a complex step; its square is lost beside any number, so that nothing but the derivative is left."""
@@ -61,11 +62,13 @@ class Direction:
 
     parameter : where it stands among the laws' parameters, −1 for none of them
     start : where it stands among the antenna's place and velocity at the start (f, l, f, l), −1 for none of them
+    surface : (nf + 2, nl + 2) m, change of the snow surface's coefficients; None where it does not change
     tables : the posture's tables with the number's complex step; None where they do not change
     """
 
     parameter: int = -1
     start: int = -1
+    surface: Array | None = None
     tables: Prepared | None = None
 
 
@@ -154,6 +157,8 @@ def _turns_capture(model: Model, name: str) -> bool:
 def _of_number(model: Model, prepared: Prepared, name: str) -> Direction:
     owner, _, key = name.partition(".")
     part = model.owner(owner)
+    if isinstance(part, Surface):
+        return Direction(surface=part.mode_coefficients[mode_index(key)])
     if isinstance(part, Term):
         index = 0
         for term in pad_terms(model.terms):
@@ -180,7 +185,7 @@ def _slope(value: Any) -> Any:
 def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[ReducedRun, dict[str, Array]]:
     """The run, and of each of its fields the derivatives in those directions."""
     terms = pad_terms(model.terms)
-    kernel, parameters, contact = reduced_module(terms), parameter_values(terms), at.kernel_contact()
+    kernel, parameters, contact = reduced_module(terms), parameter_values(terms), at.kernel_contact(model.surface)
     start = start_of_run(model, at, kernel, parameters, contact)
     tables = [d.tables for d in directions]
     order = sorted(range(len(tables)), key=lambda i: _rank(tables[i]))
@@ -254,11 +259,14 @@ def _inputs(
             body[:, :3, k], body[:, 3:6, k] = _slope(motion.com_place), _slope(motion.com_velocity)
             body[:, 6:, k] = _slope(motion.exposed_velocity).reshape(n, -1)
     index = sorted({d.parameter for d in ordered if d.parameter >= 0})
+    moved = [(k, d.surface) for k, d in enumerate(ordered) if d.surface is not None]
     columns = _columns(kernel, index)
     by_parameter = np.array([[float(d.parameter == i) for d in ordered] for i in index]).reshape(len(index), many)
+    grids = np.stack([grid for _, grid in moved]) if moved else np.zeros((0, 2, 2))
+    amounts = np.array([[float(k == column) for column in range(many)] for k, _ in moved]).reshape(len(moved), many)
     zeros = TangentInputs(
-        columns, by_parameter, mass, gravity, np.zeros((3, many)), np.zeros((3, many)), np.zeros((2 * modes, many)),
-        feet, inertia, body,
+        columns, by_parameter, grids, amounts, mass, gravity, np.zeros((3, many)), np.zeros((3, many)),
+        np.zeros((2 * modes, many)), feet, inertia, body,
     )  # fmt: skip
     place, velocity, eta = _start_tangents(kernel, parameters, contact, at, start, ordered, zeros)
     return zeros._replace(place=place, velocity=velocity, eta=eta)
@@ -310,17 +318,21 @@ def _start_tangents(
         eta, place[2], share = _rest_tangents(kernel, parameters, contact, at, start, rest, place, load, inputs)
         given = rest.share
     ground = np.zeros((3, 2)), np.zeros((3, len(parameters)))
+    surface = contact.surface
     for foot in range(2):
         where = start.place + at.foot_place[0, foot]
-        _, *slopes = kernel.terrain_height(parameters, where[0], where[1])
-        kernel.terrain_linearisation(parameters, where[0], where[1], *ground)
+        under = patch_under(surface, where[0], where[1])
+        slopes = np.array(kernel.terrain_height(parameters, where[0], where[1])[1:]) + under[3:5]
+        kernel.linearise_ground(parameters, under, where[0], where[1], *ground)
+        tilts = [grid_patch(grid, surface.origin, surface.spacing, where[0], where[1])[1:3] for grid in inputs.surface]
         speed = start.velocity + at.foot_velocity[0, foot]
         pace = velocity + _of_foot(inputs, foot, 3)
         turning = ground[0][1:] @ (place + _of_foot(inputs, foot, 0))[:2]
         turning += ground[1][1:][:, inputs.columns.index] @ inputs.parameters
-        rising = np.asarray(slopes) @ speed[:2] - at.foot_velocity[0, foot, 2]
+        turning += np.reshape(tilts, (-1, 2)).T @ inputs.amounts
+        rising = slopes @ speed[:2] - at.foot_velocity[0, foot, 2]
         weight = start.rests[1].share[foot]
-        own = np.asarray(slopes) @ pace[:2] + speed[:2] @ turning - _of_foot(inputs, foot, 3)[2]
+        own = slopes @ pace[:2] + speed[:2] @ turning - _of_foot(inputs, foot, 3)[2]
         velocity[2] += share[foot] * rising + weight * own
     return place, velocity, eta
 
@@ -343,9 +355,10 @@ def _rest_tangents(
     many, modes, count = len(load), len(contact.omega), len(inputs.columns.index)
     fixed = MODES + 2 * modes
     still, none = (0.0, 0.0, 0.0), np.zeros((2, modes))
-    work = kernel.ski_work(modes, count, len(parameters))
-    skis = np.zeros((2, MODAL + modes + FURTHER, fixed + count))
-    z = np.zeros((2, fixed + count, many))
+    work = kernel.ski_work(modes, len(parameters))
+    size = fixed + count + PATCH
+    skis = np.zeros((2, MODAL + modes + FURTHER, size))
+    z = np.zeros((2, size, many))
     matrix = np.zeros((1 + 2 * modes, 1 + 2 * modes))
     right = np.zeros((1 + 2 * modes, many))
     right[0] = load
@@ -359,7 +372,9 @@ def _rest_tangents(
         z[ski, PLACE : PLACE + 3] = _of_foot(inputs, ski, 0)
         z[ski, PLACE : PLACE + 2] += place[:2]
         z[ski, TURN:SPIN] = _of_foot(inputs, ski, 6)
-        z[ski, fixed:] = inputs.parameters
+        z[ski, fixed : fixed + count] = inputs.parameters
+        at_foot = start.place + at.foot_place[0, ski]
+        kernel.collect_patch(z[ski], inputs, contact.surface, at_foot[0], at_foot[1])
         rows = slice(1 + ski * modes, 1 + (ski + 1) * modes)
         found, modal = skis[ski], slice(MODAL, MODAL + modes)
         matrix[0, 0] += found[2, PLACE + 2]

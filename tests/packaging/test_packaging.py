@@ -82,7 +82,7 @@ def test_every_dependency_is_imported_and_every_import_is_a_dependency(declared:
 def test_every_library_of_the_import_extra_is_asked_for_somewhere(declared: dict[str, Any]) -> None:
     wanted = {re.split(r"[<>=]", entry)[0] for entry in declared["project"]["optional-dependencies"]["import"]}
     asked = {
-        str(node.args[0].value)
+        str(node.args[0].value).partition(".")[0]
         for path in (ROOT / "sssi_exudyn").rglob("*.py")
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "library"

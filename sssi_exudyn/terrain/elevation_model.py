@@ -1,0 +1,103 @@
+"""Heights of the ground from an elevation model: a GeoTIFF or an ESRI ASCII grid in any projection.
+
+Only the cells around the places that are asked for are read, whatever the file's size.
+"""
+
+from __future__ import annotations
+
+import stat
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.text import one_line
+from sssi_exudyn.runtime.optional import library
+
+DRIVERS: Final = {".tif": "GTiff", ".tiff": "GTiff", ".asc": "AAIGrid"}
+"""GDAL's names of the formats that are read, by suffix; no other driver sees the file."""
+LARGEST: Final = 1_000_000_000
+"""Bytes of a file that is opened."""
+CELLS: Final = 4_000_000
+"""Cells that are read at most, and cells a block of the file may have: 16 MB."""
+_AROUND: Final = 8
+"""Cells around the outermost place: what the spline feels of the border falls to a quarter with each."""
+_FEET: Final = ("ft", "feet", "foot", "us_survey_foot", "us-ft")
+_HIGHEST: Final = 9000.0
+"""m, of any ground; feet written as metres are mostly beyond it, or steeper than any slope."""
+
+
+def sample_elevations(path: Path, latitude: Array, longitude: Array, needed: int) -> Array:
+    """Heights (n,) in m over the file's own datum at latitudes and longitudes (n,) in degrees (WGS84).
+
+    Between cells the heights are a cubic spline.  The first ``needed`` places have to be covered; the others take the
+    nearest cell's height beyond the border.
+
+    Raises InputError, with file, place and fix, for a file that is none of the two formats, is too large, has no
+    coordinate system, counts in feet, does not cover the places or has a hole there.
+    """
+    rasterio = library("rasterio", path)
+    driver = DRIVERS.get(path.suffix.lower())
+    if driver is None:
+        raise InputError(path, "", f"no reader for {path.suffix!r}", f"use one of: {', '.join(DRIVERS)}")
+    try:
+        about = path.stat()
+    except OSError as error:
+        raise InputError(path, "", f"cannot be read ({error.strerror})", "correct the file's name") from None
+    if not stat.S_ISREG(about.st_mode):
+        raise InputError(path, "", "this is not a file", "give an elevation model")
+    if about.st_size > LARGEST:
+        raise InputError(path, "", f"larger than {LARGEST / 1e9:.0f} GB", "cut it to the slope (gdalwarp -te)")
+    try:
+        with rasterio.Env(GDAL_CACHEMAX=64), rasterio.open(path, driver=driver, sharing=False) as dataset:
+            return _sample(path, dataset, latitude, longitude, needed)
+    except (rasterio.errors.RasterioError, ValueError, MemoryError) as error:
+        problem = one_line(str(error))[:200]
+        raise InputError(
+            path, "", f"no readable elevation model ({problem})", "export a GeoTIFF or an ESRI grid"
+        ) from None
+
+
+def _sample(path: Path, dataset: Any, latitude: Array, longitude: Array, needed: int) -> Array:
+    place = _pixels(path, dataset, latitude, longitude)
+    size = np.array([dataset.height, dataset.width])
+    way = place[:, :needed]
+    if not np.all(np.isfinite(place)) or np.any(way < 0.0) or np.any(way > (size - 1)[:, None]):
+        raise InputError(
+            path, "", "does not cover the whole run", "take a larger piece, or check its coordinate system"
+        )
+    low = np.maximum(np.floor(place.min(axis=1)).astype(int) - _AROUND, 0)
+    high = np.minimum(np.ceil(place.max(axis=1)).astype(int) + _AROUND + 1, size)
+    cells = _read_cells(path, dataset, low, high)
+    if np.any(np.abs(cells) > _HIGHEST):
+        raise InputError(path, "band 1", f"heights beyond {_HIGHEST:.0f} m", "convert the heights to metres")
+    return np.asarray(map_coordinates(cells, place - low[:, None], order=3, mode="nearest"))
+
+
+def _pixels(path: Path, dataset: Any, latitude: Array, longitude: Array) -> Array:
+    """(2, n) row and column of the places, counted from the middle of the first cell."""
+    if dataset.crs is None:
+        raise InputError(path, "", "no coordinate system", "put its .prj file beside it, or export a GeoTIFF")
+    unit = (dataset.units[0] or "").lower()
+    if any(name in unit.split() or unit.startswith(name) for name in _FEET):
+        raise InputError(path, "band 1", f"heights in {one_line(unit)[:40]}", "convert the heights to metres")
+    x, y = library("rasterio.warp", path).transform("EPSG:4326", dataset.crs, longitude.tolist(), latitude.tolist())
+    a, b, c, d, e, f = (~dataset.transform)[:6]
+    column, row = a * np.asarray(x) + b * np.asarray(y) + c, d * np.asarray(x) + e * np.asarray(y) + f
+    return np.stack([row, column]) - 0.5  # heights stand at the cells' middles
+
+
+def _read_cells(path: Path, dataset: Any, low: Array, high: Array) -> Array:
+    """The heights of the cells from ``low`` to before ``high`` (2,), row and column."""
+    if max(np.prod([int(n) for n in shape], dtype=object) for shape in dataset.block_shapes) > CELLS:
+        raise InputError(path, "band 1", f"blocks of more than {CELLS} cells", "write it in tiles (TILED=YES)")
+    if np.prod(high - low) > CELLS:
+        raise InputError(path, "", f"more than {CELLS} cells under the run", "take cells of 0.5 m or more")
+    window = library("rasterio.windows", path).Window(low[1], low[0], high[1] - low[1], high[0] - low[0])
+    cells = dataset.read(1, window=window, masked=True).astype(np.float64)
+    if np.any(np.ma.getmaskarray(cells)) or not np.all(np.isfinite(cells.data)):
+        raise InputError(path, "", "holes under the run", "fill them (gdal_fillnodata)")
+    return np.asarray(cells.data)

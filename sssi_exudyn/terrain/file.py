@@ -1,0 +1,111 @@
+"""A snow surface on disk: ``[surface]`` of ``model.toml``, and its heights in an NPY file beside it."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from tokenize import TokenError
+from typing import Any, Final
+
+import numpy as np
+
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.io.bounds import MAX_DURATION
+from sssi_exudyn.io.files import inside, read_bytes
+from sssi_exudyn.io.settings import Settings, check_keys, text_of
+from sssi_exudyn.terrain.surface import Surface
+
+FILE: Final = "surface.npy"
+_KEYS: Final = ("file", "sha256", "origin_f_m", "origin_l_m", "spacing_m", "amounts")
+_MOST_BYTES: Final = 50_000_000
+MOST_MODES: Final = 100
+_SPACING: Final = (0.1, 50.0)
+_FARTHEST: Final = 100.0 * MAX_DURATION
+"""m from the frame's origin; nobody skis faster than 100 m/s."""
+_HIGHEST: Final = 1e4
+"""m over the slope's plane."""
+
+
+def surface_to_dict(surface: Surface) -> dict[str, Any]:
+    """The table ``[surface]``; the heights are ``surface_bytes``."""
+    return {
+        "file": FILE,
+        "sha256": surface.digest,
+        "origin_f_m": surface.origin[0],
+        "origin_l_m": surface.origin[1],
+        "spacing_m": surface.spacing,
+        "amounts": [float(np.real(amount)) for amount in surface.amounts],
+    }
+
+
+def surface_bytes(surface: Surface) -> bytes:
+    """Mean, deviation and modes, (2 + k, nf, nl) m, as an NPY file."""
+    stream = io.BytesIO()
+    np.save(stream, surface.grids, allow_pickle=False)
+    return stream.getvalue()
+
+
+def read_surface(table: Settings, path: Path) -> Surface:
+    """The surface that ``[surface]`` of the file ``path`` names.
+
+    Raises InputError for unknown keys, numbers out of bounds, a file that is missing, too large or no such array, or
+    one that is not the file the table was written with.
+    """
+    check_keys(table, _KEYS, path, "[surface]")
+    f, l, spacing = (  # noqa: E741
+        _number(table, key, bounds, path)
+        for key, bounds in (
+            ("origin_f_m", (-_FARTHEST, _FARTHEST)),
+            ("origin_l_m", (-_FARTHEST, _FARTHEST)),
+            ("spacing_m", _SPACING),
+        )
+    )
+    file = inside(path.parent, text_of(table, "file", path, "[surface]"), path, "[surface] file")
+    grid = _read_grid(file)
+    amounts = table.get("amounts", [0.0] * (len(grid) - 2))
+    if not isinstance(amounts, list) or len(amounts) != len(grid) - 2:
+        raise InputError(
+            path, "[surface] amounts", f"the surface has {len(grid) - 2} modes", "give one number for each"
+        )
+    values = tuple(_in_bounds(amount, (-10.0, 10.0), path, "[surface] amounts") for amount in amounts)
+    surface = Surface((f, l), spacing, grid[0], grid[1], grid[2:], values)
+    if table.get("sha256", surface.digest) != surface.digest:
+        raise InputError(
+            file, "", "not the surface that the model was written with", f"take it away from {path.name}: sha256"
+        )
+    return surface
+
+
+def _read_grid(path: Path) -> Array:
+    """(2 + k, nf, nl) m from an NPY file, whose header is checked before anything is made room for."""
+    content = read_bytes(path, _MOST_BYTES)
+    stream = io.BytesIO(content)
+    wrong = InputError(path, "", "no grid of heights", "write it with numpy.save: (2 + modes, nf, nl) numbers")
+    try:
+        if np.lib.format.read_magic(stream) != (1, 0):
+            raise wrong
+        shape, fortran, dtype = np.lib.format.read_array_header_1_0(stream)
+    except (ValueError, SyntaxError, TypeError, TokenError, MemoryError, RecursionError):
+        raise wrong from None
+    body = memoryview(content)[stream.tell() :]
+    if dtype != np.dtype("<f8") or fortran or len(shape) != 3 or min(shape[1:]) < 2 or shape[0] < 2:
+        raise wrong
+    if shape[0] > 2 + MOST_MODES or 8 * int(np.prod([int(n) for n in shape], dtype=object)) != len(body):
+        raise wrong
+    grid = np.frombuffer(body, dtype="<f8").reshape(shape).astype(np.float64)
+    if not np.all(np.abs(grid) <= _HIGHEST):
+        raise InputError(path, "", "heights that are no numbers, or far from the slope", "correct them")
+    return grid
+
+
+def _number(table: Settings, key: str, bounds: tuple[float, float], path: Path) -> float:
+    if key not in table:
+        raise InputError(path, f"[surface] {key}", "missing", "add it")
+    return _in_bounds(table[key], bounds, path, f"[surface] {key}")
+
+
+def _in_bounds(value: object, bounds: tuple[float, float], path: Path, place: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not bounds[0] <= value <= bounds[1]:
+        raise InputError(path, place, "not a number in its bounds", f"give {bounds[0]:g} to {bounds[1]:g}")
+    return float(value)

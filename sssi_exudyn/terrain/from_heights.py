@@ -1,0 +1,259 @@
+"""The snow surface from heights measured along the way: a Gaussian process over the slope's plane.
+
+    y_i = h(x_i) + c + g·x_i + e(t_i) + w_i
+
+h is a Matérn 5/2 process over the plane (variance a², length L); c and g are the height's origin and the plane's own
+error, known beforehand to within ``OFFSET`` and ``TILT``; e is the receiver's slow error (exponential correlation over
+``noise.correlation_time``) and w what is independent from fix to fix.  Amplitude and length are those that make the
+heights most probable, with weak priors.  Single fixes that are far off count less: each is weighed as under a Student
+distribution with ``FREEDOM`` degrees of freedom.
+
+Sources: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to 2.30 and 4.17;
+Lange, Little and Taylor, J. Am. Stat. Assoc. 84 (1989) 881 for the weights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Final
+
+import numpy as np
+from scipy.linalg import cho_solve, cholesky
+from scipy.optimize import minimize
+
+from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.terrain.surface import Surface, surface_over
+
+OFFSET: Final = 10.0
+"""m to which the height's origin is known."""
+TILT: Final = float(np.radians(1.0))
+"""rad to which the inclination and the cross slope are known, as a stated slope is."""
+AMPLITUDE: Final = (0.3, 1.0)
+"""m, by which a groomed slope usually leaves its plane, and the standard deviation of its logarithm."""
+LENGTH: Final = (20.0, 0.5)
+"""m, over which it usually does, likewise; lengths are sought from 5 to 60 m."""
+_LENGTHS: Final = (5.0, 60.0)
+_AMPLITUDES: Final = (0.003, 5.0)
+SHORT: Final = 0.5
+"""Share of the noise that is independent from fix to fix."""
+FREEDOM: Final = 4.0
+"""Degrees of freedom of the Student distribution of single fixes."""
+LEAST: Final = 4
+"""Heights that a surface takes."""
+_ROUNDS: Final = 10
+_TOLERANCE: Final = 0.05
+"""Of the amplitude's and the length's logarithm, and of the log posterior."""
+_SETTLED: Final = 0.05
+"""Change of a weight that is none."""
+_MOST: Final = 500
+"""Heights at most; more are averaged by neighbours."""
+MOST_MODES: Final = 40
+_APART: Final = 1.0
+"""m over which a slope is taken from heights."""
+_SPACING: Final = 2.0
+"""m between nodes: the shortest length is met with 2.5 nodes."""
+_MARGIN: Final = 15.0
+"""m around the way: skis, a track that is missed by metres, and nodes enough that the border is not felt."""
+
+
+@dataclass(frozen=True)
+class Heights:
+    """Heights of the snow, measured.
+
+    time : (n,) s, rising;  places : (n, 2) m, f and l;  height : (n,) m over the slope's plane
+    sigma : (n,) m of each;  noise : the receiver's slow error
+    """
+
+    time: Array
+    places: Array
+    height: Array
+    sigma: Array
+    noise: ExponentialNoise
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The posterior of the surface.
+
+    amplitude, length : m of the process
+    weight : (n,) of each height, 1 for an ordinary one
+    """
+
+    heights: Heights
+    amplitude: float
+    length: float
+    weight: Array
+
+    @cached_property
+    def _solved(self) -> tuple[Array, Array]:
+        """Cholesky factor (n, n) of the heights' covariance, and its solution (n,) for the heights."""
+        factor = cholesky(_covariance(self.heights, self.amplitude, self.length, self.weight), lower=True)
+        return factor, cho_solve((factor, True), self.heights.height)
+
+    def _cross(self, places: Array) -> Array:
+        """(m, n) covariance of the surface at ``places`` with the heights; the origin's height is no part of it."""
+        own = self.heights.places
+        return np.asarray(_matern(places, own, self.amplitude, self.length) + TILT**2 * places @ own.T)
+
+    def mean(self, places: Array) -> Array:
+        """(m,) m over the slope's plane at ``places`` (m, 2), up to a constant."""
+        return np.asarray(self._cross(places) @ self._solved[1])
+
+    def covariance(self, places: Array) -> Array:
+        """(m, m) m² of the surface at ``places`` (m, 2), relative to their mean height."""
+        cross = self._cross(places)
+        prior = _matern(places, places, self.amplitude, self.length) + TILT**2 * places @ places.T
+        found = prior - cross @ cho_solve((self._solved[0], True), cross.T)
+        level = np.eye(len(places)) - 1.0 / len(places)
+        return np.asarray(level @ found @ level)
+
+    def surface(self, empty: Surface, noise: float = np.inf) -> Surface:
+        """The mean as a spline on the nodes of ``empty``, with its leading modes; its height at the first place is 0.
+
+        noise : m of the track; modes that would move a skier by less, root mean square over the run, are left out
+        """
+        nodes, shape = empty.nodes(), empty.mean.shape
+        mean = self.mean(nodes) - self.mean(self.heights.places[:1])[0]
+        modes = self._modes(nodes, noise)
+        return replace(
+            empty,
+            mean=mean.reshape(shape),
+            deviation=self._deviation(nodes).reshape(shape),
+            modes=modes.reshape(-1, *shape),
+            amounts=(0.0,) * len(modes),
+        )
+
+    def _deviation(self, nodes: Array) -> Array:
+        """(n,) m, standard deviation at ``nodes`` (n, 2) relative to the mean height along the way."""
+        places = self.heights.places
+        cross = self._cross(nodes) - self._cross(places).mean(axis=0)
+        own = self.amplitude**2 + TILT**2 * np.sum(nodes**2, axis=1)
+        with_way = _matern(nodes, places, self.amplitude, self.length) + TILT**2 * nodes @ places.T
+        prior = own - 2.0 * with_way.mean(axis=1) + self._cross(places).mean()
+        explained = np.sum(cross * cho_solve((self._solved[0], True), cross.T).T, axis=1)
+        return np.asarray(np.sqrt(np.maximum(prior - explained, 0.0)))
+
+    def _modes(self, nodes: Array, noise: float) -> Array:
+        """(k, n) m at ``nodes`` (n, 2): the posterior's Karhunen–Loève modes in the way that they move a skier.
+
+        A slope's change pulls with g along it; twice integrated that moves the track, up to what another start makes
+        up for.  The modes are those of that movement, and what they are elsewhere follows by regression.
+        """
+        if not np.isfinite(noise):
+            return np.zeros((0, len(nodes)))
+        places, count = self.heights.places, len(self.heights.time)
+        around = np.concatenate([places + step for step in 0.5 * _APART * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])])
+        moves = _movements(self.heights.time) * (GRAVITY / _APART)
+        none = np.zeros_like(moves)
+        pulled = np.block([[-moves, moves, none, none], [none, none, -moves, moves]])
+        gain = cho_solve((self._solved[0], True), self._cross(around).T @ pulled.T)
+        prior = _matern(around, around, self.amplitude, self.length) + TILT**2 * around @ around.T
+        found, shapes = np.linalg.eigh(pulled @ prior @ pulled.T - pulled @ self._cross(around) @ gain)
+        strong = np.flatnonzero(found > count * noise**2)[::-1][:MOST_MODES]
+        to_nodes = _matern(nodes, around, self.amplitude, self.length) + TILT**2 * nodes @ around.T
+        covariance = to_nodes @ pulled.T - self._cross(nodes) @ gain
+        return np.asarray((covariance @ shapes[:, strong] / np.sqrt(found[strong])).T)
+
+
+def level_surface(heights: Heights) -> Surface:
+    """A level surface over the way and around it."""
+    return surface_over(heights.places, _SPACING, _MARGIN)
+
+
+def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:
+    """The posterior of the surface from its heights; ``usual`` (m) is by how much such a surface leaves the plane, or
+    whatever else the heights count from.
+
+    Raises ValueError for fewer heights than ``LEAST``.
+    """
+    if len(heights.time) < LEAST:
+        raise ValueError(f"fewer than {LEAST} heights make no surface")
+    heights = _binned(heights)
+    logs = np.log([usual, LENGTH[0]])
+    # weighed before anything is sought: a process short enough to follow single fixes would explain them
+    weight = _weights(Estimate(heights, usual, LENGTH[0], np.ones(len(heights.time))))
+    for _ in range(_ROUNDS):
+        objective = partial(_minus_log_posterior, heights, weight, usual)
+        logs = minimize(objective, logs, method="Nelder-Mead", options={"xatol": _TOLERANCE, "fatol": _TOLERANCE}).x
+        estimate = Estimate(heights, *_bounded(logs), weight)
+        again = _weights(estimate)
+        if np.max(np.abs(again - weight)) < _SETTLED:
+            break
+        weight = again
+    return estimate
+
+
+def _movements(time: Array) -> Array:
+    """(n, n) s²: the movement at ``time`` (n,) by accelerations there, less what another place and speed at the start
+    make up for.
+    """
+    step = np.diff(time)
+    once = np.zeros((len(time), len(time)))  # trapezoids
+    once[1:, :-1] += np.tril(np.broadcast_to(0.5 * step, (len(step), len(step))))
+    once[1:, 1:] += np.tril(np.broadcast_to(0.5 * step, (len(step), len(step))))
+    line = np.stack([np.ones(len(time)), time - time.mean()], axis=1)
+    twice = once @ once
+    return np.asarray(twice - line @ np.linalg.lstsq(line, twice, rcond=None)[0])
+
+
+def _bounded(logs: Array) -> tuple[float, float]:
+    amplitude, length = np.exp(logs)
+    return float(np.clip(amplitude, *_AMPLITUDES)), float(np.clip(length, *_LENGTHS))
+
+
+def _minus_log_posterior(heights: Heights, weight: Array, usual: float, logs: Array) -> float:
+    amplitude, length = _bounded(logs)
+    factor = cholesky(_covariance(heights, amplitude, length, weight), lower=True)
+    whitened = np.linalg.solve(factor, heights.height)
+    beforehand = sum(
+        ((value - np.log(middle)) / spread) ** 2
+        for value, middle, spread in zip(logs, (usual, LENGTH[0]), (AMPLITUDE[1], LENGTH[1]), strict=True)
+    )
+    return float(0.5 * whitened @ whitened + np.sum(np.log(np.diag(factor))) + 0.5 * beforehand)
+
+
+def _covariance(heights: Heights, amplitude: float, length: float, weight: Array) -> Array:
+    """(n, n) m² of the heights by surface, origin, tilt, slow and independent noise."""
+    x, noise = heights.places, heights.noise
+    lag = np.abs(heights.time[:, None] - heights.time)
+    slow = noise.sigma**2 * np.exp(-lag / max(noise.correlation_time, 1e-9))
+    independent = np.diag((SHORT * heights.sigma) ** 2 / weight)
+    return np.asarray(_matern(x, x, amplitude, length) + OFFSET**2 + TILT**2 * x @ x.T + slow + independent)
+
+
+def _matern(a: Array, b: Array, amplitude: float, length: float) -> Array:
+    """(m, n) m², Matérn 5/2 (Rasmussen and Williams 4.17)."""
+    gap = np.linalg.norm(a[:, None] - b[None], axis=2) * (np.sqrt(5.0) / length)
+    return np.asarray(amplitude**2 * (1.0 + gap + gap**2 / 3.0) * np.exp(-gap))
+
+
+def _weights(estimate: Estimate) -> Array:
+    """(n,) what each height counts, from how far it is from what all others predict for it."""
+    inverse = cho_solve((estimate._solved[0], True), np.eye(len(estimate.weight)))
+    # Rasmussen and Williams 5.12: residual and variance of a value left out
+    residual, variance = estimate._solved[1] / np.diag(inverse), 1.0 / np.diag(inverse)
+    own = (SHORT * estimate.heights.sigma) ** 2
+    square = residual**2 / (variance - own / estimate.weight + own)
+    return np.asarray((FREEDOM + 1.0) / (FREEDOM + square))
+
+
+def _binned(heights: Heights) -> Heights:
+    """Neighbours averaged until there are no more than ``_MOST``."""
+    n = len(heights.time)
+    if n <= _MOST:
+        return heights
+    cell = np.arange(n) * _MOST // n
+    count = np.bincount(cell).astype(float)
+
+    def mean(values: Array) -> Array:
+        return np.asarray(np.bincount(cell, values) / count)
+
+    return replace(
+        heights,
+        time=mean(heights.time),
+        places=np.stack([mean(column) for column in heights.places.T], axis=1),
+        height=mean(heights.height),
+        sigma=mean(heights.sigma) / np.sqrt(count),
+    )

@@ -1,0 +1,158 @@
+"""The surface's posterior against what it is by definition, and against surfaces that are known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.terrain.from_heights import Estimate, Heights, estimate_surface, level_surface
+from sssi_exudyn.terrain.surface import Surface
+
+SIGMA = 0.03
+"""m, a fix's height by RTK."""
+
+
+def way(seconds: float = 16.0, rate: float = 10.0) -> tuple[Array, Array]:
+    """Times (n,) s and places (n, 2) m of linked turns at 10 m/s, 5 m to either side."""
+    time = np.arange(0.0, seconds, 1.0 / rate)
+    return time, np.stack([10.0 * time, 5.0 * np.sin(1.5 * time)], axis=1)
+
+
+def hill(rng: np.random.Generator, places: Array, amplitude: float, length: float) -> Array:
+    """(n,) m, drawn from the process itself."""
+    gap = np.linalg.norm(places[:, None] - places[None], axis=2) * np.sqrt(5.0) / length
+    covariance = amplitude**2 * (1.0 + gap + gap**2 / 3.0) * np.exp(-gap)
+    return np.asarray(np.linalg.cholesky(covariance + 1e-10 * np.eye(len(places))) @ rng.normal(size=len(places)))
+
+
+def measured(rng: np.random.Generator, height: Array, time: Array, places: Array) -> Heights:
+    """Heights with the receiver's slow error over 3 s and what is independent."""
+    noise = ExponentialNoise(SIGMA, 3.0)
+    slow = np.zeros(len(time))
+    decay = np.exp(-np.diff(time) / noise.correlation_time)
+    slow[0] = rng.normal(0.0, SIGMA)
+    for k, keep in enumerate(decay):
+        slow[k + 1] = keep * slow[k] + SIGMA * np.sqrt(1.0 - keep**2) * rng.normal()
+    return Heights(
+        time, places, height + slow + rng.normal(0.0, 0.5 * SIGMA, len(time)), np.full(len(time), SIGMA), noise
+    )
+
+
+def spline(found: Estimate) -> Surface:
+    return found.surface(level_surface(found.heights))
+
+
+def test_the_posterior_is_a_normal_density_conditioned() -> None:
+    rng = np.random.default_rng(4)
+    time, places = way(3.0, 5.0)
+    heights = measured(rng, hill(rng, places, 0.3, 15.0), time, places)
+    found = Estimate(heights, 0.3, 15.0, np.ones(len(time)))
+    at = places[::4] + 0.7
+    # the same from the joint covariance of heights and surface, written out
+    every = np.concatenate([places, at])
+    gap = np.linalg.norm(every[:, None] - every[None], axis=2) * np.sqrt(5.0) / 15.0
+    joint = 0.09 * (1.0 + gap + gap**2 / 3.0) * np.exp(-gap) + np.radians(1.0) ** 2 * every @ every.T
+    n = len(time)
+    joint[:n, :n] += 100.0 + SIGMA**2 * np.exp(-np.abs(time[:, None] - time) / 3.0) + 0.25 * SIGMA**2 * np.eye(n)
+    gain = np.linalg.solve(joint[:n, :n], joint[:n, n:]).T
+    # 100 m² of the origin's variance against millimetres: 1e-16·100/1e-4
+    np.testing.assert_allclose(found.mean(at), gain @ heights.height, atol=1e-8)
+    covariance = joint[n:, n:] - gain @ joint[:n, n:]
+    level = np.eye(len(at)) - 1.0 / len(at)
+    np.testing.assert_allclose(found.covariance(at), level @ covariance @ level, atol=1e-9)
+
+
+def test_bands_hold_the_truth_as_often_as_they_say() -> None:
+    time, places = way()
+    inside, total = 0, 0
+    for seed in range(25):
+        rng = np.random.default_rng(seed)
+        true = hill(rng, places, rng.uniform(0.1, 0.6), rng.uniform(8.0, 30.0))
+        found = estimate_surface(measured(rng, true, time, places))
+        some = places[::16]
+        error = found.mean(some) - true[::16]
+        error -= error.mean()
+        inside += int(np.sum(np.abs(error) < 1.645 * np.sqrt(np.diag(found.covariance(some)))))
+        total += len(some)
+    # 250 errors, of which some 100 are independent: 90 ± 3 % (one standard deviation); amplitude and length are not
+    # integrated over, which costs a few per cent
+    assert 0.82 <= inside / total <= 0.97
+
+
+def test_an_inclination_stated_wrong_is_found() -> None:
+    rng = np.random.default_rng(2)
+    time, places = way()
+    tilt = np.tan(np.radians(0.6))
+    surface = spline(estimate_surface(measured(rng, tilt * places[:, 0], time, places)))
+    end = surface.at(places)[-1, 0]
+    # over 160 m the receiver's slow error is a tilt of 0.03/160, a fiftieth of what is sought
+    assert end == pytest.approx(tilt * (places[-1, 0] - places[0, 0]), rel=0.06)
+
+
+def test_single_fixes_that_are_far_off_move_it_little() -> None:
+    rng = np.random.default_rng(7)
+    time, places = way()
+    clean = measured(rng, hill(rng, places, 0.3, 20.0), time, places)
+    spoilt = clean.height.copy()
+    off = rng.choice(len(time), 6, replace=False)
+    spoilt[off] += rng.choice([-1.0, 1.0], 6) * 0.4
+    reference = spline(estimate_surface(clean)).at(places)[:, 0]
+    found = estimate_surface(Heights(time, places, spoilt, clean.sigma, clean.noise))
+    moved = spline(found).at(places)[:, 0] - reference
+    # the band of a surface from whole fixes is 0.03 m; unweighed, one such fix moves its place by 0.1 m
+    assert np.max(np.abs(moved - moved.mean())) < SIGMA
+    assert set(off) == set(np.flatnonzero(found.weight < 0.3))
+
+
+def test_a_plane_stays_one() -> None:
+    rng = np.random.default_rng(5)
+    time, places = way()
+    found = spline(estimate_surface(measured(rng, np.zeros(len(time)), time, places))).at(places)[:, 0]
+    assert np.std(found) < SIGMA
+
+
+def test_long_tracks_are_averaged() -> None:
+    rng = np.random.default_rng(6)
+    time, places = way(60.0, 20.0)
+    true = hill(rng, places, 0.3, 20.0)
+    found = estimate_surface(measured(rng, true, time, places))
+    assert len(found.heights.time) == 500
+    error = spline(found).at(places)[:, 0] - true
+    assert np.std(error) < 1.5 * SIGMA
+
+
+def test_too_few_heights_are_refused() -> None:
+    time, places = way(0.3)
+    with pytest.raises(ValueError, match="fewer than 4"):
+        estimate_surface(Heights(time, places, np.zeros(3), np.full(3, SIGMA), ExponentialNoise(SIGMA, 1.0)))
+
+
+def test_modes_are_what_the_heights_leave_open_of_the_track() -> None:
+    # across the way nothing is measured: surfaces drawn from the process, less the mean of their heights' posterior,
+    # move a skier by what the modes hold
+    rng = np.random.default_rng(8)
+    time, places = way()
+    estimate = Estimate(measured(rng, np.zeros(len(time)), time, places), 0.3, 15.0, np.ones(len(time)))
+    noise = 0.02
+    surface = estimate.surface(level_surface(estimate.heights), noise)
+    assert 3 <= len(surface.amounts) <= 40
+    step = np.array([0.5, 0.0]), np.array([0.0, 0.5])
+    around = np.concatenate([places + s for pair in step for s in (pair, -pair)])
+    covariance = estimate.covariance(around)
+    by_modes = np.stack([replace(surface, mean=mode).at(around)[:, 0] for mode in surface.modes], axis=1)
+    by_modes -= by_modes.mean(axis=0)
+    slopes = np.kron(np.eye(2), np.hstack([np.eye(len(time)), -np.eye(len(time))]))
+    whole = slopes @ covariance @ slopes.T
+    rest = whole - slopes @ by_modes @ by_modes.T @ slopes.T
+    twice = np.kron(np.eye(2), np.tril(np.ones((len(time), len(time)))) * 0.1)
+    line = np.kron(np.eye(2), np.stack([np.ones(len(time)), time], axis=1))
+    level = np.eye(2 * len(time)) - line @ np.linalg.pinv(line)
+    moves = 9.81 * level @ twice @ twice
+    before, after = (np.trace(moves @ each @ moves.T) / len(time) for each in (whole, rest))
+    # what is left over: each mode that was left out is below the noise, and there are fewer than twenty of note; the
+    # spline's nodes of 2 m and rectangles for trapezoids take a part of the first
+    assert after < 0.02 * before
