@@ -122,8 +122,10 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     }
     if recording.completed is not None and not recording.completed.steered:
         priors["friction.mu_n"] = _UNSTEERED
+    modes = () if model.surface is None else model.surface.names
+    priors |= dict.fromkeys(modes, Prior(0.0, 1.0))
     noise = replace(_FIRST_NOISE, sigma=float(np.clip(sigma, _FIRST_NOISE.sigma, _COARSE_NOISE)))
-    return Problem(model, track, FRICTION + NUISANCES, priors, weight_of(noise, track))
+    return Problem(model, track, FRICTION + NUISANCES + modes, priors, weight_of(noise, track))
 
 
 def fit(

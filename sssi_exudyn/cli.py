@@ -82,6 +82,9 @@ def parser() -> argparse.ArgumentParser:
         "inspect", parents=[common, recorded], help="the content of a recording, and its problems"
     )
     inspect.add_argument("--out", type=Path, metavar="PICTURE", help="draw it too (.png, .svg or .pdf)")
+    terrain = commands.add_parser("terrain", parents=[common, recorded], help="the snow surface under a run")
+    terrain.add_argument("--dem", type=Path, metavar="FILE", help="elevation model of the slope (.tif or .asc)")
+    terrain.add_argument("--out", type=Path, metavar="PICTURE", help="draw it too (.png, .svg or .pdf)")
     _add_import(commands.add_parser("import", parents=[common], help="make a recording from files of other formats"))
     simulate = commands.add_parser("simulate", parents=[common, recorded, written], help="simulate one run")
     simulate.add_argument("--model", type=Path, metavar="TOML", help="the model, such as a result's model.toml")
@@ -251,6 +254,11 @@ def _call(options: argparse.Namespace) -> str:
 
             inspection = commands.inspect(options.folder, options.out)
             return to_json(inspection) if options.json else format_inspection(inspection)
+        case "terrain":
+            from sssi_exudyn.recording.inspection import format_surface
+
+            figures = commands.terrain(options.folder, options.dem, options.out)
+            return to_json(figures) if options.json else f"{format_surface(figures)}\n"
         case "import":
             from sssi_exudyn.importing.assemble import Answers
             from sssi_exudyn.recording.inspection import format_inspection

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.commands.catalogue import identify, terms
     from sssi_exudyn.commands.diagnosis import benchmark, diagnose, diagnose_day, diagnose_known
     from sssi_exudyn.commands.muscles_command import muscles, muscles_list
-    from sssi_exudyn.commands.recordings import import_files, inspect
+    from sssi_exudyn.commands.recordings import import_files, inspect, terrain
     from sssi_exudyn.commands.runs import fit, report, run, simulate, validate
 
 __all__ = [
@@ -27,13 +27,14 @@ __all__ = [
     "run",
     "simulate",
     "terms",
+    "terrain",
     "validate",
 ]
 _MODULES = {
     "catalogue": ("identify", "terms"),
     "diagnosis": ("benchmark", "diagnose", "diagnose_day", "diagnose_known"),
     "muscles_command": ("muscles", "muscles_list"),
-    "recordings": ("import_files", "inspect"),
+    "recordings": ("import_files", "inspect", "terrain"),
     "runs": ("fit", "report", "run", "simulate", "validate"),
 }
 

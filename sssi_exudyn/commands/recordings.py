@@ -1,31 +1,74 @@
-"""``sssi inspect`` and ``sssi import``."""
+"""``sssi inspect``, ``sssi terrain`` and ``sssi import``."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.text import plot_text
+from sssi_exudyn.fitting.snow_surface import on_snow_surface, snow_heights
 from sssi_exudyn.importing.assemble import Answers, import_recording
+from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.recording.inspection import Inspection, inspect_recording, plot_inspection
+from sssi_exudyn.recording.inspection import Inspection, inspect_recording, picture, plot_inspection, save_picture
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.recording.recording import FILE, Elevations, Recording
+from sssi_exudyn.reports.sections.snow_surface import surface_panels
 from sssi_exudyn.runtime.progress import Progress
+from sssi_exudyn.terrain.profile import SurfaceFigures, surface_figures
+from sssi_exudyn.terrain.surface import Surface
 
 SILENT: Final = Progress()
 """Reports no progress."""
 
 
-def inspect(folder: Path, picture: Path | None = None) -> Inspection:
-    """What is in a recording: durations, rates, gaps, overlaps, estimated slope and heading; drawn to ``picture`` if
-    given.
+def inspect(folder: Path, out: Path | None = None) -> Inspection:
+    """What is in a recording: durations, rates, gaps, overlaps, estimated slope and heading, the snow surface; drawn to
+    the picture ``out`` if given.
     """
     recording = read_recording(folder)
-    if picture is not None:
-        plot_inspection(recording, picture)
-    return inspect_recording(recording)
+    if out is not None:
+        plot_inspection(recording, out)
+    found = _snow(recording)
+    return inspect_recording(recording, found and surface_figures(*found))
+
+
+def terrain(folder: Path, elevations: Path | None = None, out: Path | None = None) -> SurfaceFigures:
+    """The snow surface under a recorded run, from its fixes' heights and from an elevation model, the recording's own
+    or the file ``elevations``; drawn to the picture ``out`` if given.
+
+    Raises InputError for a recording without fixes, and for an elevation model that cannot be used.
+    """
+    recording = read_recording(folder)
+    if elevations is not None:
+        recording = replace(recording, elevations=Elevations(elevations, same_datum=False))
+    found = _snow(recording)
+    if found is None:
+        raise InputError(folder / FILE, "[gps]", "there are no fixes whose heights show the snow", "add them")
+    surface, way, inclination = found
+    if out is not None:
+        figure = picture(out, (11.0, 7.0))
+        for axes, panel in zip(figure.subplots(2, 1), surface_panels(recording.name, *found), strict=True):
+            panel.draw(axes)
+            axes.set_title(plot_text(panel.title))
+        save_picture(figure, out)
+    return surface_figures(surface, way, inclination)
+
+
+def _snow(recording: Recording) -> tuple[Surface, Array, float] | None:
+    """The snow surface that the fixes show, the way over it (n, 2) m and the plane's inclination; None without one."""
+    if recording.gps is None:
+        return None
+    motion = motion_from_recording(recording)
+    model = on_snow_surface(model_of(recording, motion), recording, motion)
+    if model.surface is None:
+        return None
+    return model.surface, snow_heights(recording.gps, motion, model).places, model.inclination
 
 
 def import_files(files: Sequence[Path], out: Path, answers: Answers) -> Inspection:

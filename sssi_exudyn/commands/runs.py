@@ -22,6 +22,7 @@ from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
 from sssi_exudyn.fitting.fit import fit as fit_problem
 from sssi_exudyn.fitting.gps_observation import correct_fixes
+from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.writing import folder_lock, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
@@ -54,6 +55,7 @@ from sssi_exudyn.simulation.full import simulate as simulate_model
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.sweeps.sweep import is_sweep
 from sssi_exudyn.sweeps.sweep import render_folder as render_sweep_folder
+from sssi_exudyn.terrain.profile import surface_figures
 from sssi_exudyn.validation.agreement import judge_loads, judge_track
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.posture_uncertainty import second_half, shares_of
@@ -96,6 +98,8 @@ def fit(
         if recording.gps is None:
             raise InputError(folder / "recording.toml", "[gps]", "there is no GPS to fit to", "add it, or use simulate")
         chosen = read_model(model) if model else model_of(recording, motion)
+        if method == "joint" and model is None:
+            chosen = on_snow_surface(chosen, recording, motion)
         problem = problem_of(recording, motion, chosen, method)
         with progress.stage("fit") as stage:
             fitted = fit_problem(problem, motion, method, cache=Cache(out / CACHE), progress=stage.advance)
@@ -231,6 +235,8 @@ def write_outcome(
             "posture": outcome.posture,
             "diagnosis": diagnosis and DiagnosisResult(diagnosis.verdict, diagnosis.sentence),
             "notices": recording.notices,
+            "surface": model.surface
+            and surface_figures(model.surface, result.foot_position.mean(axis=1), model.inclination),
         }
     )
     measured = measured_table(gps, recording.insoles)

@@ -16,6 +16,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import plot_text
 from sssi_exudyn.recording.crosscheck import estimate_slope_and_heading
 from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.terrain.profile import SurfaceFigures
 
 _PICTURES: Final = (".png", ".svg", ".pdf")
 
@@ -60,10 +61,14 @@ class Inspection:
     dead_cells: tuple[str, ...]
     setting: tuple[Comparison, ...]
     notices: tuple[str, ...]
+    surface: SurfaceFigures | None = None
 
 
-def inspect_recording(recording: Recording) -> Inspection:
-    """Gather what a recording holds.  Lengths and means are over the stretch that all instruments cover."""
+def inspect_recording(recording: Recording, surface: SurfaceFigures | None = None) -> Inspection:
+    """Gather what a recording holds; ``surface`` is what the fixes' heights show of the snow.
+
+    Lengths and means are over the stretch that all instruments cover.
+    """
     gps, insoles = recording.gps, recording.insoles
     instruments = [_instrument("motion", recording.bvh.time)]
     length = drop = speed = sigma = load = None
@@ -93,6 +98,7 @@ def inspect_recording(recording: Recording) -> Inspection:
         dead_cells=() if insoles is None else insoles.dead_cells,
         setting=_compare(recording),
         notices=recording.notices,
+        surface=surface,
     )
 
 
@@ -122,9 +128,20 @@ def format_inspection(inspection: Inspection) -> str:
         elif item.sigma_deg is not None:
             line += f", ± {item.sigma_deg:.2f}°"
         lines.append(line)
+    if inspection.surface is not None:
+        lines += ["", "  " + format_surface(inspection.surface)]
     if inspection.notices:
         lines += ["", *(f"  note: {notice}" for notice in inspection.notices)]
     return "\n".join(lines) + "\n"
+
+
+def format_surface(surface: SurfaceFigures) -> str:
+    """The snow surface in a line."""
+    return (
+        f"snow      {surface.lowest_m:+.2f} to {surface.highest_m:+.2f} m about the slope's plane,"
+        f" ± {surface.band_m:.2f} m,"
+        f" {surface.inclination_least_deg:.1f} to {surface.inclination_most_deg:.1f}° steep along the way"
+    )
 
 
 def plot_inspection(recording: Recording, path: Path) -> None:
@@ -132,17 +149,28 @@ def plot_inspection(recording: Recording, path: Path) -> None:
 
     ``path`` ends in .png, .svg or .pdf.  Raises InputError for another ending, and where it cannot be written.
     """
-    if path.suffix.lower() not in _PICTURES or path.is_dir():
-        problem = "this is a folder" if path.is_dir() else f"{path.suffix!r} is no picture format"
-        raise InputError(path, "", problem, "write a .png, .svg or .pdf")
-    figure = Figure(figsize=(11.0, 8.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = picture(path, (11.0, 8.0))
     panels = figure.subplots(2, 2)
     _draw_track(panels[0, 0], recording)
     _draw_altitude(panels[0, 1], recording)
     _draw_load(panels[1, 0], recording)
     _draw_sampling(panels[1, 1], recording)
     figure.suptitle(plot_text(recording.name))
+    save_picture(figure, path)
+
+
+def picture(path: Path, size: tuple[float, float]) -> Figure:
+    """An empty figure (inches) for an image file.  Raises InputError where ``path`` does not end as one."""
+    if path.suffix.lower() not in _PICTURES or path.is_dir():
+        problem = "this is a folder" if path.is_dir() else f"{path.suffix!r} is no picture format"
+        raise InputError(path, "", problem, "write a .png, .svg or .pdf")
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save_picture(figure: Figure, path: Path) -> None:
+    """Write a figure.  Raises InputError where it cannot be written."""
     try:
         figure.savefig(path, dpi=120)
     except OSError as error:

@@ -38,10 +38,26 @@ from sssi_exudyn.recording.few_sensors.posture_model import JOINTS, Body
 from sssi_exudyn.recording.instruments.bvh import Bvh, read_bvh
 from sssi_exudyn.recording.instruments.gps import Gps, read_gps
 from sssi_exudyn.recording.instruments.insoles import Insoles, read_insoles
-from sssi_exudyn.recording.recording import _AZIMUTH, _STEEPEST, FILE, Equipment, Heading, Recording, Skier, Slope
+from sssi_exudyn.recording.recording import (
+    _AZIMUTH,
+    _STEEPEST,
+    FILE,
+    Elevations,
+    Equipment,
+    Heading,
+    Recording,
+    Skier,
+    Slope,
+)
 from sssi_exudyn.recording.sensor_tables import read_sensors
 from sssi_exudyn.recording.slope_and_heading import CAPTURE_HEADING_SIGMA
+from sssi_exudyn.terrain.elevation_model import LARGEST
 
+_TABLES: Final = (
+    *("format", "name", "note", "skier", "equipment", "slope", "terrain"),
+    *("motion", "sensors", "barometer", "gps", "insoles"),
+)
+_DATUMS: Final = ("gps", "other")
 _FEWEST_FIXES: Final = 4
 """A track of fewer has no direction to start from."""
 _SHORTEST: Final = 1.0
@@ -94,7 +110,7 @@ def read_recording(folder: str | Path) -> Recording:
     settings = read_toml(toml)
     check_keys(
         settings,
-        ("format", "name", "note", "skier", "equipment", "slope", "motion", "sensors", "barometer", "gps", "insoles"),
+        _TABLES,
         toml,
         "",
     )
@@ -142,6 +158,7 @@ def read_recording(folder: str | Path) -> Recording:
         stop=stop,
         hashes=hashes,
         notices=_clean(notices + slope_notices + heading_notices),
+        elevations=_read_elevations(folder, settings, toml, hashes, gps),
     )
 
 
@@ -198,6 +215,7 @@ def _read_few_sensors(
         hashes=hashes,
         notices=_clean(notices + slope_notices + made.notes + cut),
         completed=made,
+        elevations=_read_elevations(folder, settings, toml, hashes, gps),
     )
 
 
@@ -238,6 +256,24 @@ def _read_slope(settings: Settings, toml: Path) -> Slope | None:
     check_keys(table, _keys(Slope), toml, "[slope]")
     numbers = numbers_of(Slope, table, toml, "[slope]")
     return Slope(numbers["inclination"], numbers["fall_line_azimuth"])
+
+
+def _read_elevations(
+    folder: Path, settings: Settings, toml: Path, hashes: dict[str, str], gps: Gps | None
+) -> Elevations | None:
+    if "terrain" not in settings:
+        return None
+    table = table_of(settings, "terrain", toml)
+    check_keys(table, _keys(Elevations, "file", "datum"), toml, "[terrain]")
+    if gps is None:
+        raise InputError(toml, "[terrain]", "there are no fixes that say where the run is on it", "add [gps]")
+    datum = text_of(table, "datum", toml, "[terrain]", default="gps")
+    if datum not in _DATUMS:
+        raise InputError(toml, "[terrain] datum", f"{datum!r} is not known", f"write one of: {', '.join(_DATUMS)}")
+    name = text_of(table, "file", toml, "[terrain]")
+    hashes[name] = sha256(inside(folder, name, toml, "[terrain] file", LARGEST))
+    numbers = numbers_of(Elevations, table, toml, "[terrain]", optional=("sigma",))
+    return Elevations(folder / name, datum == "gps", **numbers)
 
 
 def _read_motion(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> tuple[Bvh, float | None]:

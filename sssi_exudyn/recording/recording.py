@@ -67,6 +67,21 @@ class Slope:
 
 
 @dataclass(frozen=True)
+class Elevations:
+    """An elevation model of the slope.
+
+    path : of the GeoTIFF or ESRI ASCII grid
+    same_datum : whether its heights count from where the receiver's do
+    """
+
+    path: Path
+    same_datum: bool
+    sigma: float = quantity(
+        1.0, "m", low=0.01, high=10.0, source="snow of 0 to 3 m", meaning="by which the snow leaves it, smoothly"
+    )
+
+
+@dataclass(frozen=True)
 class Heading:
     """Azimuth of the BVH +z axis (rad, clockwise from north) and its standard deviation before any fit (rad)."""
 
@@ -82,6 +97,7 @@ class Recording:
     Attributes
     ----------
     start, stop : s, the stretch that all instruments cover
+    elevations : model of the slope's heights, if there is one
     completed : how ``bvh`` was made of few sensors; None where it was captured
     hashes : ``"sha256:…"`` of every file read, by its name in the folder
     notices : what was done to the data or is odd in it, in words
@@ -102,3 +118,4 @@ class Recording:
     hashes: dict[str, str]
     notices: tuple[str, ...]
     completed: Completed | None = None
+    elevations: Elevations | None = None

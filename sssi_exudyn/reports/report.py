@@ -17,10 +17,12 @@ from sssi_exudyn.reports.html import document
 from sssi_exudyn.reports.section import Runs, Section
 from sssi_exudyn.reports.sections import diagnosis, few_sensors, muscles, replay, tables, terms, turn_tables
 from sssi_exudyn.reports.sections.curve_figures import figure_5, figure_7, figure_8
+from sssi_exudyn.reports.sections.snow_surface import snow_surface
 from sssi_exudyn.reports.sections.track_figures import figure_4, figure_6
 from sssi_exudyn.reports.sentences import sentences
 from sssi_exudyn.results.folder import write_result
 from sssi_exudyn.results.stored import StoredRun, read_run
+from sssi_exudyn.terrain.file import surface_bytes
 
 SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
     diagnosis.diagnosis,
@@ -30,6 +32,7 @@ SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
     figure_4,
     figure_5,
     figure_6,
+    snow_surface,
     figure_7,
     figure_8,
     turn_tables.turns,
@@ -74,6 +77,7 @@ def write_run(folder: Path, run: StoredRun, opensim: Mapping[str, str] | None = 
         run.summary,
         run.series,
         model_to_dict(run.model),
+        surface=None if run.model.surface is None else surface_bytes(run.model.surface),
         measured=run.measured,
         skeleton=None if run.geometry is None else geometry_to_dict(run.geometry),
         diagnosis=run.diagnosis,

@@ -1,6 +1,7 @@
 """The figures of a result, as ``summary.json`` holds them: each with its unit in its name, null where there is none.
 
-The groups ``posture``, ``diagnosis`` and ``muscles`` are in the file once the command that makes them was run.
+The groups ``posture``, ``diagnosis`` and ``muscles`` are in the file once the command that makes them was run,
+``surface`` where the snow is no plane.
 """
 
 from __future__ import annotations
@@ -13,10 +14,11 @@ from typing import Any, Final
 from sssi_exudyn.analysis.biomechanics import ResidualMoment, TurnFigures
 from sssi_exudyn.io.typed import convert
 from sssi_exudyn.io.writing import to_plain
+from sssi_exudyn.terrain.profile import SurfaceFigures
 
 FORMAT: Final = 1
-_ON_REQUEST: Final = ("posture", "diagnosis", "muscles")
-"""Groups that a command of their own adds."""
+_ON_REQUEST: Final = ("posture", "diagnosis", "muscles", "surface")
+"""Groups that not every result has."""
 
 
 @dataclass(frozen=True)
@@ -258,6 +260,7 @@ class Summary:
     diagnosis: DiagnosisResult | None = None
     notices: tuple[str, ...] = ()
     muscles: MuscleFigures | None = None
+    surface: SurfaceFigures | None = None
 
 
 def summary_from_dict(table: Mapping[str, Any]) -> Summary:

@@ -14,6 +14,7 @@ import pyarrow as pa
 from sssi_exudyn.contact.registry import term_named
 from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
 from sssi_exudyn.fitting.fit import fit, problem_of
+from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.motion.from_recording import motion_from_recording
@@ -126,6 +127,8 @@ def _compute(job: Job, run: SweepRun) -> tuple[Figures, AnyRun | None]:
     rest: dict[str, Any] = {name: value for name, value in numbers.items() if not is_shape(name)}
     model = model.with_values(rest)
     if job.task == "fit":
+        if job.method == "joint" and job.model is None:
+            model = on_snow_surface(model, recording, motion)
         problem = problem_of(recording, motion, model, job.method)
         return figures_of_fit(fit(problem, motion, job.method, full=job.tier == "full")), None
     simulated: AnyRun

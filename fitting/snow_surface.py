@@ -1,0 +1,113 @@
+"""The snow surface under a recorded run, from the fixes' heights and an elevation model where there is one.
+
+At every fix the antenna's height less the antenna's place above the loaded ski's edge, which the posture gives, is the
+snow's height there.  An elevation model gives the heights' mean; what the snow leaves it by is estimated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+import pymap3d
+
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import Motion, antenna_offset
+from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.recording.recording import Elevations, Recording
+from sssi_exudyn.simulation.assembly import Parts, correct_motion
+from sssi_exudyn.terrain.elevation_model import sample_elevations
+from sssi_exudyn.terrain.from_heights import LEAST, Heights, estimate_surface, level_surface
+from sssi_exudyn.terrain.surface import Surface
+
+VERTICAL: Final = 1.5
+"""Standard deviation of a fix's height over that of its place (Teunissen and Montenbruck 2017, ch. 21)."""
+MEMORY: Final = 3.0
+"""s over which a receiver's error of height is correlated (as that of its place: ``core.noise``)."""
+_NOTICED: Final = 0.5
+"""Of a fix's standard deviation: a movement of the whole track that small is not noticed."""
+_LIFTED: Final = 0.03
+"""m; of two skis the one higher than the other by much more than this is off the snow."""
+_DATUM: Final = 10.0
+"""m that an elevation model and a receiver with the same datum differ by at most."""
+_ROUNDS: Final = 5
+"""Places on the snow found by turns with its height there; on slopes below 0.3 each round leaves a tenth."""
+
+
+def on_snow_surface(model: Model, recording: Recording, motion: Motion) -> Model:
+    """The model on the surface that the fixes' heights show, with the modes of it that would move the track by more
+    than the fixes are off; on the plane where there are too few heights or no fixes.
+
+    Raises InputError for an elevation model that cannot be used.
+    """
+    if recording.gps is None:
+        return model
+    heights = snow_heights(recording.gps, motion, model)
+    if len(heights.time) < LEAST:
+        return model
+    noise = _NOTICED * float(np.median(recording.gps.sigma))
+    if recording.elevations is None:
+        return replace(model, surface=estimate_surface(heights).surface(level_surface(heights), noise))
+    return replace(model, surface=_over_elevations(model, recording.gps, recording.elevations, heights, noise))
+
+
+def _over_elevations(model: Model, gps: Gps, elevations: Elevations, heights: Heights, noise: float) -> Surface:
+    """The surface whose mean is the elevation model's where the heights say nothing else."""
+    count = len(heights.time)
+    empty = level_surface(heights)
+    ground = _ground_heights(model, gps, elevations, np.concatenate([heights.places, empty.nodes()]), count)
+    apart = float(np.median(heights.height - ground[:count]))
+    if elevations.same_datum and abs(apart) > _DATUM:
+        raise InputError(
+            elevations.path,
+            "",
+            f"its heights are {abs(apart):.1f} m {'below' if apart > 0.0 else 'above'} the fixes'",
+            'write [terrain] datum = "other", or give heights over the ellipsoid',
+        )
+    estimate = estimate_surface(replace(heights, height=heights.height - ground[:count] - apart), elevations.sigma)
+    surface = estimate.surface(empty, noise)
+    mean = surface.mean + (ground[count:] - ground[0]).reshape(surface.mean.shape)
+    return replace(surface, mean=mean)
+
+
+def _ground_heights(model: Model, gps: Gps, elevations: Elevations, places: Array, needed: int) -> Array:
+    """(n,) m over the slope's plane, of the ground at ``places`` (n, 2); the first ``needed`` have to be covered."""
+    to_enu = slope_to_enu(model.inclination, model.fall_line_azimuth).T
+    height = np.zeros(len(places))
+    for _ in range(_ROUNDS):
+        enu = np.column_stack([places, height]) @ to_enu
+        latitude, longitude, above = pymap3d.enu2geodetic(*enu.T, *gps.origin)
+        ground = sample_elevations(elevations.path, np.asarray(latitude), np.asarray(longitude), needed)
+        height += (ground - above) * np.cos(model.inclination)
+    return height
+
+
+def snow_heights(gps: Gps, motion: Motion, model: Model) -> Heights:
+    """The snow's heights over the slope's plane at the fixes within the motion.
+
+    Raises ValueError for a motion without an antenna.
+    """
+    inside = (gps.time >= motion.start) & (gps.time <= motion.stop)
+    time = gps.time[inside]
+    parts = Parts(model, correct_motion(model, motion))
+    posture = parts.posture(time)
+    antenna = gps.enu[inside] @ slope_to_enu(model.inclination, model.fall_line_azimuth)
+    edges = antenna[:, None] - antenna_offset(parts.motion, time)[0][:, None] + posture.foot_place
+    edges[..., 2] -= _edge_below_middle(parts, posture.foot_rotation)
+    higher = edges[..., 2] - edges[..., 2].min(axis=1, keepdims=True)
+    share = np.exp(-higher / _LIFTED)
+    share /= share.sum(axis=1, keepdims=True)
+    snow = np.sum(share[..., None] * edges, axis=1)
+    sigma = VERTICAL * gps.sigma[inside]
+    return Heights(time, snow[:, :2], snow[:, 2], sigma, ExponentialNoise(float(np.median(sigma)), MEMORY))
+
+
+def _edge_below_middle(parts: Parts, rotation: Array) -> Array:
+    """(n, 2) m by which a ski's lower edge is below the middle of its base, from the feet's rotations (n, 2, 3, 3)."""
+    ski = parts.model.ski
+    half = 0.5 * float(ski.width(ski.s_of_x(0.0)))
+    return np.asarray(half * np.abs(rotation[..., 2, 1]))

@@ -1,0 +1,162 @@
+"""The snow surface of a recording: seen in its fixes' heights, taken from an elevation model, refused with one line."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pymap3d
+import pytest
+
+from sssi_exudyn import commands
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.fit import FRICTION, NUISANCES, problem_of
+from sssi_exudyn.fitting.snow_surface import on_snow_surface, snow_heights
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.from_recording import motion_from_recording
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.recording import Recording
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
+
+
+def roll(east: Array, north: Array) -> Array:
+    """m: waves of 30 m, half a metre high, in any direction."""
+    return np.asarray(0.25 * np.sin((east + 0.5 * north) / 5.0) + 0.25 * np.cos(north / 6.0))
+
+
+@pytest.fixture
+def on_a_roll(tmp_path: Path) -> Path:
+    """The beginner's recording with fixes that rise and fall with a roll of the snow."""
+    folder = tmp_path / "roll"
+    shutil.copytree(EXAMPLE, folder)
+    table = pd.read_csv(folder / "gps.csv")
+    names = {name.partition("_")[0]: name for name in table.columns}
+    latitude, longitude, altitude = (table[names[each]].to_numpy() for each in ("latitude", "longitude", "altitude"))
+    east, north, _ = pymap3d.geodetic2enu(latitude, longitude, altitude, latitude[0], longitude[0], altitude[0])
+    table[names["altitude"]] = altitude + roll(east, north)
+    table.to_csv(folder / "gps.csv", index=False)
+    return folder
+
+
+def parts(folder: Path) -> tuple[Recording, Motion, Model]:
+    recording = read_recording(folder)
+    motion = motion_from_recording(recording)
+    return recording, motion, model_of(recording, motion)
+
+
+def write_elevations(recording: Recording, path: Path, shift: float, shape: Callable[[Array, Array], Array]) -> None:
+    """A GeoTIFF of the example's slope: its plane through the antenna's first place less 1.4 m, with a shape on it."""
+    rasterio = pytest.importorskip("rasterio")
+    assert recording.gps is not None
+    latitude, longitude, altitude = recording.gps.origin
+    inclination, azimuth = recording.slope.inclination, recording.slope.fall_line_azimuth
+    step = 2.0 / 111_000.0  # 2 m to the north, less to the east
+    size = 220
+    rows, columns = np.mgrid[0:size, 0:size]
+    north = latitude + step * (size // 2 - rows - 0.5)
+    east = longitude + step * (columns + 0.5 - size // 2)
+    e, n, _ = pymap3d.geodetic2enu(north, east, altitude, latitude, longitude, altitude)
+    down = e * np.sin(azimuth) + n * np.cos(azimuth)
+    cells = altitude - 1.4 - np.tan(inclination) * down + shape(e, n) + shift
+    transform = rasterio.transform.from_origin(longitude - step * size / 2, latitude + step * size / 2, step, step)
+    with rasterio.open(
+        path, "w", driver="GTiff", height=size, width=size, count=1, dtype="float64", crs="EPSG:4326",
+        transform=transform,
+    ) as dataset:  # fmt: skip
+        dataset.write(cells, 1)
+
+
+def test_the_fixes_heights_show_the_snow(on_a_roll: Path) -> None:
+    recording, motion, model = parts(on_a_roll)
+    surface = on_snow_surface(model, recording, motion).surface
+    assert surface is not None
+    flat = on_snow_surface(parts(EXAMPLE)[2], *parts(EXAMPLE)[:2]).surface
+    assert flat is not None
+    heights = snow_heights(recording.gps, motion, model)  # type: ignore[arg-type]
+    found = surface.at(heights.places)[:, 0] - flat.at(heights.places)[:, 0]
+    enu = recording.gps.enu[(recording.gps.time >= motion.start) & (recording.gps.time <= motion.stop)]  # type: ignore[union-attr]
+    true = roll(enu[:, 0], enu[:, 1]) * np.cos(model.inclination)
+    # fixes are sure to 3 cm; the surface is the antenna's roll set off by up to 0.5 m, which is 5 cm of a slope of 0.1
+    assert np.std(found - true) < 0.06
+    assert np.std(true) > 0.2
+
+
+def test_what_is_open_of_the_snow_is_fitted_along(on_a_roll: Path) -> None:
+    recording, motion, model = parts(on_a_roll)
+    model = on_snow_surface(model, recording, motion)
+    problem = problem_of(recording, motion, model, "joint")
+    assert model.surface is not None
+    assert problem.names == FRICTION + NUISANCES + model.surface.names
+    assert len(model.surface.names) > 0
+    assert problem_of(recording, motion, model_of(recording, motion), "paper").names == FRICTION
+
+
+def test_an_elevation_model_stands_in_for_the_heights(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(EXAMPLE, folder)
+    recording = read_recording(folder)
+    write_elevations(recording, folder / "dem.tif", 0.0, roll)
+    with (folder / "recording.toml").open("a", encoding="utf-8") as file:
+        file.write('\n[terrain]\nfile = "dem.tif"\nsigma_m = 0.5\n')
+    recording, motion, model = parts(folder)
+    assert "dem.tif" in recording.hashes
+    assert recording.elevations is not None
+    assert recording.elevations.sigma == 0.5
+    surface = on_snow_surface(model, recording, motion).surface
+    assert surface is not None
+    # far from the way it is the elevation model's, on it the fixes', which know of no roll
+    heights = snow_heights(recording.gps, motion, model)  # type: ignore[arg-type]
+    assert np.std(surface.at(heights.places)[:, 0]) < 0.1
+    assert np.std(surface.mean) > 0.15
+
+
+@pytest.mark.parametrize("datum", ["gps", "other"])
+def test_another_datum_is_noticed(tmp_path: Path, datum: str) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(EXAMPLE, folder)
+    write_elevations(read_recording(folder), folder / "dem.tif", -48.0, roll)
+    with (folder / "recording.toml").open("a", encoding="utf-8") as file:
+        file.write(f'\n[terrain]\nfile = "dem.tif"\ndatum = "{datum}"\n')
+    recording, motion, model = parts(folder)
+    if datum == "other":
+        assert on_snow_surface(model, recording, motion).surface is not None
+        return
+    with pytest.raises(InputError, match=r"dem\.tif.* m below the fixes'"):
+        on_snow_surface(model, recording, motion)
+
+
+@pytest.mark.parametrize(
+    ("lines", "place"),
+    [
+        ('file = "none.tif"', r"none\.tif"),
+        ('file = "gps.csv"', r"gps\.csv"),
+        ('file = "gps.csv"\ndatum = "sea"', "datum"),
+        ('file = "gps.csv"\nsigma_m = 0.0', "sigma_m"),
+        ('file = "../gps.csv"', "file"),
+        ('colour = "white"', "colour"),
+    ],
+)
+def test_a_wrong_terrain_is_refused(tmp_path: Path, lines: str, place: str) -> None:
+    folder = tmp_path / "run"
+    shutil.copytree(EXAMPLE, folder)
+    with (folder / "recording.toml").open("a", encoding="utf-8") as file:
+        file.write(f"\n[terrain]\n{lines}\n")
+    with pytest.raises(InputError, match=place):
+        commands.terrain(folder)
+
+
+def test_the_surface_is_drawn_and_put_into_figures(on_a_roll: Path, tmp_path: Path) -> None:
+    figures = commands.terrain(on_a_roll, out=tmp_path / "snow.svg")
+    assert figures.highest_m - figures.lowest_m > 0.5
+    assert 0.0 < figures.band_m < 0.1
+    assert figures.inclination_least_deg < figures.inclination_most_deg
+    assert "<svg" in (tmp_path / "snow.svg").read_text(encoding="utf-8")
+    inspection = commands.inspect(on_a_roll)
+    assert inspection.surface == figures
