@@ -21,7 +21,7 @@ import numpy as np
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, fit_noise
 from sssi_exudyn.fitting.gps_observation import correct_fixes, track_of
-from sssi_exudyn.fitting.objective import Prior, Problem, correlations, uncertainty, weight_of
+from sssi_exudyn.fitting.objective import Prior, Problem, correlations, counts_of, uncertainty, weight_of
 from sssi_exudyn.fitting.optimise import Optimum, minimise, minimise_squares
 from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.model.model import Model
@@ -50,6 +50,13 @@ COARSE_STEP = 0.01
 """s; steps of the reduced model where most of the posture is assumed: a centimetre of path is nothing there."""
 _COARSE_TOLERANCE = 0.1
 """Of the objective, there."""
+_ROUNDS = 5
+"""Searches by turns with weighing the fixes, at most."""
+_MEMORY = 1.0 / 6.0
+"""Of the run's length, the longest correlation of what is left of a track to which start, heading and friction were
+fitted.  A smooth misfit is most likely under noise without an end, of any size, under which a track says nothing."""
+_COUNTING = 0.5
+"""A fix that counts less says nothing of the noise of the others."""
 _UNSTEERED = Prior(0.7, 0.15)
 """Friction across skis whose heading nobody measured, so that no slip tells it: between the published 0.55 and 0.9."""
 
@@ -111,7 +118,7 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     start = replace(guess, heading_offset=known.heading_offset, clock_offset=known.clock_offset)
     model = replace(model, start=start).with_values(START_VALUES)
     if method == "paper":
-        return Problem(model, track, FRICTION, {}, 1.0)
+        return Problem(model, track, FRICTION, {}, 1.0, np.ones(len(track.time)))
     sigma = float(np.median(track.sigma))
     priors = {
         "start.velocity_f": Prior(start.velocity_f, _VELOCITY_SIGMA),
@@ -125,7 +132,7 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     modes = () if model.surface is None else model.surface.names
     priors |= dict.fromkeys(modes, Prior(0.0, 1.0))
     noise = replace(_FIRST_NOISE, sigma=float(np.clip(sigma, _FIRST_NOISE.sigma, _COARSE_NOISE)))
-    return Problem(model, track, FRICTION + NUISANCES + modes, priors, weight_of(noise, track))
+    return Problem(model, track, FRICTION + NUISANCES + modes, priors, weight_of(noise, track), counts_of(track))
 
 
 def fit(
@@ -150,7 +157,15 @@ def fit(
     reduced = _cached_search(cache, motion, problem, prepared, say, enough if coarse else 10.0 * enough)
     if method == "joint":  # the residual now tells what the noise is
         residual, _ = _reduced(problem, prepared, reduced.values)
-        problem = problem.with_noise(fit_noise(problem.track.time, residual))
+        for _ in range(_ROUNDS):
+            counts = counts_of(problem.track, residual)
+            if np.all(np.abs(counts - problem.counts) < _COUNTING):
+                break  # otherwise fixes that are far off have bent the track by which they were found
+            problem = problem.with_counts(counts)
+            again = replace(problem, model=problem.model_at(reduced.values))
+            reduced = _cached_search(cache, motion, again, prepared, say, 10.0 * enough)
+            residual, _ = _reduced(problem, prepared, reduced.values)
+        problem = problem.with_noise(_noise(problem, residual))
         again = replace(problem, model=problem.model_at(reduced.values))
         reduced = _cached_search(cache, motion, again, prepared, say, enough)
     _, sensitivity = _reduced(problem, prepared, reduced.values)
@@ -174,7 +189,7 @@ def fit(
         residual = run(optimum.values)
     else:
         residual, _ = _reduced(problem, prepared, optimum.values)
-    noise = fit_noise(problem.track.time, residual)
+    noise = _noise(problem, residual)
     return Fitted(
         method=method,
         model=problem.model_at(optimum.values),
@@ -190,6 +205,13 @@ def fit(
     )
 
 
+def _noise(problem: Problem, residual: Array) -> ExponentialNoise:
+    """The noise of a residual (n, 2) m, from the fixes that count."""
+    kept, time = problem.counts > _COUNTING, problem.track.time
+    longest = _MEMORY * float(time[-1] - time[0]) if problem.priors else np.inf
+    return fit_noise(time[kept], residual[kept], longest)
+
+
 def _cached_search(
     cache: Cache | None, motion: Motion, problem: Problem, prepared: Prepared, say: Progress, tolerance: float
 ) -> Optimum:
@@ -201,7 +223,7 @@ def _cached_search(
 
     if cache is None:
         return fit_reduced(problem, prepared, say, tolerance=tolerance)
-    about = (problem.names, problem.priors, problem.weight, problem.track, model_to_dict(problem.model))
+    about = (problem.names, problem.priors, problem.weight, problem.counts, problem.track, model_to_dict(problem.model))
     shapes: Shapes = {
         "values": (len(problem.names),),
         "objective": (),

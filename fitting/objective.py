@@ -1,24 +1,33 @@
 """What a fit minimises: the squared distance between simulated and measured antenna, and how far instruments may be
 off.
 
-    J = ½ w ∫ ‖x_exp − x_sim‖² dt + ½ Σ ((p − p₀)/s)²
+    J = ½ w ∫ c ‖x_exp − x_sim‖² dt + ½ Σ ((p − p₀)/s)²
 
-The paper's objective is the integral alone.  Its weight w = 1/(2 σ² T) counts the noise as it is: correlated over a
-time T, it has as many independent samples as there are stretches of 2 T, and only so is it weighed rightly against
-the priors.
+The paper's objective is the integral alone, every fix counting the same (c = 1).  Its weight w = 1/(2 σ² T) counts the
+noise as it is: correlated over a time T, it has as many independent samples as there are stretches of 2 T, and only so
+is it weighed rightly against the priors.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.fitting.gps_observation import Track, predict_fixes
 from sssi_exudyn.model.model import Model
+
+FREEDOM: Final = 4.0
+"""Degrees of freedom of the Student distribution of single fixes."""
+_NEIGHBOURS: Final = 9
+"""Fixes whose median a fix is held against: up to four of them in a row are noticed."""
+_LEAST_SPREAD: Final = 0.3
+"""Of a fix's standard deviation: fixes that are closer together than they say are not held to it."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +46,7 @@ class Problem:
     names : the fitted numbers, as ``Model.value`` knows them
     priors : of some of them; an empty mapping leaves the paper's bare objective
     weight : w in 1/(m² s)
+    counts : (n,) what each fix counts, 0 to 1 (``counts_of``)
     """
 
     model: Model
@@ -44,6 +54,7 @@ class Problem:
     names: tuple[str, ...]
     priors: Mapping[str, Prior]
     weight: float
+    counts: Array
 
     @property
     def start(self) -> Array:
@@ -58,6 +69,10 @@ class Problem:
     def with_noise(self, noise: ExponentialNoise) -> Problem:
         """The same with the weight that the noise gives."""
         return replace(self, weight=weight_of(noise, self.track))
+
+    def with_counts(self, counts: Array) -> Problem:
+        """The same with fixes that count so much (n,)."""
+        return replace(self, counts=counts)
 
     def model_at(self, values: Array) -> Model:
         """The model with the parameters at ``values`` (k,)."""
@@ -92,8 +107,8 @@ class Problem:
 
     @property
     def seconds(self) -> Array:
-        """(n,) s that each fix stands for in the integral (trapezoids)."""
-        return np.gradient(self.track.time)
+        """(n,) s that each fix stands for in the integral (trapezoids), as far as it counts."""
+        return np.asarray(self.counts * np.gradient(self.track.time))
 
     @property
     def _sigmas(self) -> Array:
@@ -108,6 +123,22 @@ def weight_of(noise: ExponentialNoise, track: Track) -> float:
     """w = 1/(2 σ² T); never more than white noise of the same σ would give at the fixes' own rate."""
     interval = float(np.median(np.diff(track.time)))
     return 1.0 / (noise.sigma**2 * max(2.0 * noise.correlation_time, interval))
+
+
+def counts_of(track: Track, residual: Array | None = None) -> Array:
+    """(n,) what each fix counts, 1 for an ordinary one: less where it says so itself by its standard deviation, and,
+    with a residual (n, 2) m, where it is far off its neighbours.
+
+    The second is the weight of a Student distribution with ``FREEDOM`` degrees of freedom.  Source: Lange, Little and
+    Taylor, J. Am. Stat. Assoc. 84 (1989) 881.
+    """
+    counts = np.minimum(1.0, (np.median(track.sigma) / track.sigma) ** 2)
+    if residual is None:
+        return np.asarray(counts)
+    apart = residual - median_filter(residual, size=(_NEIGHBOURS, 1), mode="nearest")
+    spread = max(1.4826 * float(np.median(np.abs(apart))), _LEAST_SPREAD * float(np.median(track.sigma)))
+    far = np.sum((apart / spread) ** 2, axis=1)
+    return np.asarray(np.minimum(counts, (FREEDOM + 2.0) / (FREEDOM + far)))
 
 
 def uncertainty(problem: Problem, sensitivity: Array, noise: ExponentialNoise) -> Array:

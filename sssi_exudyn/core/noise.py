@@ -44,11 +44,11 @@ def whiten(time: Array, residual: Array, noise: ExponentialNoise) -> Array:
     return steps / (noise.sigma * spread)
 
 
-def fit_noise(time: Array, residual: Array) -> ExponentialNoise:
+def fit_noise(time: Array, residual: Array, longest: float = np.inf) -> ExponentialNoise:
     """Most likely σ and correlation time of a residual of zero mean; arguments as for ``whiten``.
 
     For each T the best σ² is the mean square of the samples whitened with σ = 1; T is searched between a tenth of the
-    mean step (white, for all that can be seen) and the record's length.
+    mean step (white, for all that can be seen) and the record's length or ``longest`` (s).
     """
     step = float(np.mean(np.diff(time)))
 
@@ -57,7 +57,7 @@ def fit_noise(time: Array, residual: Array) -> ExponentialNoise:
         variance = float(np.mean((steps / spread) ** 2))
         return 0.5 * float(np.log(variance)) + float(np.mean(np.log(spread)))
 
-    bounds = (np.log(0.1 * step), np.log(float(time[-1] - time[0])))
+    bounds = (np.log(0.1 * step), np.log(min(float(time[-1] - time[0]), longest)))
     correlation_time = float(np.exp(minimize_scalar(minus_log_likelihood, bounds=bounds, method="bounded").x))
     steps, spread = _steps(time, residual, correlation_time)
     return ExponentialNoise(float(np.sqrt(np.mean((steps / spread) ** 2))), correlation_time)

@@ -32,6 +32,8 @@ def model_of(recording: Recording, motion: Motion) -> Model:
     return replace(model, start=first_guess(recording.gps, motion, model.inclination, model.fall_line_azimuth))
 
 
+_FAR = 6.0
+"""Of the median distance of the first fixes from a line through them: one normal error in a billion is beyond."""
 _FIRST = 1.2
 """s of fixes from which place and velocity at the start are guessed; long against the noise, short against a turn."""
 
@@ -54,4 +56,8 @@ def first_guess(gps: Gps, motion: Motion, inclination: float, azimuth: float) ->
     since = gps.time[near] - motion.start
     order = min(3, max(1, len(since) - 3))
     line = np.polynomial.polynomial.polyfit(since, slope[near, :2], order)
+    apart = np.linalg.norm(slope[near, :2] - np.polynomial.polynomial.polyval(since, line).T, axis=1)
+    kept = apart <= _FAR * float(np.median(apart))
+    if np.count_nonzero(kept) >= order + 3 and not np.all(kept):  # single fixes that are far off
+        line = np.polynomial.polynomial.polyfit(since[kept], slope[near[kept], :2], order)
     return Start(f=float(line[0, 0]), l=float(line[0, 1]), velocity_f=float(line[1, 0]), velocity_l=float(line[1, 1]))

@@ -63,7 +63,7 @@ class Heights:
     """Heights of the snow, measured.
 
     time : (n,) s, rising;  places : (n, 2) m, f and l;  height : (n,) m over the slope's plane
-    sigma : (n,) m of each;  noise : the receiver's slow error
+    sigma : (n,) m of each;  noise : the receiver's slow error, for a height of the median sigma
     """
 
     time: Array
@@ -218,7 +218,8 @@ def _covariance(heights: Heights, amplitude: float, length: float, weight: Array
     """(n, n) m² of the heights by surface, origin, tilt, slow and independent noise."""
     x, noise = heights.places, heights.noise
     lag = np.abs(heights.time[:, None] - heights.time)
-    slow = noise.sigma**2 * np.exp(-lag / max(noise.correlation_time, 1e-9))
+    own = heights.sigma / np.median(heights.sigma)  # fixes that say they are less sure are off together
+    slow = noise.sigma**2 * np.outer(own, own) * np.exp(-lag / max(noise.correlation_time, 1e-9))
     independent = np.diag((SHORT * heights.sigma) ** 2 / weight)
     return np.asarray(_matern(x, x, amplitude, length) + OFFSET**2 + TILT**2 * x @ x.T + slow + independent)
 

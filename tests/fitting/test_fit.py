@@ -11,7 +11,7 @@ from bundled import bundled
 from sssi_exudyn.fitting import fit as fitting
 from sssi_exudyn.fitting.fit import Method, fit, problem_of
 from sssi_exudyn.fitting.gps_observation import Track, predict_fixes
-from sssi_exudyn.fitting.objective import Problem
+from sssi_exudyn.fitting.objective import Problem, counts_of
 from sssi_exudyn.fitting.optimise import minimise, minimise_squares
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import Motion
@@ -41,7 +41,7 @@ def made() -> tuple[Motion, Problem]:
     assert run.antenna is not None
     fixes = np.arange(motion.start, motion.stop, 0.1)
     track = Track(fixes, predict_fixes(truth, run.time, run.antenna, fixes)[:, :2], np.full(len(fixes), 0.02))
-    return motion, replace(problem, track=track)
+    return motion, replace(problem, track=track, counts=counts_of(track))
 
 
 @pytest.mark.long
@@ -195,3 +195,21 @@ def test_a_search_by_squares_stops_after_so_many_evaluations() -> None:
     found = minimise_squares(along_a_valley, np.array([-1.9, 2.0]), bounds, objective_tolerance=1e-8, most=3)
     assert not found.converged
     assert found.evaluations == 3
+
+
+def test_fixes_that_are_off_count_less() -> None:
+    time = np.arange(0.0, 12.0, 0.1)
+    rng = np.random.default_rng(3)
+    slow = 0.1 * np.stack([np.sin(0.5 * time), np.cos(0.4 * time)], axis=1)  # of the model: no fix is to blame
+    residual = slow + 0.02 * rng.normal(size=(len(time), 2))
+    sigma = np.full(len(time), 0.02)
+    sigma[50:70] = 0.2
+    far = [7, 30, 31, 100]
+    residual[far] += 0.4
+    counts = counts_of(Track(time, residual, sigma), residual)
+    assert np.all(counts[far] < 0.1)
+    np.testing.assert_allclose(counts[50:70], 0.01)  # (0.02/0.2)²
+    others = np.delete(counts, [*far, *range(50, 70)])
+    # of 96 fixes the farthest is four standard deviations off, in either direction: 6/(4 + 16)
+    assert np.mean(others) > 0.85
+    assert np.min(others) > 0.2
