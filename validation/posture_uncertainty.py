@@ -163,10 +163,9 @@ def second_half(fitted: Fitted, problem: Problem, motion: Motion, gps: Gps) -> S
     track = problem.track
     split = 0.5 * float(track.time[0] + track.time[-1])
     early = track.time <= split
-    first = replace(problem, track=Track(track.time[early], track.place[early], track.sigma[early]), model=fitted.model)
-    first = first.with_noise(fitted.noise)
-    part = prepare(first.model, motion, stop=split, step=COARSE_STEP)
-    found = fit_reduced(first, part, tolerance=0.1)
+    part = Track(track.time[early], track.place[early], track.sigma[early])
+    first = replace(problem, track=part, counts=problem.counts[early], model=fitted.model).with_noise(fitted.noise)
+    found = fit_reduced(first, prepare(first.model, motion, stop=split, step=COARSE_STEP), tolerance=0.1)
     model = first.model_at(found.values)
     run = simulate_reduced(model, prepare(model, motion, step=COARSE_STEP))
     predicted = over_ground(run.time, run.antenna, model.inclination)

@@ -53,6 +53,8 @@ _NAMES: Final = {
 }
 """Modules of classes that are hashed, and the names they are hashed under: those they had when keys were first kept.
 A sweep or a fit begun before a module moved goes on."""
+_LATER: Final = frozenset({"surface", "elevations"})
+"""Fields that classes got since; while they hold nothing, the key is what it was without them."""
 
 
 def fingerprint(*parts: object) -> str:
@@ -184,6 +186,8 @@ def _pieces(value: object) -> Iterator[bytes]:
             kind = type(value)
             yield f"{_NAMES.get(kind.__module__, kind.__module__)}.{kind.__qualname__}".encode()
             for entry in dataclasses.fields(value):
+                if entry.name in _LATER and getattr(value, entry.name) is None:
+                    continue
                 yield from _pieces(entry.name)
                 yield from _pieces(getattr(value, entry.name))
         case _:

@@ -35,6 +35,7 @@ from sssi_exudyn.contact.backends.tape import Tape, TapeMath
 from sssi_exudyn.contact.maths import ArrayMath, FloatMath
 from sssi_exudyn.contact.registry import PAPER_TERMS, TERMS, pad_terms, read_term, term_named, terms_table
 from sssi_exudyn.contact.term import KINDS, formula, parameters
+from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantities
@@ -99,6 +100,9 @@ def test_padding_adds_what_is_missing_and_keeps_what_is_there() -> None:
     assert {type(term) for term in found} == set(TERMS)
     assert [term for term in found if isinstance(term, SnowPatch)] == [one, other]
     assert pad_terms((*found,)) == found
+    friction = pad_terms((AnisotropicFriction(mu_t=0.3),))
+    assert [type(term) for term in friction] == [type(term) for term in PAPER_TERMS]
+    assert [term for term in friction if np.any(reference(term))] == [AnisotropicFriction(mu_t=0.3)]
 
 
 @every_term

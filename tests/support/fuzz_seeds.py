@@ -10,15 +10,17 @@ from unittest import mock
 import numpy as np
 import osim_example
 import pandas as pd
+import rasterio
 import tomli_w
 from a_diagnosis import whole_version
 from a_run import a_run
 from c3d_file import marker_places, write_c3d
 from fix_files import START, fit, gpx, nmea, phone
 from mvnx_file import mvnx, orientations
+from rasterio.transform import from_origin
 from strapped import write_few
 from swinging import HEIGHT, chain_coordinates, mot
-from tiny import ANSWERS, TOML, Tiny, csv
+from tiny import ANSWERS, ORIGIN, TOML, Tiny, csv
 
 from sssi_exudyn.bodies.ski.ski import read_ski, ski_to_table
 from sssi_exudyn.bodies.skier.chain import average_geometry, forward_kinematics, geometry_to_dict
@@ -30,6 +32,8 @@ from sssi_exudyn.runtime.cache import Arrays, Cache, fingerprint
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.plan import Job, SweepRun
 from sssi_exudyn.sweeps.records import DONE, Record, write_record
+from sssi_exudyn.terrain.file import FILE, surface_bytes
+from sssi_exudyn.terrain.surface import Surface
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 KNOWN = replace(ANSWERS, gps_offset_s=0.0)
@@ -71,6 +75,7 @@ def bundled(folder: Path) -> list[Seed]:
         cut(EXAMPLES / "intermediate", _FRAMES),
         Seed("tiny", small, "recording"),
         Seed("few", few, "recording", weight=0.1),
+        Seed("terrain", _with_elevations(small, folder / "dem"), "recording"),
     ]
     imported = list(_imports(tiny, few, folder))
     return [
@@ -82,6 +87,21 @@ def bundled(folder: Path) -> list[Seed]:
         *_sweeps(folder / "sweep", small),
         _cache(folder / "cache"),
     ]
+
+
+def _with_elevations(recording: dict[str, bytes], folder: Path) -> dict[str, bytes]:
+    """The recording with an elevation model of a level ground around its start."""
+    folder.mkdir()
+    latitude, longitude, altitude = ORIGIN
+    step, size = 2e-5, 160
+    with rasterio.open(
+        folder / "dem.tif", "w", driver="GTiff", height=size, width=size, count=1, dtype="float32", crs="EPSG:4326",
+        transform=from_origin(longitude - step * size / 2, latitude + step * size / 2, step, step),
+    ) as dataset:  # fmt: skip
+        dataset.write(np.full((size, size), altitude, dtype="float32"), 1)
+    table = b'\n[terrain]\nfile = "dem.tif"\ndatum = "other"\n'
+    added = {"recording.toml": recording["recording.toml"] + table, "dem.tif": (folder / "dem.tif").read_bytes()}
+    return recording | added
 
 
 def _imports(tiny: Tiny, few: dict[str, bytes], folder: Path) -> Iterator[Seed]:
@@ -112,6 +132,9 @@ def _settings() -> Iterator[Seed]:
     """Models, skis and bench tests alone, and OpenSim's models."""
     model = tomli_w.dumps(model_to_dict(a_run(1.0, 25.0).model)).encode()
     yield Seed("model", {"model.toml": model}, "model")
+    on_hill = replace(a_run(1.0, 25.0).model, surface=_surface())
+    files = {"model.toml": tomli_w.dumps(model_to_dict(on_hill)).encode(), FILE: surface_bytes(_surface())}
+    yield Seed("model on a surface", files, "model")
     own = {"own": ski_to_table(read_ski("slalom_165", "."))}
     yield Seed("ski", {"own.toml": tomli_w.dumps(own).encode()}, "ski")
     yield Seed("bench", _bench(), "bench")
@@ -124,6 +147,12 @@ def _settings() -> Iterator[Seed]:
         files[f"recordings/{name}/recording.toml"] = TOML.encode()
         files[f"diagnosed/{name}/diagnosis.json"] = to_json(whole_version()).encode()
     yield Seed("truth", files, "truth")
+
+
+def _surface() -> Surface:
+    """A surface of two modes."""
+    grid = np.linspace(-0.2, 0.3, 30).reshape(6, 5)
+    return Surface((-3.0, -4.0), 2.0, grid, np.full((6, 5), 0.1), np.stack([grid, -grid]), (0.5, -1.0))
 
 
 def _bench() -> dict[str, bytes]:

@@ -16,6 +16,7 @@ from sssi_exudyn.commands.diagnosis import diagnose_known
 from sssi_exudyn.commands.muscles_command import muscles
 from sssi_exudyn.commands.runs import report, validate
 from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.io.writing import folder_lock
 from sssi_exudyn.model.from_recording import model_of
@@ -53,7 +54,7 @@ def _prepare(recording: Recording) -> None:
     motion = motion_from_recording(recording)
     model = model_of(recording, motion)
     if recording.gps is not None:
-        problem_of(recording, motion, model, "joint")
+        problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint")
 
 
 def resume_without_runs(folder: Path) -> sweeps.Counts:
