@@ -1,11 +1,11 @@
-"""The tests' own cache of compiled terms."""
+"""A cache of compiled terms for these tests alone."""
 
 from __future__ import annotations
 
 import pytest
 
 
-@pytest.fixture(autouse=True, scope="session")
+@pytest.fixture(autouse=True, scope="module")  # whatever the worker tests next shall find the kernels of all
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> None:
     patch = pytest.MonkeyPatch()
     patch.setenv("SSSI_CACHE_DIR", str(tmp_path_factory.mktemp("compiled")))
