@@ -18,12 +18,10 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.core.noise import ExponentialNoise, student_weight
 from sssi_exudyn.fitting.gps_observation import Track, predict_fixes
 from sssi_exudyn.model.model import Model
 
-FREEDOM: Final = 4.0
-"""Degrees of freedom of the Student distribution of single fixes."""
 _NEIGHBOURS: Final = 9
 """Fixes whose median a fix is held against: up to four of them in a row are noticed."""
 _LEAST_SPREAD: Final = 0.3
@@ -129,8 +127,7 @@ def counts_of(track: Track, residual: Array | None = None) -> Array:
     """(n,) what each fix counts, 1 for an ordinary one: less where it says so itself by its standard deviation, and,
     with a residual (n, 2) m, where it is far off its neighbours.
 
-    The second is the weight of a Student distribution with ``FREEDOM`` degrees of freedom.  Source: Lange, Little and
-    Taylor, J. Am. Stat. Assoc. 84 (1989) 881.
+    The second is the weight of a Student distribution.
     """
     counts = np.minimum(1.0, (np.median(track.sigma) / track.sigma) ** 2)
     if residual is None:
@@ -138,7 +135,7 @@ def counts_of(track: Track, residual: Array | None = None) -> Array:
     apart = residual - median_filter(residual, size=(_NEIGHBOURS, 1), mode="nearest")
     spread = max(1.4826 * float(np.median(np.abs(apart))), _LEAST_SPREAD * float(np.median(track.sigma)))
     far = np.sum((apart / spread) ** 2, axis=1)
-    return np.asarray(np.minimum(counts, (FREEDOM + 2.0) / (FREEDOM + far)))
+    return np.asarray(np.minimum(counts, student_weight(far, 2)))
 
 
 def uncertainty(problem: Problem, sensitivity: Array, noise: ExponentialNoise) -> Array:

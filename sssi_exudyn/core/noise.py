@@ -7,11 +7,14 @@ Markov, so each sample needs only the one before, at any spacing:
     e₀ = r₀/σ,   e_k = (r_k − φ_k r_{k−1}) / (σ √(1 − φ_k²)),   φ_k = exp(−Δt_k/T)
 
 are independent with variance one.  Source: Rasmussen and Williams 2006, appendix B.2; Sokal 1997 for the window.
+
+Single samples that are far off are weighed as under a Student distribution (``student_weight``).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -21,6 +24,9 @@ from sssi_exudyn.core.frames import Array
 _SOKAL_WINDOW = 5.0
 """The sum of correlations stops at five autocorrelation times: later lags add noise only (Sokal 1997)."""
 
+FREEDOM: Final = 4.0
+"""Degrees of freedom of the Student distribution of single samples."""
+
 
 @dataclass(frozen=True)
 class ExponentialNoise:
@@ -28,6 +34,14 @@ class ExponentialNoise:
 
     sigma: float
     correlation_time: float
+
+
+def student_weight(square: Array, dimensions: int) -> Array:
+    """What a sample counts under a Student distribution, from the square of its distance in standard deviations.
+
+    Source: Lange, Little and Taylor, J. Am. Stat. Assoc. 84 (1989) 881.
+    """
+    return np.asarray((FREEDOM + dimensions) / (FREEDOM + square))
 
 
 def whiten(time: Array, residual: Array, noise: ExponentialNoise) -> Array:

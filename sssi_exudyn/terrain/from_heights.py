@@ -6,10 +6,9 @@ h is a Matérn 5/2 process over the plane (variance a², length L); c and g are 
 error, known beforehand to within ``OFFSET`` and ``TILT``; e is the receiver's slow error (exponential correlation over
 ``noise.correlation_time``) and w what is independent from fix to fix.  Amplitude and length are those that make the
 heights most probable, with weak priors.  Single fixes that are far off count less: each is weighed as under a Student
-distribution with ``FREEDOM`` degrees of freedom.
+distribution.
 
-Sources: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to 2.30 and 4.17;
-Lange, Little and Taylor, J. Am. Stat. Assoc. 84 (1989) 881 for the weights.
+Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to 2.30 and 4.17.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from scipy.linalg import cho_solve, cholesky
 from scipy.optimize import minimize
 
 from sssi_exudyn.core.frames import GRAVITY, Array
-from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.core.noise import ExponentialNoise, student_weight
 from sssi_exudyn.terrain.surface import Surface, surface_over
 
 OFFSET: Final = 10.0
@@ -38,8 +37,6 @@ _LENGTHS: Final = (5.0, 60.0)
 _AMPLITUDES: Final = (0.003, 5.0)
 SHORT: Final = 0.5
 """Share of the noise that is independent from fix to fix."""
-FREEDOM: Final = 4.0
-"""Degrees of freedom of the Student distribution of single fixes."""
 LEAST: Final = 4
 """Heights that a surface takes."""
 _ROUNDS: Final = 10
@@ -94,8 +91,11 @@ class Estimate:
 
     def _cross(self, places: Array) -> Array:
         """(m, n) covariance of the surface at ``places`` with the heights; the origin's height is no part of it."""
-        own = self.heights.places
-        return np.asarray(_matern(places, own, self.amplitude, self.length) + TILT**2 * places @ own.T)
+        return self._prior(places, self.heights.places)
+
+    def _prior(self, a: Array, b: Array) -> Array:
+        """(m, n) m²: covariance beforehand of the surface at places (m, 2) and (n, 2)."""
+        return _of_surface(a, b, self.amplitude, self.length)
 
     def mean(self, places: Array) -> Array:
         """(m,) m over the slope's plane at ``places`` (m, 2), up to a constant."""
@@ -104,8 +104,7 @@ class Estimate:
     def covariance(self, places: Array) -> Array:
         """(m, m) m² of the surface at ``places`` (m, 2), relative to their mean height."""
         cross = self._cross(places)
-        prior = _matern(places, places, self.amplitude, self.length) + TILT**2 * places @ places.T
-        found = prior - cross @ cho_solve((self._solved[0], True), cross.T)
+        found = self._prior(places, places) - cross @ cho_solve((self._solved[0], True), cross.T)
         level = np.eye(len(places)) - 1.0 / len(places)
         return np.asarray(level @ found @ level)
 
@@ -127,11 +126,10 @@ class Estimate:
 
     def _deviation(self, nodes: Array) -> Array:
         """(n,) m, standard deviation at ``nodes`` (n, 2) relative to the mean height along the way."""
-        places = self.heights.places
-        cross = self._cross(nodes) - self._cross(places).mean(axis=0)
+        with_way, along_way = self._cross(nodes), self._cross(self.heights.places)
+        cross = with_way - along_way.mean(axis=0)
         own = self.amplitude**2 + TILT**2 * np.sum(nodes**2, axis=1)
-        with_way = _matern(nodes, places, self.amplitude, self.length) + TILT**2 * nodes @ places.T
-        prior = own - 2.0 * with_way.mean(axis=1) + self._cross(places).mean()
+        prior = own - 2.0 * with_way.mean(axis=1) + along_way.mean()
         explained = np.sum(cross * cho_solve((self._solved[0], True), cross.T).T, axis=1)
         return np.asarray(np.sqrt(np.maximum(prior - explained, 0.0)))
 
@@ -148,12 +146,11 @@ class Estimate:
         moves = _movements(self.heights.time) * (GRAVITY / _APART)
         none = np.zeros_like(moves)
         pulled = np.block([[-moves, moves, none, none], [none, none, -moves, moves]])
-        gain = cho_solve((self._solved[0], True), self._cross(around).T @ pulled.T)
-        prior = _matern(around, around, self.amplitude, self.length) + TILT**2 * around @ around.T
-        found, shapes = np.linalg.eigh(pulled @ prior @ pulled.T - pulled @ self._cross(around) @ gain)
+        measured = pulled @ self._cross(around)
+        gain = cho_solve((self._solved[0], True), measured.T)
+        found, shapes = np.linalg.eigh(pulled @ self._prior(around, around) @ pulled.T - measured @ gain)
         strong = np.flatnonzero(found > count * noise**2)[::-1][:MOST_MODES]
-        to_nodes = _matern(nodes, around, self.amplitude, self.length) + TILT**2 * nodes @ around.T
-        covariance = to_nodes @ pulled.T - self._cross(nodes) @ gain
+        covariance = self._prior(nodes, around) @ pulled.T - self._cross(nodes) @ gain
         return np.asarray((covariance @ shapes[:, strong] / np.sqrt(found[strong])).T)
 
 
@@ -221,7 +218,12 @@ def _covariance(heights: Heights, amplitude: float, length: float, weight: Array
     own = heights.sigma / np.median(heights.sigma)  # fixes that say they are less sure are off together
     slow = noise.sigma**2 * np.outer(own, own) * np.exp(-lag / max(noise.correlation_time, 1e-9))
     independent = np.diag((SHORT * heights.sigma) ** 2 / weight)
-    return np.asarray(_matern(x, x, amplitude, length) + OFFSET**2 + TILT**2 * x @ x.T + slow + independent)
+    return np.asarray(_of_surface(x, x, amplitude, length) + OFFSET**2 + slow + independent)
+
+
+def _of_surface(a: Array, b: Array, amplitude: float, length: float) -> Array:
+    """(m, n) m²: covariance beforehand of the surface, with the plane's tilt, at places (m, 2) and (n, 2)."""
+    return np.asarray(_matern(a, b, amplitude, length) + TILT**2 * a @ b.T)
 
 
 def _matern(a: Array, b: Array, amplitude: float, length: float) -> Array:
@@ -237,7 +239,7 @@ def _weights(estimate: Estimate) -> Array:
     residual, variance = estimate._solved[1] / np.diag(inverse), 1.0 / np.diag(inverse)
     own = (SHORT * estimate.heights.sigma) ** 2
     square = residual**2 / (variance - own / estimate.weight + own)
-    return np.asarray((FREEDOM + 1.0) / (FREEDOM + square))
+    return student_weight(square, 1)
 
 
 def _binned(heights: Heights) -> Heights:
