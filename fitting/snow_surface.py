@@ -20,7 +20,7 @@ from sssi_exudyn.motion.motion import Motion, antenna_offset
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.recording import Elevations, Recording
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
-from sssi_exudyn.terrain.elevation_model import sample_elevations
+from sssi_exudyn.terrain.elevation_model import open_elevations
 from sssi_exudyn.terrain.from_heights import LEAST, Heights, estimate_surface, level_surface
 from sssi_exudyn.terrain.surface import Surface
 
@@ -44,15 +44,21 @@ def on_snow_surface(model: Model, recording: Recording, motion: Motion) -> Model
 
     Raises InputError for an elevation model that cannot be used.
     """
+    found = snow_surface(model, recording, motion)
+    return model if found is None else replace(model, surface=found[0])
+
+
+def snow_surface(model: Model, recording: Recording, motion: Motion) -> tuple[Surface, Heights] | None:
+    """The surface of ``on_snow_surface`` and the heights that show it; None where it stays on the plane."""
     if recording.gps is None:
-        return model
+        return None
     heights = snow_heights(recording.gps, motion, model)
     if len(heights.time) < LEAST:
-        return model
+        return None
     noise = _NOTICED * float(np.median(recording.gps.sigma))
     if recording.elevations is None:
-        return replace(model, surface=estimate_surface(heights).surface(level_surface(heights), noise))
-    return replace(model, surface=_over_elevations(model, recording.gps, recording.elevations, heights, noise))
+        return estimate_surface(heights).surface(level_surface(heights), noise), heights
+    return _over_elevations(model, recording.gps, recording.elevations, heights, noise), heights
 
 
 def _over_elevations(model: Model, gps: Gps, elevations: Elevations, heights: Heights, noise: float) -> Surface:
@@ -78,11 +84,12 @@ def _ground_heights(model: Model, gps: Gps, elevations: Elevations, places: Arra
     """(n,) m over the slope's plane, of the ground at ``places`` (n, 2); the first ``needed`` have to be covered."""
     to_enu = slope_to_enu(model.inclination, model.fall_line_azimuth).T
     height = np.zeros(len(places))
-    for _ in range(_ROUNDS):
-        enu = np.column_stack([places, height]) @ to_enu
-        latitude, longitude, above = pymap3d.enu2geodetic(*enu.T, *gps.origin)
-        ground = sample_elevations(elevations.path, np.asarray(latitude), np.asarray(longitude), needed)
-        height += (ground - above) * np.cos(model.inclination)
+    with open_elevations(elevations.path) as sample:
+        for _ in range(_ROUNDS):
+            enu = np.column_stack([places, height]) @ to_enu
+            latitude, longitude, above = pymap3d.enu2geodetic(*enu.T, *gps.origin)
+            ground = sample(np.asarray(latitude), np.asarray(longitude), needed)
+            height += (ground - above) * np.cos(model.inclination)
     return height
 
 

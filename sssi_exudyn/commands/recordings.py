@@ -10,7 +10,7 @@ from typing import Final
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import plot_text
-from sssi_exudyn.fitting.snow_surface import on_snow_surface, snow_heights
+from sssi_exudyn.fitting.snow_surface import snow_surface
 from sssi_exudyn.importing.assemble import Answers, import_recording
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
@@ -62,13 +62,12 @@ def terrain(folder: Path, elevations: Path | None = None, out: Path | None = Non
 
 def _snow(recording: Recording) -> tuple[Surface, Array, float] | None:
     """The snow surface that the fixes show, the way over it (n, 2) m and the plane's inclination; None without one."""
-    if recording.gps is None:
+    if recording.gps is None:  # a motion takes a second
         return None
     motion = motion_from_recording(recording)
-    model = on_snow_surface(model_of(recording, motion), recording, motion)
-    if model.surface is None:
-        return None
-    return model.surface, snow_heights(recording.gps, motion, model).places, model.inclination
+    model = model_of(recording, motion)
+    found = snow_surface(model, recording, motion)
+    return found and (found[0], found[1].places, model.inclination)
 
 
 def import_files(files: Sequence[Path], out: Path, answers: Answers) -> Inspection:

@@ -6,6 +6,9 @@ Only the cells around the places that are asked for are read, whatever the file'
 from __future__ import annotations
 
 import stat
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -30,11 +33,15 @@ _HIGHEST: Final = 9000.0
 """m, of any ground; feet written as metres are mostly beyond it, or steeper than any slope."""
 
 
-def sample_elevations(path: Path, latitude: Array, longitude: Array, needed: int) -> Array:
-    """Heights (n,) in m over the file's own datum at latitudes and longitudes (n,) in degrees (WGS84).
+Sample = Callable[[Array, Array, int], Array]
+"""Heights (n,) in m over the file's own datum at latitudes and longitudes (n,) in degrees (WGS84).  Between cells the
+heights are a cubic spline.  The first so many places have to be covered; the others take the nearest cell's height
+beyond the border."""
 
-    Between cells the heights are a cubic spline.  The first ``needed`` places have to be covered; the others take the
-    nearest cell's height beyond the border.
+
+@contextmanager
+def open_elevations(path: Path) -> Iterator[Sample]:
+    """Open a file for heights at places.
 
     Raises InputError, with file, place and fix, for a file that is none of the two formats, is too large, has no
     coordinate system, counts in feet, does not cover the places or has a hole there.
@@ -53,7 +60,7 @@ def sample_elevations(path: Path, latitude: Array, longitude: Array, needed: int
         raise InputError(path, "", f"larger than {LARGEST / 1e9:.0f} GB", "cut it to the slope (gdalwarp -te)")
     try:
         with rasterio.Env(GDAL_CACHEMAX=64), rasterio.open(path, driver=driver, sharing=False) as dataset:
-            return _sample(path, dataset, latitude, longitude, needed)
+            yield partial(_sample, path, dataset)
     except (rasterio.errors.RasterioError, ValueError, MemoryError) as error:
         problem = one_line(str(error))[:200]
         raise InputError(

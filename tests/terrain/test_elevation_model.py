@@ -10,7 +10,7 @@ import pytest
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.terrain.elevation_model import sample_elevations
+from sssi_exudyn.terrain.elevation_model import open_elevations
 
 rasterio = pytest.importorskip("rasterio")
 
@@ -50,6 +50,11 @@ def places(east: Array, north: Array) -> tuple[Array, Array]:
 
     longitude, latitude = transform("EPSG:32632", "EPSG:4326", list(EAST + east), list(NORTH + north))
     return np.asarray(latitude), np.asarray(longitude)
+
+
+def sample_elevations(path: Path, latitude: Array, longitude: Array, needed: int) -> Array:
+    with open_elevations(path) as sample:
+        return sample(latitude, longitude, needed)
 
 
 def way() -> tuple[Array, Array]:
