@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, Final
 
@@ -39,22 +40,12 @@ def read_parquet(
     Raises InputError for anything but a regular Parquet file, one that is torn, more rows, columns or bytes than any
     result has, and for a column that is missing, comes twice, or is of another type.
     """
-    with open_regular(path) as stream:
-        try:
-            file = pq.ParquetFile(stream, thrift_string_size_limit=10_000_000, thrift_container_size_limit=100_000)
-            texts = (*names, *sentences)
-            _check_columns(path, file, needed, texts)
-            _check_pages(path, file.metadata, stream)
-            words = [name for name in texts if name in file.schema_arrow.names]
-            # each text once, however often it stands there
-            table = pq.ParquetFile(stream, metadata=file.metadata, read_dictionary=words).read()
-            if table.num_rows != file.metadata.num_rows:
-                raise InputError(path, "", "the file is torn", "run again")
-            table.validate(full=True)  # a damaged file may point beyond a dictionary's end
-            frame: pd.DataFrame = table.to_pandas(ignore_metadata=True)
-        except (pa.ArrowException, OSError, ValueError) as error:
-            problem = "not a Parquet file, or a torn one"
-            raise InputError(path, "", f"{problem} ({one_line(error)})", "run again") from None
+    with _checked(path, needed, (*names, *sentences)) as file:
+        table = file.read()
+        if table.num_rows != file.metadata.num_rows:
+            raise InputError(path, "", "the file is torn", "run again")
+        table.validate(full=True)  # a damaged file may point beyond a dictionary's end
+        frame: pd.DataFrame = table.to_pandas(ignore_metadata=True)
     for name in frame.columns:
         if isinstance(frame[name].dtype, pd.CategoricalDtype):
             known = frame[name].cat.categories
@@ -75,15 +66,24 @@ def read_texts(path: Path, columns: Sequence[str]) -> list[tuple[str | None, ...
 
     Raises InputError as ``read_parquet`` does.
     """
+    with _checked(path, columns, columns) as file:
+        table = file.read(list(columns))
+        table.validate(full=True)  # as above
+        return list(zip(*(_texts(table[name]) for name in columns), strict=True))
+
+
+@contextmanager
+def _checked(path: Path, needed: Sequence[str], texts: Sequence[str]) -> Iterator[pq.ParquetFile]:
+    """The file open for reading, each text once however often it stands there.  Raises InputError as ``read_parquet``
+    does, also for what is found while it is read.
+    """
     with open_regular(path) as stream:
         try:
             file = pq.ParquetFile(stream, thrift_string_size_limit=10_000_000, thrift_container_size_limit=100_000)
-            _check_columns(path, file, columns, columns)
+            _check_columns(path, file, needed, texts)
             _check_pages(path, file.metadata, stream)
-            # each text once, however often it stands there
-            table = pq.ParquetFile(stream, metadata=file.metadata, read_dictionary=list(columns)).read(list(columns))
-            table.validate(full=True)  # as above
-            return list(zip(*(_texts(table[name]) for name in columns), strict=True))
+            words = [name for name in texts if name in file.schema_arrow.names]
+            yield pq.ParquetFile(stream, metadata=file.metadata, read_dictionary=words)
         except (pa.ArrowException, OSError, ValueError) as error:
             problem = "not a Parquet file, or a torn one"
             raise InputError(path, "", f"{problem} ({one_line(error)})", "run again") from None

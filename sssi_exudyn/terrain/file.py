@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import dataclass
 from pathlib import Path
 from tokenize import TokenError
 from typing import Any, Final
@@ -11,20 +12,34 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.quantity import quantities, quantity
 from sssi_exudyn.io.bounds import MAX_DURATION
 from sssi_exudyn.io.files import inside, read_bytes
-from sssi_exudyn.io.settings import Settings, check_keys, text_of
+from sssi_exudyn.io.settings import Settings, check_keys, key_of, numbers_of, text_of
 from sssi_exudyn.terrain.surface import Surface
 
 FILE: Final = "surface.npy"
-_KEYS: Final = ("file", "sha256", "origin_f_m", "origin_l_m", "spacing_m", "amounts")
 _MOST_BYTES: Final = 50_000_000
 MOST_MODES: Final = 100
-_SPACING: Final = (0.1, 50.0)
 _FARTHEST: Final = 100.0 * MAX_DURATION
 """m from the frame's origin; nobody skis faster than 100 m/s."""
+_MOST_AMOUNT: Final = 10.0
 _HIGHEST: Final = 1e4
 """m over the slope's plane."""
+
+
+@dataclass(frozen=True)
+class _Grid:
+    origin_f: float = quantity(
+        0.0, "m", low=-_FARTHEST, high=_FARTHEST, source="100 m/s", meaning="place of the first node down the slope"
+    )
+    origin_l: float = quantity(
+        0.0, "m", low=-_FARTHEST, high=_FARTHEST, source="100 m/s", meaning="place of the first node to the left"
+    )
+    spacing: float = quantity(2.0, "m", low=0.1, high=50.0, source="any grid of a slope", meaning="between nodes")
+
+
+_KEYS: Final = ("file", "sha256", "amounts", *(key_of(about) for about in quantities(_Grid).values()))
 
 
 def surface_to_dict(surface: Surface) -> dict[str, Any]:
@@ -53,14 +68,7 @@ def read_surface(table: Settings, path: Path) -> Surface:
     one that is not the file the table was written with.
     """
     check_keys(table, _KEYS, path, "[surface]")
-    f, l, spacing = (  # noqa: E741
-        _number(table, key, bounds, path)
-        for key, bounds in (
-            ("origin_f_m", (-_FARTHEST, _FARTHEST)),
-            ("origin_l_m", (-_FARTHEST, _FARTHEST)),
-            ("spacing_m", _SPACING),
-        )
-    )
+    place = _Grid(**numbers_of(_Grid, table, path, "[surface]"))
     file = inside(path.parent, text_of(table, "file", path, "[surface]"), path, "[surface] file")
     grid = _read_grid(file)
     amounts = table.get("amounts", [0.0] * (len(grid) - 2))
@@ -68,8 +76,11 @@ def read_surface(table: Settings, path: Path) -> Surface:
         raise InputError(
             path, "[surface] amounts", f"the surface has {len(grid) - 2} modes", "give one number for each"
         )
-    values = tuple(_in_bounds(amount, (-10.0, 10.0), path, "[surface] amounts") for amount in amounts)
-    surface = Surface((f, l), spacing, grid[0], grid[1], grid[2:], values)
+    if not all(_is_amount(amount) for amount in amounts):
+        bound = f"give {-_MOST_AMOUNT:g} to {_MOST_AMOUNT:g}"
+        raise InputError(path, "[surface] amounts", "not a number in its bounds", bound)
+    values = tuple(float(amount) for amount in amounts)
+    surface = Surface((place.origin_f, place.origin_l), place.spacing, grid[0], grid[1], grid[2:], values)
     if table.get("sha256", surface.digest) != surface.digest:
         raise InputError(
             file, "", "not the surface that the model was written with", f"take it away from {path.name}: sha256"
@@ -99,13 +110,5 @@ def _read_grid(path: Path) -> Array:
     return grid
 
 
-def _number(table: Settings, key: str, bounds: tuple[float, float], path: Path) -> float:
-    if key not in table:
-        raise InputError(path, f"[surface] {key}", "missing", "add it")
-    return _in_bounds(table[key], bounds, path, f"[surface] {key}")
-
-
-def _in_bounds(value: object, bounds: tuple[float, float], path: Path, place: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not bounds[0] <= value <= bounds[1]:
-        raise InputError(path, place, "not a number in its bounds", f"give {bounds[0]:g} to {bounds[1]:g}")
-    return float(value)
+def _is_amount(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= _MOST_AMOUNT
