@@ -19,6 +19,7 @@ import numpy as np
 from exudyn.itemInterface import ObjectGenericODE2
 
 from sssi_exudyn.contact.backends import full_kernel as kernel
+from sssi_exudyn.contact.backends import ground_kernel
 from sssi_exudyn.contact.backends.arrays import ArrayKernel, ArrayLaws
 from sssi_exudyn.contact.backends.compiled import compile_kernel, parameter_values
 from sssi_exudyn.contact.backends.interpreted import interpreted_kernel
@@ -56,7 +57,7 @@ def kernel_of(terms: Sequence[Term], backend: Backend) -> tuple[Any, Array]:
     if chosen == "python":
         return interpreted_kernel(terms, kernel), parameter_values(terms)
     generated = tuple(terms) if FAULT else pad_terms(terms)
-    template, parameters = compile_kernel(generated, kernel), parameter_values(generated)
+    template, parameters = compile_kernel(generated, ground_kernel, kernel), parameter_values(generated)
     if chosen == "compiled":
         return template, parameters
     laws = ArrayLaws(terms) if chosen == "numpy" else SymbolicLaws(terms)

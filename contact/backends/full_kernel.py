@@ -19,7 +19,6 @@ Exudyn's body markers do.  Its force goes to its two nodes by the shares 1 âˆ’ Î
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -36,13 +35,12 @@ from sssi_exudyn.contact.backends.vectors import (
     out_of,
     plus,
     rotate,
-    ski_axes,
     spin,
     three,
     times,
 )
 from sssi_exudyn.runtime.jit import njit
-from sssi_exudyn.terrain.surface import on_patch, patch_under
+from sssi_exudyn.terrain.surface import patch_under
 
 point_force: Callable[..., float]
 point_derivatives: Callable[..., tuple[float, float, float]]
@@ -52,7 +50,8 @@ segment_force: Callable[..., tuple[float, float, float]]
 segment_derivatives: Callable[..., tuple[float, ...]]
 body_force: Callable[..., tuple[float, float, float]]
 body_derivatives: Callable[..., tuple[float, ...]]
-terrain_height: Callable[..., tuple[float, float, float]]
+ground: Callable[..., tuple[float, tuple[float, float, float]]]
+foot_axes: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float], float]]
 
 NODE = 7
 """Coordinates of a ski's node."""
@@ -72,16 +71,6 @@ def add_wrench(out, i, share, q, force, torque):
         out[i + k] += share * force[k]
     for k in range(4):
         out[i + 3 + k] += share * turn[k]
-
-
-@njit(cache=True)
-def ground(parameters, under, f, l):
-    """Height of the snow over the slope's plane (m) and its unit normal (3) at a place near a patch."""
-    h, h_f, h_l = terrain_height(parameters, f, l)
-    more, more_f, more_l = on_patch(under, f, l)
-    h, h_f, h_l = h + more, h_f + more_f, h_l + more_l
-    s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
-    return h, (-h_f * s, -h_l * s, s)
 
 
 @njit(cache=True)
@@ -112,13 +101,6 @@ def edge_contact(parameters, under, place, velocity, frame, turning, p, r, v, om
         return depth, 0.0, normal, arm
     speed = plus(plus(velocity, cross(turning, out)), out_of(frame, plus(v, cross(omega, arm))))
     return depth, -dot(speed, normal), into(frame, normal), arm
-
-
-@njit(cache=True)
-def foot_axes(parameters, surface, place, rotation):
-    """``ski_axes`` of a foot on the snow at its place."""
-    under = patch_under(surface, place[0], place[1])
-    return ski_axes(ground(parameters, under, place[0], place[1])[1], rotation)
 
 
 @njit(cache=True)

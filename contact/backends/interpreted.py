@@ -12,7 +12,7 @@ from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 from sssi_exudyn.contact import term as places
-from sssi_exudyn.contact.backends import vectors
+from sssi_exudyn.contact.backends import ground_kernel, vectors
 from sssi_exudyn.contact.backends.compiled import compile_kernel
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.term import Term
@@ -23,15 +23,12 @@ def interpreted_kernel(terms: Sequence[Term], template: ModuleType) -> Any:
     """A namespace with the functions of ``template`` for ``terms``, none of them compiled: as ``compile_kernel``'s
     module.
     """
-    module = compile_kernel(terms, template)
+    module = compile_kernel(terms, ground_kernel, template)
+    kernels = {each.__name__ for each in (vectors, surface, module)}
     names: dict[str, Any] = vars(vectors) | vars(surface) | vars(module)
     for name, value in list(names.items()):
         plain = getattr(value, "py_func", value)  # without Numba functions are plain already
-        if isinstance(plain, FunctionType) and plain.__module__ in (
-            vectors.__name__,
-            surface.__name__,
-            module.__name__,
-        ):
+        if isinstance(plain, FunctionType) and plain.__module__ in kernels:
             names[name] = FunctionType(plain.__code__, names, name, plain.__defaults__)
     names |= _laws(terms)
     return SimpleNamespace(**{name: value for name, value in names.items() if not name.startswith("__")})

@@ -11,15 +11,14 @@ Steps are Newmark's average acceleration, solved by Newton's method with the der
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 import numpy as np
 
 from sssi_exudyn.contact.backends.structs import InitialState, NewtonWork, ReducedSeries, ReducedState
-from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus, ski_axes, three, times
+from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus, three, times
 from sssi_exudyn.runtime.jit import njit
-from sssi_exudyn.terrain.surface import on_patch, patch_under
+from sssi_exudyn.terrain.surface import patch_under
 
 point_force: Callable[..., float]
 point_derivatives: Callable[..., tuple[float, float, float]]
@@ -28,7 +27,8 @@ foot_derivatives: Callable[..., tuple[float, ...]]
 segment_force: Callable[..., tuple[float, float, float]]
 segment_derivatives: Callable[..., tuple[float, ...]]
 body_force: Callable[..., tuple[float, float, float]]
-terrain_height: Callable[..., tuple[float, float, float]]
+ground: Callable[..., tuple[float, tuple[float, float, float]]]
+foot_axes: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float], float]]
 
 ITERATIONS = 12
 """Newton iterations at most."""
@@ -36,16 +36,6 @@ RESTING = 1e-9
 """Of the load, the force that is left over at rest."""
 SMALL = 1e-5
 """m/s²; a change of the accelerations that moves the skier by 10⁻¹⁰ m in a step."""
-
-
-@njit(cache=True)
-def ground(parameters, under, f, l):
-    """Height of the snow over the slope's plane (m) and its unit normal (3) at a place near a patch."""
-    h, h_f, h_l = terrain_height(parameters, f, l)
-    more, more_f, more_l = on_patch(under, f, l)
-    h, h_f, h_l = h + more, h_f + more_f, h_l + more_l
-    s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
-    return h, (-h_f * s, -h_l * s, s)
 
 
 @njit(cache=True)
@@ -110,13 +100,6 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
             if row != column:
                 matrix[to_column, to_row] += scratch[row, column]
     return load, groove
-
-
-@njit(cache=True)
-def foot_axes(parameters, surface, place, rotation):
-    """``ski_axes`` of a foot on the snow at its place."""
-    under = patch_under(surface, place[0], place[1])
-    return ski_axes(ground(parameters, under, place[0], place[1])[1], rotation)
 
 
 @njit(cache=True)

@@ -28,7 +28,7 @@ from sssi_exudyn.terrain.surface import PATCH, grid_patch, on_change, on_patch, 
 
 advance: Callable[..., bool]
 first_state: Callable[..., tuple[object, object]]
-ground: Callable[..., tuple[float, tuple[float, float, float]]]
+heights: Callable[..., tuple[float, float, float]]
 point_force: Callable[..., float]
 foot_force: Callable[..., tuple[float, float]]
 point_linearisation: Callable[..., None]
@@ -36,7 +36,6 @@ foot_linearisation: Callable[..., None]
 segment_linearisation: Callable[..., None]
 body_linearisation: Callable[..., None]
 terrain_linearisation: Callable[..., None]
-terrain_height: Callable[..., tuple[float, float, float]]
 
 PLACE, VELOCITY, TURN, SPIN, MODES = 0, 3, 6, 9, 12
 """First columns of a ski's linearisation: its foot's motion (3 each), then amplitudes and rates of the modes (k each),
@@ -46,6 +45,8 @@ MODAL = 3
 FURTHER = 7
 """Rows after those: load, groove, friction (3), edge angle, force on the sole, counted from 3 + k."""
 LOAD, GROOVE, FRICTION, EDGE, SOLE = 0, 1, 2, 5, 6
+ONES = np.eye(PATCH)
+"""Patches of which one number is one."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -155,9 +156,7 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 c += mode[2, k] * eta[ski, k]
             arm = out_of(frame, (a, b, c))
             point = plus(plus(x, place), arm)
-            h, h_f, h_l = terrain_height(parameters, point[0], point[1])
-            more, more_f, more_l = on_patch(under, point[0], point[1])
-            h, h_f, h_l = h + more, h_f + more_f, h_l + more_l
+            h, h_f, h_l = heights(parameters, under, point[0], point[1])
             s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
             normal = (-h_f * s, -h_l * s, s)
             gap = h - point[2]
@@ -251,19 +250,10 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
             if curving:
                 away_f, away_l = point[0] - middle_f, point[1] - middle_l
                 for i in range(PATCH):
-                    one = (
-                        1.0 * (i == 0),
-                        1.0 * (i == 1),
-                        1.0 * (i == 2),
-                        1.0 * (i == 3),
-                        1.0 * (i == 4),
-                        1.0 * (i == 5),
-                    )
-                    add_ground_change(matrix, patch + i, on_change(one, away_f, away_l), felt, modes)
+                    add_ground_change(matrix, patch + i, on_change(ONES[i], away_f, away_l), felt, modes)
     # friction, edge angle and the sole, at the foot's place
     at, speed = plus(x, place), plus(v, moving)
-    h, h_f, h_l = terrain_height(parameters, at[0], at[1])
-    h_f, h_l = h_f + under[3], h_l + under[4]
+    _, h_f, h_l = heights(parameters, under, at[0], at[1])
     s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
     normal = (-h_f * s, -h_l * s, s)
     along, across, edge_angle = ski_axes(normal, frame)

@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from sssi_exudyn.bodies.ski.modes import ModalSki, modal_ski
-from sssi_exudyn.contact.backends import reduced_kernel, reduced_tangents
+from sssi_exudyn.contact.backends import ground_kernel, reduced_kernel, reduced_tangents
 from sssi_exudyn.contact.backends.compiled import compile_kernel, parameter_values
 from sssi_exudyn.contact.backends.structs import InitialState, ModalContact, PrescribedMotion, ReducedSeries
 from sssi_exudyn.contact.registry import pad_terms
@@ -244,7 +244,7 @@ def prepare(
 
 def reduced_module(terms: Sequence[Term]) -> Any:
     """The compiled functions of the reduced model for ``terms``, which ``pad_terms`` gave."""
-    return compile_kernel(terms, reduced_kernel, reduced_tangents)
+    return compile_kernel(terms, ground_kernel, reduced_kernel, reduced_tangents)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,35 @@
+"""The snow's surface under the skis: a template that ``compiled`` joins with the other kernels and the laws."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from sssi_exudyn.contact.backends.vectors import ski_axes
+from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.terrain.surface import on_patch, patch_under
+
+terrain_height: Callable[..., tuple[float, float, float]]
+
+
+@njit(cache=True)
+def heights(parameters, under, f, l):
+    """Height of the snow over the slope's plane (m) and its two slopes at a place near a patch."""
+    h, h_f, h_l = terrain_height(parameters, f, l)
+    more, more_f, more_l = on_patch(under, f, l)
+    return h + more, h_f + more_f, h_l + more_l
+
+
+@njit(cache=True)
+def ground(parameters, under, f, l):
+    """Height of the snow over the slope's plane (m) and its unit normal (3) at a place near a patch."""
+    h, h_f, h_l = heights(parameters, under, f, l)
+    s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
+    return h, (-h_f * s, -h_l * s, s)
+
+
+@njit(cache=True)
+def foot_axes(parameters, surface, place, rotation):
+    """``ski_axes`` of a foot on the snow at its place."""
+    under = patch_under(surface, place[0], place[1])
+    return ski_axes(ground(parameters, under, place[0], place[1])[1], rotation)
