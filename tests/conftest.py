@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "sssi_exudyn"
-COMPILE = Path(__file__).parent / "support" / "compile_kernels.py"
+COMPILE = Path(__file__).parent / "support" / "models" / "compile_kernels.py"
 
 
 def pytest_configure(config: pytest.Config) -> None:
