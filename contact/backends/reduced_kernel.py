@@ -40,7 +40,8 @@ SMALL = 1e-5
 
 @njit(cache=True)
 def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scratch, by_place, by_rate):
-    """Add one ski's contact to residual (3 + 2k,) and matrix; the load and the area pressed into the snow.
+    """Add one ski's contact to residual (3 + 2k,) and matrix; the load, the area pressed into the snow, the snow's
+    force square to it, and its moment about the foot's place.
 
     contact : ``ModalContact``;  x, v : place and velocity of the pelvis;  eta, rate : (2, k) of the modes
     foot : place, velocity (tuples), rotation (3, 3) and spin (tuple) relative to the pelvis
@@ -54,6 +55,7 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
     size = 3 + modes
     load = 0.0
     groove = 0.0
+    force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     scratch[:] = 0.0
     slope = scratch[size]
     under = patch_under(contact.surface, x[0] + place[0], x[1] + place[1])
@@ -80,6 +82,8 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
             push, by_depth, by_sinking = point_derivatives(parameters, depth, -dot(speed, normal), length[m])
             load += push
             groove += depth * length[m]
+            pushed = times(push, normal)
+            force, moment = plus(force, pushed), plus(moment, cross(arm, pushed))
             inside = into(frame, normal)
             for d in range(3):
                 slope[d] = normal[d]
@@ -99,7 +103,7 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
             matrix[to_row, to_column] += scratch[row, column]
             if row != column:
                 matrix[to_column, to_row] += scratch[row, column]
-    return load, groove
+    return load, groove, force, moment
 
 
 @njit(cache=True)
@@ -146,7 +150,7 @@ def settle(parameters, contact, x, foot_place, foot_rotation, load, eta):
         carried = 0.0
         for ski in range(2):
             foot = (three(foot_place[ski], 0), still, foot_rotation[ski], still)
-            found, _area = snow(
+            found, _area, _force, _moment = snow(
                 parameters, contact, (x[0], x[1], height), still, eta, rest, foot, ski,
                 residual, matrix, scratch, 1.0, 0.0,
             )  # fmt: skip
@@ -242,7 +246,7 @@ def advance(parameters, contact, motion, n, state, work, series):
                 frame,
                 three(motion.foot_spin[n, ski], 0),
             )
-            load, groove = snow(
+            load, groove, force, moment = snow(
                 parameters, contact, new_x, new_v, next_eta, next_rate, foot, ski,
                 residual, matrix, scratch, by_place, by_rate,
             )  # fmt: skip
@@ -257,6 +261,7 @@ def advance(parameters, contact, motion, n, state, work, series):
             for c in range(3):
                 residual[c] -= pushed[c]
                 push[ski, c] = pushed[c]
+                series.force[n, ski, c], series.moment[n, ski, c] = force[c] + pushed[c], moment[c]
                 for d in range(3):
                     matrix[c, d] -= by_rate * (
                         along[c] * (found[3] * along[d] + found[4] * across[d])
@@ -329,8 +334,9 @@ def run_batch(parameters, contact, motion, start, series, done):
     for i in range(parameters.shape[0]):
         state, work = first_state(InitialState(start.place[i], start.velocity[i], start.eta[i]))
         one = ReducedSeries(
-            series.place[i], series.velocity[i], series.loads[i], series.sole[i], series.friction[i], series.edges[i]
-        )
+            series.place[i], series.velocity[i], series.loads[i], series.sole[i], series.friction[i], series.edges[i],
+            series.force[i], series.moment[i],
+        )  # fmt: skip
         done[i] = motion.time.shape[0]
         for n in range(motion.time.shape[0]):
             if not advance(parameters[i], contact, motion, n, state, work, one):

@@ -42,9 +42,10 @@ PLACE, VELOCITY, TURN, SPIN, MODES = 0, 3, 6, 9, 12
 then the parameters (c), then the six numbers of the snow surface's patch under the ski."""
 MODAL = 3
 """First row of the forces on the modes; the rows before are the snow's normal force on the pelvis."""
-FURTHER = 7
-"""Rows after those: load, groove, friction (3), edge angle, force on the sole, counted from 3 + k."""
-LOAD, GROOVE, FRICTION, EDGE, SOLE = 0, 1, 2, 5, 6
+FURTHER = 10
+"""Rows after those: load, groove, friction (3), edge angle, force on the sole, moment about the foot (3), counted from
+3 + k."""
+LOAD, GROOVE, FRICTION, EDGE, SOLE, MOMENT = 0, 1, 2, 5, 6, 7
 ONES = np.eye(PATCH)
 """Patches of which one number is one."""
 
@@ -109,16 +110,18 @@ def add_ground_change(matrix, column, change, point, modes):
     """Add to a ski's linearisation what a point feels of snow that is changed under it.
 
     change : of height and slopes;  point : slopes and their factor s, gap, push, its derivatives by depth and rate,
-    velocity, the modes' reach (k, 3) and the edge's length
+    velocity, arm from the foot, the modes' reach (k, 3) and the edge's length
     """
-    h_f, h_l, s, gap, push, by_depth, by_sinking, speed, reach, length = point
+    h_f, h_l, s, gap, push, by_depth, by_sinking, speed, arm, reach, length = point
     normal = (-h_f * s, -h_l * s, s)
     dn = normal_tangent(h_f, h_l, s, change[1], change[2])
     deeper = change[0] * s + gap * dn[2]
     found = by_depth * deeper - by_sinking * dot(speed, dn)
     force = plus(times(found, normal), times(push, dn))
+    turning = cross(arm, force)
     for row in range(3):
         matrix[row, column] += force[row]
+        matrix[MODAL + modes + MOMENT + row, column] += turning[row]
     for k in range(modes):
         matrix[MODAL + k, column] += dot(three(reach[k], 0), force)
     matrix[MODAL + modes + LOAD, column] += found
@@ -127,7 +130,7 @@ def add_ground_change(matrix, column, change, point, modes):
 
 @njit(cache=True, error_model="numpy")
 def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, work, matrix):
-    """Fill ``matrix`` (3 + k + 7, 12 + 2k + columns + 6) with the derivatives of a ski's forces.
+    """Fill ``matrix`` (3 + k + 10, 12 + 2k + columns + 6) with the derivatives of a ski's forces.
 
     columns : ``ParameterColumns``;  work : ``SkiWork``;  the others as in ``snow``
     """
@@ -203,11 +206,19 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 twist = cross(w, times(push, normal))  # the force stays where it is while the ski's frame turns
                 for j in range(3):
                     matrix[MODAL + k, TURN + j] += twist[j]
+                    matrix[further + MOMENT + j, MODES + k] += twist[j]
             for column in range(fixed):
                 d_push[column] = by_depth * d_depth[column] + by_sinking * d_rate[column]
+            twisting = cross(arm, normal)
             for row in range(3):
                 for column in range(fixed):
                     matrix[row, column] += normal[row] * d_push[column]
+                    matrix[further + MOMENT + row, column] += twisting[row] * d_push[column]
+            for j in range(3):
+                swing = cross((1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2)), arm)
+                turned = cross(swing, times(push, normal))
+                for row in range(3):
+                    matrix[further + MOMENT + row, TURN + j] += turned[row]
             for k in range(modes):
                 for column in range(fixed):
                     matrix[MODAL + k, column] += lever[k] * d_push[column]
@@ -227,8 +238,10 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                     else:
                         continue
                     turned = times(push, plus(times(step_f, by_f), times(step_l, by_l)))
+                    turning = cross(arm, turned)
                     for row in range(3):
                         matrix[row, column] += turned[row]
+                        matrix[further + MOMENT + row, column] += turning[row]
                     for k in range(modes):
                         matrix[MODAL + k, column] += dot(three(reach[k], 0), turned)
             for i in range(columns.point.shape[0]):
@@ -237,10 +250,11 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 column += fixed
                 for row in range(3):
                     matrix[row, column] += normal[row] * found
+                    matrix[further + MOMENT + row, column] += twisting[row] * found
                 for k in range(modes):
                     matrix[MODAL + k, column] += lever[k] * found
                 matrix[further + LOAD, column] += found
-            felt = (h_f, h_l, s, gap, push, by_depth, by_sinking, speed, reach, length[m])
+            felt = (h_f, h_l, s, gap, push, by_depth, by_sinking, speed, arm, reach, length[m])
             for i in range(columns.terrain.shape[0]):
                 column = columns.terrain[i]
                 p = columns.index[column]
@@ -526,6 +540,8 @@ def carry(parameters, contact, motion, n, state, inputs, tangent, work, series):
         add_row(series.edges[n, ski], found[further + EDGE], z, first, last)
         for c in range(3):
             add_row(series.friction[n, ski, c], found[further + FRICTION + c], z, first, last)
+            add_row(series.force[n, ski, c], found[c], z, first, last)
+            add_row(series.moment[n, ski, c], found[further + MOMENT + c], z, first, last)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

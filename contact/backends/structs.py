@@ -168,6 +168,7 @@ class ReducedSeries(NamedTuple):
     place, velocity : (t, 3) m, m/s of the pelvis
     loads, sole : (t, 2) N normal to the snow and square to the sole;  edges : (t, 2) rad
     friction : (t, 2, 3) N on each foot
+    force, moment : (t, 2, 3) N, N m of all the snow's forces on each ski, about the place of its foot
     """
 
     place: Array
@@ -176,6 +177,8 @@ class ReducedSeries(NamedTuple):
     sole: Array
     friction: Array
     edges: Array
+    force: Array
+    moment: Array
 
 
 class ReducedState(NamedTuple):
@@ -257,6 +260,8 @@ class TangentSeries(NamedTuple):
     sole: Array
     friction: Array
     edges: Array
+    force: Array
+    moment: Array
 
 
 class TangentState(NamedTuple):
@@ -264,7 +269,7 @@ class TangentState(NamedTuple):
 
     place, rate, acceleration : (3 + 2k, d) of pelvis and modes
     matrix, right : (3 + 2k, 3 + 2k) and (3 + 2k, d) of the linear system
-    skis : (2, 10 + k, 18 + 2k + c) the skis' linearisations;  inputs : (18 + 2k + c, d) tangents of what they depend on
+    skis : (2, 13 + k, 18 + 2k + c) the skis' linearisations;  inputs : (18 + 2k + c, d) tangents of what they depend on
     first, last : (18 + 2k + c,) range in which each row of the inputs is not zero
     """
 

@@ -38,7 +38,10 @@ _LEAST_LOAD: Final = 0.2
 
 @dataclass(frozen=True)
 class ReducedRun:
-    """A run of the reduced model at n instants, slope frame: see ``SimulationResult`` for what each is."""
+    """A run of the reduced model at n instants, slope frame: see ``SimulationResult`` for what each is.
+
+    snow_force, snow_moment : (n, 2, 3) N, N m of the snow on each ski, friction included, about ``foot_position``
+    """
 
     time: Array
     pelvis: Array
@@ -53,6 +56,8 @@ class ReducedRun:
     foot_velocity: Array
     foot_forward: Array
     edge_angle: Array
+    snow_force: Array
+    snow_moment: Array
 
 
 @dataclass(frozen=True)
@@ -344,6 +349,8 @@ def empty_series(*count: int) -> ReducedSeries:
         sole=np.zeros((*count, 2)),
         friction=np.zeros((*count, 2, 3)),
         edges=np.zeros((*count, 2)),
+        force=np.zeros((*count, 2, 3)),
+        moment=np.zeros((*count, 2, 3)),
     )
 
 
@@ -365,6 +372,8 @@ def reduced_run(at: Prepared, series: ReducedSeries, done: int) -> ReducedRun:
         foot_velocity=series.velocity[:, None] + at.foot_velocity,
         foot_forward=at.foot_rotation[..., 0],
         edge_angle=series.edges,
+        snow_force=series.force,
+        snow_moment=series.moment,
     )
 
 
@@ -377,7 +386,7 @@ def _loads(kernel: Any, parameters: Array, pelvis: Array, at: Prepared, contact:
     loads = np.empty(2)
     for side in range(2):
         foot = (tuple(at.foot_place[0, side]), still, at.foot_rotation[0, side], still)
-        loads[side], _ = kernel.snow(
+        loads[side], *_ = kernel.snow(
             parameters, contact, tuple(pelvis), still, eta, np.zeros_like(eta), foot, side, *buffers, 0.0, 0.0
         )
     return loads

@@ -217,6 +217,8 @@ def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[
         "foot_velocity": slopes.velocity[:, None] + of_tables("foot_velocity"),
         "foot_forward": of_tables("foot_rotation")[..., 0, :],
         "edge_angle": slopes.edges,
+        "snow_force": slopes.force,
+        "snow_moment": slopes.moment,
     }
     return run, {name: array[..., back] for name, array in found.items()}
 
