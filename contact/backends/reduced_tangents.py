@@ -244,8 +244,14 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                         matrix[further + MOMENT + row, column] += turning[row]
                     for k in range(modes):
                         matrix[MODAL + k, column] += dot(three(reach[k], 0), turned)
+            row_of_values = -1
             for i in range(columns.point.shape[0]):
                 column = columns.point[i]
+                if columns.row[column] != row_of_values:
+                    row_of_values = columns.row[column]
+                    point_linearisation(
+                        columns.values[row_of_values], depth, sinking, length[m], work.point_state, work.point_parameter
+                    )  # fmt: skip
                 found = work.point_parameter[0, columns.index[column]]
                 column += fixed
                 for row in range(3):
@@ -255,8 +261,14 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                     matrix[MODAL + k, column] += lever[k] * found
                 matrix[further + LOAD, column] += found
             felt = (h_f, h_l, s, gap, push, by_depth, by_sinking, speed, arm, reach, length[m])
+            row_of_values = -1
             for i in range(columns.terrain.shape[0]):
                 column = columns.terrain[i]
+                if columns.row[column] != row_of_values:
+                    row_of_values = columns.row[column]
+                    terrain_linearisation(
+                        columns.values[row_of_values], point[0], point[1], work.ground_state, work.ground_parameter
+                    )  # fmt: skip
                 p = columns.index[column]
                 column += fixed
                 change = (work.ground_parameter[0, p], work.ground_parameter[1, p], work.ground_parameter[2, p])
@@ -279,7 +291,18 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
     linearise_ground(parameters, under, at[0], at[1], work.ground_state, work.ground_parameter)
     total = plus(times(load, normal), plus(times(f_t, along), times(f_n, across)))
     up = (frame[0, 2], frame[1, 2], frame[2, 2])
+    row_of_values = -1
     for column in range(matrix.shape[1]):
+        if fixed <= column < patch:
+            if not columns.ski[column - fixed]:
+                continue
+            if columns.row[column - fixed] != row_of_values:
+                row_of_values = columns.row[column - fixed]
+                values = columns.values[row_of_values]
+                foot_linearisation(
+                    values, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side, by, by_parameter
+                )  # fmt: skip
+                terrain_linearisation(values, at[0], at[1], work.ground_state, work.ground_parameter)
         d_load, d_groove = matrix[further + LOAD, column], matrix[further + GROOVE, column]
         dn, turn, d_speed = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         step_f, step_l, d_t, d_n = 0.0, 0.0, 0.0, 0.0
@@ -492,8 +515,16 @@ def carry(parameters, contact, motion, n, state, inputs, tangent, work, series):
                     right[c, k] += by[c, 2 + d] * rate[d, k]
                 for k in range(with_body):
                     right[c, k] += by[c, 2 + d] * inputs.body[n, 6 + 3 * e + d, k]
-            for i in range(columns.segment.shape[0]):
-                column = columns.segment[i]
+        row_of_values = -1
+        for i in range(columns.segment.shape[0]):
+            column = columns.segment[i]
+            if columns.row[column] != row_of_values:
+                row_of_values = columns.row[column]
+                segment_linearisation(
+                    columns.values[row_of_values], motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], area[e],
+                    by, by_parameter,
+                )  # fmt: skip
+            for c in range(3):
                 factor = by_parameter[c, columns.index[column]]
                 for k in range(first[fixed + column], last[fixed + column]):
                     right[c, k] += factor * z[fixed + column, k]
@@ -515,8 +546,16 @@ def carry(parameters, contact, motion, n, state, inputs, tangent, work, series):
                 right[c, k] += by[c, 2 + d] * rate[d, k]
             for k in range(with_body):
                 right[c, k] += by[c, 2 + d] * inputs.body[n, 3 + d, k]
-        for i in range(columns.body.shape[0]):
-            column = columns.body[i]
+    row_of_values = -1
+    for i in range(columns.body.shape[0]):
+        column = columns.body[i]
+        if columns.row[column] != row_of_values:
+            row_of_values = columns.row[column]
+            body_linearisation(
+                columns.values[row_of_values], motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], by,
+                by_parameter,
+            )  # fmt: skip
+        for c in range(3):
             factor = by_parameter[c, columns.index[column]]
             for k in range(first[fixed + column], last[fixed + column]):
                 right[c, k] += factor * z[fixed + column, k]

@@ -213,10 +213,16 @@ class ParameterColumns(NamedTuple):
     """The parameters of the laws by which a run is differentiated, c of them.
 
     index : (c,) where each stands in the array of parameters
+    values : (r, p) other parameters with which the laws do the same, but have other derivatives
+    row : (c,) row of ``values`` at which the derivative is taken, −1 for the run's own; equal ones stand together
+    ski : (c,) whether a ski's forces depend on it
     point, segment, body, terrain : which of them the laws of that place depend on
     """
 
     index: Any
+    values: Array
+    row: Any
+    ski: Any
     point: Any
     segment: Any
     body: Any

@@ -58,6 +58,21 @@ def whiten(time: Array, residual: Array, noise: ExponentialNoise) -> Array:
     return steps / (noise.sigma * spread)
 
 
+def whiten_with_slope(time: Array, residual: Array, noise: ExponentialNoise) -> tuple[Array, Array, float]:
+    """What ``whiten`` gives, its derivative by the correlation time's logarithm, and that of Σ log(σ √(1 − φ²)), the
+    logarithm of what it divides by; arguments as there, the correlation time above 0.
+    """
+    steps, spread = _steps(time, residual, noise.correlation_time)
+    white = steps / (noise.sigma * spread)
+    column = (slice(None),) + (None,) * (residual.ndim - 1)
+    decay = np.diff(time)[column] / noise.correlation_time
+    kept = np.exp(-decay)
+    share = kept * decay / spread[1:]  # of φ's own derivative
+    slope = np.zeros_like(white)
+    slope[1:] = share * (kept * white[1:] / spread[1:] - residual[:-1] / noise.sigma)
+    return white, slope, -float(np.sum(kept * share / spread[1:]))
+
+
 def fit_noise(time: Array, residual: Array, longest: float = np.inf) -> ExponentialNoise:
     """Most likely σ and correlation time of a residual of zero mean; arguments as for ``whiten``.
 

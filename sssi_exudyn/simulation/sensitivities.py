@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import Final
 
 import numpy as np
 
@@ -16,7 +17,18 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, reduced_module, reduced_run, run_batch, start_of_run
-from sssi_exudyn.simulation.tangents import STEP, TableChange, along, complex_model, run_tangents
+from sssi_exudyn.simulation.tangents import (
+    STEP,
+    Addition,
+    TableChange,
+    along,
+    complex_model,
+    run_additions,
+    run_tangents,
+)
+
+_ADDITIONS: Final = 96
+"""Derivatives of one pass; more would fill the memory rather than save time."""
 
 
 def sensitivities(
@@ -41,6 +53,52 @@ def sensitivities(
     return first, np.stack(columns, axis=-1) if columns else np.zeros((*first.shape, 0))
 
 
+def responses_to_additions(
+    additions: Sequence[Addition],
+    prepared: Prepared,
+    observed: Callable[[Model, ReducedRun], Array],
+    *,
+    cores: int | None = None,
+) -> Array:
+    """Derivatives (…, k) of what is ``observed`` of a run by the strengths of additions to its model, at strength 0.
+
+    All of their models run alike, as what was added does nothing yet.  So the run is linearised once for all of them
+    that have the same laws, and with ``sensitivities``' demands on ``observed`` the derivatives are exact.
+
+    cores : that are used at most; all if None
+
+    Raises SimulationDiverged when the run does, KeyError for an unknown name.
+    """
+    own = [_laws(model) for model, _ in additions]
+    needed = [
+        laws if isinstance(model.owner(name.partition(".")[0]), Term) else None
+        for (model, name), laws in zip(additions, own, strict=True)
+    ]
+    others = next((laws for laws in needed if laws), own[0])  # what adds no law goes along with any
+    groups: dict[tuple[type[Term], ...], list[int]] = {}
+    for i, laws in enumerate(needed):
+        groups.setdefault(laws or others, []).append(i)
+    parts: list[tuple[Model, list[int]]] = []
+    for laws, group in groups.items():
+        model = additions[own.index(laws)][0]
+        reduced_module(pad_terms(model.terms))  # once, before threads ask for it
+        parts += [(model, group[k : k + _ADDITIONS]) for k in range(0, len(group), _ADDITIONS)]
+
+    def columns(part: tuple[Model, list[int]]) -> list[Array]:
+        model, group = part
+        run, slopes = run_additions(model, prepared, [additions[i] for i in group])
+        return [
+            np.imag(observed(complex_model(*additions[i]), along(run, slopes, k))) / STEP for k, i in enumerate(group)
+        ]
+
+    with ThreadPoolExecutor(cores or os.cpu_count() or 1) as pool:
+        found = list(pool.map(columns, parts))
+    seen = {
+        i: column for (_, group), some in zip(parts, found, strict=True) for i, column in zip(group, some, strict=True)
+    }
+    return np.stack([seen[i] for i in range(len(additions))], axis=-1)
+
+
 def simulate_each(
     models: Sequence[Model],
     prepared: Prepared,
@@ -57,8 +115,7 @@ def simulate_each(
     """
     groups: dict[object, list[int]] = {}
     for i, model in enumerate(models):
-        laws = tuple(type(term) for term in pad_terms(model.terms))
-        groups.setdefault((laws, _capture(model, prepared), id(model.surface)), []).append(i)
+        groups.setdefault((_laws(model), _capture(model, prepared), id(model.surface)), []).append(i)
     cores = cores or os.cpu_count() or 1
     parts = [(group[0], group[k::cores]) for group in groups.values() for k in range(min(cores, len(group)))]
     tables = {group[0]: prepared.correct_capture(models[group[0]]) for group in groups.values()}
@@ -70,6 +127,11 @@ def simulate_each(
     for (_, indices), runs in zip(parts, found, strict=True):
         seen |= {i: observed(models[i], run) for i, run in zip(indices, runs, strict=True)}
     return [seen[i] for i in range(len(models))]
+
+
+def _laws(model: Model) -> tuple[type[Term], ...]:
+    """Two models with the same share a kernel."""
+    return tuple(type(term) for term in pad_terms(model.terms))
 
 
 def _capture(model: Model, prepared: Prepared) -> object:

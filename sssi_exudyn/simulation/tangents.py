@@ -54,6 +54,9 @@ _START: Final = {"start.f": 0, "start.l": 1, "start.velocity_f": 2, "start.veloc
 
 TableChange = Callable[[Prepared, complex], Prepared]
 """The tables of a capture that is other by a size, as a formula that NumPy continues to complex sizes."""
+Addition = tuple[Model, str]
+"""A model with one part more, a term or a fault, that does nothing yet; and the name of the number that is its
+strength."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +64,15 @@ class Direction:
     """What changes with one number.
 
     parameter : where it stands among the laws' parameters, −1 for none of them
+    values : parameters with which the laws do what they do in the run, at which the derivative is taken; None for the
+        run's own
     start : where it stands among the antenna's place and velocity at the start (f, l, f, l), −1 for none of them
     surface : (nf + 2, nl + 2) m, change of the snow surface's coefficients; None where it does not change
     tables : the posture's tables with the number's complex step; None where they do not change
     """
 
     parameter: int = -1
+    values: Array | None = None
     start: int = -1
     surface: Array | None = None
     tables: Prepared | None = None
@@ -101,6 +107,22 @@ def run_tangents(
         for name, array in found.items():
             slopes.setdefault(name, np.zeros((*array.shape[:-1], len(makers))))[..., group] = array
     assert run is not None
+    return run, ReducedRun(**slopes)
+
+
+def run_additions(model: Model, prepared: Prepared, additions: Sequence[Addition]) -> tuple[ReducedRun, ReducedRun]:
+    """A run, and its derivatives by the strengths of those additions, as ``run_tangents`` gives them: one pass,
+    although each addition has numbers of its own that say where and when it acts.
+
+    model : any that runs as theirs do; its laws are those of the models to whose laws something was added
+    """
+    directions = []
+    for each, name in additions:
+        direction = _of_number(each, prepared, name)
+        if direction.parameter >= 0:
+            direction = replace(direction, values=parameter_values(pad_terms(each.terms)))
+        directions.append(direction)
+    run, slopes = _pass(model, prepared.correct_capture(model), directions)
     return run, ReducedRun(**slopes)
 
 
@@ -260,10 +282,8 @@ def _inputs(
         if k < body.shape[2]:
             body[:, :3, k], body[:, 3:6, k] = _slope(motion.com_place), _slope(motion.com_velocity)
             body[:, 6:, k] = _slope(motion.exposed_velocity).reshape(n, -1)
-    index = sorted({d.parameter for d in ordered if d.parameter >= 0})
     moved = [(k, d.surface) for k, d in enumerate(ordered) if d.surface is not None]
-    columns = _columns(kernel, index)
-    by_parameter = np.array([[float(d.parameter == i) for d in ordered] for i in index]).reshape(len(index), many)
+    columns, by_parameter = _columns(kernel, parameters, ordered)
     grids = np.stack([grid for _, grid in moved]) if moved else np.zeros((0, 2, 2))
     amounts = np.array([[float(k == column) for column in range(many)] for k, _ in moved]).reshape(len(moved), many)
     zeros = TangentInputs(
@@ -280,17 +300,38 @@ def _turns(motion: PrescribedMotion) -> Array:
     return np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
 
 
-def _columns(kernel: Any, index: Sequence[int]) -> ParameterColumns:
-    def among(listed: Sequence[int]) -> Any:
-        return np.array([i for i, p in enumerate(index) if p in listed], dtype=np.int64)
+def _columns(kernel: Any, parameters: Array, ordered: Sequence[Direction]) -> tuple[ParameterColumns, Array]:
+    """The laws' parameters that change, and the change (c, d) of each with each number."""
+    rows: dict[bytes, int] = {}
+    values: list[Array] = []
+    places: dict[tuple[int, int], list[int]] = {}
+    for k, direction in enumerate(ordered):
+        row = -1
+        if direction.values is not None:
+            row = rows.setdefault(direction.values.tobytes(), len(rows))
+            values += [direction.values] if row == len(values) else []
+        if direction.parameter >= 0:
+            places.setdefault((row, direction.parameter), []).append(k)
+    listed = sorted(places)
+    changes = np.zeros((len(listed), len(ordered)))
+    for column, place in enumerate(listed):
+        changes[column, places[place]] = 1.0
 
-    return ParameterColumns(
-        index=np.array(index, dtype=np.int64),
+    def among(known: Sequence[int]) -> Any:
+        return np.array([i for i, (_, p) in enumerate(listed) if p in known], dtype=np.int64)
+
+    on_ski = {*kernel.POINT_PARAMETERS, *kernel.FOOT_PARAMETERS, *kernel.TERRAIN_PARAMETERS}
+    columns = ParameterColumns(
+        index=np.array([p for _, p in listed], dtype=np.int64),
+        values=np.array(values).reshape(len(values), len(parameters)),
+        row=np.array([row for row, _ in listed], dtype=np.int64),
+        ski=np.array([p in on_ski for _, p in listed], dtype=np.bool_),
         point=among(kernel.POINT_PARAMETERS),
         segment=among(kernel.SEGMENT_PARAMETERS),
         body=among(kernel.BODY_PARAMETERS),
         terrain=among(kernel.TERRAIN_PARAMETERS),
     )
+    return columns, changes
 
 
 def _start_tangents(
@@ -326,11 +367,16 @@ def _start_tangents(
         under = patch_under(surface, where[0], where[1])
         slopes = np.array(kernel.terrain_height(parameters, where[0], where[1])[1:]) + under[3:5]
         kernel.linearise_ground(parameters, under, where[0], where[1], *ground)
+        tilting = np.zeros((2, len(inputs.columns.index)))
+        for column, (row, p) in enumerate(zip(inputs.columns.row, inputs.columns.index, strict=True)):
+            if row >= 0:
+                kernel.linearise_ground(inputs.columns.values[row], under, where[0], where[1], *ground)
+            tilting[:, column] = ground[1][1:, p]
         tilts = [grid_patch(grid, surface.origin, surface.spacing, where[0], where[1])[1:3] for grid in inputs.surface]
         speed = start.velocity + at.foot_velocity[0, foot]
         pace = velocity + _of_foot(inputs, foot, 3)
         turning = ground[0][1:] @ (place + _of_foot(inputs, foot, 0))[:2]
-        turning += ground[1][1:][:, inputs.columns.index] @ inputs.parameters
+        turning += tilting @ inputs.parameters
         turning += np.reshape(tilts, (-1, 2)).T @ inputs.amounts
         rising = slopes @ speed[:2] - at.foot_velocity[0, foot, 2]
         weight = start.rests[1].share[foot]

@@ -29,8 +29,9 @@ from sssi_exudyn.model.from_recording import first_guess, model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
-from sssi_exudyn.simulation.sensitivities import sensitivities, simulate_each
+from sssi_exudyn.simulation.sensitivities import responses_to_additions, sensitivities, simulate_each
 from sssi_exudyn.simulation.tangents import run_tangents, skier_mass_change
+from sssi_exudyn.terrain.surface import surface_over
 from sssi_exudyn.validation.capture_error import CaptureError, with_error
 
 SECONDS = 3.0
@@ -212,3 +213,40 @@ def test_runs_side_by_side_are_runs_one_by_one() -> None:
     together = simulate_each(models, prepared, lambda _model, run: run.antenna)
     for each, antenna in zip(models, together, strict=True):
         np.testing.assert_array_equal(antenna, simulate_reduced(each, prepared).antenna)
+
+
+@pytest.mark.long
+def test_additions_share_a_pass_whatever_their_places_and_times() -> None:
+    """Beside all other laws and on waves, each is what the derivative by its own number alone is."""
+    model, prepared = everything()
+    f = model.start.f
+    plane = surface_over(np.array([[f - 5.0, model.start.l - 20.0], [f + 40.0, model.start.l + 20.0]]), 1.0, 20.0)
+    waves = 0.03 * np.sin(0.5 * plane.nodes() @ [1.0, 0.4])
+    surface = replace(plane, mean=waves.reshape(plane.mean.shape))
+    kept = tuple(t for t in model.terms if not isinstance(t, Gust | SnowPatch | TerrainBump | PolePlant | DragArea))
+    sensors = tuple(each for each in model.sensors if not isinstance(each, HeadingDrift | BootCuff))
+    base = replace(model, terms=kept, sensors=sensors, surface=surface)
+    parts = (
+        *(Gust(0.0, 0.0, t, t + 0.6, 0.8) for t in (0.4, 1.1)),
+        *(SnowPatch(0.0, f + x, f + x + 3.0, 0.5) for x in (1.0, 4.0)),
+        *(TerrainBump(0.0, f + x, 2.0) for x in (3.0, 8.0)),
+        *(PolePlant(0.0, 0.0, t) for t in (0.9, 1.7)),
+        DragArea(0.0),
+        HeadingDrift(0.0, 1.0),
+        BootCuff(0.0),
+    )
+    keys = ("w_f", "w_l", "delta_mu_t", "rise", "forward", "up", "share", "rate")
+    additions = []
+    for part in parts:
+        fault = isinstance(part, HeadingDrift | BootCuff)
+        extended = replace(base, sensors=(*sensors, part)) if fault else replace(base, terms=(*kept, part))
+        additions += [(extended, f"{part.name}.{key}") for key in keys if hasattr(part, key)]
+    additions.append((base, "start.f"))
+
+    def observed(model: Model, run: ReducedRun) -> Array:
+        return np.concatenate([stacked(run)[:17].ravel(), insole_readings(model.sensors, run.sole_force).ravel()])
+
+    together = responses_to_additions(additions, prepared, observed)
+    for i, (extended, name) in enumerate(additions):
+        alone = sensitivities(extended, prepared, [name], observed)[1][:, 0]
+        np.testing.assert_allclose(together[:, i], alone, rtol=0.0, atol=1e-9 * np.max(np.abs(alone)), err_msg=name)

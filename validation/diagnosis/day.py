@@ -14,11 +14,13 @@ from typing import Final
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
+from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, NoiseLevels, log_volume, whiten_columns
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
-from sssi_exudyn.validation.diagnosis.hypothesis import add_part
+from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, add_part
 from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, SIZES, probabilities
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Number
 from sssi_exudyn.validation.diagnosis.search import responses_of
@@ -87,6 +89,13 @@ def day_run(own: SeparateFit) -> DayRun:
     return DayRun(own.linear, own.levels, tuple(mounting + names.index(name) for name in SHARED))
 
 
+def _responses(fitted: FittedRun, parts: Sequence[Term | Sensor]) -> list[Array]:
+    """(N, amplitudes) of the laws ``parts`` of all ``STEADY_LAWS``, in one pass over the run."""
+    probes = [hypothesis.probes_of(fitted.model, part) for hypothesis, part in zip(STEADY_LAWS, parts, strict=True)]
+    columns = responses_of(fitted, [probe for some in probes for probe in some])
+    return np.split(columns, np.cumsum([len(some) for some in probes])[:-1], axis=1)
+
+
 def compare_for_day(runs_alone: Sequence[SeparateFit]) -> list[DayExplanation]:
     """Everything that can act on all runs alike, and nothing, the most probable first.
 
@@ -106,9 +115,10 @@ def compare_for_day(runs_alone: Sequence[SeparateFit]) -> list[DayExplanation]:
 
     evidence, values, errors = joint_evidence(runs)
     found = [("", evidence, numbers(first.fit.model, SHARED, values, errors))]
-    for hypothesis in STEADY_LAWS:
-        part = hypothesis.part(first.fitted)  # one law for all: the speed, edge or load that it refers to is the same
-        responses = [responses_of(each.fitted, hypothesis.probes_of(each.fitted.model, part)) for each in runs_alone]
+    # one law for all: the speed, edge or load that it refers to is the same
+    parts = [hypothesis.part(first.fitted) for hypothesis in STEADY_LAWS]
+    by_run = [_responses(each.fitted, parts) for each in runs_alone]
+    for hypothesis, part, responses in zip(STEADY_LAWS, parts, zip(*by_run, strict=True), strict=True):
         usual = hypothesis.scales
         by_size = [joint_evidence(runs, [Freedom(r, size * usual) for r in responses]) for size in SIZES]
         total = float(np.logaddexp.reduce([each[0] for each in by_size]) - np.log(len(SIZES)))

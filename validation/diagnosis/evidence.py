@@ -11,6 +11,7 @@ Source: Rasmussen and Williams 2006, ch. 2 and 5; MacKay 2003, ch. 28.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -19,13 +20,17 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import Bounds, minimize
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise, whiten
+from sssi_exudyn.core.noise import ExponentialNoise, whiten, whiten_with_slope
 from sssi_exudyn.validation.capture_error import USUAL
 from sssi_exudyn.validation.measurements import Measurements
 
 _LOAD_SHARE: Final = 0.03
 _DIFFERENCE_SHARE: Final = 0.05
 """Noise of the insoles' total and difference, as shares of the mean total, before the data speak."""
+
+
+_NOISE_OF: Final = {"x": 0, "y": 0, "height": 1, "load": 2, "difference": 3}
+"""Which of the noises each block of the measurements has, in the order of ``NoiseLevels``."""
 
 
 @dataclass(frozen=True)
@@ -40,8 +45,7 @@ class NoiseLevels:
 
     def of(self, block: str) -> ExponentialNoise:
         """Of a block of the measurements."""
-        by_block = {"x": self.gps, "y": self.gps, "height": self.height, "load": self.load}
-        return by_block.get(block, self.difference)
+        return (self.gps, self.height, self.load, self.difference)[_NOISE_OF[block]]
 
     @property
     def vector(self) -> Array:
@@ -132,62 +136,60 @@ def log_prior(measurements: Measurements, levels: NoiseLevels) -> float:
 
 def log_evidence(linear: LinearModel, levels: NoiseLevels, extra: Freedom | None = None) -> float:
     """log p(measurements), amplitudes integrated out, but for a constant that all explanations share."""
-    return _Evidence(linear, extra).at(levels)
+    return _Evidence(linear, extra).at(levels)[0]
 
 
 class _Evidence:
-    """Log evidence at many noise levels.
-
-    Whitened columns enter only by their inner products.  Those of a block depend on its correlation time alone but for
-    a factor, so the last few are kept: a search by differences changes one number at a time.
-    """
+    """Log evidence at many noise levels."""
 
     def __init__(self, linear: LinearModel, extra: Freedom | None) -> None:
         free = linear.free if extra is None else linear.free.with_more(extra.columns, extra.scales)
         self.linear = linear
         self.columns = np.column_stack([linear.residual, free.columns * free.scales, linear.capture])
-        self.scales = np.ones(self.columns.shape[1])
         self.capture = slice(self.columns.shape[1] - linear.capture.shape[1], None)
         self.blocks = {name: at for name, at in linear.measurements.blocks.items() if at.stop > at.start}
-        self.kept: dict[str, dict[float, Array]] = {name: {} for name in self.blocks}
 
-    def at(self, levels: NoiseLevels) -> float:
-        """Log evidence at these levels."""
-        total = sum(self._products(name, levels.of(name)) for name in self.blocks)
-        self.scales[self.capture] = levels.capture
-        total = total * self.scales * self.scales[:, None]
+    def at(self, levels: NoiseLevels) -> tuple[float, Array]:
+        """Log evidence at these levels, and its derivatives (9,) by the numbers of their ``vector``.
+
+        With T the whitened columns' inner products, A their part without the residual plus one on the diagonal and
+        w = A⁻¹ T₁₀, a change of T changes the log evidence by −½ tr(M dT), where M = (1, −w)(1, −w)ᵀ + A⁻¹.
+        """
+        scales = np.ones(self.columns.shape[1])
+        scales[self.capture] = levels.capture
+        parts = {}
+        for name, at in self.blocks.items():
+            columns = self.columns[at] * scales
+            parts[name] = whiten_with_slope(self.linear.measurements.time_of(name), columns, levels.of(name))
+        total = np.sum([white.T @ white for white, _, _ in parts.values()], axis=0)
         factor = cho_factor(total[1:, 1:] + np.eye(len(total) - 1), lower=True)
-        misfit = float(total[0, 0] - total[0, 1:] @ cho_solve(factor, total[1:, 0]))
-        return -0.5 * misfit - float(np.sum(np.log(np.diag(factor[0])))) - log_volume(self.linear, levels)
-
-    def _products(self, name: str, noise: ExponentialNoise) -> Array:
-        """Inner products (1 + c, 1 + c) of a block's whitened columns."""
-        kept = self.kept[name]
-        if noise.correlation_time not in kept:
-            if len(kept) == _KEPT:
-                del kept[next(iter(kept))]
-            unit = ExponentialNoise(1.0, noise.correlation_time)
-            columns = whiten(self.linear.measurements.time_of(name), self.columns[self.blocks[name]], unit)
-            kept[noise.correlation_time] = columns.T @ columns
-        return kept[noise.correlation_time] / noise.sigma**2
-
-
-_KEPT: Final = 2
-"""Correlation times of a block whose products are kept: that of a point of the search, and of the step beside it."""
+        weights = np.concatenate([[1.0], -cho_solve(factor, total[1:, 0])])
+        value = -0.5 * float(total[0] @ weights) - float(np.sum(np.log(np.diag(factor[0]))))
+        by_product = np.outer(weights, weights)
+        by_product[1:, 1:] += cho_solve(factor, np.eye(len(total) - 1))
+        slopes = np.zeros(9)
+        slopes[8] = -float(np.sum((by_product * total)[self.capture]))
+        for name, (white, slope, by_volume) in parts.items():
+            which = 2 * _NOISE_OF[name]
+            pulled = white @ by_product
+            slopes[which] += float(np.sum(pulled * white)) - len(white)
+            slopes[which + 1] -= float(np.sum(pulled * slope)) + by_volume
+        return value - log_volume(self.linear, levels), slopes
 
 
 def best_levels(linear: LinearModel, start: NoiseLevels, extra: Freedom | None = None) -> tuple[NoiseLevels, float]:
     """The noise that makes the measurements most probable, and log evidence plus the noise's own prior there."""
     evidence = _Evidence(linear, extra)
-
-    def minus(logs: Array) -> float:
-        levels = NoiseLevels.from_vector(logs)
-        return -evidence.at(levels) - log_prior(linear.measurements, levels)
-
     usual = usual_levels(linear.measurements).vector
+
+    def minus(logs: Array) -> tuple[float, Array]:
+        levels = NoiseLevels.from_vector(logs)
+        value, slopes = evidence.at(levels)
+        return -value - log_prior(linear.measurements, levels), (logs - usual) / _SPREAD**2 - slopes
+
     farthest = Bounds(usual - _FARTHEST * _SPREAD, usual + _FARTHEST * _SPREAD)
     searches = [
-        minimize(minus, begin, method="L-BFGS-B", bounds=farthest, options={"maxiter": 40, "ftol": 1e-7, "eps": 1e-3})
+        minimize(minus, begin, jac=True, method="L-BFGS-B", bounds=farthest, options={"maxiter": 40, "ftol": 1e-7})
         for begin in (start.vector, usual)
     ]
     found = min(searches, key=lambda search: float(search.fun))
@@ -224,23 +226,26 @@ def whitener(linear: LinearModel, levels: NoiseLevels, kept: Array | None = None
     return Whitener(np.asarray(np.linalg.cholesky(covariance + 1e-12 * np.diag(np.diag(covariance)))))
 
 
-def log_factors(linear: LinearModel, levels: NoiseLevels, candidates: list[Freedom]) -> Array:
-    """(c,) log Bayes factor of each candidate against none, at given noise levels."""
+def log_factors(
+    linear: LinearModel, levels: NoiseLevels, candidates: Sequence[Freedom], sizes: Sequence[float] = (1.0,)
+) -> Array:
+    """(sizes, c) log Bayes factor of each candidate against none, at given noise levels, were its amplitudes usually so
+    many times as large; all candidates have equally many.
+    """
     free = linear.free.with_more(linear.capture, np.full(linear.capture.shape[1], levels.capture))
     table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
     y, x = table[:, 0], table[:, 1:]
     factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
     rest = y - x @ cho_solve(factor, x.T @ y)
-    widths = [c.columns.shape[1] for c in candidates]
+    width = candidates[0].columns.shape[1]
     together = whiten_columns(linear, levels, np.hstack([c.columns * c.scales for c in candidates]))
     cleared = together - x @ cho_solve(factor, x.T @ together)
-    found, begin = np.empty(len(candidates)), 0
-    for i, width in enumerate(widths):
-        part = slice(begin, begin + width)
-        begin += width
-        gram = together[:, part].T @ cleared[:, part] + np.eye(width)
-        pull = together[:, part].T @ rest
-        lower = np.linalg.cholesky(gram)
-        half = solve_triangular(lower, pull, lower=True)
-        found[i] = 0.5 * float(half @ half) - float(np.sum(np.log(np.diag(lower))))
+    shape = len(together), len(candidates), width
+    gram = np.einsum("nci,ncj->cij", together.reshape(shape), cleared.reshape(shape))
+    pull = (together.T @ rest).reshape(len(candidates), width, 1)
+    found = np.empty((len(sizes), len(candidates)))
+    for i, size in enumerate(sizes):
+        inner = size**2 * gram + np.eye(width)
+        gain = 0.5 * size**2 * np.sum(pull * np.linalg.solve(inner, pull), axis=(1, 2))
+        found[i] = gain - 0.5 * np.linalg.slogdet(inner)[1]
     return found

@@ -1,7 +1,8 @@
 """What a hypothesis is: which change to the model it proposes, where, how strong that usually is, and how it reads.
 
-A hypothesis names probes: models that hold a little of it, at a place or everywhere.  From the instruments' responses
-to the probes it builds candidates, one a place, each a linear response with the amplitudes it usually has.
+A hypothesis names probes: models to which it is added without strength, at a place or everywhere.  From the
+derivatives of what the instruments show by the probes' amplitudes it builds candidates, one a place, each a linear
+response with the amplitudes it usually has.
 """
 
 from __future__ import annotations
@@ -70,14 +71,10 @@ class FittedRun:
 
 @dataclass(frozen=True)
 class Probe:
-    """A model that holds a hypothesis with amplitude ``size`` (in the amplitude's unit).
-
-    number : the model's number that is the amplitude, where the response is its exact derivative; else ""
-    """
+    """A model to which a hypothesis is added, all amplitudes zero, and the name of its number that is the amplitude."""
 
     model: Model
-    size: float
-    number: str = ""
+    number: str
 
 
 @dataclass(frozen=True)
@@ -129,7 +126,7 @@ class Hypothesis(ABC):
 
     @abstractmethod
     def probes(self, fitted: FittedRun) -> list[Probe]:
-        """Models whose responses the candidates are made of."""
+        """What the candidates' responses are made of."""
 
     @abstractmethod
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
@@ -167,15 +164,19 @@ def name_in_model(model: Model, part: Term | Sensor) -> str:
     return part.name if count == 1 else f"{part.name}#{count}"
 
 
+def probes_by(model: Model, part: Term | Sensor, keys: Sequence[str]) -> list[Probe]:
+    """Probes by the numbers ``keys`` of a part that is added to the model."""
+    extended, owner = add_part(model, part), name_in_model(model, part)
+    return [Probe(extended, f"{owner}.{key}") for key in keys]
+
+
 class Everywhere(Hypothesis):
     """What acts all the time.
 
     amplitudes : names of the part's numbers that are amplitudes, each with its usual size
-    trial : what the probes hold of that
     """
 
     amplitudes: ClassVar[tuple[tuple[str, float], ...]]
-    trial: ClassVar[float] = 0.2
 
     @abstractmethod
     def part(self, fitted: FittedRun) -> Term | Sensor:
@@ -190,12 +191,8 @@ class Everywhere(Hypothesis):
         return self.probes_of(fitted.model, self.part(fitted))
 
     def probes_of(self, model: Model, part: Term | Sensor) -> list[Probe]:
-        """The model with a little of each amplitude of ``part``."""
-        extended, owner = add_part(model, part), name_in_model(model, part)
-        return [
-            Probe(extended.with_values({f"{owner}.{key}": self.trial * scale}), self.trial * scale)
-            for key, scale in self.amplitudes
-        ]
+        """By each amplitude of ``part``."""
+        return probes_by(model, part, [key for key, _ in self.amplitudes])
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         part = self.part(fitted)
@@ -231,7 +228,7 @@ class KnownNumber(Hypothesis):
     scale: ClassVar[float]
 
     def probes(self, fitted: FittedRun) -> list[Probe]:
-        return [Probe(fitted.model, 1.0, self.number)]  # the very column that a fit has
+        return [Probe(fitted.model, self.number)]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         return [Candidate(fitted.model, Freedom(responses, np.array([self.scale])), ((self.number,),))]
@@ -250,25 +247,24 @@ def intervals(count: int, least: int, most: int) -> Iterator[tuple[int, int]]:
 class InTime(Hypothesis):
     """What comes at one time and goes at another: cells in time, put together to stretches.
 
-    keys : the part's numbers that are amplitudes;  scale, trial : their usual size, and what the probes hold of them
+    keys : the part's numbers that are amplitudes;  scale : their usual size
     longest : share of the run at most;  least : cells at least
     rises : shares of its time in which it comes and goes, each tried
     """
 
     keys: ClassVar[tuple[str, ...]]
     scale: ClassVar[float]
-    trial: ClassVar[float]
     longest: ClassVar[float]
     least: ClassVar[int]
     rises: ClassVar[tuple[float, ...]] = (1.0,)
 
     @abstractmethod
-    def part(self, t0: float, t1: float, rise: float, amplitudes: dict[str, float]) -> Term:
-        """The term that acts from t0 to t1."""
+    def part(self, t0: float, t1: float, rise: float) -> Term:
+        """The term that acts from t0 to t1, amplitudes zero."""
 
     @abstractmethod
-    def cell(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Term:
-        """The term that a probe holds of one cell; all cells together act as one that acts always."""
+    def cell(self, t0: float, t1: float) -> Term:
+        """The term of one cell, amplitudes zero; all cells together act as one that acts always."""
 
     @abstractmethod
     def profile(self, share: Array, rise: float) -> Array:
@@ -278,12 +274,8 @@ class InTime(Hypothesis):
         return numbers["t0"].value, numbers["t1"].value
 
     def probes(self, fitted: FittedRun) -> list[Probe]:
-        edges = fitted.time_edges
-        return [
-            Probe(add_part(fitted.model, self.cell(float(a), float(b), {key: self.trial})), self.trial)
-            for key in self.keys
-            for a, b in itertools.pairwise(edges)
-        ]
+        cells = [self.cell(float(a), float(b)) for a, b in itertools.pairwise(fitted.time_edges)]
+        return [probe for key in self.keys for part in cells for probe in probes_by(fitted.model, part, [key])]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         edges, found = fitted.time_edges, []
@@ -292,7 +284,7 @@ class InTime(Hypothesis):
         spread = float(edges[1] - edges[0])
         stretches = intervals(cells, self.least, max(self.least, round(self.longest * cells)))
         for (i, j), rise in itertools.product(stretches, self.rises):
-            part = self.part(float(edges[i]), float(edges[j]), rise, {})
+            part = self.part(float(edges[i]), float(edges[j]), rise)
             owner = name_in_model(fitted.model, part)
             profile = self.profile((np.arange(j - i) + 0.5) / (j - i), rise)
             found.append(
@@ -315,8 +307,8 @@ class Terrain(Hypothesis):
     widths: ClassVar[tuple[float, ...]]
 
     @abstractmethod
-    def part(self, f0: float, width: float, size: float = 0.0) -> Term:
-        """The surface."""
+    def part(self, f0: float, width: float) -> Term:
+        """The surface, its amplitude zero."""
 
     @abstractmethod
     def span(self, fitted: FittedRun, f0: float, width: float) -> tuple[float, float]:
@@ -331,8 +323,8 @@ class Terrain(Hypothesis):
         return [(float(f), width) for width in self.widths for f in every]
 
     def probes(self, fitted: FittedRun) -> list[Probe]:
-        size = 0.1 * self.scale
-        return [Probe(add_part(fitted.model, self.part(f, width, size)), size) for f, width in self._spots(fitted)]
+        parts = [self.part(f, width) for f, width in self._spots(fitted)]
+        return [probe for part in parts for probe in probes_by(fitted.model, part, [self.amplitude])]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         found = []

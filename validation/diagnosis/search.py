@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Final
 
 import numpy as np
@@ -19,7 +18,7 @@ from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import fingerprint
-from sssi_exudyn.simulation.sensitivities import sensitivities, simulate_each
+from sssi_exudyn.simulation.sensitivities import responses_to_additions
 from sssi_exudyn.validation.diagnosis.evidence import (
     Freedom,
     LinearModel,
@@ -33,7 +32,7 @@ from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Hy
 from sssi_exudyn.validation.diagnosis.probabilities import SIZES, probabilities
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
-from sssi_exudyn.validation.diagnosis.state import Arrays, State, fit_model, fitted_run, get_or_make, linear_model
+from sssi_exudyn.validation.diagnosis.state import State, fit_model, fitted_run, get_or_make, linear_model
 
 _FINALISTS: Final = 6
 _WORTHWHILE: Final = 12.0
@@ -109,27 +108,12 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
     return Round(_by_probability(found, explained), linear, base, fitted, responses)
 
 
-def responses_of(fitted: FittedRun, probes: list[Probe]) -> Array:
-    """(N, probes) change of the measurements by each, a unit of amplitude; zero where it cannot be simulated."""
-
-    def predictions(several: list[Probe]) -> list[Array]:
-        try:
-            return simulate_each([p.model for p in several], fitted.prepared, fitted.measurements.predict)
-        except SimulationDiverged:
-            if len(several) == 1:
-                return [fitted.prediction]
-            return [each for probe in several for each in predictions([probe])]
-
-    response: dict[int, Array] = {}
-    exact = [i for i, probe in enumerate(probes) if probe.number]
-    finite = [i for i, probe in enumerate(probes) if not probe.number]
-    if finite:
-        for i, each in zip(finite, predictions([probes[i] for i in finite]), strict=True):
-            response[i] = (each - fitted.prediction) / probes[i].size
-    for i in exact:
-        names, observed = [probes[i].number], fitted.measurements.predict
-        response[i] = sensitivities(probes[i].model, fitted.prepared, names, observed)[1][:, 0]
-    return np.stack([response[i] for i in range(len(probes))], axis=1)
+def responses_of(fitted: FittedRun, probes: Sequence[Probe]) -> Array:
+    """(N, probes) derivatives of the measurements by the amplitude of each."""
+    if not probes:
+        return np.zeros((len(fitted.prediction), 0))
+    additions = [(probe.model, probe.number) for probe in probes]
+    return responses_to_additions(additions, fitted.prepared, fitted.measurements.predict)
 
 
 def extended_parameters(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], tuple[Parameter, ...]]:
@@ -149,32 +133,22 @@ def extended_parameters(base: Refit, candidate: Candidate) -> tuple[tuple[Parame
 
 def _responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str, Array]:
     """(N, probes) of every hypothesis, a unit of amplitude."""
-    found: dict[str, Array] = {}
-    for i, hypothesis in enumerate(HYPOTHESES):
-        problem.progress(i / len(HYPOTHESES), f"trying {hypothesis.name}")
-        probes = hypothesis.probes(fitted)
-        if not probes:
-            found[hypothesis.name] = np.zeros((len(fitted.prediction), 0))
-            continue
-        key = fingerprint("probes", problem.key, hypothesis.name, [model_to_dict(p.model) for p in probes])
-        shapes = {"columns": (len(fitted.prediction), len(probes))}
-        kept = get_or_make(problem, key, partial(_columns, fitted, probes), shapes)
-        found[hypothesis.name] = np.asarray(kept["columns"], dtype=np.float64)
-    return found
-
-
-def _columns(fitted: FittedRun, probes: list[Probe]) -> Arrays:
-    return {"columns": responses_of(fitted, probes)}
+    problem.progress(None, "the response to every hypothesis")
+    by_name = {hypothesis.name: hypothesis.probes(fitted) for hypothesis in HYPOTHESES}
+    probes = [probe for some in by_name.values() for probe in some]
+    key = fingerprint("probes", problem.key, [(model_to_dict(p.model), p.number) for p in probes])
+    shapes = {"columns": (len(fitted.prediction), len(probes))}
+    kept = get_or_make(problem, key, lambda: {"columns": responses_of(fitted, probes)}, shapes)
+    columns = np.asarray(kept["columns"], dtype=np.float64)
+    ends = np.cumsum([len(some) for some in by_name.values()])
+    return dict(zip(by_name, np.split(columns, ends[:-1], axis=1), strict=True))
 
 
 def _compare_candidates(
     state: State, linear: LinearModel, hypothesis: Hypothesis, candidates: list[Candidate], nothing: float
 ) -> Explanation:
     """A hypothesis by its candidates' linear responses: the best of them, all others counted as places searched."""
-    frees = [c.free for c in candidates]
-    by_size = np.stack(
-        [log_factors(linear, state.levels, [Freedom(f.columns, s * f.scales) for f in frees]) for s in SIZES]
-    )
+    by_size = log_factors(linear, state.levels, [c.free for c in candidates], SIZES)
     factors = np.logaddexp.reduce(by_size, axis=0) - np.log(len(SIZES))
     best = int(np.argmax(factors))
     places = float(np.logaddexp.reduce(factors) - np.log(len(factors)) - factors[best])

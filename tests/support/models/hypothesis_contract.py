@@ -10,7 +10,7 @@ import numpy as np
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.simulation.sensitivities import simulate_each
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Hypothesis
+from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Hypothesis, Probe
 from sssi_exudyn.validation.diagnosis.result import Kind, Number
 from sssi_exudyn.validation.diagnosis.search import responses_of
 
@@ -38,10 +38,11 @@ def check_on_run(hypothesis: Hypothesis, fitted: FittedRun) -> None:
     """Probes move what instruments measure; candidates, their windows and their sentence fit the run."""
     probes = hypothesis.probes(fitted)
     size = len(fitted.prediction)
-    assert all(probe.size > 0.0 for probe in probes)
-    responses = responses_of(fitted, probes) if probes else np.zeros((size, 0))
+    responses = responses_of(fitted, probes)
     assert np.all(np.isfinite(responses))
     assert np.all(np.any(responses != 0.0, axis=0)), "a probe that nothing measures"
+    for index in {0, len(probes) // 2, len(probes) - 1} if probes else ():
+        check_probe(fitted, probes[index], responses[:, index])
     candidates = hypothesis.candidates(fitted, responses)
     assert candidates
     for index in {0, len(candidates) // 2, len(candidates) - 1}:
@@ -72,6 +73,23 @@ def check_candidate(hypothesis: Hypothesis, fitted: FittedRun, candidate: Candid
         readings.add(sentence)
     signed = any(candidate.model.bounds(group[0])[0] < 0.0 for group in candidate.amplitudes)
     assert len(readings) == (2 if signed and hypothesis.name not in UNSIGNED else 1)
+
+
+def check_probe(fitted: FittedRun, probe: Probe, response: Array) -> None:
+    """The response is the derivative that runs with a little of the hypothesis give, by central differences with two
+    steps, extrapolated.
+    """
+    now = probe.model.value(probe.number)
+    assert now == 0.0 or math.isclose(now, fitted.model.value(probe.number))
+    # so much that the track moves by 0.3 mm: little enough for points to touch down and lift off as in the run itself
+    step = 3e-4 / max(float(np.max(np.abs(response[: fitted.measurements.blocks["height"].stop]))), 1e-3)
+    models = [probe.model.with_values({probe.number: now + share * step}) for share in (-1.0, -0.5, 0.5, 1.0)]
+    far, near, nearer, farther = simulate_each(models, fitted.prepared, fitted.measurements.predict)
+    expected = (8.0 * (nearer - near) - (farther - far)) / (6.0 * step)
+    for place in fitted.measurements.blocks.values():
+        # what Newton's method leaves of 0.3 mm, and rounding
+        largest, seen = (float(np.max(np.abs(each[place]), initial=0.0)) for each in (expected, fitted.prediction))
+        assert np.all(np.abs(response[place] - expected[place]) <= 1e-4 * largest + 1e-12 * seen / step)
 
 
 def check_linear(fitted: FittedRun, candidate: Candidate) -> None:

@@ -17,7 +17,7 @@ from test_evidence import LEVELS
 
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
-from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
+from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
@@ -42,7 +42,7 @@ from sssi_exudyn.validation.diagnosis import search
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Probe
+from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
 from sssi_exudyn.validation.diagnosis.result import Diagnosis, Finding
@@ -340,7 +340,7 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     def once(problem: DiagnosisProblem, state: State, fit: Any) -> Any:
         asked.append(fit)
         if len(asked) > 1:
-            raise SimulationDiverged(3.0, "a probe")
+            raise SimulationDiverged(3.0, "the run")
         return compare_hypotheses(problem, state, fit)
 
     monkeypatch.setattr(diagnose_module, "compare_hypotheses", once)
@@ -348,20 +348,3 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     assert len(asked) == 2
     assert found.diagnosis.verdict == "none"
     assert found.fit is found.first
-
-
-@pytest.mark.long
-def test_a_probe_that_cannot_be_simulated_moves_nothing(base: Any) -> None:
-    recording, motion, model = base
-    problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 4.0), model)
-    run = simulate_reduced(problem.model, problem.prepared)
-    fitted = FittedRun(
-        problem.model, problem.prepared, run, problem.measurements, problem.measurements.predict(problem.model, run)
-    )
-    parts = (TerrainBump(0.05, model.start.f + 6.0, 4.0), TerrainBump(-2.0, model.start.f + 6.0, 1.0))
-    gentle, hard = (Probe(replace(problem.model, terms=(*problem.model.terms, part)), part.rise) for part in parts)
-    with pytest.raises(SimulationDiverged):
-        simulate_reduced(hard.model, problem.prepared)
-    responses = responses_of(fitted, [gentle, hard])
-    assert np.max(np.abs(responses[:, 0])) > 0.0
-    assert np.max(np.abs(responses[:, 1])) == 0.0

@@ -11,6 +11,7 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     Freedom,
     LinearModel,
     NoiseLevels,
+    _Evidence,
     best_levels,
     log_evidence,
     log_factors,
@@ -85,13 +86,33 @@ def test_evidence_is_the_density_with_everything_integrated_out() -> None:
         assert given == pytest.approx(density(*first) - density(*second), rel=1e-6, abs=1e-6)
 
 
-def test_factors_of_candidates_are_differences_of_evidence() -> None:
+@pytest.mark.parametrize("width", [1, 2, 3])
+def test_factors_of_candidates_are_differences_of_evidence(width: int) -> None:
     given = linear_model()
     rng = np.random.default_rng(5)
-    candidates = [Freedom(rng.normal(size=(len(given.residual), k)), np.full(k, 0.2)) for k in (1, 2, 3)]
-    found = log_factors(given, LEVELS, candidates)
-    expected = [log_evidence(given, LEVELS, c) - log_evidence(given, LEVELS) for c in candidates]
+    candidates = [Freedom(rng.normal(size=(len(given.residual), width)), np.full(width, 0.2)) for _ in range(4)]
+    sizes = (0.5, 1.0, 3.0)
+    found = log_factors(given, LEVELS, candidates, sizes)
+    nothing = log_evidence(given, LEVELS)
+    expected = [
+        [log_evidence(given, LEVELS, Freedom(c.columns, size * c.scales)) - nothing for c in candidates]
+        for size in sizes
+    ]
     np.testing.assert_allclose(found, expected, atol=1e-8)  # rounding
+
+
+@pytest.mark.parametrize("extra", [None, Freedom(np.ones((50, 1)), np.array([0.2]))], ids=["alone", "with more"])
+def test_slopes_of_the_evidence_are_those_of_differences(extra: Freedom | None) -> None:
+    given = linear_model()
+    evidence, at, step = _Evidence(given, extra), LEVELS.vector, 1e-4
+    found = evidence.at(LEVELS)[1]
+
+    def value(logs: Array) -> float:
+        return log_evidence(given, NoiseLevels.from_vector(logs), extra)
+
+    expected = [(value(at + d) - value(at - d)) / (2.0 * step) for d in step * np.eye(len(at))]
+    # a step of 1e-4 leaves 1e-8 of slopes that are some tens, and rounding 1e-12 / 1e-4 of an evidence of thousands
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-5)
 
 
 def test_whitener_makes_the_noise_white() -> None:

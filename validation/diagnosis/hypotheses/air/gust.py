@@ -21,7 +21,7 @@ class PassingGust(InTime):
     kind = "physics"
     caption = "a gust of wind"
     keys = ("w_f", "w_l")
-    scale, trial, longest, least = 5.0, 1.5, 0.5, 4
+    scale, longest, least = 5.0, 0.5, 4
     rises = (1.0, 0.4)
     distinctions = (Distinction(("unexplained_force", "snow_patch"), "a second run over the same place"),)
     _STRONGEST: Final = 20.0  # m/s, Beaufort 8 to 9: lifts stand still, nobody skis
@@ -32,12 +32,12 @@ class PassingGust(InTime):
         peak = max(np.hypot(term.w_f, term.w_l) for term in gusts)
         return bool(peak <= self._STRONGEST and min(term.t1 - term.t0 for term in gusts) >= self._SHORTEST)
 
-    def part(self, t0: float, t1: float, rise: float, amplitudes: dict[str, float]) -> Gust:
-        return Gust(t0=t0, t1=t1, rise=rise, **amplitudes)
+    def part(self, t0: float, t1: float, rise: float) -> Gust:
+        return Gust(t0=t0, t1=t1, rise=rise)
 
-    def cell(self, t0: float, t1: float, amplitudes: dict[str, float]) -> Gust:
+    def cell(self, t0: float, t1: float) -> Gust:
         half = 0.5 * (t1 - t0)  # swells of twice a cell's length, one a cell, add up to one
-        return Gust(t0=t0 - half, t1=t1 + half, **amplitudes)
+        return Gust(t0=t0 - half, t1=t1 + half)
 
     def profile(self, share: Array, rise: float) -> Array:
         inwards = np.minimum(share, 1.0 - share)

@@ -17,6 +17,7 @@ from sssi_exudyn.validation.diagnosis.hypothesis import (
     Probe,
     add_part,
     name_in_model,
+    probes_by,
 )
 
 
@@ -27,31 +28,32 @@ class PolePlants(Hypothesis):
     kind = "physics"
     caption = "a pole plant at each change of edges"
     distinctions = (Distinction(("edge_dependent_friction",), "a force sensor in the pole, or a run without planting"),)
+    _KEYS: Final = ("forward", "up")
     _SHIFTS: Final = (-0.4, -0.2, 0.0, 0.2, 0.4)
-    _TRIAL: Final = 4.0
     _USUAL: Final = 15.0
 
-    def _with_plants(self, fitted: FittedRun, shift: float, forward: float, up: float) -> tuple[Model, list[str]]:
-        model, owners = fitted.model, []
-        for t in fitted.edge_changes:
-            part = PolePlant(forward, up, float(t) + shift)
-            owners.append(name_in_model(model, part))
-            model = add_part(model, part)
-        return model, owners
-
     def probes(self, fitted: FittedRun) -> list[Probe]:
-        if not len(fitted.edge_changes):
-            return []
-        pushes = ((self._TRIAL, 0.0), (0.0, self._TRIAL))
-        return [Probe(self._with_plants(fitted, s, *push)[0], self._TRIAL) for s in self._SHIFTS for push in pushes]
+        return [
+            probe
+            for shift in self._SHIFTS
+            for t in fitted.edge_changes
+            for probe in probes_by(fitted.model, PolePlant(t=float(t) + shift), self._KEYS)
+        ]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         found = []
-        usual = np.full(2, self._USUAL)
-        for k in range(responses.shape[1] // 2):
-            model, owners = self._with_plants(fitted, self._SHIFTS[k], 0.0, 0.0)
-            names = tuple(tuple(f"{owner}.{key}" for owner in owners) for key in ("forward", "up"))
-            found.append(Candidate(model, Freedom(responses[:, 2 * k : 2 * k + 2], usual), names))
+        plants = len(fitted.edge_changes)
+        if not plants:
+            return []
+        of_all = responses.reshape(len(responses), len(self._SHIFTS), plants, 2).sum(axis=2)
+        for k, shift in enumerate(self._SHIFTS):
+            model, owners = fitted.model, []
+            for t in fitted.edge_changes:
+                part = PolePlant(t=float(t) + shift)
+                owners.append(name_in_model(model, part))
+                model = add_part(model, part)
+            names = tuple(tuple(f"{owner}.{key}" for owner in owners) for key in self._KEYS)
+            found.append(Candidate(model, Freedom(of_all[:, k], np.full(2, self._USUAL)), names))
         return found
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:

@@ -18,13 +18,13 @@ class LatentForce(InTime):
     caption = "a force that no known law explains"
     weight = 2.0
     keys = ("force_f", "force_l", "force_n")
-    scale, trial, longest, least = 80.0, 20.0, 0.4, 1
+    scale, longest, least = 80.0, 0.4, 1
 
-    def part(self, t0: float, t1: float, rise: float, amplitudes: dict[str, float]) -> UnexplainedForce:
-        return UnexplainedForce(t0=t0, t1=t1, **amplitudes)
+    def part(self, t0: float, t1: float, rise: float) -> UnexplainedForce:
+        return UnexplainedForce(t0=t0, t1=t1)
 
-    def cell(self, t0: float, t1: float, amplitudes: dict[str, float]) -> UnexplainedForce:
-        return self.part(t0, t1, 1.0, amplitudes)
+    def cell(self, t0: float, t1: float) -> UnexplainedForce:
+        return self.part(t0, t1, 1.0)
 
     def profile(self, share: Array, rise: float) -> Array:
         return np.ones(len(share))

@@ -18,8 +18,8 @@ class OtherInclination(Terrain):
     widths = (3.0, 10.0)
     distinctions = (Distinction(("terrain_bump",), "a survey of the piste"),)
 
-    def part(self, f0: float, width: float, size: float = 0.0) -> SlopeChange:
-        return SlopeChange(size, f0, width)
+    def part(self, f0: float, width: float) -> SlopeChange:
+        return SlopeChange(0.0, f0, width)
 
     def span(self, fitted: FittedRun, f0: float, width: float) -> tuple[float, float]:
         return fitted.time_at(f0), float(fitted.run.time[-1])

@@ -20,6 +20,7 @@ from sssi_exudyn.validation.diagnosis.hypothesis import (
     by_sign,
     intervals,
     name_in_model,
+    probes_by,
 )
 
 
@@ -32,7 +33,6 @@ class PatchOfSnow(Hypothesis):
     kind = "physics"
     caption = "a stretch of other snow"
     distinctions = (Distinction(("unexplained_force",), "a second run over the same place"),)
-    _TRIAL: Final = 0.02
     _USUAL: Final = 0.06
     _SLICKEST: Final = 0.01  # half of the least gliding friction that Wolfsperger et al. (2021) measured
 
@@ -41,11 +41,8 @@ class PatchOfSnow(Hypothesis):
         return model.friction.mu_t + fallen >= self._SLICKEST
 
     def probes(self, fitted: FittedRun) -> list[Probe]:
-        edges = fitted.place_edges
-        return [
-            Probe(add_part(fitted.model, SnowPatch(self._TRIAL, float(a), float(b), 0.5)), self._TRIAL)
-            for a, b in itertools.pairwise(edges)
-        ]
+        cells = [SnowPatch(0.0, float(a), float(b), 0.5) for a, b in itertools.pairwise(fitted.place_edges)]
+        return [probe for part in cells for probe in probes_by(fitted.model, part, ["delta_mu_t"])]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         edges, found = fitted.place_edges, []

@@ -16,8 +16,8 @@ class RollOrDip(Terrain):
     widths = (2.0, 4.0, 8.0)
     distinctions = (Distinction(("gps_jump",), "a second receiver, or a survey of the piste"),)
 
-    def part(self, f0: float, width: float, size: float = 0.0) -> TerrainBump:
-        return TerrainBump(size, f0, width)
+    def part(self, f0: float, width: float) -> TerrainBump:
+        return TerrainBump(0.0, f0, width)
 
     def span(self, fitted: FittedRun, f0: float, width: float) -> tuple[float, float]:
         return fitted.time_at(f0 - 2.0 * width), fitted.time_at(f0 + 2.0 * width)
