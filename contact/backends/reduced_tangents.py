@@ -85,7 +85,7 @@ def ski_work(modes, parameters):
     return SkiWork(
         np.zeros(size), np.zeros(size), np.zeros(size), np.zeros((modes, 3)), np.zeros(modes),
         np.zeros((1, 2)), np.zeros((1, parameters)), np.zeros((3, 2)), np.zeros((3, parameters)),
-        np.zeros((2, 7)), np.zeros((2, parameters)), np.zeros((3, 5)), np.zeros((3, parameters)),
+        np.zeros((2, 7)), np.zeros((2, parameters)), np.zeros((2, 7)), np.zeros((3, 5)), np.zeros((3, parameters)),
         np.zeros((3, parameters)), np.zeros((2, 6)),
     )  # fmt: skip
 
@@ -300,7 +300,7 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 row_of_values = columns.row[column - fixed]
                 values = columns.values[row_of_values]
                 foot_linearisation(
-                    values, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side, by, by_parameter
+                    values, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side, work.foot_other, by_parameter
                 )  # fmt: skip
                 terrain_linearisation(values, at[0], at[1], work.ground_state, work.ground_parameter)
         d_load, d_groove = matrix[further + LOAD, column], matrix[further + GROOVE, column]

@@ -213,8 +213,8 @@ class ParameterColumns(NamedTuple):
     """The parameters of the laws by which a run is differentiated, c of them.
 
     index : (c,) where each stands in the array of parameters
-    values : (r, p) other parameters with which the laws do the same, but have other derivatives
-    row : (c,) row of ``values`` at which the derivative is taken, −1 for the run's own; equal ones stand together
+    values : (r, p) other parameters, at which the derivative of some is taken in the run's own states
+    row : (c,) row of ``values`` at which it is taken, −1 for the run's own; equal ones stand together
     ski : (c,) whether a ski's forces depend on it
     point, segment, body, terrain : which of them the laws of that place depend on
     """
@@ -292,8 +292,9 @@ class TangentState(NamedTuple):
 
 class SkiWork(NamedTuple):
     """Arrays in which a ski is linearised: rows of one point's depth, rate and force, the modes' displacements there
-    (k, 3) and their share along the normal (k,); derivatives of the laws by state and by parameters; patches (2, 6)
-    by which the one under the ski changes as it moves along f and along l.
+    (k, 3) and their share along the normal (k,); derivatives of the laws by state and by parameters, those by a foot's
+    state with other parameters too; patches (2, 6) by which the one under the ski changes as it moves along f and
+    along l.
     """
 
     depth: Array
@@ -307,6 +308,7 @@ class SkiWork(NamedTuple):
     ground_parameter: Array
     foot_state: Array
     foot_parameter: Array
+    foot_other: Array
     air_state: Array
     air_parameter: Array
     body_parameter: Array

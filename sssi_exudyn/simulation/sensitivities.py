@@ -23,6 +23,7 @@ from sssi_exudyn.simulation.tangents import (
     TableChange,
     along,
     complex_model,
+    host_of,
     run_additions,
     run_tangents,
 )
@@ -62,31 +63,28 @@ def responses_to_additions(
 ) -> Array:
     """Derivatives (…, k) of what is ``observed`` of a run by the strengths of additions to its model, at strength 0.
 
-    All of their models run alike, as what was added does nothing yet.  So the run is linearised once for all of them
-    that have the same laws, and with ``sensitivities``' demands on ``observed`` the derivatives are exact.
+    All of their models run alike, as what was added does nothing yet.  So the run is linearised once for all whose
+    laws one kernel has, and with ``sensitivities``' demands on ``observed`` the derivatives are exact.
 
     cores : that are used at most; all if None
 
     Raises SimulationDiverged when the run does, KeyError for an unknown name.
     """
-    own = [_laws(model) for model, _ in additions]
-    needed = [
-        laws if isinstance(model.owner(name.partition(".")[0]), Term) else None
-        for (model, name), laws in zip(additions, own, strict=True)
-    ]
-    others = next((laws for laws in needed if laws), own[0])  # what adds no law goes along with any
+    hosts = [host_of(addition) for addition in additions]
+    is_law = [isinstance(model.owner(name.partition(".")[0]), Term) for model, name in additions]
+    first = is_law.index(True) if any(is_law) else 0
     groups: dict[tuple[type[Term], ...], list[int]] = {}
-    for i, laws in enumerate(needed):
-        groups.setdefault(laws or others, []).append(i)
+    for i, host in enumerate(hosts):  # what adds no law goes along with any
+        groups.setdefault(_laws(host if is_law[i] else hosts[first]), []).append(i)
     parts: list[tuple[Model, list[int]]] = []
     for laws, group in groups.items():
-        model = additions[own.index(laws)][0]
-        reduced_module(pad_terms(model.terms))  # once, before threads ask for it
-        parts += [(model, group[k : k + _ADDITIONS]) for k in range(0, len(group), _ADDITIONS)]
+        host = next(host for host in hosts if _laws(host) == laws)
+        reduced_module(pad_terms(host.terms))  # once, before threads ask for it
+        parts += [(host, group[k : k + _ADDITIONS]) for k in range(0, len(group), _ADDITIONS)]
 
     def columns(part: tuple[Model, list[int]]) -> list[Array]:
-        model, group = part
-        run, slopes = run_additions(model, prepared, [additions[i] for i in group])
+        host, group = part
+        run, slopes = run_additions(host, prepared, [additions[i] for i in group])
         return [
             np.imag(observed(complex_model(*additions[i]), along(run, slopes, k))) / STEP for k, i in enumerate(group)
         ]

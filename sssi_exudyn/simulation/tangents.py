@@ -8,6 +8,7 @@ derivative, without the cancellation of a difference.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Final
@@ -25,7 +26,7 @@ from sssi_exudyn.contact.backends.structs import (
     TangentSeries,
 )
 from sssi_exudyn.contact.registry import pad_terms
-from sssi_exudyn.contact.term import Term
+from sssi_exudyn.contact.term import Term, WindTerm
 from sssi_exudyn.contact.term import parameters as numbers_of
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import CaptureSensor
@@ -64,8 +65,7 @@ class Direction:
     """What changes with one number.
 
     parameter : where it stands among the laws' parameters, −1 for none of them
-    values : parameters with which the laws do what they do in the run, at which the derivative is taken; None for the
-        run's own
+    values : the laws' parameters at which the derivative is taken; None for the run's own
     start : where it stands among the antenna's place and velocity at the start (f, l, f, l), −1 for none of them
     surface : (nf + 2, nl + 2) m, change of the snow surface's coefficients; None where it does not change
     tables : the posture's tables with the number's complex step; None where they do not change
@@ -110,20 +110,42 @@ def run_tangents(
     return run, ReducedRun(**slopes)
 
 
-def run_additions(model: Model, prepared: Prepared, additions: Sequence[Addition]) -> tuple[ReducedRun, ReducedRun]:
+def host_of(addition: Addition) -> Model:
+    """The model whose run is linearised for an addition: one kernel serves as many as possible.
+
+    Forces of terms add up, and so do heights, so that a term has the same derivative in the place of another of its
+    class.  Only the air's velocity must be whole, since drag is no linear function of it.
+    """
+    model, name = addition
+    part = model.owner(name.partition(".")[0])
+    others = tuple(term for term in model.terms if term is not part)
+    if isinstance(part, WindTerm) or not any(type(term) is type(part) for term in others):
+        return model
+    return replace(model, terms=others)
+
+
+def run_additions(host: Model, prepared: Prepared, additions: Sequence[Addition]) -> tuple[ReducedRun, ReducedRun]:
     """A run, and its derivatives by the strengths of those additions, as ``run_tangents`` gives them: one pass,
     although each addition has numbers of its own that say where and when it acts.
 
-    model : any that runs as theirs do; its laws are those of the models to whose laws something was added
+    host : ``host_of`` any of them; that of an added term has the same laws
     """
-    directions = []
-    for each, name in additions:
-        direction = _of_number(each, prepared, name)
-        if direction.parameter >= 0:
-            direction = replace(direction, values=parameter_values(pad_terms(each.terms)))
-        directions.append(direction)
-    run, slopes = _pass(model, prepared.correct_capture(model), directions)
+    directions = [_of_addition(host, prepared, addition) for addition in additions]
+    run, slopes = _pass(host, prepared.correct_capture(host), directions)
     return run, ReducedRun(**slopes)
+
+
+def _of_addition(host: Model, prepared: Prepared, addition: Addition) -> Direction:
+    model, name = addition
+    owner, _, key = name.partition(".")
+    part = model.owner(owner)
+    if not isinstance(part, Term):
+        return _of_number(model, prepared, name)
+    terms, extended = pad_terms(host.terms), pad_terms(model.terms)
+    if len(extended) > len(terms):
+        other = next(term for term in terms if type(term) is type(part))
+        extended = tuple(part if term is other else term for term in terms)
+    return Direction(parameter=_index(extended, part, key), values=parameter_values(extended))
 
 
 def skier_mass_change(model: Model, motion: Motion, prepared: Prepared) -> TableChange:
@@ -182,17 +204,18 @@ def _of_number(model: Model, prepared: Prepared, name: str) -> Direction:
     if isinstance(part, Surface):
         return Direction(surface=part.mode_coefficients[mode_index(key)])
     if isinstance(part, Term):
-        index = 0
-        for term in pad_terms(model.terms):
-            names = list(numbers_of(term))
-            if term is part:
-                return Direction(parameter=index + names.index(key))
-            index += len(names)
+        return Direction(parameter=_index(pad_terms(model.terms), part, key))
     if name in _START:
         return Direction(start=_START[name])
     if _turns_capture(model, name):
         return Direction(tables=prepared.correct_capture(complex_model(model, name)))
     return Direction()
+
+
+def _index(terms: Sequence[Term], part: Term, key: str) -> int:
+    """Where a number of one of the terms stands among the parameters of all."""
+    before = itertools.takewhile(lambda term: term is not part, terms)
+    return sum(len(numbers_of(term)) for term in before) + list(numbers_of(part)).index(key)
 
 
 def _changed(model: Model, prepared: Prepared, change: TableChange) -> Prepared:

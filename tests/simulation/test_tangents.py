@@ -30,7 +30,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import responses_to_additions, sensitivities, simulate_each
-from sssi_exudyn.simulation.tangents import run_tangents, skier_mass_change
+from sssi_exudyn.simulation.tangents import host_of, run_tangents, skier_mass_change
 from sssi_exudyn.terrain.surface import surface_over
 from sssi_exudyn.validation.capture_error import CaptureError, with_error
 
@@ -213,6 +213,31 @@ def test_runs_side_by_side_are_runs_one_by_one() -> None:
     together = simulate_each(models, prepared, lambda _model, run: run.antenna)
     for each, antenna in zip(models, together, strict=True):
         np.testing.assert_array_equal(antenna, simulate_reduced(each, prepared).antenna)
+
+
+@pytest.mark.long
+def test_a_second_term_of_a_law_needs_no_other_kernel() -> None:
+    """Forces and heights add up: where it acts as the first does, its strength does what the first's does."""
+    model, prepared = everything()
+    strengths = {
+        SnowPatch: ("delta_mu_t",), SpeedDependentFriction: ("b",), EdgeDependentFriction: ("b",),
+        LoadDependentFriction: ("b",), SnowCompaction: ("c",), TerrainBump: ("rise",),
+        UnexplainedForce: ("force_n", "force_f", "force_l"), PolePlant: ("up", "forward"), DragArea: ("share",),
+    }  # fmt: skip
+    additions, names = [], []
+    for first in model.terms:
+        if keys := strengths.get(type(first), ()):
+            second = replace(first, **dict.fromkeys(keys, 0.0))
+            additions.append((replace(model, terms=(*model.terms, second)), f"{first.name}#2.{keys[0]}"))
+            names.append(f"{first.name}.{keys[0]}")
+    assert {len(host_of(addition).terms) for addition in additions} == {len(model.terms)}
+
+    def observed(_model: Model, run: ReducedRun) -> Array:
+        return stacked(run)
+
+    expected = sensitivities(model, prepared, names, observed)[1]
+    allowed = 1e-9 * np.max(np.abs(expected), axis=(0, 1))  # rounding
+    assert np.all(np.abs(responses_to_additions(additions, prepared, observed) - expected) <= allowed)
 
 
 @pytest.mark.long
