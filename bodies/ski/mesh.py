@@ -51,9 +51,9 @@ class BeamMesh:
     """(m,) m of edge that a point stands for"""
 
     @property
-    def middle(self) -> int:
-        """Index of the node at s = 0.5, which the foot holds."""
-        return len(self.element_length) // 2
+    def clamped(self) -> int:
+        """Index of the node at the boot centre, which the binding holds."""
+        return int(np.argmin(np.abs(self.node_position[:, 0])))
 
     def contact_positions(self, position: Array, rotation: Array) -> Array:
         """Where the contact points are, (m, 2, 3) m by edge, for node positions (n + 1, 3) and frames (n + 1, 3, 3).
@@ -69,15 +69,18 @@ class BeamMesh:
 
 
 def mesh(ski: Ski, elements: int = 50, contacts: int = CONTACTS) -> BeamMesh:
-    """Cut a ski into ``elements`` pieces of equal straight length, with ``contacts`` points on each edge.
+    """Cut a ski into ``elements`` pieces, of equal straight length behind and ahead of the boot centre, where a node
+    lies, with ``contacts`` points on each edge.
 
     An element has the mass of its piece and the stiffness that gives the same end displacements under the same end
-    loads at first order: the inverse of the mean compliance.  Raises ValueError for an odd number of elements, which
-    would leave no node in the middle to clamp.
+    loads at first order: the inverse of the mean compliance.  Raises ValueError for fewer than two elements, which
+    would leave no node to clamp.
     """
-    if elements < 2 or elements % 2 or contacts < 1:
-        raise ValueError("elements must be even and at least 2, contacts at least 1")
-    s = np.linspace(0.0, 1.0, elements + 1)
+    if elements < 2 or contacts < 1:
+        raise ValueError("elements must be at least 2, contacts at least 1")
+    boot = float(ski.s_of_x(0.0))
+    behind = int(np.clip(round(elements * boot), 1, elements - 1))
+    s = np.concatenate([np.linspace(0.0, boot, behind + 1), np.linspace(boot, 1.0, elements - behind + 1)[1:]])
     position = np.stack([ski.x_of_s(s), np.zeros_like(s), ski.height(s)], axis=1)
     pitch = -np.arctan(ski.height.slope(s) / ski.length)  # turning about y (left) by + lowers the tip
     rotation = Rotation.from_rotvec(pitch[:, None] * [0.0, 1.0, 0.0]).as_matrix()
@@ -95,8 +98,8 @@ def mesh(ski: Ski, elements: int = 50, contacts: int = CONTACTS) -> BeamMesh:
     stiffness = np.diff(s) / compliance
 
     contact_s = (np.arange(contacts) + 0.5) / contacts
-    element = np.clip(np.floor(contact_s * elements).astype(np.int64), 0, elements - 1)
-    weight = contact_s * elements - element
+    element = np.clip(np.searchsorted(s, contact_s, side="right") - 1, 0, elements - 1).astype(np.int64)
+    weight = (contact_s - s[element]) / np.diff(s)[element]
     return BeamMesh(
         ski=ski,
         node_s=s,

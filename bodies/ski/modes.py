@@ -1,4 +1,4 @@
-"""Small vibrations of a ski held at its middle node: the reduced model's ski, and the time constant of its damping.
+"""Small vibrations of a ski held at the boot centre: the reduced model's ski, and the time constant of its damping.
 
 A spatial frame of straight Timoshenko elements along the nodes of a ``BeamMesh``, so that camber and shovel are in it:
 a raised shovel slows twisting by several per cent.  Coordinates at a node: displacement (3), small rotation (3), in the
@@ -18,7 +18,7 @@ from sssi_exudyn.core.frames import Array
 
 @dataclass(frozen=True)
 class ModalSki:
-    """k free vibrations of the ski, held at its middle node, each scaled to a modal mass of 1 kg.
+    """k free vibrations of the ski, held at the boot centre, each scaled to a modal mass of 1 kg.
 
     With the held node accelerating by a (m/s², gravity taken off) and turning by α (rad/s²), in the ski's frame:
     q̈ + 2ζω q̇ + ω² q = Σ shape · force − participation · (a, α)
@@ -42,7 +42,7 @@ def modal_ski(mesh: BeamMesh, modes: int = 12) -> ModalSki:
     Raises ValueError when the mesh has fewer.
     """
     stiffness, mass = frame_matrices(mesh)
-    free = np.delete(np.arange(len(mass)), np.arange(6 * mesh.middle, 6 * mesh.middle + 6))
+    free = np.delete(np.arange(len(mass)), np.arange(6 * mesh.clamped, 6 * mesh.clamped + 6))
     if not 0 < modes <= len(free):
         raise ValueError(f"the mesh has {len(free)} modes")
     squares, vectors = eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)], subset_by_index=[0, modes - 1])
@@ -62,11 +62,11 @@ def modal_ski(mesh: BeamMesh, modes: int = 12) -> ModalSki:
 def damping_time(mesh: BeamMesh) -> float:
     """Time constant τ (s) of viscous damping in proportion to stiffness, D = τK, so that ζ = τω/2.
 
-    The ski's damping ratio is met at the mean of the two slowest vibrations of the ski held at its middle node: the
+    The ski's damping ratio is met at the mean of the two slowest vibrations of the ski held at the boot centre: the
     first bending of its front and of its back.
     """
     stiffness, mass = frame_matrices(mesh)
-    free = np.delete(np.arange(len(mass)), np.arange(6 * mesh.middle, 6 * mesh.middle + 6))
+    free = np.delete(np.arange(len(mass)), np.arange(6 * mesh.clamped, 6 * mesh.clamped + 6))
     squares = eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)], eigvals_only=True, subset_by_index=[0, 1])
     return 2.0 * mesh.ski.damping_ratio / float(np.mean(np.sqrt(squares)))
 
@@ -152,8 +152,8 @@ def _bending_mass(length: float, mass: float, rotary: float) -> Array:
 
 
 def _rigid_motions(mesh: BeamMesh) -> Array:
-    """(6(n + 1), 6) node coordinates of unit translations and of unit rotations about the middle node."""
-    arm = mesh.node_position - mesh.node_position[mesh.middle]
+    """(6(n + 1), 6) node coordinates of unit translations and of unit rotations about the node at the boot centre."""
+    arm = mesh.node_position - mesh.node_position[mesh.clamped]
     field = np.zeros((len(arm), 6, 6))
     for axis, unit in enumerate(np.eye(3)):
         field[:, :3, axis] = unit

@@ -141,11 +141,11 @@ def _of_points(posture: PostureTable, rows: NDArray[np.intp], friction: Array, d
 def _through_clamps(parts: Parts, posture: PostureTable, rows: NDArray[np.intp], nodes: Array, clamps: Array) -> Array:
     """(n, 28) N m: what the skis, through the feet, do to the prescribed coordinates.
 
-    clamps (n, 2, 6): force on the middle node (foot's frame) and on three of its quaternion's components; on a unit
+    clamps (n, 2, 6): force on the clamped node (foot's frame) and on three of its quaternion's components; on a unit
     quaternion a torque τ acts as g = 2 Eᵀ τ, so τ = ½ E g, and g's part along the quaternion itself, the norm's
     constraint, drops out.
     """
-    middle = nodes[:, :, parts.mesh.middle]
+    middle = nodes[:, :, parts.mesh.clamped]
     frame = posture.foot_rotation[rows]
     general = np.concatenate([np.zeros_like(clamps[..., :1]), clamps[..., 3:]], axis=-1)
     w, x, y, z = np.moveaxis(middle[..., 3:], -1, 0)

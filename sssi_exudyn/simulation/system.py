@@ -46,7 +46,7 @@ def instant(posture: PostureTable, row: int, *, standing: bool = False) -> Insta
 class System:
     """An assembled Exudyn system, with the posture of the step that is being solved.
 
-    clamps : (2, 6) item numbers of the constraints that hold each ski's middle node: three places, three quaternion
+    clamps : (2, 6) item numbers of the constraints that hold each ski's node at the boot centre: three places, three quaternion
         components
     object : item number of the object through which the forces act
     ref : (n,) reference coordinates
@@ -121,7 +121,7 @@ def build(
     frame[:3, 3] = parts.ski_in_foot
     for _ in range(2):
         ski = add_ski_beam(mbs, parts.mesh, frame, np.zeros(3), np.zeros(3), damped=False)
-        clamps.append(tuple(_fix(mbs, ground, ski.nodes[parts.mesh.middle], c, 0.0) for c in (0, 1, 2, 4, 5, 6)))
+        clamps.append(tuple(_fix(mbs, ground, ski.nodes[parts.mesh.clamped], c, 0.0) for c in (0, 1, 2, 4, 5, 6)))
         nodes += ski.nodes
     if standing:
         for coordinate in range(2):

@@ -23,7 +23,7 @@ def order(errors: list[float]) -> float:
 def tip_deflection(ski: Ski, elements: int) -> float:
     cut = mesh(ski, elements)
     bench = Bench(cut)
-    bench.hold(cut.middle)
+    bench.hold(cut.clamped)
     bench.push(elements, [0.0, 0.0, 0.05])
     return float(bench.settle()[-1, 2])
 
@@ -31,14 +31,15 @@ def tip_deflection(ski: Ski, elements: int) -> float:
 def held_frequency(ski: Ski, elements: int) -> float:
     cut = mesh(ski, elements)
     bench = Bench(cut)
-    bench.hold(cut.middle)
+    bench.hold(cut.clamped)
     return float(bench.frequencies()[0])
 
 
 # Two-node elements with one integration point are of second order. Over 10 to 100 elements the slope of a slightly
 # curved line differs from 2 by some 0.05 on a uniform bar; on the slalom ski the break points of its thickness fall
-# differently in every mesh, which moves single errors by some ten per cent and the slope by 0.1.
-@pytest.mark.parametrize(("ski", "slack"), [(BAR, 0.05), (FLAT_SLALOM, 0.15)], ids=["bar", "slalom"])
+# differently in every mesh, and the node at the boot centre divides 10 elements otherwise than 100, which moves single
+# errors by some ten per cent and the slope by 0.2.
+@pytest.mark.parametrize(("ski", "slack"), [(BAR, 0.05), (FLAT_SLALOM, 0.25)], ids=["bar", "slalom"])
 def test_deflection_converges_at_second_order(ski: Ski, slack: float) -> None:
     fine = tip_deflection(ski, 200)
     finer = fine + (fine - tip_deflection(ski, 100)) / 3.0  # Richardson's extrapolation for order two
