@@ -19,11 +19,11 @@ import numpy as np
 from sssi_exudyn.bodies.skier.chain import SEGMENT
 from sssi_exudyn.core.frames import Array, slope_to_level
 from sssi_exudyn.core.rotations import rotations_about
+from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.reduced import Prepared
 from sssi_exudyn.simulation.sensitivities import sensitivities
-from sssi_exudyn.validation.measurements import Measurements
 
 SPACING: Final = 1.5
 """s between the supports of an error that wanders; its correlation time is twice that."""

@@ -10,6 +10,7 @@ import numpy as np
 from sssi_exudyn.analysis.turns import PHASES, find_turns
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import whiten
+from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.validation.diagnosis.evidence import NoiseLevels, Whitener
 from sssi_exudyn.validation.diagnosis.held_out import folds_of, held_out_error, held_out_errors, misfit, track_error
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
@@ -43,7 +44,6 @@ from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search_result import SURE, WORTH_NAMING, Figures
 from sssi_exudyn.validation.diagnosis.sentences import sentence_of
 from sssi_exudyn.validation.diagnosis.state import State, fit_track
-from sssi_exudyn.validation.measurements import Measurements
 
 _LEAST_OVERLAP: Final = 0.25
 """Share of a turn's phase that a finding covers where it is named."""

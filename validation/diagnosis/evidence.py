@@ -21,8 +21,8 @@ from scipy.optimize import Bounds, minimize
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, whiten, whiten_with_slope
+from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.validation.capture_error import USUAL
-from sssi_exudyn.validation.measurements import Measurements
 
 _LOAD_SHARE: Final = 0.03
 _DIFFERENCE_SHARE: Final = 0.05

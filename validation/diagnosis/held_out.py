@@ -7,9 +7,9 @@ import itertools
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.validation.diagnosis.evidence import Whitener
 from sssi_exudyn.validation.diagnosis.refit import Refit
-from sssi_exudyn.validation.measurements import Measurements
 
 _FOLDS = 4
 """Parts of a run that has not as many changes of edges."""

@@ -18,12 +18,12 @@ import numpy as np
 from sssi_exudyn.analysis.turns import edge_changes
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
 from sssi_exudyn.validation.diagnosis.result import Kind, Number
-from sssi_exudyn.validation.measurements import Measurements
 
 _CELL: Final = 0.4
 """s; the finest division of a run in the search for a place."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.measurements import Measurements, measurements_of
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
@@ -19,7 +20,6 @@ from sssi_exudyn.runtime.cache import Cache, fingerprint
 from sssi_exudyn.simulation.reduced import Prepared, prepare
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
 from sssi_exudyn.validation.diagnosis.refit import Parameter
-from sssi_exudyn.validation.measurements import Measurements, measurements_of
 
 Progress = Callable[[float | None, str], None]
 """Takes the share that is done, where it is known, and what is being done."""

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.optimise import minimise_squares
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced import Prepared
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.diagnosis.evidence import Whitener
-from sssi_exudyn.validation.measurements import Measurements
 
 _ENOUGH = 0.02
 """Change of J, in units of χ²/2, that ends the search."""

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.measurements import averages
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import Shapes, fingerprint
@@ -34,7 +35,6 @@ from sssi_exudyn.validation.diagnosis.evidence import (
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, mounting_freedom
 from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit, arrays_of, kept_shapes, refit, refit_of
-from sssi_exudyn.validation.measurements import averages
 
 Arrays = Mapping[str, NDArray[np.generic]]
 """What a cache keeps."""

@@ -7,6 +7,7 @@ import pytest
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.validation.diagnosis.evidence import (
     Freedom,
     LinearModel,
@@ -19,7 +20,6 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     whitener,
 )
 from sssi_exudyn.validation.diagnosis.missing_force import discoveries
-from sssi_exudyn.validation.measurements import Measurements
 
 LEVELS = NoiseLevels(
     ExponentialNoise(0.02, 2.0),

@@ -14,6 +14,7 @@ from hypothesis_contract import check_on_run, check_statements
 from sssi_exudyn.contact.terms.wind import Gust, Wind
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.measurements import measurements_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
@@ -24,7 +25,6 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import (
     distinguishing_measurement,
 )
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Hypothesis, Numbers, Probe, SteadyLaw, probes_by
-from sssi_exudyn.validation.measurements import measurements_of
 
 ROOT = Path(__file__).parents[3]
 IN_THE_FORMAT = 19
