@@ -2,7 +2,7 @@
 
 It is here to be read, and to be held against the assembled model: it shares data with it (the recorded posture, masses,
 the mesh's numbers, the terms' parameters) and no mechanics.  A ski is a shallow Euler-Bernoulli beam with twist, held
-at its middle, in finite elements of its own, of which the slowest vibrations are kept; the steps are explicit.
+at the boot centre, in finite elements of its own, of which the slowest vibrations are kept; the steps are explicit.
 
 Every point of a ski, of mass or of contact, is at
 
@@ -44,7 +44,7 @@ STEP = 1e-3
 
 @dataclass(frozen=True)
 class FlatSki:
-    """A ski's k slowest vibrations with its middle held, each of modal mass 1 kg; places in the foot's frame.
+    """A ski's k slowest vibrations, held at the boot centre, each of modal mass 1 kg; places in the foot's frame.
 
     omega, damping : (k,) rad/s, share of critical
     mass, place, shape : (n,) kg, (n, 3) m, (n, 3, k) of its lumped masses
@@ -68,7 +68,7 @@ def flat_ski(parts: Parts, modes: int = MODES) -> FlatSki:
     """Bend and twist of the model's ski, from its mesh's masses and stiffnesses."""
     cut, ski = parts.mesh, parts.model.ski
     x, raised = cut.node_position[:, 0], cut.node_position[:, 2]
-    n, held = len(x), len(x) // 2
+    n, held = len(x), int(np.argmin(np.abs(x)))
     bend, twist = np.zeros((2 * n, 2 * n)), np.zeros((n, n))
     for e, (gap, ei, gj) in enumerate(zip(cut.element_length, cut.stiffness[:, 4], cut.stiffness[:, 3], strict=True)):
         a, b = 6.0 * gap, gap * gap  # Hermite's cubics in (w, w')
@@ -81,7 +81,7 @@ def flat_ski(parts: Parts, modes: int = MODES) -> FlatSki:
         both: Array = 0.5 * (np.append(of_elements, 0.0) + np.append(0.0, of_elements))
         return both
 
-    def from_middle(slope: Array) -> Array:
+    def from_boot(slope: Array) -> Array:
         """∫ slope dx from the held node on."""
         found = np.append(0.0, np.cumsum(0.5 * np.diff(x) * (slope[1:] + slope[:-1])))
         return np.asarray(found - found[held], dtype=np.float64)
@@ -91,7 +91,7 @@ def flat_ski(parts: Parts, modes: int = MODES) -> FlatSki:
     rising = np.gradient(raised, x)
     inertia_w, inertia_t = np.empty(2 * n), np.diag(rotation_about_x)
     inertia_w[0::2], inertia_w[1::2] = mass, about_y
-    aside = np.apply_along_axis(from_middle, 0, np.diag(-rising))  # where the ski rises, twist moves it sideways
+    aside = np.apply_along_axis(from_boot, 0, np.diag(-rising))  # where the ski rises, twist moves it sideways
     inertia_t += aside.T @ (mass[:, None] * aside)
     free_w, free_t = np.delete(np.arange(2 * n), [2 * held, 2 * held + 1]), np.delete(np.arange(n), held)
     square_w, shape_w = eigh(bend[np.ix_(free_w, free_w)], np.diag(inertia_w[free_w]))
@@ -102,7 +102,7 @@ def flat_ski(parts: Parts, modes: int = MODES) -> FlatSki:
         nodal = np.zeros((n, 2))
         if kind == 0:
             nodal.reshape(-1)[free_w] = shape_w[:, i]
-            shape[:, 0, k], shape[:, 2, k] = from_middle(-rising * nodal[:, 1]), nodal[:, 0]
+            shape[:, 0, k], shape[:, 2, k] = from_boot(-rising * nodal[:, 1]), nodal[:, 0]
         else:
             turn[free_t, k] = shape_t[:, i]
             shape[:, 1, k] = aside @ turn[:, k]

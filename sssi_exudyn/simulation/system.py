@@ -46,8 +46,8 @@ def instant(posture: PostureTable, row: int, *, standing: bool = False) -> Insta
 class System:
     """An assembled Exudyn system, with the posture of the step that is being solved.
 
-    clamps : (2, 6) item numbers of the constraints that hold each ski's node at the boot centre: three places, three quaternion
-        components
+    clamps : (2, 6) item numbers of the constraints that hold each ski's node at the boot centre: three places, three
+        quaternion components
     object : item number of the object through which the forces act
     ref : (n,) reference coordinates
     """

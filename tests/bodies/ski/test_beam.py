@@ -54,8 +54,8 @@ def cantilever(ski: Ski, root: float) -> float:
 
 
 # Two-node elements with one integration point: a uniform cantilever of n elements is too stiff by 1/(4 n²), one on
-# two supports by 1/n². Here n is what carries the load, 50 elements or the 27 from the boot centre to the tip, and the catalogue's
-# sections taper, which at most doubles it. Forces are so small that large deflection adds less than 1e-5.
+# two supports by 1/n². Here n is what carries the load, 50 elements or the 27 from the boot centre to the tip, and the
+# catalogue's sections taper, which at most doubles it. Forces are so small that large deflection adds less than 1e-5.
 @pytest.mark.parametrize(
     ("ski", "held", "error"), [(BAR, 0, 1.1 / (4 * 50**2)), (FLAT_SLALOM, 25, 2 / (4 * 25**2))], ids=["bar", "slalom"]
 )
