@@ -19,6 +19,7 @@ from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import Quantity, quantities, quantity
 from sssi_exudyn.model.faults import CaptureSensor, Sensor
+from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.recording.recording import Equipment, Skier
 from sssi_exudyn.terrain.surface import Surface
 
@@ -60,9 +61,7 @@ class Solver:
     """How the equations of motion are integrated (Exudyn's implicit generalised-α method)."""
 
     step: float = quantity(1.0 / 150.0, "s", low=1e-4, high=0.02, source=_CHOICE, meaning="longest time step")
-    elements: int = quantity(
-        50, "1", low=10, high=200, source="paper 2.2.2", meaning="beam elements of a ski, an even number"
-    )
+    elements: int = quantity(50, "1", low=10, high=200, source="paper 2.2.2", meaning="beam elements of a ski")
     spectral_radius: float = quantity(
         0.8, "1", low=0.0, high=0.95, source=_CHOICE, meaning="numerical damping: 1 none, 0 most"
     )
@@ -82,6 +81,7 @@ class Model:
     terms : the laws that act, in the order in which their forces are reported
     sensors : what the recording's instruments get wrong
     surface : the snow's heights over the slope's plane; None for the plane
+    posture : what is added to the captured posture; None for nothing
     """
 
     name: str
@@ -95,6 +95,7 @@ class Model:
     solver: Solver = field(default_factory=Solver)
     sensors: tuple[Sensor, ...] = ()
     surface: Surface | None = None
+    posture: PostureCorrection | None = None
 
     def term(self, name: str) -> Term:
         """The term of that name.  Raises KeyError when the model has none."""

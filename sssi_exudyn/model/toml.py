@@ -16,9 +16,12 @@ from sssi_exudyn.core.quantity import build_checked
 from sssi_exudyn.io.settings import Settings, name_of, read_toml, table_of
 from sssi_exudyn.model.faults import read_sensor, values_of
 from sssi_exudyn.model.model import Model, Solver, Start
+from sssi_exudyn.motion.correction_file import FILE as POSTURE
+from sssi_exudyn.motion.correction_file import correction_bytes, correction_to_dict, read_correction
 from sssi_exudyn.recording.equipment import read_equipped_ski
 from sssi_exudyn.recording.recording import Equipment, Skier, Slope
-from sssi_exudyn.terrain.file import read_surface, surface_to_dict
+from sssi_exudyn.terrain.file import FILE as SURFACE
+from sssi_exudyn.terrain.file import read_surface, surface_bytes, surface_to_dict
 
 _MOST_PARTS: Final = 100
 """Terms, or sensors, of a model."""
@@ -29,6 +32,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
     start = asdict(model.start)
     start["heading_offset_deg"] = float(np.degrees(start.pop("heading_offset")))
     surface = {} if model.surface is None else {"surface": surface_to_dict(model.surface)}
+    posture = {} if model.posture is None else {"posture": correction_to_dict(model.posture)}
     return {
         "format": 1,
         "name": model.name,
@@ -48,7 +52,14 @@ def model_to_dict(model: Model) -> dict[str, Any]:
         "start": start,
         "solver": asdict(model.solver),
         **surface,
+        **posture,
     }
+
+
+def model_files(model: Model) -> dict[str, bytes]:
+    """The files beside ``model.toml`` that it names, by name: the snow surface's heights, the posture's correction."""
+    files = {} if model.surface is None else {SURFACE: surface_bytes(model.surface)}
+    return files if model.posture is None else {**files, POSTURE: correction_bytes(model.posture)}
 
 
 def read_model(path: Path) -> Model:
@@ -129,6 +140,7 @@ def read_model(path: Path) -> Model:
             for i, entry in enumerate(_tables(data, "sensor", path))
         ),
         surface=read_surface(table("surface"), path) if "surface" in data else None,
+        posture=read_correction(table("posture"), path) if "posture" in data else None,
     )
 
 

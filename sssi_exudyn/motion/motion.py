@@ -126,8 +126,11 @@ def turn_motion(motion: Motion, yaw: Callable[[Array], Array]) -> Motion:
 
     A spline whose coefficients lie on a line over their knots' averages (Greville's abscissae) is that line.
     """
-    count = len(motion.coefficients)
-    greville = np.array([motion.knots[i + 1 : i + 1 + _DEGREE].mean() for i in range(count)])
     coefficients = motion.coefficients.copy()
-    coefficients[:, PRESCRIBED.index("pelvis_rotation")] += yaw(greville)
+    coefficients[:, PRESCRIBED.index("pelvis_rotation")] += yaw(greville_abscissae(motion))
     return replace(motion, coefficients=coefficients)
+
+
+def greville_abscissae(motion: Motion) -> Array:
+    """(m − 6,) s: the time that each coefficient of the motion's splines stands for."""
+    return np.asarray(np.convolve(motion.knots[1:-1], np.full(_DEGREE, 1.0 / _DEGREE), mode="valid"))

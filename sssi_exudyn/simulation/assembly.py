@@ -17,6 +17,7 @@ from sssi_exudyn.contact.terms.air import FrontalAreas
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Antenna, Motion, turn_motion
 from sssi_exudyn.simulation.posture_table import PostureTable, posture_at
 from sssi_exudyn.terrain.surface import Surface
@@ -26,8 +27,10 @@ _STRETCH = 256
 
 
 def correct_motion(model: Model, motion: Motion) -> Motion:
-    """The motion as it was, if the capture's faults are those of the model: turned, and the antenna where it sat."""
-    moved = turn_motion(motion, model.capture_yaw)
+    """The motion as it was, if the capture's faults are those of the model: its posture corrected, turned, and the
+    antenna where it sat.
+    """
+    moved = turn_motion(correct_posture(motion, model.posture), model.capture_yaw)
     if motion.antenna is None:
         return moved
     antenna = Antenna(motion.antenna.segment, motion.antenna.offset + antenna_shift(model.sensors))

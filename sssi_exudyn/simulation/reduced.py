@@ -24,6 +24,7 @@ from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
 from sssi_exudyn.core.rotations import rotations_about
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model, along_snow
+from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion, antenna_carrier, antenna_offset
 from sssi_exudyn.simulation.assembly import Parts, snow_grid
 from sssi_exudyn.terrain.surface import Surface
@@ -202,9 +203,10 @@ class Prepared:
 def prepare(
     model: Model, motion: Motion, *, start: float | None = None, stop: float | None = None, step: float = STEP
 ) -> Prepared:
-    """The tables for runs of ``model`` along ``motion`` from ``start`` to ``stop`` (s; its ends if None), heading as
-    recorded.
+    """The tables for runs of ``model`` along ``motion``, its posture corrected, from ``start`` to ``stop`` (s; its ends
+    if None), heading as recorded.
     """
+    motion = correct_posture(motion, model.posture)
     parts = Parts(model, motion)
     t0, t1 = motion.start if start is None else start, motion.stop if stop is None else stop
     time = t0 + step * np.arange(max(1, round((t1 - t0) / step)) + 1, dtype=np.float64)
@@ -242,7 +244,7 @@ def prepare(
         ski=modal_ski(cut, MODES),
         points=np.stack([left, left * [1.0, -1.0, 1.0]], axis=1),
         length=cut.contact_length,
-        held=cut.node_position[cut.middle] + parts.ski_in_foot,
+        held=cut.node_position[cut.clamped] + parts.ski_in_foot,
         ski_com=centre + parts.ski_in_foot,
     )
 

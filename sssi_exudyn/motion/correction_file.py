@@ -1,0 +1,61 @@
+"""A posture correction on disk: ``[posture]`` of ``model.toml``, and its angles in a Parquet file beside it."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.io.bounds import MAX_DURATION
+from sssi_exudyn.io.files import inside
+from sssi_exudyn.io.parquet import check_finite, check_time, read_parquet
+from sssi_exudyn.io.settings import Settings, check_keys, text_of
+from sssi_exudyn.motion.correction import PostureCorrection
+
+FILE: Final = "posture_correction.parquet"
+_KEYS: Final = ("file", "sha256")
+_COLUMNS: Final = ("time_s", *(f"{name}_rad" for name in PRESCRIBED))
+_MOST: Final = 1.6
+"""rad; what is corrected by more was no capture."""
+
+
+def correction_to_dict(correction: PostureCorrection) -> dict[str, Any]:
+    """The table ``[posture]``; the angles are ``correction_bytes``."""
+    return {"file": FILE, "sha256": correction.digest}
+
+
+def correction_bytes(correction: PostureCorrection) -> bytes:
+    """The angles to add to the captured ones, one row an instant, as a Parquet file."""
+    table = pd.DataFrame(np.column_stack([correction.time, correction.angles]), columns=list(_COLUMNS))
+    stream = io.BytesIO()
+    table.to_parquet(stream, index=False)
+    return stream.getvalue()
+
+
+def read_correction(table: Settings, path: Path) -> PostureCorrection:
+    """The correction that ``[posture]`` of the file ``path`` names.
+
+    Raises InputError for unknown keys, and for a file that is missing, no such table, or not the one that the model was
+    written with.
+    """
+    check_keys(table, _KEYS, path, "[posture]")
+    file = inside(path.parent, text_of(table, "file", path, "[posture]"), path, "[posture] file")
+    found = read_parquet(file, _COLUMNS)
+    if len(found) < 2:
+        raise InputError(file, "", "fewer than two instants", "take the file that the model was written with")
+    check_time(file, found, MAX_DURATION, strict=True)
+    check_finite(file, found, _COLUMNS)
+    angles = found[list(_COLUMNS[1:])].to_numpy(dtype=float)
+    if np.max(np.abs(angles)) > _MOST:
+        raise InputError(file, "", f"an angle is corrected by more than {_MOST:g} rad", "give radians")
+    correction = PostureCorrection(found["time_s"].to_numpy(dtype=float), angles)
+    if table.get("sha256", correction.digest) != correction.digest:
+        raise InputError(
+            file, "", "not the correction that the model was written with", f"take it away from {path.name}: sha256"
+        )
+    return correction
