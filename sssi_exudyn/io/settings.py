@@ -19,7 +19,14 @@ from sssi_exudyn.core.text import one_line
 from sssi_exudyn.io.bounds import MAX_DEPTH, MAX_NAME, MAX_TOML, MAX_VALUES
 from sssi_exudyn.io.files import read_text
 
-_IN_FILE: Final = {"kg": ("kg", 1.0), "m": ("m", 1.0), "s": ("s", 1.0), "rad": ("deg", math.pi / 180.0)}
+_IN_FILE: Final = {
+    "kg": ("kg", 1.0),
+    "m": ("m", 1.0),
+    "s": ("s", 1.0),
+    "rad": ("deg", math.pi / 180.0),
+    "1": ("share", 1.0),
+    "N m": ("Nm", 1.0),
+}
 """SI unit → the unit in the key, and the factor from it to SI."""
 _MISTAKEN: Final = {
     "m": {"feet": 0.3048, "centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254},

@@ -51,10 +51,11 @@ from sssi_exudyn.recording.recording import (
 )
 from sssi_exudyn.recording.sensor_tables import read_sensors
 from sssi_exudyn.recording.slope_and_heading import CAPTURE_HEADING_SIGMA
+from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.terrain.elevation_model import LARGEST
 
 _TABLES: Final = (
-    *("format", "name", "note", "skier", "equipment", "slope", "terrain"),
+    *("format", "name", "note", "skier", "equipment", "slope", "terrain", "uncertainty"),
     *("motion", "sensors", "barometer", "gps", "insoles"),
 )
 _DATUMS: Final = ("gps", "other")
@@ -159,6 +160,7 @@ def read_recording(folder: str | Path) -> Recording:
         hashes=hashes,
         notices=_clean(notices + slope_notices + heading_notices),
         elevations=_read_elevations(folder, settings, toml, hashes, gps),
+        uncertainty=_read_uncertainty(settings, toml),
     )
 
 
@@ -216,6 +218,7 @@ def _read_few_sensors(
         notices=_clean(notices + slope_notices + made.notes + cut),
         completed=made,
         elevations=_read_elevations(folder, settings, toml, hashes, gps),
+        uncertainty=_read_uncertainty(settings, toml),
     )
 
 
@@ -274,6 +277,16 @@ def _read_elevations(
     hashes[name] = sha256(inside(folder, name, toml, "[terrain] file", LARGEST))
     numbers = numbers_of(Elevations, table, toml, "[terrain]", optional=("sigma",))
     return Elevations(folder / name, datum == "gps", **numbers)
+
+
+def _read_uncertainty(settings: Settings, toml: Path) -> Uncertainty:
+    """``[uncertainty]``, the usual where it says nothing else."""
+    if "uncertainty" not in settings:
+        return Uncertainty()
+    table = table_of(settings, "uncertainty", toml)
+    check_keys(table, _keys(Uncertainty), toml, "[uncertainty]")
+    names = tuple(quantities(Uncertainty))
+    return Uncertainty(**numbers_of(Uncertainty, table, toml, "[uncertainty]", optional=names))
 
 
 def _read_motion(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> tuple[Bvh, float | None]:

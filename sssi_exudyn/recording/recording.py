@@ -6,7 +6,7 @@ InputError that names the file, the place and the fix; whatever could be correct
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -17,6 +17,7 @@ from sssi_exudyn.recording.few_sensors.complete import Completed
 from sssi_exudyn.recording.instruments.bvh import Bvh
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.instruments.insoles import Insoles
+from sssi_exudyn.recording.uncertainty import Uncertainty
 
 FILE: Final = "recording.toml"
 _AZIMUTH: Final = 2.0 * np.pi
@@ -98,6 +99,7 @@ class Recording:
     ----------
     start, stop : s, the stretch that all instruments cover
     elevations : model of the slope's heights, if there is one
+    uncertainty : how wrong what is stated or measured may be
     completed : how ``bvh`` was made of few sensors; None where it was captured
     hashes : ``"sha256:…"`` of every file read, by its name in the folder
     notices : what was done to the data or is odd in it, in words
@@ -119,3 +121,4 @@ class Recording:
     notices: tuple[str, ...]
     completed: Completed | None = None
     elevations: Elevations | None = None
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)

@@ -1,0 +1,71 @@
+"""How wrong what a recording states may be: standard deviations, usual for inertial suits, insoles and stated masses.
+
+``[uncertainty]`` of ``recording.toml`` gives others where somebody knows better.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from sssi_exudyn.core.quantity import quantity
+
+_SUIT: Final = "inertial suits: 1 to 2 degrees and 0.3 to 0.5 degrees that wander (Robert-Lachaine et al. 2017)"
+_SEGMENTS: Final = "thigh and shank wrong by their own degree"
+_DEGREE: Final = 0.017453292519943295
+_MOST: Final = 45.0 * _DEGREE
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Standard deviations of what is stated or measured, before a fit."""
+
+    foot: float = quantity(
+        1.5 * _DEGREE, "rad", low=0.0, high=_MOST, source=_SUIT, meaning="constant turn of each foot about each axis"
+    )
+    foot_wander: float = quantity(
+        0.4 * _DEGREE, "rad", low=0.0, high=_MOST, source=_SUIT, meaning="turn of a foot that changes over seconds"
+    )
+    foot_place: float = quantity(
+        0.01, "m", low=0.0, high=0.3, source=_SEGMENTS, meaning="each foot's place along and across the slope"
+    )
+    foot_place_wander: float = quantity(
+        0.004, "m", low=0.0, high=0.3, source=_SEGMENTS, meaning="the same, changing over seconds"
+    )
+    foot_height: float = quantity(
+        0.005, "m", low=0.0, high=0.3, source=_SEGMENTS, meaning="height of one foot against the other"
+    )
+    foot_height_wander: float = quantity(
+        0.003, "m", low=0.0, high=0.3, source=_SEGMENTS, meaning="the same, changing over seconds"
+    )
+    trunk: float = quantity(
+        1.5 * _DEGREE, "rad", low=0.0, high=_MOST, source=_SUIT, meaning="constant lean of the trunk"
+    )
+    trunk_wander: float = quantity(
+        0.4 * _DEGREE, "rad", low=0.0, high=_MOST, source=_SUIT, meaning="the same, changing over seconds"
+    )
+    mass: float = quantity(
+        2.0, "kg", low=0.0, high=50.0, source="clothes, helmet, what he carries", meaning="the skier's stated mass"
+    )
+    drag: float = quantity(
+        0.15, "1", low=0.0, high=1.0, source="frontal areas by posture", meaning="share of the drag coefficient"
+    )
+    snow_stiffness: float = quantity(
+        0.3, "1", low=0.0, high=2.0, source="snow differs by more", meaning="share of the penetration's stiffness"
+    )
+    boot_cuff: float = quantity(
+        0.03, "1", low=0.0, high=0.5, source="Nakazato et al. 2011", meaning="share of the load in the boots' cuffs"
+    )
+    insole_gain: float = quantity(
+        0.05, "1", low=0.0, high=0.5, source="calibration of one insole", meaning="relative error of each insole"
+    )
+    antenna: float = quantity(
+        0.015, "m", low=0.0, high=0.5, source="tape measure", meaning="antenna's place on the body, each axis"
+    )
+    clock: float = quantity(
+        0.005, "s", low=0.0, high=1.0, source="synchronised clocks", meaning="clock of the receiver against the capture"
+    )
+    residual_moment: float = quantity(
+        20.0, "N m", low=1.0, high=1e4, source="residual reduction, OpenSim",
+        meaning="moment about the pelvis that is left over",
+    )  # fmt: skip
