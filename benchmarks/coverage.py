@@ -1,0 +1,100 @@
+"""How often the intervals of an estimate hold the truth, on runs whose errors are drawn from the priors.
+
+    python benchmarks/coverage.py --json FILE [--runs 100] [--seconds 6] [--seed 1]
+
+Every run begins with the bundled postures, alternately; its measurements are the reduced model's with errors of the
+posture, the skier, snow, air and instruments drawn from their priors, and noise.  What was computed is kept in FILE
+after each run: the same call goes on from there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from sssi_exudyn.commands.recordings import SILENT, read_folder
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.observation import observation_of
+from sssi_exudyn.fitting.posterior import Setting, find_posterior
+from sssi_exudyn.fitting.snow_surface import on_snow_surface
+from sssi_exudyn.fitting.unknowns import posture_errors, unknown_numbers, with_instruments
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.drawn_run import draw_run
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+FRICTION = {
+    "beginner": {"friction.mu_t": 0.06, "friction.mu_n": 0.55},
+    "intermediate": {"friction.mu_t": 0.19, "friction.mu_n": 0.9},
+}
+HALF = 1.6449
+"""Standard deviations to either side that hold 90 % of a normal distribution."""
+
+
+def setting_of(name: str, seconds: float) -> tuple[Model, Setting]:
+    """The model of a bundled recording's first seconds with the friction that is to be found, and what is sought."""
+    recording, motion = read_folder(EXAMPLES / name, SILENT)
+    model = on_snow_surface(model_of(recording, motion), recording, motion)
+    motion = replace(motion, stop=min(motion.stop, motion.start + seconds))
+    problem = problem_of(recording, motion, model, "joint")
+    model = with_instruments(problem.model.with_values(FRICTION[name]), recording)
+    about = recording.uncertainty
+    return model, Setting(
+        motion=motion,
+        seen=observation_of(recording, model, motion, problem.counts),
+        unknowns=unknown_numbers(model, problem.priors, recording),
+        errors=posture_errors(about, motion.start, motion.stop),
+        mass=(recording.skier.mass, about.mass),
+    )
+
+
+def judge(name: str, seconds: float, seed: int) -> dict[str, object]:
+    """One drawn run: how many standard deviations each number's estimate is from the truth."""
+    model, setting = setting_of(name, seconds)
+    drawn = draw_run(model, setting, np.random.default_rng(seed))
+    found = find_posterior(model, drawn.setting)
+    z = (found.values - drawn.values) / np.sqrt(np.diag(found.covariance))
+    return {
+        "recording": name,
+        "seed": seed,
+        "z": dict(zip(setting.names, z.tolist(), strict=True)),
+        "sd": dict(zip(setting.names, np.sqrt(np.diag(found.covariance)).tolist(), strict=True)),
+        "moved": found.moved,
+        "rounds": found.rounds,
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", type=Path, required=True)
+    parser.add_argument("--runs", type=int, default=100)
+    parser.add_argument("--seconds", type=float, default=6.0)
+    parser.add_argument("--seed", type=int, default=1)
+    asked = parser.parse_args()
+    kept = json.loads(asked.json.read_text())["runs"] if asked.json.exists() else []
+    for i in range(len(kept), asked.runs):
+        name = tuple(FRICTION)[i % 2]
+        try:
+            kept.append(judge(name, asked.seconds, asked.seed + i))
+        except SimulationDiverged as error:
+            kept.append({"recording": name, "seed": asked.seed + i, "diverged": str(error)})
+        whole = [run for run in kept if "z" in run]
+        within = {
+            number: float(np.mean([abs(run["z"][number]) <= HALF for run in whole]))
+            for number in ("friction.mu_t", "friction.mu_n")
+        }
+        spread = {
+            number: float(np.std([run["z"][number] for run in whole])) for number in ("friction.mu_t", "friction.mu_n")
+        }
+        result = {"coverage_90": within, "spread_of_z": spread, "diverged": len(kept) - len(whole), "runs": kept}
+        asked.json.write_text(json.dumps(result, indent=1))
+        print(f"{i + 1} of {asked.runs}: {within}, spread {spread}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

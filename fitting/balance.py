@@ -1,0 +1,107 @@
+"""The moment about the pelvis that a simulated run leaves over: a real skier, whom nothing holds there, has none.
+
+    τ = Σ [(c − p) × m (a − g) + d(I ω)/dt] − Σ feet [(x − p) × F + M] − Σ segments (x − p) × D − (c − p) × B
+
+over the body's segments and the skis, p the pelvis, F and M what the snow does to a ski, D the air's forces, B those on
+the centre of mass.  What remains of it once snow, air and inertia are counted is the posture's error or the model's
+(residual reduction: Delp et al., IEEE Trans. Biomed. Eng. 54 (2007) 1940).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+from sssi_exudyn.bodies.skier.chain import SEGMENT, forward_kinematics, rates
+from sssi_exudyn.contact.backends.arrays import ArrayLaws
+from sssi_exudyn.core.frames import Array, gravity_in_slope
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
+
+GRID: Final = 0.02
+"""s between the instants at which the body's own moment is found."""
+
+
+@dataclass(frozen=True)
+class Balance:
+    """What of the moment about the pelvis does not follow from a run's forces, at n instants.
+
+    own : (n, 3) N m, inertia and weight of the body, skis apart, were the pelvis not accelerated
+    air : (n, 3) N m of the air and of what acts on the centre of mass, in one run
+    arms : (n, 2, 3) m from each foot's place to its ski's centre of mass;  ski_mass : kg of one
+    """
+
+    own: Array
+    air: Array
+    arms: Array
+    ski_mass: float
+
+    def residual(self, run: ReducedRun, prepared: Prepared) -> Array:
+        """(n, 3) N m that are left over, slope frame; ``run`` may carry a complex step."""
+        pull = np.gradient(run.pelvis_velocity, run.time.real, axis=0)
+        feet, com = run.foot_position - run.pelvis[:, None], run.com - run.pelvis
+        felt = np.gradient(run.foot_velocity, run.time.real, axis=0) - prepared.gravity
+        total = self.own + prepared.body_mass * np.cross(com, pull) - self.air
+        carried = np.cross(feet + self.arms, self.ski_mass * felt)
+        return np.asarray(total + np.sum(carried - np.cross(feet, run.snow_force) - run.snow_moment, axis=1))
+
+
+def balance_of(model: Model, motion: Motion, prepared: Prepared, run: ReducedRun) -> Balance:
+    """For the run ``run`` of that model along that motion, corrected as the model says."""
+    parts = Parts(model, motion)
+    grid = np.arange(run.time[0], run.time[-1] + GRID, GRID)
+    own = make_interp_spline(grid, own_moment(parts, grid), k=3)(run.time)
+    coarse = np.arange(0, len(run.time), max(1, round(0.1 / prepared.step)))
+    air = np.stack([np.interp(run.time, run.time[coarse], column) for column in _air(parts, prepared, run, coarse).T])
+    return Balance(
+        own=own,
+        air=air.T,
+        arms=np.einsum("nsij,j->nsi", prepared.foot_rotation, prepared.ski_com),
+        ski_mass=0.5 * (prepared.mass - prepared.body_mass),
+    )
+
+
+def own_moment(parts: Parts, time: Array) -> Array:
+    """(n, 3) N m: ``Balance.own`` at ``time`` (n,) s."""
+    motion, gravity = parts.motion, gravity_in_slope(parts.model.inclination)
+    q, qd, qdd = (np.hstack([np.zeros((len(time), 3)), part]) for part in motion.evaluate(time))
+    poses = forward_kinematics(motion.geometry, q, motion.inclination)
+    moving = rates(poses, qd, qdd)
+    total = np.zeros((len(time), 3))
+    for i, body in enumerate(parts.inertias):
+        omega, alpha, turn = moving.angular_velocity[:, i], moving.angular_acceleration[:, i], poses.rotation[:, i]
+        arm = turn @ body.com
+        felt = moving.acceleration[:, i] + np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm)) - gravity
+        inertia = turn @ body.inertia @ np.swapaxes(turn, 1, 2)
+        spin = np.einsum("nij,nj->ni", inertia, omega)
+        total += np.einsum("nij,nj->ni", inertia, alpha) + np.cross(omega, spin)
+        total += np.cross(poses.origin[:, i] + arm, body.mass * felt)
+    return total
+
+
+def _air(parts: Parts, prepared: Prepared, run: ReducedRun, rows: NDArray[np.intp]) -> Array:
+    """(rows, 3) N m of the air and of the forces on the centre of mass."""
+    laws = ArrayLaws(parts.model.terms)
+    time = run.time[rows]
+    angles, _, _ = parts.motion.evaluate(time)
+    poses = forward_kinematics(
+        parts.motion.geometry, np.hstack([np.zeros((len(time), 3)), angles]), prepared.inclination
+    )
+    shown = [SEGMENT[name] for name in parts.areas]
+    arms = poses.origin[:, shown] + np.stack([poses.rotation[:, i] @ parts.inertias[i].com for i in shown], axis=1)
+    found = np.zeros((len(time), 3))
+    for k, row in enumerate(rows):
+        place, velocity = run.pelvis[row], run.pelvis_velocity[row]
+        drag = laws.segments(
+            float(time[k]), place[0], place[1], velocity + prepared.exposed_velocity[row], prepared.area
+        )
+        at = run.com[row]
+        body = laws.body(float(time[k]), at[0], at[1], run.com_velocity[row])
+        found[k] = np.cross(arms[k], drag).sum(axis=0) + np.cross(at - place, body)
+    return found

@@ -1,0 +1,94 @@
+"""The whole fit of a recording: friction from the track, then all that is uncertain with all that is measured."""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.fit import Fitted, Progress, fit
+from sssi_exudyn.fitting.objective import Problem, counts_of
+from sssi_exudyn.fitting.observation import observation_of
+from sssi_exudyn.fitting.posterior import Posterior, Setting, find_posterior
+from sssi_exudyn.fitting.unknowns import posture_errors, unknown_numbers, with_instruments
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import model_to_dict
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.runtime.cache import Cache, fingerprint
+from sssi_exudyn.simulation.full import simulate
+
+
+@dataclass(frozen=True)
+class Estimated:
+    """The fit as others see it, and all that is known after it."""
+
+    fitted: Fitted
+    posterior: Posterior
+
+
+def estimate(
+    problem: Problem,
+    recording: Recording,
+    motion: Motion,
+    *,
+    full: bool = True,
+    cache: Cache | None = None,
+    progress: Progress | None = None,
+) -> Estimated:
+    """Solve the problem with the reduced model, then estimate all that is uncertain, ``full`` or not judged by the full
+    model.  What was found on the way is kept in ``cache``.
+
+    Raises SimulationDiverged when a simulation does.
+    """
+    begin = clock.perf_counter()
+    say = progress or (lambda _fraction, _detail: None)
+    first = fit(problem, motion, "joint", full=False, cache=cache, progress=progress)
+    model = with_instruments(first.model, recording)
+    seen = observation_of(recording, model, motion, counts_of(problem.track, first.residual))
+    about = recording.uncertainty
+    setting = Setting(
+        motion=motion,
+        seen=seen,
+        unknowns=unknown_numbers(model, problem.priors, recording),
+        errors=posture_errors(about, motion.start, motion.stop),
+        mass=(recording.skier.mass, about.mass),
+    )
+
+    def by_full_model(model: Model) -> Array:
+        time, antenna, sole = _full_run(model, motion, cache)
+        found = np.zeros(len(seen.measured))
+        found[: seen.moments.start] = seen.predict_instruments(model, time, antenna, sole)
+        return found
+
+    posterior = find_posterior(model, setting, by_full_model if full else None, lambda text: say(None, text))
+    x, y = (posterior.residual[seen.blocks[name]] for name in ("x", "y"))
+    names = setting.names
+    fitted = replace(
+        first,
+        model=posterior.model,
+        names=names,
+        values=posterior.values,
+        covariance=posterior.covariance,
+        residual=np.stack([x, y], axis=1),
+        noise=posterior.levels["x"],
+        optimum=posterior.optimum,
+        wall=clock.perf_counter() - begin,
+    )
+    return Estimated(fitted, posterior)
+
+
+def _full_run(model: Model, motion: Motion, cache: Cache | None) -> tuple[Array, Array, Array]:
+    """Times (n,) s, the antenna (n, 3) m and the soles' forces (n, 2) N by the full model."""
+
+    def run() -> dict[str, Array]:
+        result = simulate(model, motion, tree=False)
+        assert result.antenna is not None
+        return {"time": result.time, "antenna": result.antenna, "sole": result.sole_force}
+
+    key = fingerprint("full run", model_to_dict(model), motion)
+    shapes = {"time": (None,), "antenna": (None, 3), "sole": (None, 2)}
+    kept = cache.get_or_make(key, run, shapes) if cache else run()
+    return tuple(np.asarray(kept[name], dtype=np.float64) for name in shapes)  # type: ignore[return-value]

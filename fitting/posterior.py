@@ -1,0 +1,459 @@
+"""One estimate of all that is uncertain about a run: friction, start, snow surface, capture, skier, instruments.
+
+Every number has a prior from its instrument.  A round linearises the reduced model about the best estimate, by all
+numbers θ that the laws and instruments know and by the errors η of posture and mass, in standard deviations.  η is
+eliminated, as its priors are narrow and the measurements linear within them, and NLopt's SLSQP finds θ within its
+bounds:
+
+    J(θ) = ½ rᵀ C⁻¹ r + ½ Σ ((θ − θ₀)/s)²,   C = noise + N Nᵀ,   η = Nᵀ C⁻¹ r
+
+r measured less predicted, N the responses to η.  The posture is corrected by η, the model runs again, and a step that
+does not lessen the misfit is halved.  Rounds end where nothing moves any more.
+
+What is then not known of θ is a sum, θ̂ − θ = K (N η + e) + P Λ (θ₀ − θ) with K = P Xᵀ C⁻¹, so that every group has its
+part of the variance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
+from sssi_exudyn.fitting.observation import Observation
+from sssi_exudyn.fitting.optimise import Optimum, minimise
+from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors, grown
+from sssi_exudyn.fitting.unknowns import MASS, Unknown, group_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.correction import correct_posture
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.simulation.assembly import Parts, correct_motion
+from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
+from sssi_exudyn.simulation.sensitivities import sensitivities
+from sssi_exudyn.simulation.tangents import skier_mass_change
+
+STEP: Final = 0.01
+"""s; steps of the reduced model."""
+ROUNDS: Final = 8
+_SETTLED: Final = 0.15
+"""Standard deviations by which nothing moves any more."""
+_STRAIGHT: Final = 1.0
+"""Standard deviations within which the responses to the errors of the posture stay what they are."""
+_TOLERANCE: Final = 1e-6
+"""Of J where its linear form is searched."""
+_BEFOREHAND: Final = 20.0
+"""Independent measurements that the usual size of a noise counts for, beside those of the run."""
+_MEMORIES: Final = tuple(2.0**k for k in range(-3, 4))
+"""Correlation times that are weighed against each other, in units of the usual one."""
+_MEMORY_SPREAD: Final = 1.0
+"""Standard deviation of a correlation time's logarithm about the usual one's."""
+_GIVEN: Final = "moment"
+"""The group of measurements whose noise is not estimated less than it is given: how well a skier balances is no matter
+of the run."""
+_WEIGHINGS: Final = 4
+_HALVINGS: Final = 5
+"""Shares of a step that are tried: one, a half …"""
+_DIFFERENCE: Final = 1e-3
+"""Standard deviations of an error by which the body's own moment is differentiated."""
+
+Levels = Mapping[str, ExponentialNoise]
+"""Noise by block."""
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What stays fixed in an estimate.
+
+    mass : kg, stated, and its standard deviation
+    """
+
+    motion: Motion
+    seen: Observation
+    unknowns: tuple[Unknown, ...]
+    errors: tuple[PostureError, ...]
+    mass: tuple[float, float]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of θ."""
+        return tuple(unknown.name for unknown in self.unknowns)
+
+    @property
+    def means(self) -> Array:
+        """(k,) of θ beforehand."""
+        return np.array([unknown.prior.mean for unknown in self.unknowns])
+
+    @property
+    def sigmas(self) -> Array:
+        """(k,) standard deviations of θ beforehand."""
+        return np.array([unknown.prior.sigma for unknown in self.unknowns])
+
+    def values(self, model: Model) -> Array:
+        """(k,) θ of a model."""
+        return np.array([model.value(name) for name in self.names])
+
+    def groups(self) -> list[str]:
+        """(m,) where the uncertainty of each of η is counted."""
+        return [*(group_of(error) for error in self.errors), MASS]
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where a search is.
+
+    model : with numbers, posture and mass as estimated;  sizes : (m,) η, the skier's mass last
+    predicted : (N,) what would be measured of it;  beyond : (N,) what of that the full model adds to the reduced one
+    """
+
+    model: Model
+    sizes: Array
+    predicted: Array
+    beyond: Array
+
+
+@dataclass(frozen=True)
+class Responses:
+    """The measurements linearised about a point: by θ (N, k) and by η (N, m), and what η does to the posture."""
+
+    by_number: Array
+    by_error: Array
+    posture: PostureErrors
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """What is known after an estimate.
+
+    model : with numbers, mass and posture as estimated;  setting : what was sought
+    values, covariance : θ (k,) and (k, k), all else integrated out
+    sizes : (m,) η, in standard deviations, the skier's mass last
+    shares : standard deviation of each of θ (k,) by the group that it comes from; their squares add up
+    levels : noise by block;  predicted : (N,) what would be measured of the model
+    optimum : how the last search ended, its objective that of the last point;  rounds : linearisations
+    moved : standard deviations by which the last round moved
+    """
+
+    model: Model
+    setting: Setting
+    values: Array
+    covariance: Array
+    sizes: Array
+    shares: Mapping[str, Array]
+    levels: Levels
+    predicted: Array
+    optimum: Optimum
+    rounds: int
+    moved: float
+
+    def share(self, name: str) -> dict[str, float]:
+        """Parts of one number's variance by group, the largest first."""
+        i = self.setting.names.index(name)
+        parts = {group: float(sigma[i] ** 2 / self.covariance[i, i]) for group, sigma in self.shares.items()}
+        return dict(sorted(parts.items(), key=lambda part: -part[1]))
+
+    @property
+    def residual(self) -> Array:
+        """(N,) measured less predicted."""
+        return np.asarray(self.setting.seen.measured - self.predicted)
+
+
+def find_posterior(
+    model: Model,
+    setting: Setting,
+    full: Callable[[Model], Array] | None = None,
+    say: Say = lambda _text: None,
+) -> Posterior:
+    """Estimate all that is uncertain, from the numbers that the model has.
+
+    ``full`` predicts the measurements (N,) by the full model, the moments left at zero; where the rounds have settled,
+    what it predicts beyond the reduced model is added, and they go on.
+
+    Raises SimulationDiverged when a simulation does.
+    """
+    point, responses = linearise_at(model, setting)
+    levels: Levels = setting.seen.usual
+    moved = np.inf
+    for rounds in range(1, ROUNDS + 1):
+        if rounds > 1:
+            responses = _linearise(setting, point, None if moved > _STRAIGHT else responses)
+        levels = _weigh_noise(setting, point, responses, levels)
+        found = _solve(setting, point, responses, levels)
+        before = point
+        point, misfit = _step(setting, point, responses, levels, found)
+        spread = np.sqrt(np.diag(found.covariance))
+        changes = (setting.values(point.model) - setting.values(before.model)) / spread
+        moved = float(np.max(np.abs(np.concatenate([changes, point.sizes - before.sizes]))))
+        say(f"round {rounds}: moved by {moved:.2f} standard deviations, {_description(point.model)}")
+        if full is not None and (moved < _STRAIGHT or rounds == ROUNDS - 1):
+            say("full model")
+            surplus = full(point.model) - (point.predicted - point.beyond)
+            surplus[setting.seen.moments] = 0.0
+            point = replace(point, predicted=point.predicted - point.beyond + surplus, beyond=surplus)
+            full = None
+        elif moved < _SETTLED:
+            break
+    return Posterior(
+        model=point.model,
+        setting=setting,
+        values=setting.values(point.model),
+        covariance=found.covariance,
+        sizes=point.sizes,
+        shares=found.shares,
+        levels=levels,
+        predicted=point.predicted,
+        optimum=_ending(found.optimum, misfit, moved),
+        rounds=rounds,
+        moved=moved,
+    )
+
+
+def linearise_at(model: Model, setting: Setting) -> tuple[Point, Responses]:
+    """A model as a point of a search, no error of posture or mass found yet, and the measurements linearised there.
+
+    Raises SimulationDiverged when its simulation does.
+    """
+    nothing = np.zeros(len(setting.seen.measured))
+    point = Point(model, np.zeros(len(setting.errors) + 1), _predict(setting, model, nothing), nothing)
+    return point, _linearise(setting, point, None)
+
+
+def moved_point(setting: Setting, point: Point, responses: Responses, values: Array, sizes: Array) -> Point:
+    """The point with θ at ``values`` (k,), posture and mass as ``sizes`` (m,) say.
+
+    Raises SimulationDiverged when its simulation does.
+    """
+    change = responses.posture.angles((sizes - point.sizes)[:-1])
+    mass, sigma = setting.mass
+    model = point.model.with_values(dict(zip(setting.names, values.tolist(), strict=True)))
+    model = replace(
+        model,
+        posture=grown(model.posture, responses.posture.time, change),
+        skier=replace(model.skier, mass=mass + float(sizes[-1]) * sigma),
+    )
+    return Point(model, sizes, _predict(setting, model, point.beyond), point.beyond)
+
+
+def _ending(optimum: Optimum, misfit: float, moved: float) -> Optimum:
+    """How the search ended: it has not converged while it still moves by what matters."""
+    if moved < _STRAIGHT:
+        return replace(optimum, objective=misfit)
+    reason = f"stopped: the last of {ROUNDS} rounds moved by {moved:.1f} standard deviations"
+    return replace(optimum, objective=misfit, converged=False, reason=reason)
+
+
+def _description(model: Model) -> str:
+    return f"mu_t {model.friction.mu_t:.4f}, mu_n {model.friction.mu_n:.4f}"
+
+
+def _predict(setting: Setting, model: Model, beyond: Array) -> Array:
+    """(N,) what would be measured of a model."""
+    prepared = prepare(model, setting.motion, step=STEP)
+    run = simulate_reduced(model, prepared)
+    return np.asarray(setting.seen.predict(model, run, _balance(setting, model, prepared, run), prepared) + beyond)
+
+
+def _balance(setting: Setting, model: Model, prepared: Prepared, run: ReducedRun) -> Balance:
+    return balance_of(model, correct_motion(model, setting.motion), prepared.correct_capture(model), run)
+
+
+def _linearise(setting: Setting, point: Point, known: Responses | None) -> Responses:
+    """The responses about a point; those to errors from ``known``, where it is given."""
+    model, seen = point.model, setting.seen
+    prepared = prepare(model, setting.motion, step=STEP)
+    balance: list[Balance] = []
+
+    def observed(each: Model, run: ReducedRun) -> Array:
+        if not balance:  # the first run is the model's own
+            balance.append(_balance(setting, model, prepared, run))
+        return seen.predict(each, run, balance[0], prepared)
+
+    if known is not None:
+        return replace(known, by_number=sensitivities(model, prepared, setting.names, observed)[1])
+    posture = PostureErrors(Parts(model, correct_posture(setting.motion, model.posture)), prepared, setting.errors)
+    heavier = skier_mass_change(model, setting.motion, prepared)
+    changes = [posture.change(error) for error in setting.errors]
+    changes.append(lambda tables, size: heavier(tables, size * setting.mass[1]))
+    columns = sensitivities(model, prepared, setting.names, observed, changes)[1]
+    by_number, by_error = np.split(columns, [len(setting.unknowns)], axis=1)
+    by_error[seen.moments, :-1] += _own_moments(setting, model, posture, prepared)
+    by_error[seen.moments, -1] = 0.0
+    return Responses(by_number, by_error, posture)
+
+
+def _own_moments(setting: Setting, model: Model, posture: PostureErrors, prepared: Prepared) -> Array:
+    """(moments, errors) what each error changes of the moment that the posture has of itself."""
+    time = setting.seen.times["moment_f"]
+    own = own_moment(Parts(model, correct_motion(model, setting.motion)), time)
+    kinds: dict[tuple[str, int], Array] = {}
+    columns = []
+    for error in setting.errors:
+        kind = error.kind, error.side
+        if kind not in kinds:
+            angles = _DIFFERENCE / error.sigma * posture.direction(replace(error, support=-1))
+            moved = replace(model, posture=grown(model.posture, prepared.time, angles))
+            changed = own_moment(Parts(moved, correct_motion(moved, setting.motion)), time)
+            kinds[kind] = (changed - own) / _DIFFERENCE
+        shape = error.sigma * posture.profile(error, time)
+        columns.append((kinds[kind] * shape[:, None]).T.ravel())
+    return np.stack(columns, axis=1) if columns else np.zeros((3 * len(time), 0))
+
+
+@dataclass(frozen=True)
+class _Whitened:
+    """A linearised point in units of noise.
+
+    residual : (N,) were η zero;  numbers, errors : (N, k), (N, m)
+    """
+
+    residual: Array
+    numbers: Array
+    errors: Array
+
+
+def _whiten(setting: Setting, point: Point, responses: Responses, levels: Levels) -> _Whitened:
+    residual = setting.seen.measured - point.predicted + responses.by_error @ point.sizes
+    table = setting.seen.whiten(levels, np.column_stack([residual, responses.by_number, responses.by_error]))
+    k = len(setting.unknowns)
+    return _Whitened(table[:, 0], table[:, 1 : 1 + k], table[:, 1 + k :])
+
+
+def _weigh_noise(setting: Setting, point: Point, responses: Responses, levels: Levels) -> Levels:
+    """The noise's levels by expectation and maximisation, from what remains when all that is uncertain is taken out."""
+    groups = setting.seen.groups
+    for _ in range(_WEIGHINGS):
+        y, u = _all_uncertain(setting, point, responses, levels)
+        factor = cho_factor(u.T @ u + np.eye(u.shape[1]), lower=True)
+        left = y - u @ cho_solve(factor, u.T @ y)
+        found = dict(levels)
+        for group, names in groups.items():
+            rows = np.concatenate([np.arange(len(y))[setting.seen.blocks[name]] for name in names])
+            square = float(left[rows] @ left[rows] + np.sum(u[rows] * cho_solve(factor, u[rows].T).T))
+            noise, usual = levels[names[0]], setting.seen.usual[names[0]]
+            more = _BEFOREHAND * (usual.sigma / noise.sigma) ** 2
+            sigma = noise.sigma * float(np.sqrt((square + more) / (len(rows) + _BEFOREHAND)))
+            if group == _GIVEN:
+                sigma = max(sigma, usual.sigma)
+            found |= dict.fromkeys(names, ExponentialNoise(sigma, noise.correlation_time))
+        levels = found
+    for names in (names for group, names in groups.items() if group != _GIVEN):
+        levels = _choose_memory(setting, point, responses, levels, names)
+    return levels
+
+
+def _all_uncertain(setting: Setting, point: Point, responses: Responses, levels: Levels) -> tuple[Array, Array]:
+    """Residual (N,) were all that is uncertain as beforehand, and responses (N, k + m) to a standard deviation."""
+    white = _whiten(setting, point, responses, levels)
+    residual = white.residual + white.numbers @ (setting.values(point.model) - setting.means)
+    return residual, np.column_stack([white.numbers * setting.sigmas, white.errors])
+
+
+def _choose_memory(
+    setting: Setting, point: Point, responses: Responses, levels: Levels, names: tuple[str, ...]
+) -> Levels:
+    """With the correlation time of some blocks' noise under which all measurements are most probable."""
+    usual = setting.seen.usual[names[0]].correlation_time
+    tried = []
+    for share in _MEMORIES:
+        memory = share * usual
+        each = {**levels, **dict.fromkeys(names, ExponentialNoise(levels[names[0]].sigma, memory))}
+        y, u = _all_uncertain(setting, point, responses, each)
+        factor = cho_factor(u.T @ u + np.eye(u.shape[1]), lower=True)
+        pull = u.T @ y
+        evidence = -0.5 * float(y @ y - pull @ cho_solve(factor, pull)) - float(np.sum(np.log(np.diag(factor[0]))))
+        for name in names:
+            decay = np.diff(setting.seen.times[name]) / memory
+            evidence -= 0.5 * float(np.sum(np.log(-np.expm1(-2.0 * decay))))
+        tried.append((evidence - 0.5 * (np.log(share) / _MEMORY_SPREAD) ** 2, each))
+    return max(tried, key=lambda pair: pair[0])[1]
+
+
+@dataclass(frozen=True)
+class _Found:
+    """The linear problem's solution: the step of θ (k,), η (m,), θ's covariance and whose it is."""
+
+    optimum: Optimum
+    step: Array
+    sizes: Array
+    covariance: Array
+    shares: Mapping[str, Array]
+
+
+def _solve(setting: Setting, point: Point, responses: Responses, levels: Levels) -> _Found:
+    white = _whiten(setting, point, responses, levels)
+    factor = cho_factor(white.errors.T @ white.errors + np.eye(white.errors.shape[1]), lower=True)
+
+    def without_errors(columns: Array) -> Array:
+        """C⁻¹ times the columns."""
+        return np.asarray(columns - white.errors @ cho_solve(factor, white.errors.T @ columns))
+
+    weighted = without_errors(white.numbers)
+    by_measurements = white.numbers.T @ weighted
+    curvature = by_measurements + np.diag(setting.sigmas**-2.0)
+    before = setting.values(point.model)
+    pull, rest = weighted.T @ white.residual, float(white.residual @ without_errors(white.residual))
+
+    def evaluate(at: Array) -> tuple[float, Array]:
+        step, prior = at - before, (at - setting.means) / setting.sigmas
+        value = 0.5 * (rest + float(step @ by_measurements @ step - 2.0 * pull @ step + prior @ prior))
+        return value, np.asarray(by_measurements @ step - pull + prior / setting.sigmas)
+
+    bounds = np.array([point.model.bounds(name) for name in setting.names])
+    start = np.clip(before, bounds[:, 0], bounds[:, 1])
+    optimum = minimise(evaluate, start, bounds, curvature, objective_tolerance=_TOLERANCE)
+    step = optimum.values - before
+    covariance = np.asarray(np.linalg.inv(curvature), dtype=np.float64)
+    return _Found(
+        optimum,
+        step,
+        np.asarray(cho_solve(factor, white.errors.T @ (white.residual - white.numbers @ step))),
+        covariance,
+        _shares(setting, covariance, weighted, white.errors),
+    )
+
+
+def _shares(setting: Setting, covariance: Array, weighted: Array, errors: Array) -> dict[str, Array]:
+    """Standard deviations of θ (k,) by the group that they come from."""
+    gain = covariance @ weighted.T  # K
+    variances: dict[str, Array] = {"measurements": np.sum(gain**2, axis=1)}
+    of_errors = (gain @ errors) ** 2
+    of_priors = covariance**2 / setting.sigmas**2
+    own = [unknown.group for unknown in setting.unknowns]
+    for groups, parts in ((setting.groups(), of_errors), (own, of_priors)):
+        for i, group in enumerate(groups):
+            variances[group] = variances.get(group, np.zeros(len(gain))) + parts[:, i]
+    return {group: np.sqrt(variance) for group, variance in variances.items()}
+
+
+def _step(setting: Setting, point: Point, responses: Responses, levels: Levels, found: _Found) -> tuple[Point, float]:
+    """The next point and its misfit: the whole step, or the largest share of it that lessens the misfit."""
+    before = setting.values(point.model)
+    least = _misfit(setting, levels, before, point.sizes, point.predicted)
+    share = 1.0
+    for _ in range(_HALVINGS):
+        values = before + share * found.step
+        sizes = point.sizes + share * (found.sizes - point.sizes)
+        try:
+            trial = moved_point(setting, point, responses, values, sizes)
+        except SimulationDiverged:
+            trial, misfit = point, np.inf
+        else:
+            misfit = _misfit(setting, levels, values, sizes, trial.predicted)
+        if misfit < least:
+            return trial, misfit
+        share *= 0.5
+    return point, least
+
+
+def _misfit(setting: Setting, levels: Levels, values: Array, sizes: Array, predicted: Array) -> float:
+    """Half of χ², of the measurements and of what was known beforehand."""
+    residual = setting.seen.whiten(levels, (setting.seen.measured - predicted)[:, None])[:, 0]
+    prior = (values - setting.means) / setting.sigmas
+    return 0.5 * float(residual @ residual + prior @ prior + sizes @ sizes)

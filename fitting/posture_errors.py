@@ -1,0 +1,249 @@
+"""Ways in which a captured posture may be wrong, and what each does to the tables of a simulation.
+
+Segments strapped with sensors are wrong by a constant and by something that wanders over seconds.  What of that moves
+a run: each foot's turn about its three axes and its place under the pelvis, and the trunk's lean.  A way of being wrong
+is a direction in the space of the skier's angles, one at each instant: the least change of a leg's five angles that
+turns or shifts its foot so, and as little else as the joints allow.  So the same correction serves both tiers, the
+joint moments and every export.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED, forward_kinematics, jacobians
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.motion.correction import PostureCorrection
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.reduced import Prepared
+from sssi_exudyn.simulation.tangents import TableChange
+
+TURNS: Final = ("roll", "pitch", "yaw")
+SHIFTS: Final = ("forward", "height")
+LEANS: Final = ("trunk_forward", "trunk_sideways")
+_LEG: Final = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
+_SIDES: Final = ("l", "r")
+_HELD: Final = np.concatenate([np.full(3, np.radians(0.02)), [0.01, 0.01, 0.0005]])
+"""rad and m: how strictly a direction of one kind leaves the foot as it is otherwise, its turns, its place along and
+across the slope, its height."""
+_BENT: Final = np.radians(5.0)
+"""rad by which angles may change to keep it so."""
+SPACING: Final = 1.5
+"""s between the supports of an error that wanders."""
+_MOST: Final = 24
+"""Supports at most, however long the run."""
+GRID: Final = 0.05
+"""s between the instants at which directions are found and a correction is kept."""
+
+
+@dataclass(frozen=True)
+class PostureError:
+    """One way in which the posture may be wrong.
+
+    kind : of ``TURNS`` or ``SHIFTS`` of a foot, or of ``LEANS``; knee and ankle, hinges, let no foot shift sideways
+    side : 0 left, 1 right; −1 for the trunk, or for both feet alike
+    support : which B-spline over time; −1 for a constant
+    sigma : its standard deviation, rad or m
+    """
+
+    kind: str
+    side: int
+    support: int
+    sigma: float
+
+    def middle(self, start: float, stop: float) -> float:
+        """s at which an error that wanders is greatest, in a run from ``start`` to ``stop`` (s)."""
+        return float(_knots(start, stop)[self.support + 2])
+
+
+@dataclass(frozen=True)
+class Responses:
+    """What a unit of one kind of error moves, at n instants, relative to the pelvis and in the slope frame.
+
+    angles : (n, 28);  foot_place, foot_turn : (n, 2, 3) m, rad;  com : (n, 3) m;  exposed : (n, e, 3) m
+    antenna : (n, 3) m
+    """
+
+    angles: Array
+    foot_place: Array
+    foot_turn: Array
+    com: Array
+    exposed: Array
+    antenna: Array
+
+
+class PostureErrors:
+    """The errors of one motion: their directions, and the tables that each changes."""
+
+    def __init__(self, parts: Parts, prepared: Prepared, errors: tuple[PostureError, ...]) -> None:
+        self.errors = errors
+        self.time = prepared.time
+        self._knots = _knots(float(self.time[0]), float(self.time[-1]))
+        self._responses = _responses(parts, prepared.time, {(error.kind, error.side) for error in errors})
+
+    def profile(self, error: PostureError, time: Array) -> Array:
+        """(n,) the error at ``time`` (n,), one where it is greatest."""
+        return _profile(self._knots, error.support, time)
+
+    def change(self, error: PostureError) -> TableChange:
+        """The tables that are wrong by a size (standard deviations)."""
+        found = self._responses[error.kind, error.side]
+        shape = error.sigma * self.profile(error, self.time)
+        return partial(_changed, found, shape)
+
+    def angles(self, sizes: Array) -> Array:
+        """(n, 28) rad of all errors together at the tables' instants, ``sizes`` (errors,) in standard deviations."""
+        total = np.zeros((len(self.time), len(PRESCRIBED)))
+        for error, size in zip(self.errors, sizes, strict=True):
+            shape = size * error.sigma * self.profile(error, self.time)
+            total += shape[:, None] * self._responses[error.kind, error.side].angles
+        return total
+
+    def direction(self, error: PostureError) -> Array:
+        """(n, 28) rad: the angles of one standard deviation of the error."""
+        shape = error.sigma * self.profile(error, self.time)
+        return np.asarray(shape[:, None] * self._responses[error.kind, error.side].angles)
+
+
+def supports(start: float, stop: float) -> int:
+    """How many supports an error that wanders has from ``start`` to ``stop`` (s)."""
+    return len(_knots(start, stop)) - 4
+
+
+def _profile(knots: Array, support: int, time: Array) -> Array:
+    """(n,) a constant one, or the cubic B-spline of that number, one at its greatest."""
+    if support < 0:
+        return np.ones(len(time))
+    count = len(knots) - 4
+    shape = BSpline(knots, np.eye(count)[support], 3)(np.clip(time, knots[3], knots[-4]))
+    return np.asarray(1.5 * shape, dtype=np.float64)  # a whole B-spline is 2/3 at its middle
+
+
+def grown(correction: PostureCorrection | None, time: Array, angles: Array) -> PostureCorrection:
+    """The correction with ``angles`` (n, 28) rad at ``time`` (n,) added."""
+    count = max(2, round((time[-1] - time[0]) / GRID) + 1)
+    grid = np.linspace(time[0], time[-1], count)
+    more = np.stack([np.interp(grid, time, column) for column in angles.T], axis=1)
+    if correction is not None:
+        more = more + correction.at(grid)
+    return PostureCorrection(grid, more)
+
+
+def _knots(start: float, stop: float) -> Array:
+    """Of cubic B-splines that together follow whatever changes over ``SPACING``."""
+    intervals = int(np.clip(round((stop - start) / SPACING), 1, _MOST - 3))
+    step = (stop - start) / intervals
+    return np.asarray(start + step * np.arange(-3, intervals + 4), dtype=np.float64)
+
+
+def _responses(parts: Parts, time: Array, kinds: set[tuple[str, int]]) -> dict[tuple[str, int], Responses]:
+    """What each kind moves, found on a coarse grid of instants and interpolated to ``time``."""
+    motion = parts.motion
+    grid = np.linspace(time[0], time[-1], max(6, round((time[-1] - time[0]) / GRID) + 1))
+    posture = parts.posture(grid)
+    antenna = _antenna_jacobian(motion, grid)
+    found = {}
+    for kind, side in kinds:
+        angles = _angles_of(kind, side, posture)
+        coarse = Responses(
+            angles=angles,
+            foot_place=np.einsum("nsck,nk->nsc", posture.foot_jacobian, angles),
+            foot_turn=np.einsum("nsck,nk->nsc", posture.foot_turning, angles),
+            com=np.einsum("nck,nk->nc", posture.com_jacobian, angles),
+            exposed=np.einsum("neck,nk->nec", posture.exposed_jacobian, angles),
+            antenna=np.einsum("nck,nk->nc", antenna, angles),
+        )
+        found[kind, side] = Responses(
+            **{f.name: make_interp_spline(grid, getattr(coarse, f.name), k=5)(time) for f in fields(Responses)}
+        )
+    return found
+
+
+def _angles_of(kind: str, side: int, posture: Any) -> Array:
+    """(n, 28) the angles that make a unit of the error."""
+    n = len(posture.time)
+    angles = np.zeros((n, len(PRESCRIBED)))
+    if kind in LEANS:
+        name = "lumbar_extension" if kind == "trunk_forward" else "lumbar_bending"
+        angles[:, PRESCRIBED.index(name)] = -1.0 if kind == "trunk_forward" else 1.0
+        return angles
+    for foot in (0, 1) if side < 0 else (side,):
+        columns = [PRESCRIBED.index(f"{name}_{_SIDES[foot]}") for name in _LEG]
+        frame = posture.foot_rotation[:, foot]
+        wanted = np.zeros((n, 6))
+        if kind in TURNS:
+            wanted[:, :3] = frame[:, :, TURNS.index(kind)]
+        else:
+            wanted[:, {"forward": 3, "height": 5}[kind]] = 1.0
+        # turns in the slope's axes, shifts along and across the ski as it lies on the slope
+        level = _level_axes(frame)
+        shifts = np.einsum("nci,nck->nik", level, posture.foot_jacobian[:, foot][:, :, columns])
+        matrix = np.concatenate([posture.foot_turning[:, foot][:, :, columns], shifts], axis=1)
+        weighted = matrix / _HELD[:, None]
+        normal = np.swapaxes(weighted, 1, 2) @ weighted + np.eye(len(columns)) / _BENT**2
+        right = np.einsum("nij,ni->nj", weighted, wanted / _HELD)
+        angles[:, columns] = np.linalg.solve(normal, right[..., None])[..., 0]
+    return angles
+
+
+def _level_axes(frame: Array) -> Array:
+    """(n, 3, 3) columns: along the ski within the slope, to its left, and the slope's normal, from feet (n, 3, 3)."""
+    forward = frame[:, :2, 0] / np.linalg.norm(frame[:, :2, 0], axis=1, keepdims=True)
+    axes = np.zeros((len(frame), 3, 3))
+    axes[:, :2, 0] = forward
+    axes[:, 0, 1], axes[:, 1, 1] = -forward[:, 1], forward[:, 0]
+    axes[:, 2, 2] = 1.0
+    return axes
+
+
+def _antenna_jacobian(motion: Motion, time: Array) -> Array:
+    """(n, 3, 28) m/rad: what each angle moves the antenna by."""
+    if motion.antenna is None:
+        return np.zeros((len(time), 3, len(PRESCRIBED)))
+    angles, _, _ = motion.evaluate(time)
+    poses = forward_kinematics(motion.geometry, np.hstack([np.zeros((len(time), 3)), angles]), motion.inclination)
+    at = motion.antenna.segment
+    place = poses.origin[:, [at]] + (poses.rotation[:, at] @ motion.antenna.offset)[:, None]
+    _, linear = jacobians(poses, [at], place)
+    return np.asarray(linear[:, 0, :, 3:])
+
+
+def _changed(found: Responses, shape: Array, prepared: Prepared, size: complex) -> Prepared:
+    """The tables of a posture that is wrong by ``size`` times ``shape`` (n,) times a unit of the error: to first order
+    in the size, exact as a derivative.
+    """
+
+    def moved(unit: Array) -> tuple[Array, Array, Array]:
+        place = unit * shape.reshape((-1, *(1,) * (unit.ndim - 1)))
+        velocity = np.gradient(place, prepared.time, axis=0)
+        return place, velocity, np.gradient(velocity, prepared.time, axis=0)
+
+    turn, spin, _ = moved(found.foot_turn)
+    swing = spin + np.cross(turn, prepared.foot_spin)
+    foot, foot_velocity, foot_acceleration = moved(found.foot_place)
+    com, com_velocity, com_acceleration = moved(found.com)
+    antenna, antenna_velocity, _ = moved(found.antenna)
+    columns = np.moveaxis(prepared.foot_rotation, -1, 0)  # (3, n, 2, 3)
+    turned = np.moveaxis(np.stack([np.cross(turn, column) for column in columns]), 0, -1)
+    return replace(
+        prepared,
+        foot_place=prepared.foot_place + size * foot,
+        foot_velocity=prepared.foot_velocity + size * foot_velocity,
+        foot_acceleration=prepared.foot_acceleration + size * foot_acceleration,
+        foot_rotation=np.ascontiguousarray(prepared.foot_rotation + size * turned),
+        foot_spin=prepared.foot_spin + size * swing,
+        foot_spin_rate=prepared.foot_spin_rate + size * np.gradient(swing, prepared.time, axis=0),
+        com_place=prepared.com_place + size * com,
+        com_velocity=prepared.com_velocity + size * com_velocity,
+        com_acceleration=prepared.com_acceleration + size * com_acceleration,
+        exposed_velocity=prepared.exposed_velocity
+        + size * np.gradient(found.exposed * shape[:, None, None], prepared.time, axis=0),
+        antenna=prepared.antenna + size * antenna,
+        antenna_velocity=prepared.antenna_velocity + size * antenna_velocity,
+    )

@@ -1,0 +1,97 @@
+"""What is uncertain about a run besides its friction, each number with what its instrument says of it beforehand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.posture_errors import LEANS, TURNS, PostureError, supports
+from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm, Sensor
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.recording.uncertainty import Uncertainty
+
+FREE: Final = {"friction.mu_t": Prior(0.1, 0.1), "friction.mu_n": Prior(0.6, 0.4)}
+"""Friction beforehand: published values of gliding and of skidding, widely."""
+_CUFF: Final = 0.06
+"""Share of the load that a boot's cuff takes usually."""
+MASS: Final = "skier's mass"
+_GROUPS: Final = {
+    "friction": "friction's own prior",
+    "penetration": "snow's stiffness",
+    "air": "drag",
+    "start": "start",
+    "surface": "snow surface",
+    "boot_cuff": "insoles",
+    "insole_gain": "insoles",
+    "lever_arm": "antenna",
+}
+"""Where a number's uncertainty is counted, by what owns it."""
+_POSTURE: Final = {
+    "yaw": "feet's yaw",
+    "roll": "feet's roll",
+    "pitch": "feet's pitch",
+    "height": "feet's height",
+    "forward": "feet's place",
+}
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A number that is sought: its name in the model, and what is known of it beforehand."""
+
+    name: str
+    prior: Prior
+
+    @property
+    def group(self) -> str:
+        """Where its uncertainty is counted."""
+        special = {"start.heading_offset": "heading", "start.clock_offset": "clock"}
+        return special.get(self.name, _GROUPS[self.name.partition(".")[0]])
+
+
+def group_of(error: PostureError) -> str:
+    """Where the uncertainty of an error of the posture is counted."""
+    return _POSTURE.get(error.kind, "trunk's lean")
+
+
+def with_instruments(model: Model, recording: Recording) -> Model:
+    """The model with the instruments' parts whose numbers are sought along."""
+    parts: list[Sensor] = [LeverArm()]
+    if recording.insoles is not None:
+        parts += [BootCuff(_CUFF), InsoleGain()]
+    known = {sensor.name for sensor in model.sensors}
+    return replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
+
+
+def unknown_numbers(model: Model, priors: Mapping[str, Prior], recording: Recording) -> tuple[Unknown, ...]:
+    """The numbers that the model's laws, start and instruments know; ``priors`` are those of the fit to the track."""
+    about = recording.uncertainty
+    found = {**FREE, **priors}
+    for name, share in (("penetration.k", about.snow_stiffness), ("air.c_d", about.drag)):
+        found[name] = Prior(model.value(name), share * model.value(name))
+    found["start.clock_offset"] = Prior(model.value("start.clock_offset"), about.clock)
+    for axis in ("forward", "left", "up"):
+        name = f"lever_arm.{axis}"
+        found[name] = Prior(model.value(name), about.antenna)
+    if recording.insoles is not None:
+        found["boot_cuff.share"] = Prior(model.value("boot_cuff.share"), about.boot_cuff)
+        for side in ("left", "right"):
+            found[f"insole_gain.{side}"] = Prior(model.value(f"insole_gain.{side}"), about.insole_gain)
+    return tuple(Unknown(name, prior) for name, prior in found.items() if prior.sigma > 0.0)
+
+
+def posture_errors(about: Uncertainty, start: float, stop: float) -> tuple[PostureError, ...]:
+    """All ways in which the posture may be wrong from ``start`` to ``stop`` (s)."""
+    sizes = dict.fromkeys(TURNS, (about.foot, about.foot_wander))
+    sizes["forward"] = (about.foot_place, about.foot_place_wander)
+    sizes["height"] = (about.foot_height, about.foot_height_wander)
+    sizes |= dict.fromkeys(LEANS, (about.trunk, about.trunk_wander))
+    found = []
+    for kind, (constant, wander) in sizes.items():
+        for side in (-1,) if kind in LEANS else (0, 1):
+            found.append(PostureError(kind, side, -1, constant))
+            found += [PostureError(kind, side, i, wander) for i in range(supports(start, stop))]
+    return tuple(error for error in found if error.sigma > 0.0)

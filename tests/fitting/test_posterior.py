@@ -1,0 +1,152 @@
+"""All that is uncertain, estimated together: exact responses, a budget that adds up, concealed errors found again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from bundled import bundled
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting import posterior as module
+from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.observation import Observation, observation_of
+from sssi_exudyn.fitting.posterior import Point, Responses, Setting, find_posterior, linearise_at, moved_point
+from sssi_exudyn.fitting.posture_errors import PostureErrors
+from sssi_exudyn.fitting.unknowns import posture_errors, unknown_numbers, with_instruments
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.drawn_run import draw_run
+
+SECONDS = 5.0
+FRICTION = {"friction.mu_t": 0.06, "friction.mu_n": 0.55}
+
+
+@cache
+def example() -> tuple[Model, Setting]:
+    """The beginner's first seconds."""
+    recording, motion = bundled("beginner")
+    motion = replace(motion, stop=motion.start + SECONDS)
+    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    model = with_instruments(problem.model.with_values(FRICTION), recording)
+    about = recording.uncertainty
+    return model, Setting(
+        motion=motion,
+        seen=observation_of(recording, model, motion, problem.counts),
+        unknowns=unknown_numbers(model, problem.priors, recording),
+        errors=posture_errors(about, motion.start, motion.stop),
+        mass=(recording.skier.mass, about.mass),
+    )
+
+
+@cache
+def linearised() -> tuple[Point, Responses]:
+    return linearise_at(*example())
+
+
+def moved(values: Array, sizes: Array) -> Array:
+    """(N,) what would be measured with those numbers and errors."""
+    _, setting = example()
+    return moved_point(setting, *linearised(), values, sizes).predicted
+
+
+def blockwise(seen: Observation, given: Array, expected: Array) -> dict[str, float]:
+    """Error of a response by block, root mean square, in standard deviations of that block's usual noise."""
+    apart = {
+        name: np.sqrt(np.mean((given - expected)[at] ** 2)) for name, at in seen.blocks.items() if at.stop > at.start
+    }
+    return {name: float(value / seen.usual[name].sigma) for name, value in apart.items()}
+
+
+@pytest.mark.long
+def test_responses_to_errors_are_those_of_runs() -> None:
+    _, setting = example()
+    point, responses = linearised()
+    before = setting.values(point.model)
+    wanted = [
+        ("roll", 0, -1),
+        ("pitch", 1, 2),
+        ("yaw", 0, 1),
+        ("forward", 1, -1),
+        ("height", 0, 2),
+        ("trunk_forward", -1, -1),
+    ]
+    keys = [(error.kind, error.side, error.support) for error in setting.errors]
+    for i in [*(keys.index(key) for key in wanted), len(keys)]:
+        size = np.zeros(len(keys) + 1)
+        size[i] = 0.2
+        expected = (moved(before, size) - moved(before, -size)) / 0.4
+        # A tenth of the noise: half a standard deviation of an error is then taken to a twentieth of the noise.
+        assert max(blockwise(setting.seen, responses.by_error[:, i], expected).values()) < 0.1, [*keys, "mass"][i]
+
+
+@pytest.mark.long
+def test_responses_to_numbers_are_those_of_runs() -> None:
+    _, setting = example()
+    point, responses = linearised()
+    before, nothing = setting.values(point.model), np.zeros(len(setting.errors) + 1)
+    for i, name in enumerate(setting.names):
+        step = min(0.2 * setting.sigmas[i], 0.004 if name.startswith("friction") else np.inf)
+        change = step * (np.arange(len(before)) == i)
+        expected = (moved(before + change, nothing) - moved(before - change, nothing)) / 2.0
+        assert max(blockwise(setting.seen, step * responses.by_number[:, i], expected).values()) < 0.05, name
+
+
+def test_the_budget_adds_up() -> None:
+    _, setting = example()
+    point, responses = linearised()
+    found = module._solve(setting, point, responses, setting.seen.usual)
+    total = sum(share**2 for share in found.shares.values())
+    np.testing.assert_allclose(total, np.diag(found.covariance), rtol=1e-6)
+    assert np.all(np.linalg.eigvalsh(found.covariance) > 0.0)
+
+
+def test_covariance_is_that_of_all_numbers_and_errors_together() -> None:
+    """Eliminating the errors first gives the same as inverting the whole, and the same estimate."""
+    _, setting = example()
+    point, responses = linearised()
+    levels = setting.seen.usual
+    found = module._solve(setting, point, responses, levels)
+    k = len(setting.unknowns)
+    table = setting.seen.whiten(
+        levels, np.column_stack([setting.seen.measured - point.predicted, responses.by_number, responses.by_error])
+    )
+    columns = table[:, 1:]
+    prior = np.concatenate([setting.sigmas**-2.0, np.ones(columns.shape[1] - k)])
+    precision = columns.T @ columns + np.diag(prior)
+    pulls = np.concatenate([(setting.values(point.model) - setting.means) * prior[:k], np.zeros(columns.shape[1] - k)])
+    whole = np.linalg.solve(precision, columns.T @ table[:, 0] - pulls)
+    scale = np.sqrt(np.diag(found.covariance))
+    np.testing.assert_allclose(
+        np.linalg.inv(precision)[:k, :k] / np.outer(scale, scale), found.covariance / np.outer(scale, scale), atol=1e-6
+    )
+    free = np.abs(found.step - whole[:k]) / scale  # where no bound is met
+    assert free.max() < 0.05
+    np.testing.assert_allclose(found.sizes, whole[k:], atol=0.05)
+
+
+@pytest.mark.long
+def test_concealed_errors_are_found_within_their_uncertainty() -> None:
+    model, setting = example()
+    drawn = draw_run(model, setting, np.random.default_rng(1))
+    found, values, sizes = find_posterior(model, drawn.setting), drawn.values, drawn.sizes
+    assert found.moved < 1.0
+    z = (found.values - values) / np.sqrt(np.diag(found.covariance))
+    # One draw: 20 numbers of which 5 % are beyond 2 and none in a thousand beyond 3.5.
+    assert np.abs(z).max() < 3.5
+    # What was corrected is nearer to the truth than nothing is.
+    assert np.sum((found.sizes - sizes) ** 2) < np.sum(sizes**2)
+    # The moments are closed and the track is met to the noise that was added.
+    x = found.residual[found.setting.seen.blocks["x"]]
+    assert np.sqrt(np.mean(x**2)) < 2.0 * found.setting.seen.usual["x"].sigma
+
+
+def test_a_constant_error_has_no_middle_and_a_wandering_one_has() -> None:
+    _, setting = example()
+    errors = setting.errors
+    starts = [error.middle(setting.motion.start, setting.motion.stop) for error in errors if error.support >= 0]
+    assert min(starts) < setting.motion.start + 1.6
+    assert max(starts) > setting.motion.stop - 1.6
+    assert isinstance(linearised()[1].posture, PostureErrors)

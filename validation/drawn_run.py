@@ -1,0 +1,51 @@
+"""A run whose errors are drawn from what is known of them beforehand: how often do intervals hold the truth?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.fitting.posterior import Setting, linearise_at, moved_point
+from sssi_exudyn.model.model import Model
+
+
+@dataclass(frozen=True)
+class DrawnRun:
+    """What an estimate is given, and the truth.
+
+    setting : with the measurements of the drawn run
+    values : θ (k,);  sizes : η (m,), in standard deviations
+    """
+
+    setting: Setting
+    values: Array
+    sizes: Array
+
+
+def draw_run(model: Model, setting: Setting, rng: np.random.Generator) -> DrawnRun:
+    """Measurements, with noise of the usual size, of a run of the reduced model whose numbers, mass and posture are off
+    by errors drawn from the priors.  Friction, place and velocity at the start are the model's, as their priors are as
+    wide as to say nothing.
+    """
+    point, responses = linearise_at(model, setting)
+    values = setting.values(model)
+    for i, (name, sigma) in enumerate(zip(setting.names, setting.sigmas, strict=True)):
+        if not name.startswith(("friction", "start.f", "start.l", "start.velocity")):
+            values[i] += sigma * rng.standard_normal()
+    sizes = rng.standard_normal(len(setting.errors) + 1)
+    measured = moved_point(setting, point, responses, values, sizes).predicted.copy()
+    for name, at in setting.seen.blocks.items():
+        measured[at] += draw_noise(setting.seen.times[name], setting.seen.usual[name], rng) * setting.seen.scale[at]
+    return DrawnRun(replace(setting, seen=replace(setting.seen, measured=measured)), values, sizes)
+
+
+def draw_noise(time: Array, noise: ExponentialNoise, rng: np.random.Generator) -> Array:
+    """(n,) of an exponentially correlated noise at ``time`` (n,) s."""
+    steps = noise.sigma * rng.standard_normal(len(time))
+    for k in range(1, len(time)):
+        kept = np.exp(-(time[k] - time[k - 1]) / noise.correlation_time)
+        steps[k] = kept * steps[k - 1] + np.sqrt(1.0 - kept**2) * steps[k]
+    return steps
