@@ -19,6 +19,7 @@ from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.contact.backends.backend import Backend
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.fitting.estimate import estimate
 from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
 from sssi_exudyn.fitting.fit import fit as fit_problem
 from sssi_exudyn.fitting.gps_observation import correct_fixes
@@ -46,8 +47,10 @@ from sssi_exudyn.results.summary import (
     Posture,
     ResidualNoise,
     Summary,
+    UncertaintyFigures,
     summary_from_dict,
 )
+from sssi_exudyn.results.uncertainty import uncertainty_figures
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
@@ -101,9 +104,13 @@ def fit(
         if method == "joint" and model is None:
             chosen = on_snow_surface(chosen, recording, motion)
         problem = problem_of(recording, motion, chosen, method)
+        posture, predicted, uncertainty = None, None, None
         with progress.stage("fit") as stage:
-            fitted = fit_problem(problem, motion, method, cache=Cache(out / CACHE), progress=stage.advance)
-        posture, predicted = None, None
+            if method == "joint" and recording.completed is None:
+                found = estimate(problem, recording, motion, cache=Cache(out / CACHE), progress=stage.advance)
+                fitted, uncertainty = found.fitted, uncertainty_figures(found.posterior)
+            else:
+                fitted = fit_problem(problem, motion, method, cache=Cache(out / CACHE), progress=stage.advance)
         if recording.completed is not None:
             with progress.stage("posture"):
                 shares = shares_of(fitted, problem, motion, recording.completed, recording.slope.sigma_inclination)
@@ -111,7 +118,7 @@ def fit(
                 posture = posture_figures(recording.completed, fitted.names, shares, half)
                 predicted = second_half_table(half)
                 fitted = replace(fitted, covariance=shares.covariance)
-        outcome = Outcome({"command": "fit", "method": method}, fit_figures(fitted), posture, predicted)
+        outcome = Outcome({"command": "fit", "method": method}, fit_figures(fitted), posture, predicted, uncertainty)
         summary = _simulate_into(out, recording, motion, fitted.model, outcome, progress)
         Cache(out / CACHE).remove()
         return summary
@@ -174,6 +181,7 @@ class Outcome:
     settings : what the user chose
     fit : how the fit ended, with the fitted parameters
     posture, second_half : of a recording of few sensors (``results.posture``)
+    uncertainty : what the fit leaves uncertain
     diagnosis : what a diagnosis found
     diverged : why the simulation stopped before the end
     """
@@ -182,6 +190,7 @@ class Outcome:
     fit: Fit = field(default_factory=Fit)
     posture: Posture | None = None
     second_half: pd.DataFrame | None = None
+    uncertainty: UncertaintyFigures | None = None
     diagnosis: Diagnosis | None = None
     diverged: str | None = None
 
@@ -233,6 +242,7 @@ def write_outcome(
             "capture": {"round_trip": round_trip_table(motion)},
             "diverged": outcome.diverged,
             "posture": outcome.posture,
+            "uncertainty": outcome.uncertainty,
             "diagnosis": diagnosis and DiagnosisResult(diagnosis.verdict, diagnosis.sentence),
             "notices": recording.notices,
             "surface": model.surface

@@ -12,23 +12,24 @@ from pathlib import Path
 from typing import Final
 
 from sssi_exudyn.bodies.skier.chain import geometry_to_dict
-from sssi_exudyn.model.toml import model_to_dict
+from sssi_exudyn.model.toml import model_files, model_to_dict
 from sssi_exudyn.reports.html import document
 from sssi_exudyn.reports.section import Runs, Section
 from sssi_exudyn.reports.sections import diagnosis, few_sensors, muscles, replay, tables, terms, turn_tables
 from sssi_exudyn.reports.sections.curve_figures import figure_5, figure_7, figure_8
 from sssi_exudyn.reports.sections.snow_surface import snow_surface
 from sssi_exudyn.reports.sections.track_figures import figure_4, figure_6
+from sssi_exudyn.reports.sections.uncertainty import uncertainty
 from sssi_exudyn.reports.sentences import sentences
 from sssi_exudyn.results.folder import write_result
 from sssi_exudyn.results.stored import StoredRun, read_run
-from sssi_exudyn.terrain.file import surface_bytes
 
 SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
     diagnosis.diagnosis,
     few_sensors.few_sensors,
     replay.the_run,
     tables.table_1,
+    uncertainty,
     figure_4,
     figure_5,
     figure_6,
@@ -77,7 +78,7 @@ def write_run(folder: Path, run: StoredRun, opensim: Mapping[str, str] | None = 
         run.summary,
         run.series,
         model_to_dict(run.model),
-        surface=None if run.model.surface is None else surface_bytes(run.model.surface),
+        model_files=model_files(run.model),
         measured=run.measured,
         skeleton=None if run.geometry is None else geometry_to_dict(run.geometry),
         diagnosis=run.diagnosis,

@@ -24,6 +24,7 @@ from sssi_exudyn.io.parquet import check_finite, check_time, read_parquet
 from sssi_exudyn.io.typed import read_json, wrong_field
 from sssi_exudyn.io.typed import read_table as read_json_table
 from sssi_exudyn.io.writing import clear_errors, folder_lock, to_json, to_plain
+from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.results.summary import FORMAT, Summary, summary_from_dict, summary_to_dict
 from sssi_exudyn.terrain.file import FILE as SURFACE
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
@@ -41,7 +42,7 @@ MUSCLES = ("muscle_activations.sto", "muscle_forces.sto")
 MEASURED, SKELETON = "measured.parquet", "skeleton.json"
 SECOND_HALF = "second_half.parquet"
 FILES: Final = (
-    *(SERIES, MODEL, SURFACE, DIAGNOSIS, REPORT, *TURNS, *OPENSIM, *MUSCLES, MEASURED, SKELETON, SECOND_HALF),
+    *(SERIES, MODEL, SURFACE, POSTURE, DIAGNOSIS, REPORT, *TURNS, *OPENSIM, *MUSCLES, MEASURED, SKELETON, SECOND_HALF),
     SUMMARY,
 )
 """Every file of a result, the one that is put in place last at the end."""
@@ -94,7 +95,7 @@ def write_result(
     series: pd.DataFrame,
     model: Mapping[str, Any],
     *,
-    surface: bytes | None = None,
+    model_files: Mapping[str, bytes] | None = None,
     measured: pd.DataFrame | None = None,
     skeleton: Mapping[str, Any] | None = None,
     diagnosis: object | None = None,
@@ -111,7 +112,7 @@ def write_result(
     summary : all figures
     series : one row a sample (``SimulationResult.to_frame``)
     model : the complete model as a table (written as TOML)
-    surface : the heights of the model's snow surface, as its file holds them
+    model_files : the files that ``model`` names, by name: snow surface, posture correction
     measured : what the recording's instruments measured, one row an instant (``results.measured``)
     skeleton : the skier's lengths (``chain.geometry_to_dict``)
     diagnosis : what a diagnosis found, as data
@@ -119,15 +120,15 @@ def write_result(
     second_half : speed predicted from the first half of the fixes (``results.posture``)
     opensim : the texts of the files ``OPENSIM`` by name
     render : makes the report out of the folder with all other files
-    surface … render : left out, older ones go away, since they would belong to another run
+    model_files … render : left out, older ones go away, since they would belong to another run
 
     Raises InputError when the folder cannot be written or another process is writing it.
     """
     with _replacement(folder, None) as new:
         series.to_parquet(new / SERIES, index=False)
         (new / MODEL).write_text(tomli_w.dumps(model), encoding="utf-8")
-        if surface is not None:
-            (new / SURFACE).write_bytes(surface)
+        for name, content in (model_files or {}).items():
+            (new / name).write_bytes(content)
         for name, table in ((MEASURED, measured), (TURNS[1], turns), (SECOND_HALF, second_half)):
             if table is not None:
                 table.to_parquet(new / name, index=False)

@@ -1,7 +1,7 @@
 """The figures of a result, as ``summary.json`` holds them: each with its unit in its name, null where there is none.
 
 The groups ``posture``, ``diagnosis`` and ``muscles`` are in the file once the command that makes them was run,
-``surface`` where the snow is no plane.
+``surface`` where the snow is no plane, ``uncertainty`` where all that is uncertain was estimated.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from sssi_exudyn.io.writing import to_plain
 from sssi_exudyn.terrain.profile import SurfaceFigures
 
 FORMAT: Final = 1
-_ON_REQUEST: Final = ("posture", "diagnosis", "muscles", "surface")
+_ON_REQUEST: Final = ("posture", "diagnosis", "muscles", "surface", "uncertainty")
 """Groups that not every result has."""
 
 
@@ -70,6 +70,14 @@ class ResidualNoise:
 
 
 @dataclass(frozen=True)
+class Noise:
+    """Noise of a kind of measurement, in its SI unit, and the time over which it is correlated."""
+
+    sigma: float
+    correlation_s: float
+
+
+@dataclass(frozen=True)
 class Fit:
     """How the fit ended, and every fitted parameter; ``correlation`` (k, k) in the order of ``parameters``."""
 
@@ -82,6 +90,42 @@ class Fit:
     parameters: Mapping[str, Estimate] | None = None
     correlation: tuple[tuple[float | None, ...], ...] | None = None
     residual_noise: ResidualNoise | None = None
+
+
+@dataclass(frozen=True)
+class Interval:
+    """An interval that holds the true number with 90 % probability."""
+
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Correction:
+    """What was corrected: in standard deviations of what is known of it beforehand."""
+
+    what: str
+    sigmas: float
+
+
+@dataclass(frozen=True)
+class UncertaintyFigures:
+    """What a fit leaves uncertain.
+
+    interval_90 : of friction
+    shares : of each friction coefficient's variance, by where it comes from; they add up to one
+    posture_rms_deg : corrections of the captured posture by joint coordinate, root mean square over time
+    largest : the corrections that are largest against what is known beforehand
+    noise : of the measurements, by kind
+    fits_priors : whether no correction is beyond three standard deviations
+    """
+
+    interval_90: Mapping[str, Interval]
+    shares: Mapping[str, Mapping[str, float]]
+    posture_rms_deg: Mapping[str, float]
+    largest: tuple[Correction, ...]
+    noise: Mapping[str, Noise]
+    fits_priors: bool
 
 
 @dataclass(frozen=True)
@@ -261,6 +305,7 @@ class Summary:
     notices: tuple[str, ...] = ()
     muscles: MuscleFigures | None = None
     surface: SurfaceFigures | None = None
+    uncertainty: UncertaintyFigures | None = None
 
 
 def summary_from_dict(table: Mapping[str, Any]) -> Summary:

@@ -1,0 +1,57 @@
+"""What a fit leaves uncertain: friction's intervals, where they come from, and what was corrected of the posture."""
+
+from __future__ import annotations
+
+from sssi_exudyn.reports.section import Block, Grid, Heading, Runs, Section, Text, section_of_each
+from sssi_exudyn.reports.sections.tables import number
+from sssi_exudyn.results.stored import StoredRun
+
+_NAMES = {"mu_t": "μ_t, along the ski", "mu_n": "μ_n, across it"}
+_LEAST = 0.005
+"""Share of a variance that is shown."""
+
+
+def uncertainty(runs: Runs) -> Section:
+    """Intervals, their budget, noise of the instruments, and corrections of the posture."""
+    return section_of_each("What is uncertain", runs, _blocks)
+
+
+def _blocks(run: StoredRun) -> tuple[Block, ...]:
+    found = run.summary.uncertainty
+    if found is None:
+        return ()
+    intervals = [["friction", "estimate", "90 % interval"]]
+    for key, interval in found.interval_90.items():
+        value = getattr(run.summary.friction, key).value
+        intervals.append([_NAMES[key], number(value, 4), f"{interval.low:.4f} to {interval.high:.4f}"])
+    groups = sorted(
+        {group for parts in found.shares.values() for group, part in parts.items() if part >= _LEAST},
+        key=lambda group: -max(parts.get(group, 0.0) for parts in found.shares.values()),
+    )
+    budget = [["share of the variance", *(_NAMES[key] for key in found.shares)]]
+    budget += [
+        [group, *(f"{100.0 * parts.get(group, 0.0):.0f} %" for parts in found.shares.values())] for group in groups
+    ]
+    noise = [["measurement", "standard deviation (SI)", "correlated over (s)"]]
+    noise += [[name, f"{level.sigma:.3g}", f"{level.correlation_s:.2g}"] for name, level in found.noise.items()]
+    posture = [["joint coordinate", "corrected by (° rms)"]]
+    posture += [[name.replace("_", " "), f"{degrees:.2f}"] for name, degrees in found.posture_rms_deg.items()]
+    largest = [["correction", "standard deviations"]]
+    largest += [[each.what, f"{each.sigmas:+.1f}"] for each in found.largest]
+    verdict = (
+        "All corrections are within three standard deviations of what the instruments allow."
+        if found.fits_priors
+        else "At least one correction is beyond three standard deviations: the posture, or what was stated, cannot be "
+        "reconciled with the measurements within the errors that the instruments are known for."
+    )
+    return (
+        Grid(intervals),
+        Heading("Where the uncertainty comes from"),
+        Grid(budget),
+        Heading("Noise of the measurements"),
+        Grid(noise),
+        Heading("What was corrected"),
+        Text(verdict),
+        Grid(largest),
+        Grid(posture),
+    )
