@@ -58,7 +58,9 @@ _TABLES: Final = (
     *("format", "name", "note", "skier", "equipment", "slope", "terrain", "uncertainty"),
     *("motion", "sensors", "barometer", "gps", "insoles"),
 )
-_DATUMS: Final = ("gps", "other")
+_DATUMS: Final = ("gps", "ellipsoid", "geoid", "other")
+"""Where an elevation model's heights count from: the receiver's zero, which is the ellipsoid's unless its heights are
+others, the geoid, or anything else, which is then taken out."""
 _FEWEST_FIXES: Final = 4
 """A track of fewer has no direction to start from."""
 _SHORTEST: Final = 1.0
@@ -275,8 +277,13 @@ def _read_elevations(
         raise InputError(toml, "[terrain] datum", f"{datum!r} is not known", f"write one of: {', '.join(_DATUMS)}")
     name = text_of(table, "file", toml, "[terrain]")
     hashes[name] = sha256(inside(folder, name, toml, "[terrain] file", LARGEST))
-    numbers = numbers_of(Elevations, table, toml, "[terrain]", optional=("sigma",))
-    return Elevations(folder / name, datum == "gps", **numbers)
+    numbers = numbers_of(Elevations, table, toml, "[terrain]", optional=("sigma", "geoid_height"))
+    if "geoid_height" in numbers and datum != "geoid":
+        raise InputError(
+            toml, "[terrain] geoid_height_m", f'does not go with datum = "{datum}"', 'write datum = "geoid"'
+        )
+    same = datum in ("gps", "ellipsoid") or "geoid_height" in numbers
+    return Elevations(folder / name, same, **numbers)
 
 
 def _read_uncertainty(settings: Settings, toml: Path) -> Uncertainty:

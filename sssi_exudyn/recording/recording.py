@@ -72,13 +72,16 @@ class Elevations:
     """An elevation model of the slope.
 
     path : of the GeoTIFF or ESRI ASCII grid
-    same_datum : whether its heights count from where the receiver's do
+    same_datum : whether its heights, with the geoid's added, count from where the receiver's do
     """
 
     path: Path
     same_datum: bool
     sigma: float = quantity(
         1.0, "m", low=0.01, high=10.0, source="snow of 0 to 3 m", meaning="by which the snow leaves it, smoothly"
+    )
+    geoid_height: float = quantity(
+        0.0, "m", low=-120.0, high=100.0, source="EGM2008: -107 to 86 m", meaning="geoid over the ellipsoid"
     )
 
 

@@ -132,10 +132,29 @@ def test_another_datum_is_noticed(tmp_path: Path, datum: str) -> None:
         on_snow_surface(model, recording, motion)
 
 
+@pytest.mark.parametrize("lines", ['datum = "other"', 'datum = "geoid"', 'datum = "geoid"\ngeoid_height_m = 48.0'])
+def test_heights_from_elsewhere_give_the_same_surface(tmp_path: Path, lines: str) -> None:
+    """What they differ by is taken out before places are found: it must not shift the ground along the slope."""
+    means = []
+    for name, lift, datum in (("same", 0.0, 'datum = "ellipsoid"'), ("elsewhere", -48.0, lines)):
+        folder = tmp_path / name
+        shutil.copytree(EXAMPLE, folder)
+        write_elevations(read_recording(folder), folder / "dem.tif", lift, roll)
+        with (folder / "recording.toml").open("a", encoding="utf-8") as file:
+            file.write(f'\n[terrain]\nfile = "dem.tif"\nsigma_m = 0.5\n{datum}\n')
+        recording, motion, model = parts(folder)
+        surface = on_snow_surface(model, recording, motion).surface
+        assert surface is not None
+        means.append(surface.mean)
+    # Single precision of the file's heights, 2000 m, is 0.1 mm; 12 m along the slope would be some decimetres.
+    np.testing.assert_allclose(means[1], means[0], atol=2e-3)
+
+
 @pytest.mark.parametrize(
     ("lines", "place"),
     [
         ('file = "none.tif"', r"none\.tif"),
+        ('file = "gps.csv"\ndatum = "gps"\ngeoid_height_m = 40.0', "geoid_height_m"),
         ('file = "gps.csv"', r"gps\.csv"),
         ('file = "gps.csv"\ndatum = "sea"', "datum"),
         ('file = "gps.csv"\nsigma_m = 0.0', "sigma_m"),
