@@ -158,9 +158,9 @@ def _paths(
             coordinate, low, high = point.condition
             active[:, p] = (q[:, at[coordinate]] >= low - _EDGE) & (q[:, at[coordinate]] <= high + _EDGE)
     muscle_of = np.repeat(np.arange(len(model.muscles)), [len(muscle.points) for muscle in model.muscles])
-    length, pulls, wrench = follow(
-        stance.points(bone, place), active, bone, *_lists(model), *_surfaces(model, stance), len(tree.bones)
-    )
+    arrays = (stance.points(bone, place), active, bone, *_lists(model), *_surfaces(model, stance))
+    # in one order in memory: the kernel would be compiled again for every other one
+    length, pulls, wrench = follow(*map(np.ascontiguousarray, arrays), len(tree.bones))
     twist = np.concatenate([stance.moving, stance.turning], axis=-1)  # (n, b, c, 6)
     twist = np.moveaxis(twist, 2, 3).reshape(len(q), -1, len(tree.coordinates))
     slope_of = wrench.reshape(*length.shape, -1) @ twist
