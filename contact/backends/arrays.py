@@ -22,8 +22,10 @@ from sssi_exudyn.contact.backends.vectors import ski_axes
 from sssi_exudyn.contact.maths import ArrayMath
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.terrain.surface import on_patch, patch_under
+from sssi_exudyn.terrain.surface import on_change, patch_under
 
+_on_change: Final = getattr(on_change, "py_func", on_change)
+"""Over arrays, which would be compiled again, and for each of their shapes."""
 _TINY: Final = 1e-7
 """rad; neighbours turned by less against each other are taken for parallel, as in ``vectors.between``."""
 _CONJUGATE: Final = np.array([[1.0], [-1.0], [-1.0], [-1.0]])
@@ -112,7 +114,7 @@ class ArrayKernel:
         """As ``kernel.foot_axes``."""
         under = np.array(patch_under(surface, place[0], place[1]))
         _, normal = self._ground(under, np.array(place[:1]), np.array(place[1:2]))
-        along, across, edge = ski_axes(normal[:, 0], rotation)
+        along, across, edge = ski_axes(tuple(normal[:, 0]), rotation)
         return np.array(along), np.array(across), float(edge)
 
     def forces(
@@ -191,7 +193,7 @@ class ArrayKernel:
         """(2, 3) N on the feet, over patches (8, 2)."""
         f, l = feet.place[:, 0], feet.place[:, 1]  # noqa: E741
         _, normal = self._ground(under, f, l)
-        axes = [ski_axes(normal[:, ski], feet.rotation[ski]) for ski in range(2)]
+        axes = [ski_axes(tuple(normal[:, ski]), feet.rotation[ski]) for ski in range(2)]
         along, across = (np.array([axis[k] for axis in axes]) for k in range(2))
         edge = np.array([axis[2] for axis in axes])
         v_t, v_n = (np.sum(feet.velocity * axis, axis=1) for axis in (along, across))
@@ -206,7 +208,8 @@ class ArrayKernel:
 
         under : (8, …) patches near the places
         """
-        height, by_f, by_l = (a + b for a, b in zip(self._laws.terrain(f, l), on_patch(under, f, l), strict=True))
+        on_surface = _on_change(under[2:], f - under[0], l - under[1])
+        height, by_f, by_l = (a + b for a, b in zip(self._laws.terrain(f, l), on_surface, strict=True))
         s = 1.0 / np.sqrt(1.0 + by_f * by_f + by_l * by_l)
         return height, np.stack([-by_f * s, -by_l * s, s], axis=-2)
 

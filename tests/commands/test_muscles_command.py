@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import shutil
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -24,17 +25,22 @@ from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Summary
 
 
-@pytest.fixture
-def result(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A skier who stands, in a result folder that says he turned: first to the left, then to the right."""
     model = replace(gliding.model(), inclination=0.0)
     stood = standing.standing(model, lead=0.1)
     turns = Turns((Turn("left", 0.0, 0.2, 1.0, True), Turn("right", 0.2, 0.4, 1.0, True)), ())
     series = label_turns(stood.to_frame(slope_to_enu(0.0, 0.0)), turns)
-    folder = tmp_path / "result"
+    folder = tmp_path_factory.mktemp("whole") / "result"
     summary = Summary(recording="stands")
     write_run(folder, StoredRun(summary, series, model, geometry=standing.geometry()))
     return folder
+
+
+@pytest.fixture
+def result(whole: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(whole, tmp_path / "result"))
 
 
 @pytest.mark.long

@@ -45,12 +45,17 @@ def table_of(folder: Path) -> dict[str, Any]:
     return dict(json.loads((folder / "summary.json").read_text(encoding="utf-8")))
 
 
-@pytest.fixture
-def result(tmp_path: Path) -> Path:
-    """The folder of a run."""
-    folder = tmp_path / "result"
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("whole") / "result"
     write_run(folder, a_run())
     return folder
+
+
+@pytest.fixture
+def result(whole: Path, tmp_path: Path) -> Path:
+    """The folder of a run."""
+    return Path(shutil.copytree(whole, tmp_path / "result"))
 
 
 def test_the_shipped_schema_is_that_of_the_dataclass() -> None:
