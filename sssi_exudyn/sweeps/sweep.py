@@ -24,11 +24,11 @@ from sssi_exudyn.runtime.progress import Progress, Stage
 from sssi_exudyn.sweeps.file import SweepFile, read_sweep, sweep_from
 from sssi_exudyn.sweeps.page import PAGE, render_sweep
 from sssi_exudyn.sweeps.plan import Plan, SweepRun, plan_of, plan_sweep
-from sssi_exudyn.sweeps.pools import CREDENTIALS, Cluster, pool_of
 from sssi_exudyn.sweeps.records import DONE, Record, gather, last_records, tidy
-from sssi_exudyn.sweeps.scheduler import do_all
 from sssi_exudyn.sweeps.sensitivity_indices import indices_of
 from sssi_exudyn.sweeps.table import origin_of, read_table, write_tables
+from sssi_exudyn.sweeps.workers.pools import CREDENTIALS, Cluster, pool_of
+from sssi_exudyn.sweeps.workers.scheduler import do_all
 
 FILE: Final = "sweep.toml"
 """The copy of a sweep's file in its folder, itself a complete sweep file."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 
-from sssi_exudyn.sweeps.pools import Crew
+from sssi_exudyn.sweeps.workers.pools import Crew
 
 
 @contextmanager

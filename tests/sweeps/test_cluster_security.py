@@ -12,7 +12,7 @@ import psutil
 import pytest
 
 from sssi_exudyn.sweeps import sweep as sweeps
-from sssi_exudyn.sweeps.pools import CREDENTIALS, pool_of, slurm_cluster
+from sssi_exudyn.sweeps.workers.pools import CREDENTIALS, pool_of, slurm_cluster
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 _SBATCH = """#!/bin/sh

@@ -19,8 +19,8 @@ from thread_pool import thread_pool
 
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.sweeps import sweep as sweeps
-from sssi_exudyn.sweeps.pools import pool_of
 from sssi_exudyn.sweeps.records import read_records
+from sssi_exudyn.sweeps.workers.pools import pool_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROOT = EXAMPLES.parent
@@ -124,7 +124,7 @@ def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(
 def test_scheduler_that_does_not_answer_is_one_line(
     address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sssi_exudyn.sweeps.pools._PATIENCE", "1s")
+    monkeypatch.setattr("sssi_exudyn.sweeps.workers.pools._PATIENCE", "1s")
     with pytest.raises(SssiError, match="no Dask scheduler answers"), pool_of(address, None, tmp_path)(1):
         pass
 

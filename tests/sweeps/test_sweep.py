@@ -23,12 +23,12 @@ from thread_pool import thread_pool
 from sssi_exudyn import commands
 from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.io.typed import decode, encode
-from sssi_exudyn.sweeps import scheduler as sweep_scheduler
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.plan import Job, SweepRun, plan_sweep
 from sssi_exudyn.sweeps.records import claim, gather, last_records, read_records, write_record
 from sssi_exudyn.sweeps.run import crash_record
-from sssi_exudyn.sweeps.worker import perform
+from sssi_exudyn.sweeps.workers import scheduler as sweep_scheduler
+from sssi_exudyn.sweeps.workers.worker import perform
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROOT = EXAMPLES.parent

@@ -22,7 +22,7 @@ from typing import Any, Final, Literal
 
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.runtime.optional import import_for
-from sssi_exudyn.sweeps.worker import prepare_worker
+from sssi_exudyn.sweeps.workers.worker import prepare_worker
 
 Cluster = Literal["local", "slurm"]
 _THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")

@@ -12,10 +12,10 @@ from typing import Final
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.io.typed import encode
 from sssi_exudyn.sweeps.plan import Job, SweepRun
-from sssi_exudyn.sweeps.pools import Crew, Pool, local_pool
 from sssi_exudyn.sweeps.records import gather, write_record
 from sssi_exudyn.sweeps.run import BUSY, crash_record
-from sssi_exudyn.sweeps.worker import perform
+from sssi_exudyn.sweeps.workers.pools import Crew, Pool, local_pool
+from sssi_exudyn.sweeps.workers.worker import perform
 
 _AHEAD: Final = 4
 """Runs submitted for each worker: enough that none waits, few enough that a sweep of any size fits in memory."""
