@@ -21,13 +21,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sssi_exudyn.contact.backends.structs import SkiWork, TangentState
+from sssi_exudyn.contact.backends.structs import NewtonWork, ReducedState, SkiWork, TangentState
 from sssi_exudyn.contact.backends.vectors import cross, dot, out_of, plus, ski_axes, three, times
 from sssi_exudyn.runtime.jit import njit
 from sssi_exudyn.terrain.surface import PATCH, grid_patch, on_change, on_patch, patch_changes, patch_under
 
 advance: Callable[..., bool]
-first_state: Callable[..., tuple[object, object]]
+first_state: Callable[..., tuple[ReducedState, NewtonWork]]
 heights: Callable[..., tuple[float, float, float]]
 point_force: Callable[..., float]
 foot_force: Callable[..., tuple[float, float]]
@@ -418,182 +418,13 @@ def collect_patch(z, inputs, surface, f, l):
 
 
 @njit(cache=True, error_model="numpy")
-def carry(parameters, contact, motion, n, state, inputs, tangent, work, series):
-    """Bring the tangents to the n-th instant, to which ``state`` has been brought.
+def first_tangents(modes, inputs):
+    """The tangents before the first instant, and the arrays that later ones are found in.
 
-    inputs : ``TangentInputs``;  tangent : ``TangentState``;  work : ``SkiWork``;  series : ``TangentSeries``
+    inputs : ``TangentInputs``
     """
-    step, mass, gravity, area = motion.step, motion.mass, motion.gravity, motion.area
-    omega, ratio = contact.omega, contact.ratio
-    modes = omega.shape[0]
-    size = 3 + 2 * modes
-    fixed = MODES + 2 * modes
-    further = MODAL + modes
-    columns = inputs.columns
-    with_tables, with_body = inputs.feet.shape[3], inputs.body.shape[2]
-    q, rate, acceleration = tangent.place, tangent.rate, tangent.acceleration
-    matrix, right, skis, z, first, last = (
-        tangent.matrix, tangent.right, tangent.skis, tangent.inputs, tangent.first, tangent.last
-    )  # fmt: skip
-    by_place, by_rate = 0.0, 0.0
-    if n > 0:
-        by_place, by_rate = 0.25 * step * step, 0.5 * step
-        for i in range(size):
-            for k in range(right.shape[1]):
-                q[i, k] += step * rate[i, k] + by_place * acceleration[i, k]
-                rate[i, k] += by_rate * acceleration[i, k]
-    x, v = three(state.place, 0), three(state.velocity, 0)
-    trial = three(state.acceleration, 0)
-    matrix[:] = 0.0
-    right[:] = 0.0
-    for c in range(3):
-        matrix[c, c] = mass
-        for k in range(right.shape[1]):
-            right[c, k] = mass * inputs.gravity[c, k] - inputs.mass[k] * (trial[c] - gravity[c])
-        for k in range(with_tables):
-            right[c, k] -= inputs.inertia[n, c, k]
-    for ski in range(2):
-        frame = motion.foot_rotation[n, ski]
-        foot = (
-            three(motion.foot_place[n, ski], 0), three(motion.foot_velocity[n, ski], 0), frame,
-            three(motion.foot_spin[n, ski], 0),
-        )  # fmt: skip
-        found, feet = skis[ski], inputs.feet[n, ski]
-        linearise_ski(
-            parameters, contact, columns, motion.time[n], x, v, state.eta, state.rate, foot, ski, work, found
-        )  # fmt: skip
-        for row in range(3):
-            for column in range(found.shape[1]):
-                found[row, column] += found[further + FRICTION + row, column]
-        collect_inputs(z, q, rate, feet, ski, modes)
-        collect_patch(z, inputs, contact.surface, x[0] + foot[0][0], x[1] + foot[0][1])
-        swinging = (0.0, 0.0, 0.0)
-        for j in range(modes):
-            i = 3 + ski * modes + j
-            outwards = out_of(frame, three(contact.coupling[j], 0))
-            swinging = plus(swinging, times(state.acceleration[i], outwards))
-            turn = cross(outwards, trial)
-            damping, stiffness = 2.0 * ratio[j] * omega[j], omega[j] * omega[j]
-            matrix[i, i] += 1.0 + by_rate * damping + by_place * stiffness
-            for c in range(3):
-                matrix[c, i] += outwards[c]
-                matrix[i, c] += outwards[c]
-            for k in range(right.shape[1]):
-                right[i, k] -= damping * rate[i, k] + stiffness * q[i, k]
-            for c in range(3):
-                for k in range(with_tables):
-                    right[i, k] -= (
-                        turn[c] * feet[6 + c, k] + contact.coupling[j, c] * feet[12 + c, k]
-                        + contact.spinning[j, c] * feet[15 + c, k]
-                    )  # fmt: skip
-        for c in range(3):
-            d, e = (c + 1) % 3, (c + 2) % 3
-            for k in range(with_tables):
-                right[c, k] -= feet[6 + d, k] * swinging[e] - feet[6 + e, k] * swinging[d]
-        for row in range(MODAL + modes):
-            i = row if row < 3 else 3 + ski * modes + row - MODAL
-            add_row(right[i], found[row], z, first, last)
-            for c in range(3):
-                matrix[i, c] -= by_place * found[row, PLACE + c] + by_rate * found[row, VELOCITY + c]
-            for j in range(modes):
-                column = 3 + ski * modes + j
-                matrix[i, column] -= by_place * found[row, MODES + j] + by_rate * found[row, MODES + modes + j]
-    by, by_parameter = work.air_state, work.air_parameter
-    for e in range(area.shape[0]):
-        moving = plus(v, three(motion.exposed_velocity[n, e], 0))
-        segment_linearisation(
-            parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], area[e], by, by_parameter
-        )  # fmt: skip
-        for c in range(3):
-            for d in range(2):
-                matrix[c, d] -= by_place * by[c, d]
-                for k in range(right.shape[1]):
-                    right[c, k] += by[c, d] * q[d, k]
-            for d in range(3):
-                matrix[c, d] -= by_rate * by[c, 2 + d]
-                for k in range(right.shape[1]):
-                    right[c, k] += by[c, 2 + d] * rate[d, k]
-                for k in range(with_body):
-                    right[c, k] += by[c, 2 + d] * inputs.body[n, 6 + 3 * e + d, k]
-        row_of_values = -1
-        for i in range(columns.segment.shape[0]):
-            column = columns.segment[i]
-            if columns.row[column] != row_of_values:
-                row_of_values = columns.row[column]
-                segment_linearisation(
-                    columns.values[row_of_values], motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], area[e],
-                    by, by_parameter,
-                )  # fmt: skip
-            for c in range(3):
-                factor = by_parameter[c, columns.index[column]]
-                for k in range(first[fixed + column], last[fixed + column]):
-                    right[c, k] += factor * z[fixed + column, k]
-    at, moving = plus(x, three(motion.com_place[n], 0)), plus(v, three(motion.com_velocity[n], 0))
-    by_parameter = work.body_parameter
-    body_linearisation(
-        parameters, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], by, by_parameter
-    )  # fmt: skip
-    for c in range(3):
-        for d in range(2):
-            matrix[c, d] -= by_place * by[c, d]
-            for k in range(right.shape[1]):
-                right[c, k] += by[c, d] * q[d, k]
-            for k in range(with_body):
-                right[c, k] += by[c, d] * inputs.body[n, d, k]
-        for d in range(3):
-            matrix[c, d] -= by_rate * by[c, 2 + d]
-            for k in range(right.shape[1]):
-                right[c, k] += by[c, 2 + d] * rate[d, k]
-            for k in range(with_body):
-                right[c, k] += by[c, 2 + d] * inputs.body[n, 3 + d, k]
-    row_of_values = -1
-    for i in range(columns.body.shape[0]):
-        column = columns.body[i]
-        if columns.row[column] != row_of_values:
-            row_of_values = columns.row[column]
-            body_linearisation(
-                columns.values[row_of_values], motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], by,
-                by_parameter,
-            )  # fmt: skip
-        for c in range(3):
-            factor = by_parameter[c, columns.index[column]]
-            for k in range(first[fixed + column], last[fixed + column]):
-                right[c, k] += factor * z[fixed + column, k]
-    solve_many(matrix, right)
-    for i in range(size):
-        for k in range(right.shape[1]):
-            acceleration[i, k] = right[i, k]
-            q[i, k] += by_place * right[i, k]
-            rate[i, k] += by_rate * right[i, k]
-    for c in range(3):
-        for k in range(right.shape[1]):
-            series.place[n, c, k] = q[c, k]
-            series.velocity[n, c, k] = rate[c, k]
-    for ski in range(2):
-        collect_inputs(z, q, rate, inputs.feet[n, ski], ski, modes)
-        at_foot = plus(x, three(motion.foot_place[n, ski], 0))
-        collect_patch(z, inputs, contact.surface, at_foot[0], at_foot[1])
-        found = skis[ski]
-        add_row(series.loads[n, ski], found[further + LOAD], z, first, last)
-        add_row(series.sole[n, ski], found[further + SOLE], z, first, last)
-        add_row(series.edges[n, ski], found[further + EDGE], z, first, last)
-        for c in range(3):
-            add_row(series.friction[n, ski, c], found[further + FRICTION + c], z, first, last)
-            add_row(series.force[n, ski, c], found[c], z, first, last)
-            add_row(series.moment[n, ski, c], found[further + MOMENT + c], z, first, last)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def run_tangents(parameters, contact, motion, start, inputs, run_series, series):
-    """One run as in ``run_batch``, and the tangents of what it fills; the instants that were reached.
-
-    inputs : ``TangentInputs``;  series : ``TangentSeries`` of zeros, which is filled
-    """
-    state, newton = first_state(start)
-    modes, many = contact.omega.shape[0], inputs.mass.shape[0]
-    size, fixed, count = 3 + 2 * modes, MODES + 2 * modes, inputs.columns.index.shape[0]
-    inputs_of_ski = fixed + count + PATCH
-    work = ski_work(modes, parameters.shape[0])
+    many, fixed, count = inputs.mass.shape[0], MODES + 2 * modes, inputs.columns.index.shape[0]
+    size, inputs_of_ski = 3 + 2 * modes, fixed + count + PATCH
     tangent = TangentState(
         np.zeros((size, many)), np.zeros((size, many)), np.zeros((size, many)), np.zeros((size, size)),
         np.zeros((size, many)), np.zeros((2, MODAL + modes + FURTHER, inputs_of_ski)), np.zeros((inputs_of_ski, many)),
@@ -616,8 +447,178 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
             tangent.place[c, k], tangent.rate[c, k] = inputs.place[c, k], inputs.velocity[c, k]
         for i in range(2 * modes):
             tangent.place[3 + i, k] = inputs.eta[i, k]
+    return tangent
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def run_tangents(parameters, contact, motion, start, inputs, run_series, series):
+    """One run as in ``run_batch``, and the tangents of what it fills; the instants that were reached.
+
+    inputs : ``TangentInputs``;  series : ``TangentSeries`` of zeros, which is filled
+
+    The equations of an instant stand within the loop: in a function of their own they would be compiled twice.
+    """
+    modes = contact.omega.shape[0]
+    state, newton = first_state(start)
+    work, tangent = ski_work(modes, parameters.shape[0]), first_tangents(modes, inputs)
+    step, mass, gravity, area = motion.step, motion.mass, motion.gravity, motion.area
+    omega, ratio = contact.omega, contact.ratio
+    size = 3 + 2 * modes
+    fixed = MODES + 2 * modes
+    further = MODAL + modes
+    columns = inputs.columns
+    with_tables, with_body = inputs.feet.shape[3], inputs.body.shape[2]
+    q, rate, acceleration = tangent.place, tangent.rate, tangent.acceleration
+    matrix, right, skis, z, first, last = (
+        tangent.matrix, tangent.right, tangent.skis, tangent.inputs, tangent.first, tangent.last
+    )  # fmt: skip
     for n in range(motion.time.shape[0]):
         if not advance(parameters, contact, motion, n, state, newton, run_series):
             return n
-        carry(parameters, contact, motion, n, state, inputs, tangent, work, series)
+        by_place, by_rate = 0.0, 0.0
+        if n > 0:
+            by_place, by_rate = 0.25 * step * step, 0.5 * step
+            for i in range(size):
+                for k in range(right.shape[1]):
+                    q[i, k] += step * rate[i, k] + by_place * acceleration[i, k]
+                    rate[i, k] += by_rate * acceleration[i, k]
+        x, v = three(state.place, 0), three(state.velocity, 0)
+        trial = three(state.acceleration, 0)
+        matrix[:] = 0.0
+        right[:] = 0.0
+        for c in range(3):
+            matrix[c, c] = mass
+            for k in range(right.shape[1]):
+                right[c, k] = mass * inputs.gravity[c, k] - inputs.mass[k] * (trial[c] - gravity[c])
+            for k in range(with_tables):
+                right[c, k] -= inputs.inertia[n, c, k]
+        for ski in range(2):
+            frame = motion.foot_rotation[n, ski]
+            foot = (
+                three(motion.foot_place[n, ski], 0), three(motion.foot_velocity[n, ski], 0), frame,
+                three(motion.foot_spin[n, ski], 0),
+            )  # fmt: skip
+            found, feet = skis[ski], inputs.feet[n, ski]
+            linearise_ski(
+                parameters, contact, columns, motion.time[n], x, v, state.eta, state.rate, foot, ski, work, found
+            )  # fmt: skip
+            for row in range(3):
+                for column in range(found.shape[1]):
+                    found[row, column] += found[further + FRICTION + row, column]
+            collect_inputs(z, q, rate, feet, ski, modes)
+            collect_patch(z, inputs, contact.surface, x[0] + foot[0][0], x[1] + foot[0][1])
+            swinging = (0.0, 0.0, 0.0)
+            for j in range(modes):
+                i = 3 + ski * modes + j
+                outwards = out_of(frame, three(contact.coupling[j], 0))
+                swinging = plus(swinging, times(state.acceleration[i], outwards))
+                turn = cross(outwards, trial)
+                damping, stiffness = 2.0 * ratio[j] * omega[j], omega[j] * omega[j]
+                matrix[i, i] += 1.0 + by_rate * damping + by_place * stiffness
+                for c in range(3):
+                    matrix[c, i] += outwards[c]
+                    matrix[i, c] += outwards[c]
+                for k in range(right.shape[1]):
+                    right[i, k] -= damping * rate[i, k] + stiffness * q[i, k]
+                for c in range(3):
+                    for k in range(with_tables):
+                        right[i, k] -= (
+                            turn[c] * feet[6 + c, k] + contact.coupling[j, c] * feet[12 + c, k]
+                            + contact.spinning[j, c] * feet[15 + c, k]
+                        )  # fmt: skip
+            for c in range(3):
+                d, e = (c + 1) % 3, (c + 2) % 3
+                for k in range(with_tables):
+                    right[c, k] -= feet[6 + d, k] * swinging[e] - feet[6 + e, k] * swinging[d]
+            for row in range(MODAL + modes):
+                i = row if row < 3 else 3 + ski * modes + row - MODAL
+                add_row(right[i], found[row], z, first, last)
+                for c in range(3):
+                    matrix[i, c] -= by_place * found[row, PLACE + c] + by_rate * found[row, VELOCITY + c]
+                for j in range(modes):
+                    column = 3 + ski * modes + j
+                    matrix[i, column] -= by_place * found[row, MODES + j] + by_rate * found[row, MODES + modes + j]
+        by, by_parameter = work.air_state, work.air_parameter
+        for e in range(area.shape[0]):
+            moving = plus(v, three(motion.exposed_velocity[n, e], 0))
+            segment_linearisation(
+                parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], area[e], by, by_parameter
+            )  # fmt: skip
+            for c in range(3):
+                for d in range(2):
+                    matrix[c, d] -= by_place * by[c, d]
+                    for k in range(right.shape[1]):
+                        right[c, k] += by[c, d] * q[d, k]
+                for d in range(3):
+                    matrix[c, d] -= by_rate * by[c, 2 + d]
+                    for k in range(right.shape[1]):
+                        right[c, k] += by[c, 2 + d] * rate[d, k]
+                    for k in range(with_body):
+                        right[c, k] += by[c, 2 + d] * inputs.body[n, 6 + 3 * e + d, k]
+            row_of_values = -1
+            for i in range(columns.segment.shape[0]):
+                column = columns.segment[i]
+                if columns.row[column] != row_of_values:
+                    row_of_values = columns.row[column]
+                    segment_linearisation(
+                        columns.values[row_of_values], motion.time[n], x[0], x[1], moving[0], moving[1], moving[2],
+                        area[e], by, by_parameter,
+                    )  # fmt: skip
+                for c in range(3):
+                    factor = by_parameter[c, columns.index[column]]
+                    for k in range(first[fixed + column], last[fixed + column]):
+                        right[c, k] += factor * z[fixed + column, k]
+        at, moving = plus(x, three(motion.com_place[n], 0)), plus(v, three(motion.com_velocity[n], 0))
+        by_parameter = work.body_parameter
+        body_linearisation(
+            parameters, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], by, by_parameter
+        )  # fmt: skip
+        for c in range(3):
+            for d in range(2):
+                matrix[c, d] -= by_place * by[c, d]
+                for k in range(right.shape[1]):
+                    right[c, k] += by[c, d] * q[d, k]
+                for k in range(with_body):
+                    right[c, k] += by[c, d] * inputs.body[n, d, k]
+            for d in range(3):
+                matrix[c, d] -= by_rate * by[c, 2 + d]
+                for k in range(right.shape[1]):
+                    right[c, k] += by[c, 2 + d] * rate[d, k]
+                for k in range(with_body):
+                    right[c, k] += by[c, 2 + d] * inputs.body[n, 3 + d, k]
+        row_of_values = -1
+        for i in range(columns.body.shape[0]):
+            column = columns.body[i]
+            if columns.row[column] != row_of_values:
+                row_of_values = columns.row[column]
+                body_linearisation(
+                    columns.values[row_of_values], motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], by,
+                    by_parameter,
+                )  # fmt: skip
+            for c in range(3):
+                factor = by_parameter[c, columns.index[column]]
+                for k in range(first[fixed + column], last[fixed + column]):
+                    right[c, k] += factor * z[fixed + column, k]
+        solve_many(matrix, right)
+        for i in range(size):
+            for k in range(right.shape[1]):
+                acceleration[i, k] = right[i, k]
+                q[i, k] += by_place * right[i, k]
+                rate[i, k] += by_rate * right[i, k]
+        for c in range(3):
+            for k in range(right.shape[1]):
+                series.place[n, c, k] = q[c, k]
+                series.velocity[n, c, k] = rate[c, k]
+        for ski in range(2):
+            collect_inputs(z, q, rate, inputs.feet[n, ski], ski, modes)
+            at_foot = plus(x, three(motion.foot_place[n, ski], 0))
+            collect_patch(z, inputs, contact.surface, at_foot[0], at_foot[1])
+            found = skis[ski]
+            add_row(series.loads[n, ski], found[further + LOAD], z, first, last)
+            add_row(series.sole[n, ski], found[further + SOLE], z, first, last)
+            add_row(series.edges[n, ski], found[further + EDGE], z, first, last)
+            for c in range(3):
+                add_row(series.friction[n, ski, c], found[further + FRICTION + c], z, first, last)
+                add_row(series.force[n, ski, c], found[c], z, first, last)
+                add_row(series.moment[n, ski, c], found[further + MOMENT + c], z, first, last)
     return motion.time.shape[0]
