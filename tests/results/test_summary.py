@@ -48,7 +48,7 @@ def table_of(folder: Path) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("whole") / "result"
-    write_run(folder, a_run())
+    write_run(folder, a_run(6.0, 25.0))
     return folder
 
 
@@ -134,7 +134,7 @@ def test_validate_keeps_diagnosis_and_muscles(result: Path, tmp_path: Path) -> N
 def test_fitted_figures_come_back_as_they_were(tmp_path: Path) -> None:
     fit = Fit(converged=True, evaluations=3, parameters={"friction.mu_t": Estimate(0.1, 0.01)}, correlation=((1.0,),))
     summary = replace(Summary(recording="a"), fit=fit)
-    write_run(tmp_path, replace(a_run(), summary=summary))
+    write_run(tmp_path, replace(a_run(6.0, 25.0), summary=summary))
     assert read_run(tmp_path).summary == summary
 
 
