@@ -7,7 +7,10 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-_ONLY_IN_FILES = ("provenance", "each", "control", "peak_moments", "reserve")
+_ONLY_IN_FILES = (
+    *("provenance", "each", "control", "peak_moments", "reserve"),
+    *("shares", "posture_rms_deg", "noise"),
+)
 """Groups of a summary too long for a terminal."""
 
 

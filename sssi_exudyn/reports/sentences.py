@@ -23,7 +23,8 @@ Group = Literal["each", "control"]
 def sentences(runs: Runs) -> list[str]:
     """The result in words: the skiing and the agreement of each recording, what was missing, and how two differ."""
     found = [
-        f"{run.name}: {_early_stop(run.summary)}{_skiing(run.summary)}{_agreement(run.summary)}{_missing(run.summary)}"
+        f"{run.name}: {_early_stop(run.summary)}{_skiing(run.summary)}{_agreement(run.summary)}"
+        f"{_friction(run.summary)}{_missing(run.summary)}"
         for run in runs
     ]
     if len(runs) == 2:
@@ -82,6 +83,24 @@ def _agreement(summary: Summary) -> str:
     if correlation is not None:
         words += f"; the load's shift between the feet correlates {correlation:.3f} with the insoles"
     return words + "."
+
+
+def _friction(summary: Summary) -> str:
+    """The interval of friction along the ski, where it comes from, and whether the corrections are believable."""
+    found, value = summary.uncertainty, summary.friction.mu_t.value
+    if found is None or value is None:
+        return ""
+    interval = found.interval_90["mu_t"]
+    parts = sorted(found.shares["mu_t"].items(), key=lambda part: -part[1])[:2]
+    sources = " and ".join(f"{group} ({100.0 * share:.0f}\u00a0%)" for group, share in parts)
+    words = (
+        f" μ_t is {value:.3f}, with 90\u00a0% probability between {interval.low:.3f} and {interval.high:.3f}; most of"
+        f" that uncertainty comes from {sources}."
+    )
+    if found.fits_priors:
+        return words
+    worst = found.largest[0]
+    return f"{words} But {worst.what} had to be corrected by {abs(worst.sigmas):.1f} of its standard deviations."
 
 
 def _difference(first: StoredRun, second: StoredRun) -> list[str]:
