@@ -24,9 +24,9 @@ _GROUPS: Final = {
     "air": "drag",
     "start": "start",
     "surface": "snow surface",
-    "boot_cuff": "insoles",
-    "insole_gain": "insoles",
-    "lever_arm": "antenna",
+    BootCuff.name: "insoles",
+    InsoleGain.name: "insoles",
+    LeverArm.name: "antenna",
 }
 """Where a number's uncertainty is counted, by what owns it."""
 _POSTURE: Final = {
@@ -74,12 +74,14 @@ def unknown_numbers(model: Model, priors: Mapping[str, Prior], recording: Record
         found[name] = Prior(model.value(name), share * model.value(name))
     found["start.clock_offset"] = Prior(model.value("start.clock_offset"), about.clock)
     for axis in ("forward", "left", "up"):
-        name = f"lever_arm.{axis}"
+        name = f"{LeverArm.name}.{axis}"
         found[name] = Prior(model.value(name), about.antenna)
     if recording.insoles is not None:
-        found["boot_cuff.share"] = Prior(model.value("boot_cuff.share"), about.boot_cuff)
+        cuff = f"{BootCuff.name}.share"
+        found[cuff] = Prior(model.value(cuff), about.boot_cuff)
         for side in ("left", "right"):
-            found[f"insole_gain.{side}"] = Prior(model.value(f"insole_gain.{side}"), about.insole_gain)
+            gain = f"{InsoleGain.name}.{side}"
+            found[gain] = Prior(model.value(gain), about.insole_gain)
     return tuple(Unknown(name, prior) for name, prior in found.items() if prior.sigma > 0.0)
 
 

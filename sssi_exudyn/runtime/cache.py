@@ -53,7 +53,7 @@ _NAMES: Final = {
 }
 """Modules of classes that are hashed, and the names they are hashed under: those they had when keys were first kept.
 A sweep or a fit begun before a module moved goes on."""
-_LATER: Final = frozenset({"surface", "elevations"})
+_LATER: Final = frozenset({"surface", "elevations", "posture"})
 """Fields that classes got since; while they hold nothing, the key is what it was without them."""
 
 

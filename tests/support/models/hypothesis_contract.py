@@ -87,9 +87,10 @@ def check_probe(fitted: FittedRun, probe: Probe, response: Array) -> None:
     far, near, nearer, farther = simulate_each(models, fitted.prepared, fitted.measurements.predict)
     expected = (8.0 * (nearer - near) - (farther - far)) / (6.0 * step)
     for place in fitted.measurements.blocks.values():
-        # what Newton's method leaves of 0.3 mm, and rounding
+        # what Newton's method leaves of 0.3 mm, a point that touches down in one of the runs, and rounding
         largest, seen = (float(np.max(np.abs(each[place]), initial=0.0)) for each in (expected, fitted.prediction))
-        assert np.all(np.abs(response[place] - expected[place]) <= 1e-4 * largest + 1e-12 * seen / step)
+        apart = np.max(np.abs(response[place] - expected[place]), initial=0.0)
+        assert apart <= 1e-3 * largest + 1e-12 * seen / step, f"{apart:.3g} of {largest:.3g}"
 
 
 def check_linear(fitted: FittedRun, candidate: Candidate) -> None:
