@@ -205,7 +205,7 @@ def complete(run: StoredRun) -> list[Turn]:
 
 def over(values: list[float], form: str) -> str:
     known = np.array([value for value in values if np.isfinite(value)])
-    return spread({"mean": known.mean(), "sd": known.std(ddof=1)}, form) if len(known) > 1 else "–"
+    return spread(Spread(known.mean(), known.std(ddof=1)), form) if len(known) > 1 else "–"
 
 
 def gps_speed(run: StoredRun) -> str:
