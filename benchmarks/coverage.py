@@ -18,11 +18,10 @@ import numpy as np
 
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.fitting.estimate import setting_of
 from sssi_exudyn.fitting.fit import problem_of
-from sssi_exudyn.fitting.observation import observation_of
 from sssi_exudyn.fitting.posterior import Setting, find_posterior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
-from sssi_exudyn.fitting.unknowns import posture_errors, unknown_numbers, with_instruments
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.drawn_run import draw_run
@@ -36,26 +35,18 @@ HALF = 1.6449
 """Standard deviations to either side that hold 90 % of a normal distribution."""
 
 
-def setting_of(name: str, seconds: float) -> tuple[Model, Setting]:
+def example(name: str, seconds: float) -> tuple[Model, Setting]:
     """The model of a bundled recording's first seconds with the friction that is to be found, and what is sought."""
     recording, motion = read_folder(EXAMPLES / name, SILENT)
     model = on_snow_surface(model_of(recording, motion), recording, motion)
     motion = replace(motion, stop=min(motion.stop, motion.start + seconds))
     problem = problem_of(recording, motion, model, "joint")
-    model = with_instruments(problem.model.with_values(FRICTION[name]), recording)
-    about = recording.uncertainty
-    return model, Setting(
-        motion=motion,
-        seen=observation_of(recording, model, motion, problem.counts),
-        unknowns=unknown_numbers(model, problem.priors, recording),
-        errors=posture_errors(about, motion.start, motion.stop),
-        mass=(recording.skier.mass, about.mass),
-    )
+    return setting_of(problem.model.with_values(FRICTION[name]), problem, recording, motion)
 
 
 def judge(name: str, seconds: float, seed: int) -> dict[str, object]:
     """One drawn run: how many standard deviations each number's estimate is from the truth."""
-    model, setting = setting_of(name, seconds)
+    model, setting = example(name, seconds)
     drawn = draw_run(model, setting, np.random.default_rng(seed))
     found = find_posterior(model, drawn.setting)
     z = (found.values - drawn.values) / np.sqrt(np.diag(found.covariance))

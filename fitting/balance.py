@@ -16,15 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from sssi_exudyn.bodies.skier.chain import SEGMENT, forward_kinematics, rates
+from sssi_exudyn.bodies.skier.chain import SEGMENT
+from sssi_exudyn.bodies.skier.inverse_dynamics import segment_loads
 from sssi_exudyn.contact.backends.arrays import ArrayLaws
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
 
-GRID: Final = 0.02
+_GRID: Final = 0.02
 """s between the instants at which the body's own moment is found."""
 
 
@@ -55,7 +56,7 @@ class Balance:
 def balance_of(model: Model, motion: Motion, prepared: Prepared, run: ReducedRun) -> Balance:
     """For the run ``run`` of that model along that motion, corrected as the model says."""
     parts = Parts(model, motion)
-    grid = np.arange(run.time[0], run.time[-1] + GRID, GRID)
+    grid = np.arange(run.time[0], run.time[-1] + _GRID, _GRID)
     own = make_interp_spline(grid, own_moment(parts, grid), k=3)(run.time)
     coarse = np.arange(0, len(run.time), max(1, round(0.1 / prepared.step)))
     air = np.stack([np.interp(run.time, run.time[coarse], column) for column in _air(parts, prepared, run, coarse).T])
@@ -69,30 +70,16 @@ def balance_of(model: Model, motion: Motion, prepared: Prepared, run: ReducedRun
 
 def own_moment(parts: Parts, time: Array) -> Array:
     """(n, 3) N m: ``Balance.own`` at ``time`` (n,) s."""
-    motion, gravity = parts.motion, gravity_in_slope(parts.model.inclination)
-    q, qd, qdd = (np.hstack([np.zeros((len(time), 3)), part]) for part in motion.evaluate(time))
-    poses = forward_kinematics(motion.geometry, q, motion.inclination)
-    moving = rates(poses, qd, qdd)
-    total = np.zeros((len(time), 3))
-    for i, body in enumerate(parts.inertias):
-        omega, alpha, turn = moving.angular_velocity[:, i], moving.angular_acceleration[:, i], poses.rotation[:, i]
-        arm = turn @ body.com
-        felt = moving.acceleration[:, i] + np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm)) - gravity
-        inertia = turn @ body.inertia @ np.swapaxes(turn, 1, 2)
-        spin = np.einsum("nij,nj->ni", inertia, omega)
-        total += np.einsum("nij,nj->ni", inertia, alpha) + np.cross(omega, spin)
-        total += np.cross(poses.origin[:, i] + arm, body.mass * felt)
-    return total
+    poses, moving = relative_poses(parts.motion, time)
+    force, moment = segment_loads(poses, moving, parts.inertias, gravity_in_slope(parts.model.inclination))
+    return np.asarray(np.sum(moment + np.cross(poses.origin, force), axis=1))
 
 
 def _air(parts: Parts, prepared: Prepared, run: ReducedRun, rows: NDArray[np.intp]) -> Array:
     """(rows, 3) N m of the air and of the forces on the centre of mass."""
     laws = ArrayLaws(parts.model.terms)
     time = run.time[rows]
-    angles, _, _ = parts.motion.evaluate(time)
-    poses = forward_kinematics(
-        parts.motion.geometry, np.hstack([np.zeros((len(time), 3)), angles]), prepared.inclination
-    )
+    poses, _ = relative_poses(parts.motion, time)
     shown = [SEGMENT[name] for name in parts.areas]
     arms = poses.origin[:, shown] + np.stack([poses.rotation[:, i] @ parts.inertias[i].com for i in shown], axis=1)
     found = np.zeros((len(time), 3))

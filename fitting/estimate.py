@@ -46,16 +46,9 @@ def estimate(
     begin = clock.perf_counter()
     say = progress or (lambda _fraction, _detail: None)
     first = fit(problem, motion, "joint", full=False, cache=cache, progress=progress)
-    model = with_instruments(first.model, recording)
-    seen = observation_of(recording, model, motion, counts_of(problem.track, first.residual))
-    about = recording.uncertainty
-    setting = Setting(
-        motion=motion,
-        seen=seen,
-        unknowns=unknown_numbers(model, problem.priors, recording),
-        errors=posture_errors(about, motion.start, motion.stop),
-        mass=(recording.skier.mass, about.mass),
-    )
+    counted = problem.with_counts(counts_of(problem.track, first.residual))
+    model, setting = setting_of(first.model, counted, recording, motion)
+    seen = setting.seen
 
     def by_full_model(model: Model) -> Array:
         time, antenna, sole = _full_run(model, motion, cache)
@@ -65,11 +58,10 @@ def estimate(
 
     posterior = find_posterior(model, setting, by_full_model if full else None, lambda text: say(None, text))
     x, y = (posterior.residual[seen.blocks[name]] for name in ("x", "y"))
-    names = setting.names
     fitted = replace(
         first,
         model=posterior.model,
-        names=names,
+        names=setting.names,
         values=posterior.values,
         covariance=posterior.covariance,
         residual=np.stack([x, y], axis=1),
@@ -78,6 +70,20 @@ def estimate(
         wall=clock.perf_counter() - begin,
     )
     return Estimated(fitted, posterior)
+
+
+def setting_of(model: Model, problem: Problem, recording: Recording, motion: Motion) -> tuple[Model, Setting]:
+    """The model with the parts whose numbers are sought along, and what is sought with what is measured; priors and
+    what each fix counts are the problem's.
+    """
+    model, about = with_instruments(model, recording), recording.uncertainty
+    return model, Setting(
+        motion=motion,
+        seen=observation_of(recording, model, motion, problem.counts),
+        unknowns=unknown_numbers(model, problem.priors, recording),
+        errors=posture_errors(about, motion.start, motion.stop),
+        mass=(recording.skier.mass, about.mass),
+    )
 
 
 def _full_run(model: Model, motion: Motion, cache: Cache | None) -> tuple[Array, Array, Array]:

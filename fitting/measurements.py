@@ -97,5 +97,10 @@ def averages(time: Array, values: Array, windows: Array) -> Array:
     return (np.array(edges[1]) - np.array(edges[0])).T / INTERVAL
 
 
+def total_and_difference(loads: Array) -> Array:
+    """(2m,) of loads (m, 2): both feet's total, then left less right."""
+    return np.concatenate([loads.sum(axis=1), loads[:, 0] - loads[:, 1]])
+
+
 def _stack(place: Array, loads: Array) -> Array:
-    return np.concatenate([*place.T, loads.sum(axis=1), loads[:, 0] - loads[:, 1]])
+    return np.concatenate([*place.T, total_and_difference(loads)])

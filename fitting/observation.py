@@ -14,7 +14,7 @@ from sssi_exudyn.core.frames import Array, level_to_enu, slope_to_level
 from sssi_exudyn.core.noise import ExponentialNoise, whiten
 from sssi_exudyn.fitting.balance import Balance
 from sssi_exudyn.fitting.gps_observation import predict_fixes
-from sssi_exudyn.fitting.measurements import averages, measurements_of
+from sssi_exudyn.fitting.measurements import averages, measurements_of, total_and_difference
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
@@ -94,7 +94,7 @@ class Observation:
         at = self.times["speed_x"] - float(np.real(model.start.clock_offset))
         moving = [np.interp(at, time, column) for column in speed[:, :2].T]
         loads = insole_readings(model.sensors, averages(time, sole, self.times["load"]))
-        return np.concatenate([*place.T, *moving, loads.sum(axis=1), loads[:, 0] - loads[:, 1]])
+        return np.concatenate([*place.T, *moving, total_and_difference(loads)])
 
     def whiten(self, levels: Mapping[str, ExponentialNoise], columns: Array) -> Array:
         """Columns (N, c) as they are in units of independent noise."""
@@ -119,8 +119,7 @@ def observation_of(recording: Recording, model: Model, motion: Motion, counts: A
         [
             *seen.place[:, :2].T,
             *velocity.T,
-            seen.loads.sum(axis=1),
-            seen.loads[:, 0] - seen.loads[:, 1],
+            total_and_difference(seen.loads),
             np.zeros(3 * len(windows)),
         ]
     )

@@ -25,7 +25,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.core.noise import ExponentialNoise, log_divisors
 from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
 from sssi_exudyn.fitting.observation import Observation
 from sssi_exudyn.fitting.optimise import Optimum, minimise
@@ -109,11 +109,14 @@ class Setting:
 class Point:
     """Where a search is.
 
-    model : with numbers, posture and mass as estimated;  sizes : (m,) η, the skier's mass last
+    model : with numbers, posture and mass as estimated;  prepared, balance : the tables of its run
+    sizes : (m,) η, the skier's mass last
     predicted : (N,) what would be measured of it;  beyond : (N,) what of that the full model adds to the reduced one
     """
 
     model: Model
+    prepared: Prepared
+    balance: Balance
     sizes: Array
     predicted: Array
     beyond: Array
@@ -220,8 +223,7 @@ def linearise_at(model: Model, setting: Setting) -> tuple[Point, Responses]:
 
     Raises SimulationDiverged when its simulation does.
     """
-    nothing = np.zeros(len(setting.seen.measured))
-    point = Point(model, np.zeros(len(setting.errors) + 1), _predict(setting, model, nothing), nothing)
+    point = _point_at(setting, model, np.zeros(len(setting.errors) + 1), np.zeros(len(setting.seen.measured)))
     return point, _linearise(setting, point, None)
 
 
@@ -238,7 +240,7 @@ def moved_point(setting: Setting, point: Point, responses: Responses, values: Ar
         posture=grown(model.posture, responses.posture.time, change),
         skier=replace(model.skier, mass=mass + float(sizes[-1]) * sigma),
     )
-    return Point(model, sizes, _predict(setting, model, point.beyond), point.beyond)
+    return _point_at(setting, model, sizes, point.beyond)
 
 
 def _ending(optimum: Optimum, misfit: float, moved: float) -> Optimum:
@@ -253,27 +255,21 @@ def _description(model: Model) -> str:
     return f"mu_t {model.friction.mu_t:.4f}, mu_n {model.friction.mu_n:.4f}"
 
 
-def _predict(setting: Setting, model: Model, beyond: Array) -> Array:
-    """(N,) what would be measured of a model."""
+def _point_at(setting: Setting, model: Model, sizes: Array, beyond: Array) -> Point:
+    """The point of a model, from a run of it."""
     prepared = prepare(model, setting.motion, step=STEP)
     run = simulate_reduced(model, prepared)
-    return np.asarray(setting.seen.predict(model, run, _balance(setting, model, prepared, run), prepared) + beyond)
-
-
-def _balance(setting: Setting, model: Model, prepared: Prepared, run: ReducedRun) -> Balance:
-    return balance_of(model, correct_motion(model, setting.motion), prepared.correct_capture(model), run)
+    balance = balance_of(model, correct_motion(model, setting.motion), prepared.correct_capture(model), run)
+    predicted = setting.seen.predict(model, run, balance, prepared) + beyond
+    return Point(model, prepared, balance, sizes, np.asarray(predicted), beyond)
 
 
 def _linearise(setting: Setting, point: Point, known: Responses | None) -> Responses:
     """The responses about a point; those to errors from ``known``, where it is given."""
-    model, seen = point.model, setting.seen
-    prepared = prepare(model, setting.motion, step=STEP)
-    balance: list[Balance] = []
+    model, prepared, seen = point.model, point.prepared, setting.seen
 
     def observed(each: Model, run: ReducedRun) -> Array:
-        if not balance:  # the first run is the model's own
-            balance.append(_balance(setting, model, prepared, run))
-        return seen.predict(each, run, balance[0], prepared)
+        return seen.predict(each, run, point.balance, prepared)
 
     if known is not None:
         return replace(known, by_number=sensitivities(model, prepared, setting.names, observed)[1])
@@ -330,7 +326,7 @@ def _weigh_noise(setting: Setting, point: Point, responses: Responses, levels: L
     groups = setting.seen.groups
     for _ in range(_WEIGHINGS):
         y, u = _all_uncertain(setting, point, responses, levels)
-        factor = cho_factor(u.T @ u + np.eye(u.shape[1]), lower=True)
+        factor = _precision(u)
         left = y - u @ cho_solve(factor, u.T @ y)
         found = dict(levels)
         for group, names in groups.items():
@@ -362,17 +358,19 @@ def _choose_memory(
     usual = setting.seen.usual[names[0]].correlation_time
     tried = []
     for share in _MEMORIES:
-        memory = share * usual
-        each = {**levels, **dict.fromkeys(names, ExponentialNoise(levels[names[0]].sigma, memory))}
+        each = {**levels, **dict.fromkeys(names, ExponentialNoise(levels[names[0]].sigma, share * usual))}
         y, u = _all_uncertain(setting, point, responses, each)
-        factor = cho_factor(u.T @ u + np.eye(u.shape[1]), lower=True)
+        factor = _precision(u)
         pull = u.T @ y
         evidence = -0.5 * float(y @ y - pull @ cho_solve(factor, pull)) - float(np.sum(np.log(np.diag(factor[0]))))
-        for name in names:
-            decay = np.diff(setting.seen.times[name]) / memory
-            evidence -= 0.5 * float(np.sum(np.log(-np.expm1(-2.0 * decay))))
+        evidence -= sum(log_divisors(setting.seen.times[name], each[name]) for name in names)
         tried.append((evidence - 0.5 * (np.log(share) / _MEMORY_SPREAD) ** 2, each))
     return max(tried, key=lambda pair: pair[0])[1]
+
+
+def _precision(columns: Array) -> tuple[Array, bool]:
+    """The Cholesky factor, as ``cho_solve`` takes it, of what is known afterwards of amplitudes of variance one."""
+    return cho_factor(columns.T @ columns + np.eye(columns.shape[1]), lower=True)
 
 
 @dataclass(frozen=True)
@@ -388,7 +386,7 @@ class _Found:
 
 def _solve(setting: Setting, point: Point, responses: Responses, levels: Levels) -> _Found:
     white = _whiten(setting, point, responses, levels)
-    factor = cho_factor(white.errors.T @ white.errors + np.eye(white.errors.shape[1]), lower=True)
+    factor = _precision(white.errors)
 
     def without_errors(columns: Array) -> Array:
         """C⁻¹ times the columns."""

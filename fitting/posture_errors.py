@@ -11,21 +11,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from sssi_exudyn.bodies.skier.chain import PRESCRIBED, forward_kinematics, jacobians
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED, jacobians
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.motion.correction import PostureCorrection
-from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.reduced import Prepared
 from sssi_exudyn.simulation.tangents import TableChange
 
 TURNS: Final = ("roll", "pitch", "yaw")
-SHIFTS: Final = ("forward", "height")
+SHIFTS: Final = {"forward": 3, "height": 5}
+"""Where each stands among a foot's three turns and three shifts."""
 LEANS: Final = ("trunk_forward", "trunk_sideways")
 _LEG: Final = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
 _SIDES: Final = ("l", "r")
@@ -34,11 +36,11 @@ _HELD: Final = np.concatenate([np.full(3, np.radians(0.02)), [0.01, 0.01, 0.0005
 across the slope, its height."""
 _BENT: Final = np.radians(5.0)
 """rad by which angles may change to keep it so."""
-SPACING: Final = 1.5
+_SPACING: Final = 1.5
 """s between the supports of an error that wanders."""
 _MOST: Final = 24
 """Supports at most, however long the run."""
-GRID: Final = 0.05
+_GRID: Final = 0.05
 """s between the instants at which directions are found and a correction is kept."""
 
 
@@ -47,7 +49,7 @@ class PostureError:
     """One way in which the posture may be wrong.
 
     kind : of ``TURNS`` or ``SHIFTS`` of a foot, or of ``LEANS``; knee and ankle, hinges, let no foot shift sideways
-    side : 0 left, 1 right; −1 for the trunk, or for both feet alike
+    side : 0 left, 1 right; −1 for the trunk
     support : which B-spline over time; −1 for a constant
     sigma : its standard deviation, rad or m
     """
@@ -101,8 +103,7 @@ class PostureErrors:
         """(n, 28) rad of all errors together at the tables' instants, ``sizes`` (errors,) in standard deviations."""
         total = np.zeros((len(self.time), len(PRESCRIBED)))
         for error, size in zip(self.errors, sizes, strict=True):
-            shape = size * error.sigma * self.profile(error, self.time)
-            total += shape[:, None] * self._responses[error.kind, error.side].angles
+            total += size * self.direction(error)
         return total
 
     def direction(self, error: PostureError) -> Array:
@@ -127,7 +128,7 @@ def _profile(knots: Array, support: int, time: Array) -> Array:
 
 def grown(correction: PostureCorrection | None, time: Array, angles: Array) -> PostureCorrection:
     """The correction with ``angles`` (n, 28) rad at ``time`` (n,) added."""
-    count = max(2, round((time[-1] - time[0]) / GRID) + 1)
+    count = max(2, round((time[-1] - time[0]) / _GRID) + 1)
     grid = np.linspace(time[0], time[-1], count)
     more = np.stack([np.interp(grid, time, column) for column in angles.T], axis=1)
     if correction is not None:
@@ -136,8 +137,8 @@ def grown(correction: PostureCorrection | None, time: Array, angles: Array) -> P
 
 
 def _knots(start: float, stop: float) -> Array:
-    """Of cubic B-splines that together follow whatever changes over ``SPACING``."""
-    intervals = int(np.clip(round((stop - start) / SPACING), 1, _MOST - 3))
+    """Of cubic B-splines that together follow whatever changes over ``_SPACING``."""
+    intervals = int(np.clip(round((stop - start) / _SPACING), 1, _MOST - 3))
     step = (stop - start) / intervals
     return np.asarray(start + step * np.arange(-3, intervals + 4), dtype=np.float64)
 
@@ -145,7 +146,7 @@ def _knots(start: float, stop: float) -> Array:
 def _responses(parts: Parts, time: Array, kinds: set[tuple[str, int]]) -> dict[tuple[str, int], Responses]:
     """What each kind moves, found on a coarse grid of instants and interpolated to ``time``."""
     motion = parts.motion
-    grid = np.linspace(time[0], time[-1], max(6, round((time[-1] - time[0]) / GRID) + 1))
+    grid = np.linspace(time[0], time[-1], max(6, round((time[-1] - time[0]) / _GRID) + 1))
     posture = parts.posture(grid)
     antenna = _antenna_jacobian(motion, grid)
     found = {}
@@ -165,7 +166,7 @@ def _responses(parts: Parts, time: Array, kinds: set[tuple[str, int]]) -> dict[t
     return found
 
 
-def _angles_of(kind: str, side: int, posture: Any) -> Array:
+def _angles_of(kind: str, side: int, posture: PostureTable) -> Array:
     """(n, 28) the angles that make a unit of the error."""
     n = len(posture.time)
     angles = np.zeros((n, len(PRESCRIBED)))
@@ -173,22 +174,21 @@ def _angles_of(kind: str, side: int, posture: Any) -> Array:
         name = "lumbar_extension" if kind == "trunk_forward" else "lumbar_bending"
         angles[:, PRESCRIBED.index(name)] = -1.0 if kind == "trunk_forward" else 1.0
         return angles
-    for foot in (0, 1) if side < 0 else (side,):
-        columns = [PRESCRIBED.index(f"{name}_{_SIDES[foot]}") for name in _LEG]
-        frame = posture.foot_rotation[:, foot]
-        wanted = np.zeros((n, 6))
-        if kind in TURNS:
-            wanted[:, :3] = frame[:, :, TURNS.index(kind)]
-        else:
-            wanted[:, {"forward": 3, "height": 5}[kind]] = 1.0
-        # turns in the slope's axes, shifts along and across the ski as it lies on the slope
-        level = _level_axes(frame)
-        shifts = np.einsum("nci,nck->nik", level, posture.foot_jacobian[:, foot][:, :, columns])
-        matrix = np.concatenate([posture.foot_turning[:, foot][:, :, columns], shifts], axis=1)
-        weighted = matrix / _HELD[:, None]
-        normal = np.swapaxes(weighted, 1, 2) @ weighted + np.eye(len(columns)) / _BENT**2
-        right = np.einsum("nij,ni->nj", weighted, wanted / _HELD)
-        angles[:, columns] = np.linalg.solve(normal, right[..., None])[..., 0]
+    columns = [PRESCRIBED.index(f"{name}_{_SIDES[side]}") for name in _LEG]
+    frame = posture.foot_rotation[:, side]
+    wanted = np.zeros((n, 6))
+    if kind in TURNS:
+        wanted[:, :3] = frame[:, :, TURNS.index(kind)]
+    else:
+        wanted[:, SHIFTS[kind]] = 1.0
+    # turns in the slope's axes, shifts along and across the ski as it lies on the slope
+    level = _level_axes(frame)
+    shifts = np.einsum("nci,nck->nik", level, posture.foot_jacobian[:, side][:, :, columns])
+    matrix = np.concatenate([posture.foot_turning[:, side][:, :, columns], shifts], axis=1)
+    weighted = matrix / _HELD[:, None]
+    normal = np.swapaxes(weighted, 1, 2) @ weighted + np.eye(len(columns)) / _BENT**2
+    right = np.einsum("nij,ni->nj", weighted, wanted / _HELD)
+    angles[:, columns] = np.linalg.solve(normal, right[..., None])[..., 0]
     return angles
 
 
@@ -206,8 +206,7 @@ def _antenna_jacobian(motion: Motion, time: Array) -> Array:
     """(n, 3, 28) m/rad: what each angle moves the antenna by."""
     if motion.antenna is None:
         return np.zeros((len(time), 3, len(PRESCRIBED)))
-    angles, _, _ = motion.evaluate(time)
-    poses = forward_kinematics(motion.geometry, np.hstack([np.zeros((len(time), 3)), angles]), motion.inclination)
+    poses, _ = relative_poses(motion, time)
     at = motion.antenna.segment
     place = poses.origin[:, [at]] + (poses.rotation[:, at] @ motion.antenna.offset)[:, None]
     _, linear = jacobians(poses, [at], place)
@@ -229,6 +228,7 @@ def _changed(found: Responses, shape: Array, prepared: Prepared, size: complex) 
     foot, foot_velocity, foot_acceleration = moved(found.foot_place)
     com, com_velocity, com_acceleration = moved(found.com)
     antenna, antenna_velocity, _ = moved(found.antenna)
+    _, exposed_velocity, _ = moved(found.exposed)
     columns = np.moveaxis(prepared.foot_rotation, -1, 0)  # (3, n, 2, 3)
     turned = np.moveaxis(np.stack([np.cross(turn, column) for column in columns]), 0, -1)
     return replace(
@@ -242,8 +242,7 @@ def _changed(found: Responses, shape: Array, prepared: Prepared, size: complex) 
         com_place=prepared.com_place + size * com,
         com_velocity=prepared.com_velocity + size * com_velocity,
         com_acceleration=prepared.com_acceleration + size * com_acceleration,
-        exposed_velocity=prepared.exposed_velocity
-        + size * np.gradient(found.exposed * shape[:, None, None], prepared.time, axis=0),
+        exposed_velocity=prepared.exposed_velocity + size * exposed_velocity,
         antenna=prepared.antenna + size * antenna,
         antenna_velocity=prepared.antenna_velocity + size * antenna_velocity,
     )

@@ -65,50 +65,35 @@ def _over_elevations(model: Model, gps: Gps, elevations: Elevations, heights: He
     """The surface whose mean is the elevation model's where the heights say nothing else."""
     count = len(heights.time)
     empty = level_surface(heights)
-    apart = _apart(model, gps, elevations, heights)
-    if elevations.same_datum and abs(apart) > _DATUM:
-        raise InputError(
-            elevations.path,
-            "",
-            f"its heights are {abs(apart):.1f} m {'below' if apart > 0.0 else 'above'} the fixes'",
-            'write [terrain] datum = "other", or give heights over the ellipsoid',
-        )
-    places = np.concatenate([heights.places, empty.nodes()])
-    ground = _ground_heights(model, gps, elevations, places, count, apart)
+    to_enu = slope_to_enu(model.inclination, model.fall_line_azimuth).T
+    with open_elevations(elevations.path) as sample:
+
+        def over_ground(places: Array, height: Array) -> Array:
+            """(n,) m, straight up, of places (n, 2) at heights (n,) over the slope's plane above the elevation model;
+            the first places, those of the fixes, have to be covered.
+            """
+            enu = np.column_stack([places, height]) @ to_enu
+            latitude, longitude, above = pymap3d.enu2geodetic(*enu.T, *gps.origin)
+            return np.asarray(above - sample(np.asarray(latitude), np.asarray(longitude), count))
+
+        apart = float(np.median(over_ground(heights.places, heights.height))) - elevations.geoid_height
+        if elevations.same_datum and abs(apart) > _DATUM:
+            raise InputError(
+                elevations.path,
+                "",
+                f"its heights are {abs(apart):.1f} m {'below' if apart > 0.0 else 'above'} the fixes'",
+                'write [terrain] datum = "other", or give heights over the ellipsoid',
+            )
+        # heights that count from elsewhere would also shift the ground along the slope
+        lift = elevations.geoid_height + apart
+        places = np.concatenate([heights.places, empty.nodes()])
+        ground = np.zeros(len(places))
+        for _ in range(_ROUNDS):
+            ground += (lift - over_ground(places, ground)) * np.cos(model.inclination)
     estimate = estimate_surface(replace(heights, height=heights.height - ground[:count]), elevations.sigma)
     surface = estimate.surface(empty, noise)
     mean = surface.mean + (ground[count:] - ground[0]).reshape(surface.mean.shape)
     return replace(surface, mean=mean)
-
-
-def _apart(model: Model, gps: Gps, elevations: Elevations, heights: Heights) -> float:
-    """m, straight up, of the snow at the fixes over the elevation model there."""
-    enu = np.column_stack([heights.places, heights.height]) @ _to_enu(model)
-    latitude, longitude, above = pymap3d.enu2geodetic(*enu.T, *gps.origin)
-    with open_elevations(elevations.path) as sample:
-        ground = sample(np.asarray(latitude), np.asarray(longitude), len(enu)) + elevations.geoid_height
-    return float(np.median(above - ground))
-
-
-def _ground_heights(model: Model, gps: Gps, elevations: Elevations, places: Array, needed: int, apart: float) -> Array:
-    """(n,) m over the slope's plane, of the ground at ``places`` (n, 2) lifted by ``apart`` (m, straight up); the first
-    ``needed`` have to be covered.
-
-    Without the lift, heights that count from elsewhere would also shift the ground along the slope.
-    """
-    height = np.zeros(len(places))
-    with open_elevations(elevations.path) as sample:
-        for _ in range(_ROUNDS):
-            enu = np.column_stack([places, height]) @ _to_enu(model)
-            latitude, longitude, above = pymap3d.enu2geodetic(*enu.T, *gps.origin)
-            ground = sample(np.asarray(latitude), np.asarray(longitude), needed) + elevations.geoid_height + apart
-            height += (ground - above) * np.cos(model.inclination)
-    return height
-
-
-def _to_enu(model: Model) -> Array:
-    """(3, 3) by which rows of the slope frame become rows east, north, up."""
-    return slope_to_enu(model.inclination, model.fall_line_azimuth).T
 
 
 def snow_heights(gps: Gps, motion: Motion, model: Model) -> Heights:

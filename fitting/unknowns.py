@@ -15,7 +15,7 @@ from sssi_exudyn.recording.uncertainty import Uncertainty
 
 FREE: Final = {"friction.mu_t": Prior(0.1, 0.1), "friction.mu_n": Prior(0.6, 0.4)}
 """Friction beforehand: published values of gliding and of skidding, widely."""
-_CUFF: Final = 0.06
+USUAL_CUFF: Final = 0.06
 """Share of the load that a boot's cuff takes usually."""
 MASS: Final = "skier's mass"
 _GROUPS: Final = {
@@ -61,7 +61,7 @@ def with_instruments(model: Model, recording: Recording) -> Model:
     """The model with the instruments' parts whose numbers are sought along."""
     parts: list[Sensor] = [LeverArm()]
     if recording.insoles is not None:
-        parts += [BootCuff(_CUFF), InsoleGain()]
+        parts += [BootCuff(USUAL_CUFF), InsoleGain()]
     known = {sensor.name for sensor in model.sensors}
     return replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.core.noise import draw_noise
 from sssi_exudyn.fitting.posterior import Setting, linearise_at, moved_point
 from sssi_exudyn.model.model import Model
 
@@ -38,14 +38,5 @@ def draw_run(model: Model, setting: Setting, rng: np.random.Generator) -> DrawnR
     sizes = rng.standard_normal(len(setting.errors) + 1)
     measured = moved_point(setting, point, responses, values, sizes).predicted.copy()
     for name, at in setting.seen.blocks.items():
-        measured[at] += draw_noise(setting.seen.times[name], setting.seen.usual[name], rng) * setting.seen.scale[at]
+        measured[at] += draw_noise(rng, setting.seen.times[name], setting.seen.usual[name]) * setting.seen.scale[at]
     return DrawnRun(replace(setting, seen=replace(setting.seen, measured=measured)), values, sizes)
-
-
-def draw_noise(time: Array, noise: ExponentialNoise, rng: np.random.Generator) -> Array:
-    """(n,) of an exponentially correlated noise at ``time`` (n,) s."""
-    steps = noise.sigma * rng.standard_normal(len(time))
-    for k in range(1, len(time)):
-        kept = np.exp(-(time[k] - time[k - 1]) / noise.correlation_time)
-        steps[k] = kept * steps[k - 1] + np.sqrt(1.0 - kept**2) * steps[k]
-    return steps

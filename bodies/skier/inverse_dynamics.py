@@ -10,7 +10,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia
-from sssi_exudyn.bodies.skier.chain import COORDINATE, COORDINATES, JOINTS, PARENT, Geometry, forward_kinematics, rates
+from sssi_exudyn.bodies.skier.chain import (
+    COORDINATE,
+    COORDINATES,
+    JOINTS,
+    PARENT,
+    Geometry,
+    Poses,
+    Rates,
+    forward_kinematics,
+    rates,
+)
 from sssi_exudyn.core.frames import Array
 
 _STRETCH = 256
@@ -55,6 +65,25 @@ def joint_loads(
     return np.concatenate(forces), np.concatenate(moments)
 
 
+def segment_loads(
+    poses: Poses, moving: Rates, inertias: Sequence[SegmentInertia], gravity: Array
+) -> tuple[Array, Array]:
+    """Force (n, 21, 3) N and moment about its own joint (n, 21, 3) N m, slope frame, that each segment alone needs to
+    move like this under gravity.
+    """
+    force, moment = np.empty_like(poses.origin), np.empty_like(poses.origin)
+    for i, body in enumerate(inertias):
+        omega, alpha = moving.angular_velocity[:, i], moving.angular_acceleration[:, i]
+        turn = poses.rotation[:, i]
+        arm = turn @ body.com
+        felt = moving.acceleration[:, i] + np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm)) - gravity
+        inertia = turn @ body.inertia @ np.swapaxes(turn, 1, 2)
+        spin = np.einsum("nij,nj->ni", inertia, omega)
+        force[:, i] = body.mass * felt
+        moment[:, i] = np.einsum("nij,nj->ni", inertia, alpha) + np.cross(omega, spin) + np.cross(arm, force[:, i])
+    return force, moment
+
+
 def _recursion(
     geometry: Geometry,
     inertias: Sequence[SegmentInertia],
@@ -68,17 +97,7 @@ def _recursion(
     M = I α + ω × I ω + r_c × m (a_c − g) + Σ (M_child + r_child × F_child); a coordinate's moment is M along its axis.
     """
     poses = forward_kinematics(geometry, q, inclination)
-    moving = rates(poses, qd, qdd)
-    force, moment = np.empty_like(poses.origin), np.empty_like(poses.origin)
-    for i, body in enumerate(inertias):
-        omega, alpha = moving.angular_velocity[:, i], moving.angular_acceleration[:, i]
-        turn = poses.rotation[:, i]
-        arm = turn @ body.com
-        felt = moving.acceleration[:, i] + np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm)) - gravity
-        inertia = turn @ body.inertia @ np.swapaxes(turn, 1, 2)
-        spin = np.einsum("nij,nj->ni", inertia, omega)
-        force[:, i] = body.mass * felt
-        moment[:, i] = np.einsum("nij,nj->ni", inertia, alpha) + np.cross(omega, spin) + np.cross(arm, force[:, i])
+    force, moment = segment_loads(poses, rates(poses, qd, qdd), inertias, gravity)
     found = np.empty((len(q), len(COORDINATES) - 3))
     for i in reversed(range(len(JOINTS))):
         for name, _ in JOINTS[i].rotations:

@@ -73,6 +73,23 @@ def whiten_with_slope(time: Array, residual: Array, noise: ExponentialNoise) -> 
     return white, slope, -float(np.sum(kept * share / spread[1:]))
 
 
+def log_divisors(time: Array, noise: ExponentialNoise) -> float:
+    """Σ log of what ``whiten`` divides by: what turns a density of whitened numbers at ``time`` (n,) into one of the
+    measured ones; the correlation time above 0.
+    """
+    decay = np.diff(time) / noise.correlation_time
+    return len(time) * float(np.log(noise.sigma)) + 0.5 * float(np.sum(np.log(-np.expm1(-2.0 * decay))))
+
+
+def draw_noise(rng: np.random.Generator, time: Array, noise: ExponentialNoise) -> Array:
+    """(n,) of such noise at ``time`` (n,), increasing; the correlation time above 0."""
+    out = np.empty(len(time))
+    for k in range(len(time)):
+        kept = np.exp(-(time[k] - time[k - 1]) / noise.correlation_time) if k else 0.0
+        out[k] = noise.sigma * np.sqrt(1.0 - kept**2) * rng.normal() + (kept * out[k - 1] if k else 0.0)
+    return out
+
+
 def fit_noise(time: Array, residual: Array, longest: float = np.inf) -> ExponentialNoise:
     """Most likely σ and correlation time of a residual of zero mean; arguments as for ``whiten``.
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -12,7 +13,7 @@ from sssi_exudyn.core.quantity import quantity
 
 _SUIT: Final = "inertial suits: 1 to 2 degrees and 0.3 to 0.5 degrees that wander (Robert-Lachaine et al. 2017)"
 _SEGMENTS: Final = "thigh and shank wrong by their own degree"
-_DEGREE: Final = 0.017453292519943295
+_DEGREE: Final = math.radians(1.0)
 _MOST: Final = 45.0 * _DEGREE
 
 

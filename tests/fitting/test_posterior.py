@@ -11,11 +11,11 @@ from bundled import bundled
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting import posterior as module
+from sssi_exudyn.fitting.estimate import setting_of
 from sssi_exudyn.fitting.fit import problem_of
-from sssi_exudyn.fitting.observation import Observation, observation_of
+from sssi_exudyn.fitting.observation import Observation
 from sssi_exudyn.fitting.posterior import Point, Responses, Setting, find_posterior, linearise_at, moved_point
 from sssi_exudyn.fitting.posture_errors import PostureErrors
-from sssi_exudyn.fitting.unknowns import posture_errors, unknown_numbers, with_instruments
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.drawn_run import draw_run
@@ -30,15 +30,7 @@ def example() -> tuple[Model, Setting]:
     recording, motion = bundled("beginner")
     motion = replace(motion, stop=motion.start + SECONDS)
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
-    model = with_instruments(problem.model.with_values(FRICTION), recording)
-    about = recording.uncertainty
-    return model, Setting(
-        motion=motion,
-        seen=observation_of(recording, model, motion, problem.counts),
-        unknowns=unknown_numbers(model, problem.priors, recording),
-        errors=posture_errors(about, motion.start, motion.stop),
-        mass=(recording.skier.mass, about.mass),
-    )
+    return setting_of(problem.model.with_values(FRICTION), problem, recording, motion)
 
 
 @cache

@@ -18,6 +18,7 @@ import numpy as np
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, level_to_enu
+from sssi_exudyn.core.noise import ExponentialNoise, draw_noise
 from sssi_exudyn.fitting.gps_observation import predict_fixes
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.from_recording import first_guess
@@ -187,16 +188,6 @@ def _model_as_known(fitted: Model, made: Recording, motion: Motion) -> Model:
     return replace(fitted, start=start)
 
 
-def _autocorrelated_noise(rng: np.random.Generator, time: Array, sigma: float, correlation_time: float) -> Array:
-    """(n,) noise with an exponential correlation."""
-    out = np.empty(len(time))
-    out[0] = rng.normal(0.0, sigma)
-    for k, step in enumerate(np.diff(time)):
-        keep = np.exp(-step / correlation_time)
-        out[k + 1] = keep * out[k] + sigma * np.sqrt(1.0 - keep**2) * rng.normal()
-    return out
-
-
 def _record_gps(
     rng: np.random.Generator, recording: Recording, world: Model, time: Array, antenna: Array, motion: Motion
 ) -> Gps:
@@ -205,7 +196,7 @@ def _record_gps(
     sigma, correlation_time = 0.02 * float(np.exp(rng.normal(0.0, 0.2))), float(rng.uniform(2.0, 5.0))
     place = predict_fixes(world, time, antenna, fixes)
     for axis, factor in enumerate((1.0, 1.0, 1.3)):
-        place[:, axis] += _autocorrelated_noise(rng, fixes, factor * sigma, correlation_time)
+        place[:, axis] += draw_noise(rng, fixes, ExponentialNoise(factor * sigma, correlation_time))
     enu = place @ level_to_enu(world.fall_line_azimuth).T
     return replace(recording.gps, time=fixes, enu=enu, sigma=np.full(len(fixes), 0.02), speed=None, course=None)
 

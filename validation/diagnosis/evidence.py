@@ -20,7 +20,7 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import Bounds, minimize
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise, whiten, whiten_with_slope
+from sssi_exudyn.core.noise import ExponentialNoise, log_divisors, whiten, whiten_with_slope
 from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.validation.capture_error import USUAL
 
@@ -121,10 +121,7 @@ def log_volume(linear: LinearModel, levels: NoiseLevels) -> float:
     total = 0.0
     for name, place in linear.measurements.blocks.items():
         if place.stop > place.start:
-            time = linear.measurements.time_of(name)
-            noise = levels.of(name)
-            decay = np.diff(time) / noise.correlation_time
-            total += len(time) * np.log(noise.sigma) + 0.5 * float(np.sum(np.log(-np.expm1(-2.0 * decay))))
+            total += log_divisors(linear.measurements.time_of(name), levels.of(name))
     return total
 
 

@@ -12,6 +12,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.fitting.measurements import Measurements, measurements_of
 from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.unknowns import FREE, USUAL_CUFF
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.motion import Motion
@@ -24,15 +25,10 @@ from sssi_exudyn.validation.diagnosis.refit import Parameter
 Progress = Callable[[float | None, str], None]
 """Takes the share that is done, where it is known, and what is being done."""
 
-FREE: Final = {
-    "friction.mu_t": Prior(0.1, 0.1),
-    "friction.mu_n": Prior(0.6, 0.4),
-}
-"""Friction beforehand: published values of gliding and of skidding, widely."""
 _PLACE: Final = 3.0
 _SPEED: Final = 2.0
 """m and m/s: priors of the start, so wide that the track alone decides; it is not counted beforehand too."""
-CUFF: Final = Prior(0.06, 0.03)
+CUFF: Final = Prior(USUAL_CUFF, 0.03)
 """Share of the load that a boot's cuff takes in an ordinary recording."""
 _HEIGHT: Final = 0.3
 """m; the first fix, from which heights count, is no better known than that."""
