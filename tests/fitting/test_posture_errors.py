@@ -21,7 +21,7 @@ ONE = np.radians(1.0)
 KINDS = [("roll", ONE), ("pitch", ONE), ("yaw", ONE), ("forward", 0.01), ("height", 0.005)]
 
 
-_ALLOWED = {"acceleration": (0.3, 0.02), "rate": (0.3, 0.02), "velocity": (0.05, 1e-3), "spin": (0.05, 1e-3)}
+_ALLOWED = {"acceleration": (0.3, 0.02), "rate": (0.3, 0.04), "velocity": (0.05, 1e-3), "spin": (0.05, 1e-3)}
 """Share of a table's greatest change, and m/s², m/s (rad/s², rad/s), by which it may differ, by its name's end."""
 
 
@@ -42,7 +42,8 @@ def found(*errors: PostureError) -> PostureErrors:
 def test_a_foot_moves_as_its_kind_says(kind: str, sigma: float, side: int) -> None:
     _, _, prepared = example()
     error = PostureError(kind, side, -1, sigma)
-    moved = found(error).change(error)(prepared, 1.0)
+    errors = found(error)
+    moved = errors.change(error)(prepared, 1.0)
     frame = prepared.foot_rotation[:, side]
     turn = np.swapaxes(frame, 1, 2) @ (moved.foot_rotation[:, side] - frame)
     turned = np.stack([turn[:, 2, 1], turn[:, 0, 2], turn[:, 1, 0]], axis=1)  # about the foot's own axes
@@ -57,8 +58,17 @@ def test_a_foot_moves_as_its_kind_says(kind: str, sigma: float, side: int) -> No
         assert np.abs(turned).max() < 0.1 * ONE
         forward = frame[:, :2, 0] / np.linalg.norm(frame[:, :2, 0], axis=1, keepdims=True)
         along = np.sum(forward * shift[:, :2], axis=1)
-        assert (shift[:, 2] if kind == "height" else along) == pytest.approx(sigma, rel=0.1)
-        assert np.abs(along if kind == "height" else shift[:, 2]).max() < 0.2 * sigma
+        if kind == "height":
+            assert shift[:, 2] == pytest.approx(sigma, rel=0.1)
+            assert np.abs(along).max() < 0.003  # held to 1 cm, so that the hinges of an edged ski's leg may give way
+        else:
+            # Angles cost (θ/5°)², a place that is missed (miss/1 cm)²: where their sum is least, the share x that is
+            # reached obeys x (1 − x) = Σ (θ/5°)².  0.01 is what places across and turns cost beside them.
+            cost = np.sum((errors.direction(error) / (5.0 * ONE)) ** 2, axis=1)
+            reached = along / sigma
+            np.testing.assert_allclose(reached * (1.0 - reached), cost, atol=0.01)
+            assert np.all(reached > 0.75)
+            assert np.abs(shift[:, 2]).max() < 0.2 * sigma
     other = 1 - side
     np.testing.assert_array_equal(moved.foot_place[:, other], prepared.foot_place[:, other])
 
@@ -86,9 +96,9 @@ def test_its_tables_are_those_of_the_corrected_motion(kind: str, support: int) -
         scale = np.abs(expected[inside]).max()
         # Directions are found every 0.05 s, the posture's fastest movement takes 0.17 s: places are right to 1 %,
         # speeds to 5 %, accelerations, the second derivatives, to 30 %, which is 0.02 m/s² of an error of 1°.
-        # What should not move at all is left with dust.
+        # What should not move at all is left with dust: of a foot that turns at up to 7 rad/s² 0.03 rad/s².
         last = entry.name.split("_")[-1]
-        share, dust = _ALLOWED.get(last, (0.01, 1e-5))
+        share, dust = _ALLOWED.get(last, (0.01, 2e-5))
         assert np.abs(given[inside] - expected[inside]).max() < share * scale + dust, entry.name
 
 

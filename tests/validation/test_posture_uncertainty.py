@@ -22,13 +22,13 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.sections.few_sensors import few_sensors
 from sssi_exudyn.results.posture import posture_figures, second_half_table
-from sssi_exudyn.simulation.reduced import prepare
+from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.capture_error import USUAL, capture_errors
-from sssi_exudyn.validation.posture_uncertainty import over_ground, second_half, shares_of
+from sssi_exudyn.validation.posture_uncertainty import effective_friction, over_ground, second_half, shares_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
-TRUE_MU_T = 0.06
+TRUE = {"friction.mu_t": 0.06, "friction.mu_n": 0.55}
 
 
 @pytest.fixture(scope="module")
@@ -53,15 +53,27 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Motion, P
 
 
 @pytest.mark.long
-def test_friction_is_right_within_what_is_said_of_it(case: tuple[Recording, Motion, Problem, Fitted]) -> None:
+def test_effective_friction_is_right_within_what_is_said_of_it(
+    case: tuple[Recording, Motion, Problem, Fitted],
+) -> None:
+    """Whatever is taken for friction along the ski and for skidding, their sum is the captured run's."""
     recording, motion, problem, fitted = case
     assert recording.completed is not None
     shares = shares_of(fitted, problem, motion, recording.completed, 0.0)
     at = problem.names.index("friction.mu_t")
     error = float(np.sqrt(shares.covariance[at, at]))
     assert error > shares.track[at]
-    # a beginner skids by 25°; skis taken as 5° less steered look rougher by μ_n sin 5° = 0.05
-    assert abs(fitted.values[at] - TRUE_MU_T) < 3.0 * error
+    whole = read_recording(EXAMPLE)
+    captured = motion_from_recording(whole)
+    start = problem_of(whole, captured, model_of(whole, captured), "joint").model.with_values(TRUE)
+    true = effective_friction(simulate_reduced(start, prepare(start, captured)))
+    # steering exchanges friction along the ski for friction across it, and leaves their sum
+    said = float(np.linalg.norm([shares.track[at], shares.posture[at], shares.slope[at]]))
+    assert abs(shares.effective - true) < 2.0 * said
+    assert said < 0.1 * true
+    # A wedge's skis, 9° apart, are taken as parallel, and headings are 8° off besides (standard deviation): the skier
+    # seems to skid less than he does, and what is missed of friction across, up to μ_n sin 9°, is found along the ski.
+    assert 0.0 < fitted.values[at] - TRUE["friction.mu_t"] < TRUE["friction.mu_n"] * np.sin(np.radians(9.0))
     assert shares.effective > fitted.values[at]
 
 
