@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -43,26 +43,6 @@ TERMS: Final[tuple[type[Term], ...]] = (
 
 PAPER_TERMS: Final[tuple[Term, ...]] = (HuntCrossley(), AnisotropicFriction(), AirDrag())
 """The terms of the published model, with their default parameters."""
-_ABSENT: Final[Mapping[type[Term], Term]] = {
-    HuntCrossley: HuntCrossley(k=0.0, c=0.0),
-    AnisotropicFriction: AnisotropicFriction(mu_t=0.0, mu_n=0.0),
-    AirDrag: AirDrag(c_d=0.0),
-}
-"""The published terms without strength; those of the others are their defaults."""
-
-
-def pad_terms(terms: Sequence[Term]) -> tuple[Term, ...]:
-    """The same laws, with those that are missing added without strength: of the registry, or of the published terms
-    where there are no others.  So two compiled kernels serve all models.
-    """
-    published = all(type(term) in _ABSENT for term in terms)
-    found: list[Term] = []
-    for cls in TERMS:
-        own = [term for term in terms if type(term) is cls]
-        if not own and (cls in _ABSENT or not published):
-            own = [_ABSENT[cls] if cls in _ABSENT else cls()]
-        found += own
-    return (*found, *(term for term in terms if type(term) not in TERMS))
 
 
 def term_named(name: str) -> type[Term]:

@@ -26,10 +26,10 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile the force laws that most tests use, once, before several workers would each do it.
 
-    Numba keeps them on disk, so that this takes three minutes of computing once and nothing after that.
+    Numba keeps them on disk, so that this takes a minute and a half of computing once and nothing after that.
     """
     if not hasattr(session.config, "workerinput") and session.config.getoption("numprocesses", None):
-        kernels = ("reduced", "reduced-all", "full")
+        kernels = ("reduced", "full")
         processes = [subprocess.Popen([sys.executable, str(COMPILE), what]) for what in kernels]
         statuses = [process.wait() for process in processes]  # of all, before the first may end the session
         if any(statuses):

@@ -17,7 +17,7 @@ import numpy as np
 
 from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.backends import full_kernel as kernel
-from sssi_exudyn.contact.backends.structs import Carrier, ForcePass, Instant, Sections, SnowGrid
+from sssi_exudyn.contact.backends.structs import Carrier, ForcePass, Instant, LawParameters, Sections, SnowGrid
 from sssi_exudyn.contact.backends.vectors import ski_axes
 from sssi_exudyn.contact.maths import ArrayMath
 from sssi_exudyn.contact.term import Term
@@ -109,7 +109,7 @@ class ArrayKernel:
         self.jacobian = jacobian
 
     def foot_axes(
-        self, _parameters: Array, surface: SnowGrid, place: Array, rotation: Array
+        self, _parameters: LawParameters, surface: SnowGrid, place: Array, rotation: Array
     ) -> tuple[Array, Array, float]:
         """As ``kernel.foot_axes``."""
         under = np.array(patch_under(surface, place[0], place[1]))
@@ -118,8 +118,8 @@ class ArrayKernel:
         return np.array(along), np.array(across), float(edge)
 
     def forces(
-        self, _parameters: Array, q: Array, v: Array, ref: Array, sections: Sections, carrier: Carrier, at: Instant,
-        found: ForcePass,
+        self, _parameters: LawParameters, q: Array, v: Array, ref: Array, sections: Sections, carrier: Carrier,
+        at: Instant, found: ForcePass,
     ) -> None:  # fmt: skip
         """As ``kernel.forces``."""
         out, seen, drag, body = found

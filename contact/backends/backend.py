@@ -21,11 +21,10 @@ from exudyn.itemInterface import ObjectGenericODE2
 from sssi_exudyn.contact.backends import full_kernel as kernel
 from sssi_exudyn.contact.backends import ground_kernel
 from sssi_exudyn.contact.backends.arrays import ArrayKernel, ArrayLaws
-from sssi_exudyn.contact.backends.compiled import compile_kernel, parameter_values
+from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
 from sssi_exudyn.contact.backends.interpreted import interpreted_kernel
-from sssi_exudyn.contact.backends.structs import Carrier, ForcePass, Instant, Sections, Triplets
+from sssi_exudyn.contact.backends.structs import Carrier, ForcePass, Instant, LawParameters, Sections, Triplets
 from sssi_exudyn.contact.backends.symbolic import SymbolicLaws
-from sssi_exudyn.contact.registry import pad_terms
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
@@ -47,17 +46,17 @@ def choose_backend(backend: Backend) -> Backend:
     return backend
 
 
-def kernel_of(terms: Sequence[Term], backend: Backend) -> tuple[Any, Array]:
+def kernel_of(terms: Sequence[Term], backend: Backend) -> tuple[Any, LawParameters]:
     """The functions of the force pass for ``terms``, as ``kernel`` names them, and the parameters they take.
 
     The Jacobian is the kernel's in every back end, as machine code where Numba works: it steers Newton's method, not
     the result, and is wanted far less often than forces.
     """
     chosen = choose_backend(backend)
+    parameters = law_parameters(terms)
     if chosen == "python":
-        return interpreted_kernel(terms, kernel), parameter_values(terms)
-    generated = tuple(terms) if FAULT else pad_terms(terms)
-    template, parameters = compile_kernel(generated, ground_kernel, kernel), parameter_values(generated)
+        return interpreted_kernel(terms, kernel), parameters
+    template = compile_kernel(terms, ground_kernel, kernel)
     if chosen == "compiled":
         return template, parameters
     laws = ArrayLaws(terms) if chosen == "numpy" else SymbolicLaws(terms)

@@ -1,7 +1,9 @@
-"""Force terms as machine code: each is traced once, summed with others of its place, written as Python and compiled.
+"""Force terms as machine code: every class is traced once, written as Python and compiled.
 
-What is written depends on the terms' classes only; parameters arrive in an array, in the order of
-``parameter_values``.  The functions of all six places share that array:
+What is written depends on the classes only: those of the registry, whether the terms have them or not, and what other
+classes the terms have.  A place's function goes over the terms of every class of its place and adds up what they give.
+So one kernel serves all models, and a class that no term has costs a comparison.  Parameters arrive in a struct
+(``law_parameters``), which the functions of all six places share:
 
     point_force(parameters, depth, rate, length) → F_N
     foot_force(parameters, load, v_t, v_n, edge, groove, t, f, l, side) → along, across
@@ -9,6 +11,7 @@ What is written depends on the terms' classes only; parameters arrive in an arra
     body_force(parameters, t, f, l, v_f, v_l, v_n) → f, l, n
     air_velocity(parameters, t, f, l) → f, l, n
     terrain_height(parameters, f, l) → h, ∂h/∂f, ∂h/∂l
+    uneven(parameters) → whether there is a terrain term
 
 and, with the same arguments, each followed by its derivatives, row by row:
 
@@ -18,11 +21,11 @@ and, with the same arguments, each followed by its derivatives, row by row:
 
 and the whole of its linearisation, written into two arrays:
 
-    point_linearisation, foot_…, segment_…, body_…, terrain_linearisation(parameters, …, by_state, by_parameter)
+    point_linearisation, foot_…, segment_…, body_…, wind_…, terrain_linearisation(parameters, …, by_state, by_parameter)
 
 with the same arguments once more.  by_state (outputs, variables) holds the derivatives by depth and rate; load, v_t,
 v_n, edge, groove, f and l; f, l and the velocity; f and l.  by_parameter (outputs, all parameters) holds those by the
-parameters on which the place depends, listed in ``POINT_PARAMETERS``, ``FOOT_PARAMETERS`` …; the rest is left alone.
+parameters of the place's terms, for segments those of the wind as well; the rest is left alone.
 
 The text is kept as a module in a cache folder, under its own hash, so that Numba's cache on disk holds across
 processes.  A kernel that calls these functions is compiled into the same module (``compile_kernel``): Numba keeps no
@@ -33,10 +36,11 @@ from __future__ import annotations
 
 import hashlib
 import importlib.util
+import itertools
 import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
@@ -45,9 +49,12 @@ import numpy as np
 
 from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.backends import structs, vectors
-from sssi_exudyn.contact.backends.tape import Node, Operand, Tape, TapeMath, source_lines
+from sssi_exudyn.contact.backends.structs import LawParameters
+from sssi_exudyn.contact.backends.tape import Node, Operand, Tape, TapeMath, needed, source_lines
+from sssi_exudyn.contact.registry import TERMS
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.runtime.private_folder import cache_folder
 from sssi_exudyn.terrain import surface
 
@@ -112,15 +119,23 @@ def _log_power(x, p):  # the derivative of the power by its exponent
 @_inner
 def _signed_power(x, p):
     return _math.copysign(_power(abs(x), p), x)
+
+
+@_inner
+def _by_air(found, begin, end, by_air):  # columns of the air's derivatives become those of a force by way of the air
+    for column in range(begin, end):
+        w_f, w_l, w_n = found[0, column], found[1, column], found[2, column]
+        for row in range(3):
+            found[row, column] = by_air[3 * row] * w_f + by_air[3 * row + 1] * w_l + by_air[3 * row + 2] * w_n
 """
 
-_Trace = Callable[[TapeMath, Sequence[Term], dict[str, Operand]], Sequence[Operand]]
+_Trace = Callable[[TapeMath, Any, dict[str, Operand]], Sequence[Operand]]
 
 
 @dataclass(frozen=True)
 class _Law:
     """How one place's functions are traced: their names and arguments, those by which ``derivatives`` are taken, and
-    those by which the linearisation is.
+    those by which the linearisation is; the number of outputs, and what one term of the place gives.
     """
 
     value: str
@@ -129,6 +144,7 @@ class _Law:
     arguments: tuple[str, ...]
     variables: tuple[str, ...]
     state: tuple[str, ...]
+    outputs: int
     trace: _Trace
 
 
@@ -136,13 +152,9 @@ def _velocity(a: dict[str, Operand]) -> tuple[Operand, Operand, Operand]:
     return a["v_f"], a["v_l"], a["v_n"]
 
 
-def _segment(math: TapeMath, terms: Sequence[Term], a: dict[str, Operand]) -> Sequence[Operand]:
-    wind_f, wind_l, wind_n = places.air_velocity(math, terms, places.PlaceState(a["t"], a["f"], a["l"]))
-    state = places.SegmentState(_velocity(a), (wind_f, wind_l, wind_n), a["area"])
-    return places.segment_force(math, terms, state)
-
-
 _VELOCITY: Final = ("v_f", "v_l", "v_n")
+_AIR: Final = ("w_f", "w_l", "w_n")
+"""The air's velocity where a segment is."""
 _LAWS: Final = {
     "point": _Law(
         "point_force",
@@ -151,7 +163,8 @@ _LAWS: Final = {
         ("depth", "rate", "length"),
         ("depth", "rate"),
         ("depth", "rate"),
-        lambda math, terms, a: (places.point_force(math, terms, places.PointState(**a)),),
+        1,
+        lambda math, term, a: (term.force(math, places.PointState(**a)),),
     ),
     "foot": _Law(
         "foot_force",
@@ -160,7 +173,8 @@ _LAWS: Final = {
         ("load", "v_t", "v_n", "edge", "groove", "t", "f", "l", "side"),
         ("load", "v_t", "v_n"),
         ("load", "v_t", "v_n", "edge", "groove", "f", "l"),
-        lambda math, terms, a: places.foot_force(math, terms, places.FootState(**a)),
+        2,
+        lambda math, term, a: term.force(math, places.FootState(**a)),
     ),
     "segment": _Law(
         "segment_force",
@@ -169,7 +183,10 @@ _LAWS: Final = {
         ("t", "f", "l", *_VELOCITY, "area"),
         _VELOCITY,
         ("f", "l", *_VELOCITY),
-        _segment,
+        3,
+        lambda math, term, a: term.force(
+            math, places.SegmentState(_velocity(a), (a["w_f"], a["w_l"], a["w_n"]), a["area"])
+        ),
     ),
     "body": _Law(
         "body_force",
@@ -178,7 +195,8 @@ _LAWS: Final = {
         ("t", "f", "l", *_VELOCITY),
         _VELOCITY,
         ("f", "l", *_VELOCITY),
-        lambda math, terms, a: places.body_force(math, terms, places.BodyState(a["t"], a["f"], a["l"], _velocity(a))),
+        3,
+        lambda math, term, a: term.force(math, places.BodyState(a["t"], a["f"], a["l"], _velocity(a))),
     ),
     "wind": _Law(
         "air_velocity",
@@ -187,7 +205,8 @@ _LAWS: Final = {
         ("t", "f", "l"),
         (),
         ("f", "l"),
-        lambda math, terms, a: places.air_velocity(math, terms, places.PlaceState(**a)),
+        3,
+        lambda math, term, a: term.velocity(math, places.PlaceState(**a)),
     ),
     "terrain": _Law(
         "terrain_height",
@@ -196,7 +215,8 @@ _LAWS: Final = {
         ("f", "l"),
         (),
         ("f", "l"),
-        lambda math, terms, a: places.terrain_height(math, terms, a["f"], a["l"]),
+        3,
+        lambda math, term, a: term.height(math, a["f"], a["l"]),
     ),
 }
 
@@ -206,77 +226,155 @@ class CompiledLaw:
     """All terms of one place as compiled functions of floats.
 
     value, derivatives, linearisation : as listed above; ``derivatives`` is None for wind and terrain
-    parameters : what the functions take as their first argument, (n,) in the terms' units
+    parameters : what the functions take as their first argument
     """
 
     value: Callable[..., Any]
     derivatives: Callable[..., Any] | None
     linearisation: Callable[..., Any]
-    parameters: Array
+    parameters: LawParameters
 
 
-def parameter_values(terms: Iterable[Term]) -> Array:
-    """(n,) the parameters of all terms, one after the other, each in the order of its declaration."""
-    return np.array([value for term in terms for value in places.parameters(term).values()], dtype=np.float64)
+def law_classes(terms: Iterable[Term]) -> tuple[type[Term], ...]:
+    """The classes that are compiled for ``terms``: those of the registry, then others by their names."""
+    others = {type(term) for term in terms} - set(TERMS)
+    return (*TERMS, *sorted(others, key=lambda cls: (cls.__module__, cls.__qualname__)))
 
 
-def laws_source(terms: Sequence[Term], *, linearised: bool = True) -> str:
-    """The Python module that holds the functions of all places for ``terms``, with their linearisations or without."""
+def in_order(terms: Sequence[Term]) -> tuple[Term, ...]:
+    """The same terms, those of a class together, as the kernels have them."""
+    classes = law_classes(terms)
+    return tuple(sorted(terms, key=lambda term: classes.index(type(term))))
+
+
+def parameter_values(terms: Sequence[Term]) -> Array:
+    """(n,) the parameters of all terms ``in_order``, each in the order of its declaration."""
+    return np.array([value for term in in_order(terms) for value in places.parameters(term).values()], dtype=np.float64)
+
+
+def law_parameters(terms: Sequence[Term]) -> LawParameters:
+    """The terms' parameters as the kernels take them."""
+    sizes = [sum(len(quantities(cls)) for term in terms if type(term) is cls) for cls in law_classes(terms)]
+    return LawParameters(parameter_values(terms), np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64))
+
+
+def parameter_index(terms: Sequence[Term], term: Term, name: str) -> int:
+    """Where a parameter of one of the terms stands among ``parameter_values``."""
+    before = itertools.takewhile(lambda other: other is not term, in_order(terms))
+    return sum(len(quantities(type(other))) for other in before) + list(quantities(type(term))).index(name)
+
+
+def place_parameters(terms: Sequence[Term], kind: str) -> list[int]:
+    """Where those parameters stand by which the forces of a place may change; the wind's move the segments."""
+    owners = [term for term in in_order(terms) for _ in quantities(type(term))]
+    return [i for i, term in enumerate(owners) if term.kind == kind or (kind == "segment" and term.kind == "wind")]
+
+
+def laws_source(classes: Sequence[type[Term]], *, linearised: bool = True) -> str:
+    """The Python module that holds the functions of all places for terms of ``classes``, with their linearisations or
+    without.
+    """
     functions = [_HELPERS]
-    for law in _LAWS.values():
-        functions.append(_function(law, law.value, terms, ()))
+    for kind, law in _LAWS.items():
+        functions.append(_function(kind, law.value, classes, ()))
         if law.variables:
-            functions.append(_function(law, law.derivatives, terms, law.variables))
+            functions.append(_function(kind, law.derivatives, classes, law.variables))
         if linearised:
-            functions.append(_linearisation(law, terms))
+            functions.append(_linearisation(kind, classes))
+    terrains = _of_kind("terrain", classes)
+    some = " or ".join(f"parameters.first[{index}] < parameters.first[{index + 1}]" for index, _ in terrains)
+    functions.append(_definition("uneven(parameters)", [f"return {some}"]))
     return "\n\n".join(functions)
 
 
-def _function(law: _Law, name: str, terms: Sequence[Term], variables: Sequence[str]) -> str:
+def _function(kind: str, name: str, classes: Sequence[type[Term]], variables: Sequence[str]) -> str:
+    law = _LAWS[kind]
+    sums = [f"sum{i}" for i in range(law.outputs * (1 + len(variables)))]
+    lines = _beginning(kind, classes, sums)
+    for index, cls in _of_kind(kind, classes):
+        tape, outputs = _traced(law, index, cls)
+        slopes = [tape.derivatives(outputs, tape.name(variable)) for variable in variables]
+        rows = [column[row] for row in range(law.outputs) for column in slopes]
+        lines += _over_terms(
+            index, cls, tape, [(f"{name} +=", x) for name, x in zip(sums, (*outputs, *rows), strict=True)]
+        )
+    return _definition(f"{name}(parameters, {', '.join(law.arguments)})", [*lines, f"return {', '.join(sums)}"])
+
+
+def _linearisation(kind: str, classes: Sequence[type[Term]]) -> str:
+    law = _LAWS[kind]
+    state = (*law.state, *(_AIR if kind == "segment" else ()))
+    sums = [[f"by{row}_{column}" for column in range(len(state))] for row in range(law.outputs)]
+    lines = _beginning(kind, classes, itertools.chain(*sums))
+    for index, cls in _of_kind(kind, classes):
+        tape, outputs = _traced(law, index, cls)
+        found: list[tuple[str, Operand]] = []
+        for column, name in enumerate(state):
+            slopes = tape.derivatives(outputs, tape.name(name))
+            found += [(f"{sums[row][column]} +=", slope) for row, slope in enumerate(slopes)]
+        for place in range(len(quantities(cls))):
+            slopes = tape.derivatives(outputs, tape.name(_parameter(index, place)))
+            found += [(f"by_parameter[{row}, at{index} + {place}] =", slope) for row, slope in enumerate(slopes)]
+        lines += _over_terms(index, cls, tape, found)
+    stored = range(len(law.state))
+    lines += [f"by_state[{row}, {column}] = {sums[row][column]}" for row in range(law.outputs) for column in stored]
+    if kind == "segment":  # the wind's own derivatives, then what they make of the force
+        by_air = ", ".join(name for row in sums for name in row[len(law.state) :])
+        lines += ["wind_linearisation(parameters, t, f, l, by_state, by_parameter)"]
+        lines += [f"_by_air(by_state, 0, 2, ({by_air}))"]
+        for index, _ in _of_kind("wind", classes):
+            lines += [f"_by_air(by_parameter, parameters.first[{index}], parameters.first[{index + 1}], ({by_air}))"]
+    return _definition(f"{law.linearisation}(parameters, {', '.join(law.arguments)}, by_state, by_parameter)", lines)
+
+
+def _of_kind(kind: str, classes: Sequence[type[Term]]) -> list[tuple[int, type[Term]]]:
+    return [(index, cls) for index, cls in enumerate(classes) if cls.kind == kind]
+
+
+def _parameter(index: int, place: int) -> str:
+    return f"p{index}_{place}"
+
+
+def _traced(law: _Law, index: int, cls: type[Term]) -> tuple[Tape, tuple[Operand, ...]]:
+    """What a term of that class gives, with names where it has numbers."""
     tape = Tape()
-    arguments: dict[str, Operand] = {argument: tape.name(argument) for argument in law.arguments}
-    outputs = tuple(law.trace(TapeMath(tape), _on_tape(terms, tape), arguments))
-    slopes = [tape.derivatives(outputs, tape.name(variable)) for variable in variables]
-    rows = [column[row] for row in range(len(outputs)) for column in slopes]
-    body = "\n".join(f"    {line}" for line in source_lines(tape, (*outputs, *rows)))
-    return f"@_compiled\ndef {name}(parameters, {', '.join(law.arguments)}):\n{body}\n"
+    names: dict[str, Any] = {name: tape.name(_parameter(index, place)) for place, name in enumerate(quantities(cls))}
+    arguments: dict[str, Operand] = {name: tape.name(name) for name in law.arguments}
+    if law is _LAWS["segment"]:
+        arguments |= {name: tape.name(name) for name in _AIR}
+    return tape, tuple(law.trace(TapeMath(tape), cls(**names), arguments))
 
 
-def _linearisation(law: _Law, terms: Sequence[Term]) -> str:
-    tape = Tape()
-    arguments: dict[str, Operand] = {argument: tape.name(argument) for argument in law.arguments}
-    outputs = tuple(law.trace(TapeMath(tape), _on_tape(terms, tape), arguments))
-    count = sum(len(places.parameters(term)) for term in terms)
-    slots: list[str] = []
-    found: list[Operand] = []
-    for column, name in enumerate(law.state):
-        slopes = tape.derivatives(outputs, tape.name(name))
-        slots += [f"by_state[{row}, {column}]" for row in range(len(outputs))]
-        found += slopes
-    depends = []
-    for index in range(count):
-        slopes = tape.derivatives(outputs, tape.name(f"parameters[{index}]"))
-        moving = [(row, slope) for row, slope in enumerate(slopes) if isinstance(slope, Node) or slope != 0.0]
-        slots += [f"by_parameter[{row}, {index}]" for row, _ in moving]
-        found += [slope for _, slope in moving]
-        depends += [index] if moving else []
-    *lines, values = source_lines(tape, found)
-    stores = zip(slots, values.removeprefix("return ").split(", "), strict=True) if slots else ()
-    body = "\n".join(f"    {line}" for line in [*lines, *(f"{slot} = {value}" for slot, value in stores)])
-    listed = law.linearisation.replace("_linearisation", "_parameters").upper()
-    head = f"def {law.linearisation}(parameters, {', '.join(law.arguments)}, by_state, by_parameter):"
-    return f"{listed} = {tuple(depends)!r}\n\n\n@_compiled\n{head}\n{body}\n"
+def _beginning(kind: str, classes: Sequence[type[Term]], sums: Iterable[str]) -> list[str]:
+    """Sums of nothing, and for segments the air's velocity, which no call of ``air_velocity`` gives as fast."""
+    lines = [f"{name} = 0.0" for name in (*(_AIR if kind == "segment" else ()), *sums)]
+    for index, cls in _of_kind("wind", classes) if kind == "segment" else ():
+        tape, outputs = _traced(_LAWS["wind"], index, cls)
+        lines += _over_terms(index, cls, tape, [(f"{name} +=", x) for name, x in zip(_AIR, outputs, strict=True)])
+    return lines
 
 
-def _on_tape(terms: Sequence[Term], tape: Tape) -> tuple[Term, ...]:
-    """The same terms with places in the array of parameters where they had values."""
-    traced, index = [], 0
-    for term in terms:
-        names = list(places.parameters(term))
-        symbols: dict[str, Any] = {name: tape.name(f"parameters[{index + i}]") for i, name in enumerate(names)}
-        traced.append(replace(term, **symbols))
-        index += len(names)
-    return tuple(traced)
+def _over_terms(index: int, cls: type[Term], tape: Tape, found: Sequence[tuple[str, Operand]]) -> list[str]:
+    """The loop over the terms of a class that does with each operand what stands before it."""
+    wanted = [(target, x) for target, x in found if isinstance(x, Node) or x != 0.0 or not target.endswith("+=")]
+    lines, results = source_lines(tape, [x for _, x in wanted], prefix=f"x{index}_")
+    used = {node.operation for node in needed(tape, [x for _, x in wanted])}
+    count = len(quantities(cls))
+    names = [(_parameter(index, place), place) for place in range(count)]
+    body = [f"{name} = parameters.values[at{index} + {place}]" for name, place in names if name in used]
+    body += [*lines, *(f"{target} {result}" for (target, _), result in zip(wanted, results, strict=True))]
+    # not range(), which divides to count its steps; no names for the arrays, whose references would be counted; and an
+    # index that is known not to be negative needs no look whether it counts from the end
+    return [
+        f"at{index} = parameters.first[{index}]  # {cls.__name__}",
+        f"while 0 <= at{index} < parameters.first[{index + 1}]:",
+        *(f"    {line}" for line in (*body, f"at{index} += {count}")),
+    ]
+
+
+def _definition(head: str, lines: Sequence[str]) -> str:
+    body = "\n".join(f"    {line}" for line in lines)
+    return f"@_compiled\ndef {head}:\n{body}\n"
 
 
 def _module(source: str) -> ModuleType:
@@ -300,7 +398,7 @@ def _module(source: str) -> ModuleType:
 
 
 def compile_kernel(terms: Sequence[Term], *templates: ModuleType) -> ModuleType:
-    """A module with the contents of the templates and the functions of ``terms``, compiled and cached as one.
+    """A module with the contents of the templates and the functions of the terms' classes, compiled and cached as one.
 
     A template is a module whose Numba functions call ``point_force`` and so on as globals of its own; to please a
     type checker it may declare them without a value (``point_force: Callable[..., float]``), and so it may the
@@ -310,9 +408,9 @@ def compile_kernel(terms: Sequence[Term], *templates: ModuleType) -> ModuleType:
 
     Raises ValueError for a template without a source file.
     """
-    kinds = (templates, tuple(type(term) for term in terms))  # the text holds the terms' laws, not their numbers
+    kinds = (templates, law_classes(terms))
     if kinds not in _kernels:
-        _kernels[kinds] = _kernel_module(terms, templates)
+        _kernels[kinds] = _kernel_module(*kinds)
     return _kernels[kinds]
 
 
@@ -320,11 +418,11 @@ _kernels: dict[tuple[tuple[ModuleType, ...], tuple[type[Term], ...]], ModuleType
 """What was asked for in this process; to write the laws down takes 10 ms."""
 
 
-def _kernel_module(terms: Sequence[Term], templates: Sequence[ModuleType]) -> ModuleType:
+def _kernel_module(templates: Sequence[ModuleType], classes: Sequence[type[Term]]) -> ModuleType:
     shared = [hashlib.sha256(_source_file(module).read_bytes()).hexdigest() for module in (vectors, structs, surface)]
     # imports from __future__ must come first; Numba looks names up when a function is first called
     texts = [_source_file(template).read_text(encoding="utf-8").replace(_FUTURE, "") for template in templates]
-    laws = laws_source(terms, linearised=any("_linearisation(" in text for text in texts))  # they take time to write
+    laws = laws_source(classes, linearised=any("_linearisation(" in text for text in texts))  # they take time to write
     return _module("\n\n".join([_FUTURE, *texts, f"# shared: {', '.join(shared)}", laws]))
 
 
@@ -338,10 +436,10 @@ _FUTURE: Final = "from __future__ import annotations\n"
 
 
 def _compiled(place: str, terms: Sequence[Term]) -> CompiledLaw:
-    module, law = _module(laws_source(terms)), _LAWS[place]
+    module, law = _module(laws_source(law_classes(terms))), _LAWS[place]
     derivatives = getattr(module, law.derivatives) if law.variables else None
     linearisation = getattr(module, law.linearisation)
-    return CompiledLaw(getattr(module, law.value), derivatives, linearisation, parameter_values(terms))
+    return CompiledLaw(getattr(module, law.value), derivatives, linearisation, law_parameters(terms))
 
 
 def compile_point(terms: Sequence[Term]) -> CompiledLaw:

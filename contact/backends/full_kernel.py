@@ -40,7 +40,7 @@ from sssi_exudyn.contact.backends.vectors import (
     times,
 )
 from sssi_exudyn.runtime.jit import njit
-from sssi_exudyn.terrain.surface import patch_under
+from sssi_exudyn.terrain.surface import on_patch, patch_under
 
 point_force: Callable[..., float]
 point_derivatives: Callable[..., tuple[float, float, float]]
@@ -50,7 +50,9 @@ segment_force: Callable[..., tuple[float, float, float]]
 segment_derivatives: Callable[..., tuple[float, ...]]
 body_force: Callable[..., tuple[float, float, float]]
 body_derivatives: Callable[..., tuple[float, ...]]
-ground: Callable[..., tuple[float, tuple[float, float, float]]]
+terrain_height: Callable[..., tuple[float, float, float]]
+uneven: Callable[..., bool]
+upright: Callable[..., tuple[float, float, float]]
 foot_axes: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float], float]]
 
 NODE = 7
@@ -61,7 +63,7 @@ LOAD, GROOVE, DEPTH, ALONG, ACROSS, EDGE, V_T, V_N, CONTACT_POWER, FRICTION_POWE
 SEEN = 11
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def add_wrench(out, i, share, q, force, torque):
     """Add a share of force and torque (outer frame) to the node whose coordinates begin at ``i`` and whose quaternion
     is q.
@@ -73,7 +75,7 @@ def add_wrench(out, i, share, q, force, torque):
         out[i + 3 + k] += share * turn[k]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def section(q, v, ref, base, element, xi):
     """Frame (place, quaternion) and velocities (linear, angular) at a share of an element of the ski that starts at
     ``base``, with its nodes' quaternions."""
@@ -88,22 +90,22 @@ def section(q, v, ref, base, element, xi):
     return p, r, velocity, omega, q0, q1
 
 
-@njit(cache=True)
-def edge_contact(parameters, under, place, velocity, frame, turning, p, r, v, omega, offset):
-    """Depth and rate of sinking of an edge's point, the snow's normal and the point's arm, both in the foot's frame."""
+@njit(cache=True, error_model="numpy")
+def edge_point(place, frame, p, r, offset):
+    """An edge's point: its arm from the section in the foot's frame, and from the foot and in all in the slope's."""
     arm = rotate(r, offset)
-    local = plus(p, arm)
-    out = out_of(frame, local)
-    point = plus(place, out)
-    height, normal = ground(parameters, under, point[0], point[1])
-    depth = (height - point[2]) * normal[2]
-    if depth <= 0.0:
-        return depth, 0.0, normal, arm
+    out = out_of(frame, plus(p, arm))
+    return arm, out, plus(place, out)
+
+
+@njit(cache=True, error_model="numpy")
+def sinking(velocity, frame, turning, v, omega, arm, out, normal):
+    """Rate at which an edge's point sinks along the snow's normal (m/s)."""
     speed = plus(plus(velocity, cross(turning, out)), out_of(frame, plus(v, cross(omega, arm))))
-    return depth, -dot(speed, normal), into(frame, normal), arm
+    return -dot(speed, normal)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def add_to_tree(out, sign, force, jacobian):
     """A force (3) on the point whose velocity is the pelvis' plus jacobian (3, 28) times the angles' rates."""
     for k in range(3):
@@ -112,7 +114,7 @@ def add_to_tree(out, sign, force, jacobian):
         out[3 + i] += sign[3 + i] * (jacobian[0, i] * force[0] + jacobian[1, i] * force[1] + jacobian[2, i] * force[2])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def ski_inertia(q, v, ref, base, sections, gravity, frame, spin_in, spin_rate, acceleration, out):
     """Weight and forces of inertia of one ski's nodes but for the pelvis' own acceleration, and their sum on the
     pelvis.
@@ -143,7 +145,7 @@ def ski_inertia(q, v, ref, base, sections, gravity, frame, spin_in, spin_rate, a
         out[k] += on_pelvis[k]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def forces(parameters, q, v, ref, sections, carrier, at, found):
     """Generalised forces of all terms, of the skis' structural damping and of their weight and inertia.
 
@@ -158,6 +160,7 @@ def forces(parameters, q, v, ref, sections, carrier, at, found):
     elements = damping.shape[0]
     per_ski = NODE * (elements + 1)
     pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
+    shaped = uneven(parameters)
     for ski in range(2):
         base = len(sign) + ski * per_ski
         frame = at.foot_rotation[ski]
@@ -172,12 +175,17 @@ def forces(parameters, q, v, ref, sections, carrier, at, found):
             force = (0.0, 0.0, 0.0)
             torque = (0.0, 0.0, 0.0)
             for edge in range(2):
-                depth, rate, normal, arm = edge_contact(
-                    parameters, under, place, velocity, frame, turning, p, r, moving, omega,
-                    three(sections.offset[m, edge], 0),
-                )  # fmt: skip
+                arm, reach, point = edge_point(place, frame, p, r, three(sections.offset[m, edge], 0))
+                height, h_f, h_l = on_patch(under, point[0], point[1])
+                if shaped:
+                    more = terrain_height(parameters, point[0], point[1])
+                    height, h_f, h_l = height + more[0], h_f + more[1], h_l + more[2]
+                upwards = upright(h_f, h_l)
+                depth = (height - point[2]) * upwards[2]
                 if depth <= 0.0:
                     continue
+                rate = sinking(velocity, frame, turning, moving, omega, arm, reach, upwards)
+                normal = into(frame, upwards)
                 push = point_force(parameters, depth, rate, length[m])
                 seen[ski, LOAD] += push
                 seen[ski, GROOVE] += depth * length[m]
@@ -235,7 +243,7 @@ def forces(parameters, q, v, ref, sections, carrier, at, found):
         found.body[c] = force[c]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def put(rows, columns, values, count, row, column, value):
     """Append a triplet unless it is zero, which Exudyn's sparse matrices do not take; the new count."""
     if value != 0.0:
@@ -244,7 +252,7 @@ def put(rows, columns, values, count, row, column, value):
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_rate, triplets):
     """Triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; returns their number.
 
@@ -262,6 +270,7 @@ def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_ra
     block = np.zeros((17, 17))
     tree = np.zeros((3, len(sign)))
     pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
+    shaped = uneven(parameters)
     for ski in range(2):
         base = len(sign) + ski * per_ski
         frame = at.foot_rotation[ski]
@@ -274,12 +283,17 @@ def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_ra
             p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
             touched = False
             for edge in range(2):
-                depth, rate, normal, arm = edge_contact(
-                    parameters, under, place, velocity, frame, turning, p, r, moving, omega,
-                    three(sections.offset[m, edge], 0),
-                )  # fmt: skip
+                arm, reach, point = edge_point(place, frame, p, r, three(sections.offset[m, edge], 0))
+                height, h_f, h_l = on_patch(under, point[0], point[1])
+                if shaped:
+                    more = terrain_height(parameters, point[0], point[1])
+                    height, h_f, h_l = height + more[0], h_f + more[1], h_l + more[2]
+                upwards = upright(h_f, h_l)
+                depth = (height - point[2]) * upwards[2]
                 if depth <= 0.0:
                     continue
+                rate = sinking(velocity, frame, turning, moving, omega, arm, reach, upwards)
+                normal = into(frame, upwards)
                 _, by_depth, by_sinking = point_derivatives(parameters, depth, rate, length[m])
                 stiffness = by_place * by_depth + by_rate * by_sinking
                 if stiffness == 0.0:

@@ -12,7 +12,7 @@ from sssi_exudyn.terrain.surface import on_patch, patch_under
 terrain_height: Callable[..., tuple[float, float, float]]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def heights(parameters, under, f, l):
     """Height of the snow over the slope's plane (m) and its two slopes at a place near a patch."""
     h, h_f, h_l = terrain_height(parameters, f, l)
@@ -20,15 +20,21 @@ def heights(parameters, under, f, l):
     return h + more, h_f + more_f, h_l + more_l
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
+def upright(h_f, h_l):
+    """The snow's unit normal (3) where it has these slopes."""
+    s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
+    return -h_f * s, -h_l * s, s
+
+
+@njit(cache=True, error_model="numpy")
 def ground(parameters, under, f, l):
     """Height of the snow over the slope's plane (m) and its unit normal (3) at a place near a patch."""
     h, h_f, h_l = heights(parameters, under, f, l)
-    s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
-    return h, (-h_f * s, -h_l * s, s)
+    return h, upright(h_f, h_l)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def foot_axes(parameters, surface, place, rotation):
     """``ski_axes`` of a foot on the snow at its place."""
     under = patch_under(surface, place[0], place[1])

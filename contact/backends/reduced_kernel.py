@@ -15,10 +15,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sssi_exudyn.contact.backends.structs import InitialState, NewtonWork, ReducedSeries, ReducedState
+from sssi_exudyn.contact.backends.structs import InitialState, LawParameters, NewtonWork, ReducedSeries, ReducedState
 from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus, three, times
 from sssi_exudyn.runtime.jit import njit
-from sssi_exudyn.terrain.surface import patch_under
+from sssi_exudyn.terrain.surface import on_patch, patch_under
 
 point_force: Callable[..., float]
 point_derivatives: Callable[..., tuple[float, float, float]]
@@ -27,6 +27,9 @@ foot_derivatives: Callable[..., tuple[float, ...]]
 segment_force: Callable[..., tuple[float, float, float]]
 segment_derivatives: Callable[..., tuple[float, ...]]
 body_force: Callable[..., tuple[float, float, float]]
+terrain_height: Callable[..., tuple[float, float, float]]
+uneven: Callable[..., bool]
+upright: Callable[..., tuple[float, float, float]]
 ground: Callable[..., tuple[float, tuple[float, float, float]]]
 foot_axes: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float], float]]
 
@@ -38,7 +41,7 @@ SMALL = 1e-5
 """m/s²; a change of the accelerations that moves the skier by 10⁻¹⁰ m in a step."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scratch, by_place, by_rate):
     """Add one ski's contact to residual (3 + 2k,) and matrix; the load, the area pressed into the snow, the snow's
     force square to it, and its moment about the foot's place.
@@ -59,26 +62,33 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
     scratch[:] = 0.0
     slope = scratch[size]
     under = patch_under(contact.surface, x[0] + place[0], x[1] + place[1])
+    shaped = uneven(
+        parameters
+    )  # asked once: at every point the laws' own call would cost more than a point off the snow
     for m in range(points.shape[0]):
         for edge in range(2):
-            mode = shape[m, edge]
             a, b, c = points[m, edge, 0], points[m, edge, 1], points[m, edge, 2]
             for k in range(modes):
-                a += mode[0, k] * eta[ski, k]
-                b += mode[1, k] * eta[ski, k]
-                c += mode[2, k] * eta[ski, k]
+                a += shape[m, edge, 0, k] * eta[ski, k]
+                b += shape[m, edge, 1, k] * eta[ski, k]
+                c += shape[m, edge, 2, k] * eta[ski, k]
             arm = out_of(frame, (a, b, c))
             point = plus(plus(x, place), arm)
-            height, normal = ground(parameters, under, point[0], point[1])
+            height, h_f, h_l = on_patch(under, point[0], point[1])
+            if shaped:
+                more = terrain_height(parameters, point[0], point[1])
+                height, h_f, h_l = height + more[0], h_f + more[1], h_l + more[2]
+            normal = upright(h_f, h_l)
             depth = (height - point[2]) * normal[2]
             if depth <= 0.0:
                 continue
             a, b, c = 0.0, 0.0, 0.0
             for k in range(modes):
-                a += mode[0, k] * rate[ski, k]
-                b += mode[1, k] * rate[ski, k]
-                c += mode[2, k] * rate[ski, k]
-            speed = plus(plus(v, moving), plus(cross(spin, arm), out_of(frame, (a, b, c))))
+                a += shape[m, edge, 0, k] * rate[ski, k]
+                b += shape[m, edge, 1, k] * rate[ski, k]
+                c += shape[m, edge, 2, k] * rate[ski, k]
+            bending = out_of(frame, (a, b, c))
+            speed = plus(plus(v, moving), plus(cross(spin, arm), bending))
             push, by_depth, by_sinking = point_derivatives(parameters, depth, -dot(speed, normal), length[m])
             load += push
             groove += depth * length[m]
@@ -89,7 +99,11 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
                 slope[d] = normal[d]
                 residual[d] -= push * normal[d]
             for k in range(modes):
-                slope[3 + k] = mode[0, k] * inside[0] + mode[1, k] * inside[1] + mode[2, k] * inside[2]
+                slope[3 + k] = (
+                    shape[m, edge, 0, k] * inside[0]
+                    + shape[m, edge, 1, k] * inside[1]
+                    + shape[m, edge, 2, k] * inside[2]
+                )
                 residual[base + k] -= push * slope[3 + k]
             stiffness = by_place * by_depth + by_rate * by_sinking
             for row in range(size):
@@ -106,7 +120,7 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
     return load, groove, force, moment
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def solve(matrix, right):
     """The solution (n,) of a symmetric-pattern system by elimination without pivoting: its diagonal dominates by
     inertia.
@@ -128,7 +142,7 @@ def solve(matrix, right):
     return right
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def settle(parameters, contact, x, foot_place, foot_rotation, load, eta):
     """Height of the pelvis at which both skis at rest carry ``load`` (N); fills eta (2, k).  Negative infinity if
     none is found.
@@ -178,7 +192,7 @@ def settle(parameters, contact, x, foot_place, foot_rotation, load, eta):
     return -np.inf
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def advance(parameters, contact, motion, n, state, work, series):
     """Bring the state from the instant before to the n-th; at the first, find the accelerations.  False if Newton's
     method fails.
@@ -308,7 +322,7 @@ def advance(parameters, contact, motion, n, state, work, series):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def first_state(start):
     """The state before the first instant, and the arrays that steps are found in."""
     modes = start.eta.shape[1]
@@ -323,15 +337,16 @@ def first_state(start):
     return state, work
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def run_batch(parameters, contact, motion, start, series, done):
     """Integrate b runs from their starts to the end of the motion.
 
-    parameters : (b, p);  contact : ``ModalContact``;  motion : ``PrescribedMotion``
+    parameters : ``LawParameters`` whose values are (b, p);  contact : ``ModalContact``;  motion : ``PrescribedMotion``
     start : ``InitialState`` and series : ``ReducedSeries``, which is filled, each with a first axis (b,)
     done : (b,) is filled with the instants of each run that were reached, all of them unless it diverged
     """
-    for i in range(parameters.shape[0]):
+    for i in range(parameters.values.shape[0]):
+        own = LawParameters(parameters.values[i], parameters.first)
         state, work = first_state(InitialState(start.place[i], start.velocity[i], start.eta[i]))
         one = ReducedSeries(
             series.place[i], series.velocity[i], series.loads[i], series.sole[i], series.friction[i], series.edges[i],
@@ -339,6 +354,6 @@ def run_batch(parameters, contact, motion, start, series, done):
         )  # fmt: skip
         done[i] = motion.time.shape[0]
         for n in range(motion.time.shape[0]):
-            if not advance(parameters[i], contact, motion, n, state, work, one):
+            if not advance(own, contact, motion, n, state, work, one):
                 done[i] = n
                 break

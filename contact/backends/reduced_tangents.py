@@ -21,7 +21,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sssi_exudyn.contact.backends.structs import NewtonWork, ReducedState, SkiWork, TangentState
+from sssi_exudyn.contact.backends.structs import LawParameters, NewtonWork, ReducedState, SkiWork, TangentState
 from sssi_exudyn.contact.backends.vectors import cross, dot, out_of, plus, ski_axes, three, times
 from sssi_exudyn.runtime.jit import njit
 from sssi_exudyn.terrain.surface import PATCH, grid_patch, on_change, on_patch, patch_changes, patch_under
@@ -35,7 +35,9 @@ point_linearisation: Callable[..., None]
 foot_linearisation: Callable[..., None]
 segment_linearisation: Callable[..., None]
 body_linearisation: Callable[..., None]
+terrain_height: Callable[..., tuple[float, float, float]]
 terrain_linearisation: Callable[..., None]
+uneven: Callable[..., bool]
 
 PLACE, VELOCITY, TURN, SPIN, MODES = 0, 3, 6, 9, 12
 """First columns of a ski's linearisation: its foot's motion (3 each), then amplitudes and rates of the modes (k each),
@@ -96,6 +98,12 @@ def linearise_ground(parameters, under, f, l, by_state, by_parameter):
     parameters.
     """
     terrain_linearisation(parameters, f, l, by_state, by_parameter)
+    linearise_patch(under, f, l, by_state)
+
+
+@njit(cache=True, error_model="numpy")
+def linearise_patch(under, f, l, by_state):
+    """Add the derivatives of a patch's height and slopes by the place."""
     _, h_f, h_l = on_patch(under, f, l)
     by_state[0, 0] += h_f
     by_state[0, 1] += h_l
@@ -147,19 +155,22 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
     d_depth, d_rate, d_push = work.depth, work.rate, work.push
     reach, lever = work.reach, work.lever
     matrix[:] = 0.0
+    shaped = uneven(parameters)
     load = 0.0
     groove = 0.0
     for m in range(points.shape[0]):
         for edge in range(2):
-            mode = shape[m, edge]
             a, b, c = points[m, edge, 0], points[m, edge, 1], points[m, edge, 2]
             for k in range(modes):
-                a += mode[0, k] * eta[ski, k]
-                b += mode[1, k] * eta[ski, k]
-                c += mode[2, k] * eta[ski, k]
+                a += shape[m, edge, 0, k] * eta[ski, k]
+                b += shape[m, edge, 1, k] * eta[ski, k]
+                c += shape[m, edge, 2, k] * eta[ski, k]
             arm = out_of(frame, (a, b, c))
             point = plus(plus(x, place), arm)
-            h, h_f, h_l = heights(parameters, under, point[0], point[1])
+            h, h_f, h_l = on_patch(under, point[0], point[1])
+            if shaped:
+                more = terrain_height(parameters, point[0], point[1])
+                h, h_f, h_l = h + more[0], h_f + more[1], h_l + more[2]
             s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
             normal = (-h_f * s, -h_l * s, s)
             gap = h - point[2]
@@ -168,15 +179,19 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 continue
             a, b, c = 0.0, 0.0, 0.0
             for k in range(modes):
-                a += mode[0, k] * rate[ski, k]
-                b += mode[1, k] * rate[ski, k]
-                c += mode[2, k] * rate[ski, k]
+                a += shape[m, edge, 0, k] * rate[ski, k]
+                b += shape[m, edge, 1, k] * rate[ski, k]
+                c += shape[m, edge, 2, k] * rate[ski, k]
             bending = out_of(frame, (a, b, c))
             speed = plus(plus(v, moving), plus(cross(spin, arm), bending))
             sinking = -dot(speed, normal)
             push = point_force(parameters, depth, sinking, length[m])
             point_linearisation(parameters, depth, sinking, length[m], work.point_state, work.point_parameter)
-            linearise_ground(parameters, under, point[0], point[1], work.ground_state, work.ground_parameter)
+            if shaped:
+                terrain_linearisation(parameters, point[0], point[1], work.ground_state, work.ground_parameter)
+            else:
+                work.ground_state[:] = 0.0
+            linearise_patch(under, point[0], point[1], work.ground_state)
             by_depth, by_sinking = work.point_state[0, 0], work.point_state[0, 1]
             load += push
             groove += depth * length[m]
@@ -197,7 +212,7 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 d_depth[TURN + j], d_rate[TURN + j] = turn_depth[j], turn_rate[j]
                 d_rate[VELOCITY + j], d_rate[SPIN + j] = -normal[j], -spin_rate[j]
             for k in range(modes):
-                w = out_of(frame, (mode[0, k], mode[1, k], mode[2, k]))
+                w = out_of(frame, (shape[m, edge, 0, k], shape[m, edge, 1, k], shape[m, edge, 2, k]))
                 reach[k, 0], reach[k, 1], reach[k, 2] = w
                 lever[k] = dot(w, normal)
                 d_depth[MODES + k] = dot(w, to_depth)
@@ -249,8 +264,9 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 column = columns.point[i]
                 if columns.row[column] != row_of_values:
                     row_of_values = columns.row[column]
+                    others = LawParameters(columns.values[row_of_values], parameters.first)
                     point_linearisation(
-                        columns.values[row_of_values], depth, sinking, length[m], work.point_state, work.point_parameter
+                        others, depth, sinking, length[m], work.point_state, work.point_parameter
                     )  # fmt: skip
                 found = work.point_parameter[0, columns.index[column]]
                 column += fixed
@@ -266,8 +282,9 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 column = columns.terrain[i]
                 if columns.row[column] != row_of_values:
                     row_of_values = columns.row[column]
+                    others = LawParameters(columns.values[row_of_values], parameters.first)
                     terrain_linearisation(
-                        columns.values[row_of_values], point[0], point[1], work.ground_state, work.ground_parameter
+                        others, point[0], point[1], work.ground_state, work.ground_parameter
                     )  # fmt: skip
                 p = columns.index[column]
                 column += fixed
@@ -298,11 +315,11 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 continue
             if columns.row[column - fixed] != row_of_values:
                 row_of_values = columns.row[column - fixed]
-                values = columns.values[row_of_values]
+                others = LawParameters(columns.values[row_of_values], parameters.first)
                 foot_linearisation(
-                    values, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side, work.foot_other, by_parameter
+                    others, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side, work.foot_other, by_parameter
                 )  # fmt: skip
-                terrain_linearisation(values, at[0], at[1], work.ground_state, work.ground_parameter)
+                terrain_linearisation(others, at[0], at[1], work.ground_state, work.ground_parameter)
         d_load, d_groove = matrix[further + LOAD, column], matrix[further + GROOVE, column]
         dn, turn, d_speed = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         step_f, step_l, d_t, d_n = 0.0, 0.0, 0.0, 0.0
@@ -460,7 +477,7 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
     """
     modes = contact.omega.shape[0]
     state, newton = first_state(start)
-    work, tangent = ski_work(modes, parameters.shape[0]), first_tangents(modes, inputs)
+    work, tangent = ski_work(modes, parameters.values.shape[0]), first_tangents(modes, inputs)
     step, mass, gravity, area = motion.step, motion.mass, motion.gravity, motion.area
     omega, ratio = contact.omega, contact.ratio
     size = 3 + 2 * modes
@@ -560,8 +577,9 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
                 column = columns.segment[i]
                 if columns.row[column] != row_of_values:
                     row_of_values = columns.row[column]
+                    others = LawParameters(columns.values[row_of_values], parameters.first)
                     segment_linearisation(
-                        columns.values[row_of_values], motion.time[n], x[0], x[1], moving[0], moving[1], moving[2],
+                        others, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2],
                         area[e], by, by_parameter,
                     )  # fmt: skip
                 for c in range(3):
@@ -591,8 +609,9 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
             column = columns.body[i]
             if columns.row[column] != row_of_values:
                 row_of_values = columns.row[column]
+                others = LawParameters(columns.values[row_of_values], parameters.first)
                 body_linearisation(
-                    columns.values[row_of_values], motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], by,
+                    others, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], by,
                     by_parameter,
                 )  # fmt: skip
             for c in range(3):

@@ -11,6 +11,17 @@ from typing import Any, NamedTuple
 from sssi_exudyn.core.frames import Array
 
 
+class LawParameters(NamedTuple):
+    """The parameters of all terms, those of a class together.
+
+    values : (n,) in the terms' units
+    first : (c + 1,) where those of each class begin, and n
+    """
+
+    values: Array
+    first: Any
+
+
 class SnowGrid(NamedTuple):
     """The snow surface where it is no plane: the coefficients of a bicubic spline (``terrain.surface``).
 

@@ -250,15 +250,16 @@ def needed(tape: Tape, outputs: Sequence[Operand]) -> list[Node]:
     return [tape.nodes[index] for index in sorted(found)]
 
 
-def source_lines(tape: Tape, outputs: Sequence[Operand]) -> list[str]:
-    """The tape as lines of Python that end in ``return``: only what the outputs need, one operation a line.
+def source_lines(tape: Tape, outputs: Sequence[Operand], *, prefix: str) -> tuple[list[str], list[str]]:
+    """The tape as lines of Python, only what the outputs need, one operation a line; and each output's name or number.
 
-    The library's functions are spelt ``_math.sqrt``, the others of ``Math`` with an underscore (``_where``).
+    Results are named by ``prefix`` and a number.  The library's functions are spelt ``_math.sqrt``, the others of
+    ``Math`` with an underscore (``_where``).
     """
 
     def text(x: Operand) -> str:
         if isinstance(x, Node):
-            return f"x{x.index}" if x.operands else x.operation
+            return f"{prefix}{x.index}" if x.operands else x.operation
         return repr(float(x))
 
     lines = []
@@ -269,6 +270,5 @@ def source_lines(tape: Tape, outputs: Sequence[Operand]) -> list[str]:
                 right = f" {node.operation} ".join(names)
             else:
                 right = f"{_SPELLING.get(node.operation, '_' + node.operation)}({', '.join(names)})"
-            lines.append(f"x{node.index} = {right}")
-    results = ", ".join(text(x) for x in outputs)
-    return [*lines, f"return {results}"]
+            lines.append(f"{text(node)} = {right}")
+    return lines, [text(x) for x in outputs]

@@ -7,37 +7,37 @@ import math
 from sssi_exudyn.runtime.jit import njit
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def three(a, i):
     return a[i], a[i + 1], a[i + 2]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def four(a, b, i):
     return a[i] + b[i], a[i + 1] + b[i + 1], a[i + 2] + b[i + 2], a[i + 3] + b[i + 3]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def plus(a, b):
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def times(s, a):
     return s * a[0], s * a[1], s * a[2]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def cross(a, b):
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def out_of(frame, v):
     """v (3) turned from the frame outwards."""
     return (
@@ -47,7 +47,7 @@ def out_of(frame, v):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def into(frame, v):
     """v (3) turned into the frame."""
     return (
@@ -57,12 +57,12 @@ def into(frame, v):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def conjugate(q):
     return q[0], -q[1], -q[2], -q[3]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def product(a, b):
     return (
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
@@ -72,7 +72,7 @@ def product(a, b):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def rotate(q, v):
     """v (3) turned by the quaternion q (w, x, y, z): v + 2 w (u × v) + 2 u × (u × v)."""
     u = (q[1], q[2], q[3])
@@ -85,7 +85,7 @@ def rotate(q, v):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def spin(q, rate, i):
     """Angular velocity (3) in the outer frame of a quaternion and its rate, which begins at ``i``: 2 E(q) q̇."""
     a, b, c, d = q
@@ -97,7 +97,7 @@ def spin(q, rate, i):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def on_quaternion(q, torque):
     """Generalised force (4) on a quaternion of a torque (3) in the outer frame: 2 E(q)ᵀ τ."""
     a, b, c, d = q
@@ -110,7 +110,7 @@ def on_quaternion(q, torque):
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def between(p0, q0, p1, q1, xi):
     """Place (3) and quaternion (4) at the share ``xi`` of the screw motion that leads from one node to the other."""
     w, x, y, z = product(conjugate(q0), q1)
@@ -135,7 +135,7 @@ def between(p0, q0, p1, q1, xi):
     return plus(p0, rotate(q0, move)), product(q0, (math.cos(0.5 * part), s * axis[0], s * axis[1], s * axis[2]))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def middle_of(a, b):
     """The quaternion half-way between two neighbours."""
     w, x, y, z = a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]
@@ -143,7 +143,7 @@ def middle_of(a, b):
     return s * w, s * x, s * y, s * z
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def ski_axes(normal, rotation):
     """Forward and left axes of a ski in the snow's tangent plane, and its edge angle, for its rotation (3, 3)."""
     forward = (rotation[0, 0], rotation[1, 0], rotation[2, 0])

@@ -15,9 +15,14 @@ import numpy as np
 
 from sssi_exudyn.bodies.ski.modes import ModalSki, modal_ski
 from sssi_exudyn.contact.backends import ground_kernel, reduced_kernel, reduced_tangents
-from sssi_exudyn.contact.backends.compiled import compile_kernel, parameter_values
-from sssi_exudyn.contact.backends.structs import InitialState, ModalContact, PrescribedMotion, ReducedSeries
-from sssi_exudyn.contact.registry import pad_terms
+from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
+from sssi_exudyn.contact.backends.structs import (
+    InitialState,
+    LawParameters,
+    ModalContact,
+    PrescribedMotion,
+    ReducedSeries,
+)
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
@@ -250,7 +255,7 @@ def prepare(
 
 
 def reduced_module(terms: Sequence[Term]) -> Any:
-    """The compiled functions of the reduced model for ``terms``, which ``pad_terms`` gave."""
+    """The compiled functions of the reduced model for ``terms``."""
     return compile_kernel(terms, ground_kernel, reduced_kernel, reduced_tangents)
 
 
@@ -287,7 +292,9 @@ class StartOfRun:
         return InitialState(self.place, self.velocity, self.rests[1].eta)
 
 
-def start_of_run(model: Model, at: Prepared, kernel: Any, parameters: Array, contact: ModalContact) -> StartOfRun:
+def start_of_run(
+    model: Model, at: Prepared, kernel: Any, parameters: LawParameters, contact: ModalContact
+) -> StartOfRun:
     """Where and how a run starts, at rest on the snow but for its speed.  Raises SimulationDiverged where no rest is
     found.
     """
@@ -321,18 +328,23 @@ def load_at_start(at: Prepared, share: Array) -> Any:
 def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
     at = prepared.correct_capture(model)
-    terms = pad_terms(model.terms)
-    kernel, parameters, contact = reduced_module(terms), parameter_values(terms), at.kernel_contact(model.surface)
+    kernel, contact = reduced_module(model.terms), at.kernel_contact(model.surface)
+    parameters = law_parameters(model.terms)
     start = start_of_run(model, at, kernel, parameters, contact)
-    series, done = run_batch(kernel, contact, at.kernel_motion(), parameters[None], [start])
+    one = parameters._replace(values=parameters.values[None])
+    series, done = run_batch(kernel, contact, at.kernel_motion(), one, [start])
     return reduced_run(at, ReducedSeries(*(array[0] for array in series)), int(done[0]))
 
 
 def run_batch(
-    kernel: Any, contact: ModalContact, motion: PrescribedMotion, parameters: Array, starts: Sequence[StartOfRun]
+    kernel: Any,
+    contact: ModalContact,
+    motion: PrescribedMotion,
+    parameters: LawParameters,
+    starts: Sequence[StartOfRun],
 ) -> tuple[ReducedSeries, Any]:
-    """Runs with parameters (b, p) and so many starts in one compiled call: what each leaves, on a first axis, and the
-    instants (b,) that it reached.
+    """Runs with parameters of values (b, p) and so many starts in one compiled call: what each leaves, on a first axis,
+    and the instants (b,) that it reached.
     """
     states = [start.state for start in starts]
     begin = InitialState(*(np.stack(parts) for parts in zip(*states, strict=True)))
@@ -379,7 +391,9 @@ def reduced_run(at: Prepared, series: ReducedSeries, done: int) -> ReducedRun:
     )
 
 
-def _loads(kernel: Any, parameters: Array, pelvis: Array, at: Prepared, contact: ModalContact, eta: Array) -> Array:
+def _loads(
+    kernel: Any, parameters: LawParameters, pelvis: Array, at: Prepared, contact: ModalContact, eta: Array
+) -> Array:
     """(2,) N: each foot's load at rest."""
     count = len(contact.omega)
     size = 3 + 2 * count

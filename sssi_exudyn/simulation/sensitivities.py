@@ -9,9 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.contact.backends.compiled import parameter_values
+from sssi_exudyn.contact.backends.compiled import in_order, law_parameters
 from sssi_exudyn.contact.backends.structs import ReducedSeries
-from sssi_exudyn.contact.registry import pad_terms
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import antenna_shift
@@ -26,6 +25,7 @@ from sssi_exudyn.simulation.tangents import (
     host_of,
     run_additions,
     run_tangents,
+    with_classes_of,
 )
 
 _ADDITIONS: Final = 96
@@ -63,14 +63,16 @@ def responses_to_additions(
 ) -> Array:
     """Derivatives (…, k) of what is ``observed`` of a run by the strengths of additions to its model, at strength 0.
 
-    All of their models run alike, as what was added does nothing yet.  So the run is linearised once for all whose
-    laws one kernel has, and with ``sensitivities``' demands on ``observed`` the derivatives are exact.
+    All of their models run alike, as what was added does nothing yet.  So the run is linearised once for all that have
+    as many terms of each class, and with ``sensitivities``' demands on ``observed`` the derivatives are exact.
 
     cores : that are used at most; all if None
 
     Raises SimulationDiverged when the run does, KeyError for an unknown name.
     """
     hosts = [host_of(addition) for addition in additions]
+    every = [term for host in hosts for term in host.terms]
+    hosts = [with_classes_of(host, every) for host in hosts]
     is_law = [isinstance(model.owner(name.partition(".")[0]), Term) for model, name in additions]
     first = is_law.index(True) if any(is_law) else 0
     groups: dict[tuple[type[Term], ...], list[int]] = {}
@@ -79,7 +81,7 @@ def responses_to_additions(
     parts: list[tuple[Model, list[int]]] = []
     for laws, group in groups.items():
         host = next(host for host in hosts if _laws(host) == laws)
-        reduced_module(pad_terms(host.terms))  # once, before threads ask for it
+        reduced_module(host.terms)  # once, before threads ask for it
         parts += [(host, group[k : k + _ADDITIONS]) for k in range(0, len(group), _ADDITIONS)]
 
     def columns(part: tuple[Model, list[int]]) -> list[Array]:
@@ -118,7 +120,7 @@ def simulate_each(
     parts = [(group[0], group[k::cores]) for group in groups.values() for k in range(min(cores, len(group)))]
     tables = {group[0]: prepared.correct_capture(models[group[0]]) for group in groups.values()}
     for first in tables:
-        reduced_module(pad_terms(models[first].terms))  # once, before threads ask for it
+        reduced_module(models[first].terms)  # once, before threads ask for it
     with ThreadPoolExecutor(cores) as pool:
         found = list(pool.map(lambda part: _runs([models[i] for i in part[1]], tables[part[0]]), parts))
     seen: dict[int, Array] = {}
@@ -128,8 +130,8 @@ def simulate_each(
 
 
 def _laws(model: Model) -> tuple[type[Term], ...]:
-    """Two models with the same share a kernel."""
-    return tuple(type(term) for term in pad_terms(model.terms))
+    """Two models with the same have parameters of the same form."""
+    return tuple(type(term) for term in in_order(model.terms))
 
 
 def _capture(model: Model, prepared: Prepared) -> object:
@@ -140,9 +142,9 @@ def _capture(model: Model, prepared: Prepared) -> object:
 
 def _runs(models: Sequence[Model], at: Prepared) -> list[ReducedRun]:
     """Runs of models with the same laws and surface on the same tables, one compiled call."""
-    every: list[tuple[Term, ...]] = [pad_terms(model.terms) for model in models]
-    kernel, contact = reduced_module(every[0]), at.kernel_contact(models[0].surface)
-    parameters = np.stack([parameter_values(terms) for terms in every])
-    starts = [start_of_run(model, at, kernel, row, contact) for model, row in zip(models, parameters, strict=True)]
+    kernel, contact = reduced_module(models[0].terms), at.kernel_contact(models[0].surface)
+    every = [law_parameters(model.terms) for model in models]
+    starts = [start_of_run(model, at, kernel, own, contact) for model, own in zip(models, every, strict=True)]
+    parameters = every[0]._replace(values=np.stack([own.values for own in every]))
     series, done = run_batch(kernel, contact, at.kernel_motion(), parameters, starts)
     return [reduced_run(at, ReducedSeries(*(array[i] for array in series)), int(count)) for i, count in enumerate(done)]

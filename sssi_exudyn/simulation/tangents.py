@@ -8,7 +8,6 @@ derivative, without the cancellation of a difference.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Final
@@ -16,18 +15,23 @@ from typing import Any, Final
 import numpy as np
 
 from sssi_exudyn.bodies.skier.chain import SEGMENT
-from sssi_exudyn.contact.backends.compiled import parameter_values
+from sssi_exudyn.contact.backends.compiled import (
+    in_order,
+    law_parameters,
+    parameter_index,
+    parameter_values,
+    place_parameters,
+)
 from sssi_exudyn.contact.backends.reduced_tangents import FURTHER, LOAD, MODAL, MODES, PLACE, SPIN, TURN
 from sssi_exudyn.contact.backends.structs import (
+    LawParameters,
     ModalContact,
     ParameterColumns,
     PrescribedMotion,
     TangentInputs,
     TangentSeries,
 )
-from sssi_exudyn.contact.registry import pad_terms
 from sssi_exudyn.contact.term import Term, WindTerm
-from sssi_exudyn.contact.term import parameters as numbers_of
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import CaptureSensor
 from sssi_exudyn.model.model import Model, mode_index
@@ -111,7 +115,7 @@ def run_tangents(
 
 
 def host_of(addition: Addition) -> Model:
-    """The model whose run is linearised for an addition: one kernel serves as many as possible.
+    """The model whose run is linearised for an addition: one run serves as many as possible.
 
     Forces of terms add up, and so do heights, so that a term has the same derivative in the place of another of its
     class.  Only the air's velocity must be whole, since drag is no linear function of it.
@@ -124,11 +128,17 @@ def host_of(addition: Addition) -> Model:
     return replace(model, terms=others)
 
 
+def with_classes_of(model: Model, terms: Sequence[Term]) -> Model:
+    """The model with a term of every class of ``terms`` that it has none of: those, which must do nothing."""
+    lacking = {type(term): term for term in terms if type(term) not in {type(own) for own in model.terms}}
+    return replace(model, terms=(*model.terms, *lacking.values()))
+
+
 def run_additions(host: Model, prepared: Prepared, additions: Sequence[Addition]) -> tuple[ReducedRun, ReducedRun]:
     """A run, and its derivatives by the strengths of those additions, as ``run_tangents`` gives them: one pass,
     although each addition has numbers of its own that say where and when it acts.
 
-    host : ``host_of`` any of them; that of an added term has the same laws
+    host : ``host_of`` any of them, ``with_classes_of`` those of all; that of an added term has the same laws
     """
     directions = [_of_addition(host, prepared, addition) for addition in additions]
     run, slopes = _pass(host, prepared.correct_capture(host), directions)
@@ -141,11 +151,11 @@ def _of_addition(host: Model, prepared: Prepared, addition: Addition) -> Directi
     part = model.owner(owner)
     if not isinstance(part, Term):
         return _of_number(model, prepared, name)
-    terms, extended = pad_terms(host.terms), pad_terms(model.terms)
+    terms, extended = in_order(host.terms), in_order(with_classes_of(model, host.terms).terms)
     if len(extended) > len(terms):
         other = next(term for term in terms if type(term) is type(part))
         extended = tuple(part if term is other else term for term in terms)
-    return Direction(parameter=_index(extended, part, key), values=parameter_values(extended))
+    return Direction(parameter=parameter_index(extended, part, key), values=parameter_values(extended))
 
 
 def skier_mass_change(model: Model, motion: Motion, prepared: Prepared) -> TableChange:
@@ -204,18 +214,12 @@ def _of_number(model: Model, prepared: Prepared, name: str) -> Direction:
     if isinstance(part, Surface):
         return Direction(surface=part.mode_coefficients[mode_index(key)])
     if isinstance(part, Term):
-        return Direction(parameter=_index(pad_terms(model.terms), part, key))
+        return Direction(parameter=parameter_index(model.terms, part, key))
     if name in _START:
         return Direction(start=_START[name])
     if _turns_capture(model, name):
         return Direction(tables=prepared.correct_capture(complex_model(model, name)))
     return Direction()
-
-
-def _index(terms: Sequence[Term], part: Term, key: str) -> int:
-    """Where a number of one of the terms stands among the parameters of all."""
-    before = itertools.takewhile(lambda term: term is not part, terms)
-    return sum(len(numbers_of(term)) for term in before) + list(numbers_of(part)).index(key)
 
 
 def _changed(model: Model, prepared: Prepared, change: TableChange) -> Prepared:
@@ -229,13 +233,14 @@ def _slope(value: Any) -> Any:
 
 def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[ReducedRun, dict[str, Array]]:
     """The run, and of each of its fields the derivatives in those directions."""
-    terms = pad_terms(model.terms)
-    kernel, parameters, contact = reduced_module(terms), parameter_values(terms), at.kernel_contact(model.surface)
+    kernel, contact = reduced_module(model.terms), at.kernel_contact(model.surface)
+    parameters = law_parameters(model.terms)
     start = start_of_run(model, at, kernel, parameters, contact)
     tables = [d.tables for d in directions]
     order = sorted(range(len(tables)), key=lambda i: _rank(tables[i]))
     ordered = [directions[i] for i in order]
-    inputs = _inputs(kernel, parameters, contact, at, start, ordered)
+    listed, by_parameter = _columns(model.terms, ordered)
+    inputs = _inputs(kernel, parameters, contact, at, start, ordered, listed, by_parameter)
     motion, many, n = at.kernel_motion(), len(ordered), len(at.time)
     series = empty_series(n)
     slopes = TangentSeries(*(np.zeros((*array.shape, many)) for array in series))
@@ -277,9 +282,10 @@ def _rank(tables: Prepared | None) -> int:
 
 
 def _inputs(
-    kernel: Any, parameters: Array, contact: ModalContact, at: Prepared, start: StartOfRun, ordered: Sequence[Direction]
-) -> TangentInputs:
-    """What the directions change, as the kernel takes it."""
+    kernel: Any, parameters: LawParameters, contact: ModalContact, at: Prepared, start: StartOfRun,
+    ordered: Sequence[Direction], columns: ParameterColumns, by_parameter: Array,
+) -> TangentInputs:  # fmt: skip
+    """What the directions change, as the kernel takes it; columns and by_parameter are those of ``_columns``."""
     many, n, modes, exposed = len(ordered), len(at.time), len(contact.omega), len(at.area)
     ranks = [_rank(d.tables) for d in ordered]
     feet = np.zeros((n, 2, 18, ranks.count(0) + ranks.count(1)))
@@ -306,7 +312,6 @@ def _inputs(
             body[:, :3, k], body[:, 3:6, k] = _slope(motion.com_place), _slope(motion.com_velocity)
             body[:, 6:, k] = _slope(motion.exposed_velocity).reshape(n, -1)
     moved = [(k, d.surface) for k, d in enumerate(ordered) if d.surface is not None]
-    columns, by_parameter = _columns(kernel, parameters, ordered)
     grids = np.stack([grid for _, grid in moved]) if moved else np.zeros((0, 2, 2))
     amounts = np.array([[float(k == column) for column in range(many)] for k, _ in moved]).reshape(len(moved), many)
     zeros = TangentInputs(
@@ -323,7 +328,7 @@ def _turns(motion: PrescribedMotion) -> Array:
     return np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
 
 
-def _columns(kernel: Any, parameters: Array, ordered: Sequence[Direction]) -> tuple[ParameterColumns, Array]:
+def _columns(terms: Sequence[Term], ordered: Sequence[Direction]) -> tuple[ParameterColumns, Array]:
     """The laws' parameters that change, and the change (c, d) of each with each number."""
     rows: dict[bytes, int] = {}
     values: list[Array] = []
@@ -340,25 +345,26 @@ def _columns(kernel: Any, parameters: Array, ordered: Sequence[Direction]) -> tu
     for column, place in enumerate(listed):
         changes[column, places[place]] = 1.0
 
-    def among(known: Sequence[int]) -> Any:
+    def of(kind: str) -> Any:
+        known = place_parameters(terms, kind)
         return np.array([i for i, (_, p) in enumerate(listed) if p in known], dtype=np.int64)
 
-    on_ski = {*kernel.POINT_PARAMETERS, *kernel.FOOT_PARAMETERS, *kernel.TERRAIN_PARAMETERS}
+    on_ski = {p for kind in ("point", "foot", "terrain") for p in place_parameters(terms, kind)}
     columns = ParameterColumns(
         index=np.array([p for _, p in listed], dtype=np.int64),
-        values=np.array(values).reshape(len(values), len(parameters)),
+        values=np.array(values).reshape(len(values), len(parameter_values(terms))),
         row=np.array([row for row, _ in listed], dtype=np.int64),
         ski=np.array([p in on_ski for _, p in listed], dtype=np.bool_),
-        point=among(kernel.POINT_PARAMETERS),
-        segment=among(kernel.SEGMENT_PARAMETERS),
-        body=among(kernel.BODY_PARAMETERS),
-        terrain=among(kernel.TERRAIN_PARAMETERS),
+        point=of("point"),
+        segment=of("segment"),
+        body=of("body"),
+        terrain=of("terrain"),
     )
     return columns, changes
 
 
 def _start_tangents(
-    kernel: Any, parameters: Array, contact: ModalContact, at: Prepared, start: StartOfRun,
+    kernel: Any, parameters: LawParameters, contact: ModalContact, at: Prepared, start: StartOfRun,
     ordered: Sequence[Direction], inputs: TangentInputs,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
     """Derivatives of the pelvis' place and velocity (3, d) and of the modes' amplitudes (2k, d) at the start.
@@ -383,7 +389,7 @@ def _start_tangents(
         )
         eta, place[2], share = _rest_tangents(kernel, parameters, contact, at, start, rest, place, load, inputs)
         given = rest.share
-    ground = np.zeros((3, 2)), np.zeros((3, len(parameters)))
+    ground = np.zeros((3, 2)), np.zeros((3, len(parameters.values)))
     surface = contact.surface
     for foot in range(2):
         where = start.place + at.foot_place[0, foot]
@@ -393,7 +399,8 @@ def _start_tangents(
         tilting = np.zeros((2, len(inputs.columns.index)))
         for column, (row, p) in enumerate(zip(inputs.columns.row, inputs.columns.index, strict=True)):
             if row >= 0:
-                kernel.linearise_ground(inputs.columns.values[row], under, where[0], where[1], *ground)
+                others = parameters._replace(values=inputs.columns.values[row])
+                kernel.linearise_ground(others, under, where[0], where[1], *ground)
             tilting[:, column] = ground[1][1:, p]
         tilts = [grid_patch(grid, surface.origin, surface.spacing, where[0], where[1])[1:3] for grid in inputs.surface]
         speed = start.velocity + at.foot_velocity[0, foot]
@@ -416,7 +423,7 @@ def _of_foot(inputs: TangentInputs, foot: int, row: int) -> Array:
 
 
 def _rest_tangents(
-    kernel: Any, parameters: Array, contact: ModalContact, at: Prepared, start: StartOfRun, rest: Rest,
+    kernel: Any, parameters: LawParameters, contact: ModalContact, at: Prepared, start: StartOfRun, rest: Rest,
     place: Array, load: Array, inputs: TangentInputs,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
     """Derivatives of the modes' amplitudes (2k, d), of the pelvis' height (d,) and of the feet's shares (2, d) at rest.
@@ -426,7 +433,7 @@ def _rest_tangents(
     many, modes, count = len(load), len(contact.omega), len(inputs.columns.index)
     fixed = MODES + 2 * modes
     still, none = (0.0, 0.0, 0.0), np.zeros((2, modes))
-    work = kernel.ski_work(modes, len(parameters))
+    work = kernel.ski_work(modes, len(parameters.values))
     size = fixed + count + PATCH
     skis = np.zeros((2, MODAL + modes + FURTHER, size))
     z = np.zeros((2, size, many))

@@ -22,7 +22,7 @@ PATCH = 6
 """Numbers of a patch: h (m), ∂h/∂f, ∂h/∂l (1), ∂²h/∂f², ∂²h/∂f∂l, ∂²h/∂l² (1/m)."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def weights(t):
     """The four cubic B-splines that reach a place between two nodes, 0 ≤ t ≤ 1, and their derivatives by t."""
     s = 1.0 - t
@@ -37,7 +37,7 @@ def weights(t):
     return value, slope, curvature
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def cell(count, x):
     """Where a place x (nodes) is among ``count`` nodes: the node before it, the share of the way to the next, and
     whether it is within the borders.
@@ -48,7 +48,7 @@ def cell(count, x):
     return i, x - i, inside
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def grid_patch(coefficients, origin, spacing, f, l):  # noqa: E741  the slope frame's name of the axis
     """Height, slopes and curvatures at one place of a spline: ``PATCH`` numbers.
 
@@ -77,7 +77,7 @@ def grid_patch(coefficients, origin, spacing, f, l):  # noqa: E741  the slope fr
     return h, h_f * by_f, h_l * by_l, h_ff * by_f * by_f, h_fl * by_f * by_l, h_ll * by_l * by_l
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def patch_under(surface, f, l):  # noqa: E741
     """The patch about a place, with the place: (f, l, h, ∂h/∂f, ∂h/∂l, ∂²h/∂f², ∂²h/∂f∂l, ∂²h/∂l²).
 
@@ -89,7 +89,7 @@ def patch_under(surface, f, l):  # noqa: E741
     return f, l, h, h_f, h_l, h_ff, h_fl, h_ll
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def on_change(patch, x, y):
     """Height and slopes of a patch (``PATCH`` numbers) x and y (m) away from its middle."""
     slope_f = patch[3] * x + patch[4] * y
@@ -98,13 +98,13 @@ def on_change(patch, x, y):
     return height, patch[1] + slope_f, patch[2] + slope_l
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def on_patch(under, f, l):  # noqa: E741
     """Height and slopes at a place near a patch, as ``patch_under`` gives it."""
     return on_change(under[2:], f - under[0], l - under[1])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def patch_changes(surface, f, l, changes):  # noqa: E741
     """Fill the first two rows of ``changes`` (≥ 2, ``PATCH``): what changes of the patch at a place that stays while
     the patch's middle moves along f and along l.
@@ -134,7 +134,7 @@ def patch_changes(surface, f, l, changes):  # noqa: E741
     changes[1, 3], changes[1, 4], changes[1, 5] = ffl, fll, lll
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def patches(coefficients, origin, spacing, places, found):
     """``grid_patch`` at each of places (n, 2) into found (n, ``PATCH``)."""
     for k in range(places.shape[0]):

@@ -7,13 +7,18 @@ import importlib.util
 import os
 import subprocess
 import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
+from typing import ClassVar
 
 import numpy as np
 import pytest
 from term_examples import Everything, Ridge, UniformWind
+from term_places import ComplexMath, assert_close
 
+from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.backends.compiled import (
     compile_body,
     compile_foot,
@@ -22,15 +27,23 @@ from sssi_exudyn.contact.backends.compiled import (
     compile_segment,
     compile_terrain,
     compile_wind,
+    in_order,
+    law_classes,
+    law_parameters,
     laws_source,
-    parameter_values,
+    parameter_index,
+    place_parameters,
 )
-from sssi_exudyn.contact.maths import FloatMath
+from sssi_exudyn.contact.maths import FloatMath, Math, Number, Vector
 from sssi_exudyn.contact.registry import PAPER_TERMS
-from sssi_exudyn.contact.term import FootState, PointState, SegmentState
+from sssi_exudyn.contact.term import FootState, PlaceState, PointState, SegmentState, Term, WindTerm
 from sssi_exudyn.contact.terms.air import AirDrag
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
+from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
+from sssi_exudyn.contact.terms.wind import DragArea, Gust
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.quantity import quantities, quantity
 
 TEMPLATE = """
 from __future__ import annotations
@@ -88,8 +101,73 @@ def test_winds_add_up_and_blow_on_segments() -> None:
     np.testing.assert_allclose(given, expected, rtol=1e-14)  # rounding
 
 
+def test_linearisation_of_several_terms_is_the_sum_of_each() -> None:
+    terms = (SnowPatch(0.2, 1.0, 3.0), AnisotropicFriction(mu_t=0.05), SnowPatch(0.1, 2.5, 4.0))
+    state = (700.0, 4.0, -0.3, 0.2, 1e-3, 0.0, 2.0, 0.5, 1.0)
+
+    def of(some: tuple[Term, ...]) -> tuple[Array, Array]:
+        foot = compile_foot(some)
+        by_state, by_parameter = np.full((2, 7), np.nan), np.zeros((2, len(foot.parameters.values)))
+        foot.linearisation(foot.parameters, *state, by_state, by_parameter)
+        return by_state, by_parameter
+
+    together, alone = of(terms), [of((term,)) for term in in_order(terms)]
+    np.testing.assert_allclose(together[0], sum(by_state for by_state, _ in alone), rtol=1e-14, atol=1e-11)  # rounding
+    np.testing.assert_array_equal(together[1], np.hstack([by_parameter for _, by_parameter in alone]))
+
+
+def test_a_parameter_is_found_where_the_kernels_have_it() -> None:
+    wind, patch, last = UniformWind(w_l=2.0), SnowPatch(0.2, 1.0, 3.0), SnowPatch(0.1, 2.5, 4.0)
+    terms = (wind, patch, AirDrag(), HuntCrossley(), last)
+    values = law_parameters(terms).values
+    assert values[parameter_index(terms, wind, "w_l")] == 2.0
+    assert [values[parameter_index(terms, term, "f1")] for term in (patch, last)] == [3.0, 4.0]
+    assert [values[i] for i in place_parameters(terms, "foot")] == [0.2, 1.0, 3.0, 0.5, 0.1, 2.5, 4.0, 0.5]
+    # the air's first, then the wind's, which is no class of the registry
+    assert [values[i] for i in place_parameters(terms, "segment")] == [0.9, 1.05, 0.0, 2.0, 0.0]
+
+
+@dataclass(frozen=True)
+class Shear(WindTerm):
+    """A wind that is not the same everywhere."""
+
+    name: ClassVar[str] = "shear"
+    sources: ClassVar[tuple[str, ...]] = ("made up for the tests",)
+
+    a: float = quantity(0.3, "1/s", low=0.0, high=1.0, source="made up", meaning="rise down the slope")
+    b: float = quantity(0.2, "m/s", low=0.0, high=1.0, source="made up", meaning="greatest wind across")
+
+    def velocity(self, math: Math, state: PlaceState) -> Vector:
+        return self.a * state.f, self.b * math.sin(state.l), self.a * self.b * state.t
+
+
+@pytest.mark.long
+def test_linearised_drag_follows_a_wind_of_several_terms_that_changes_from_place_to_place() -> None:
+    terms = (Shear(), AirDrag(), Gust(3.0, 1.0, 0.0, 2.0), Shear(0.5, 0.1), DragArea(0.2))
+    state = dict(zip(("t", "f", "l", "v_f", "v_l", "v_n", "area"), (0.7, 4.0, 0.4, 9.0, 0.5, -0.3, 0.06), strict=True))
+    segment = compile_segment(terms)
+    by_state, by_parameter = np.full((3, 5), np.nan), np.zeros((3, len(segment.parameters.values)))
+    for _ in range(2):  # what the first has left in the arrays must not count
+        segment.linearisation(segment.parameters, *state.values(), by_state, by_parameter)
+
+    def force(some: Sequence[Term], s: Mapping[str, Number]) -> Array:
+        math = ComplexMath()
+        wind = places.air_velocity(math, some, PlaceState(s["t"], s["f"], s["l"]))
+        velocity = s["v_f"], s["v_l"], s["v_n"]
+        return np.array(places.segment_force(math, some, SegmentState(velocity, wind, s["area"])))
+
+    for column, name in enumerate(("f", "l", "v_f", "v_l", "v_n")):
+        expected = force(terms, {**state, name: state[name] + 1e-30j}).imag / 1e-30
+        assert_close(by_state[:, column], expected)
+    for i, term in enumerate(terms):
+        for name in quantities(type(term)):
+            moved = replace(term, **{name: getattr(term, name) + 1e-30j})
+            expected = force((*terms[:i], moved, *terms[i + 1 :]), state).imag / 1e-30
+            assert_close(by_parameter[:, parameter_index(terms, term, name)], expected)
+
+
 def test_no_term_is_no_force() -> None:
-    nothing = np.zeros(0)
+    nothing = law_parameters(())
     assert compile_point(()).value(nothing, 0.01, 0.1, 0.033) == 0.0
     assert compile_body(()).value(nothing, *[1.0] * 6) == (0.0, 0.0, 0.0)
     assert compile_terrain(()).value(nothing, 1.0, 2.0) == (0.0, 0.0, 0.0)
@@ -104,12 +182,19 @@ def test_damping_counts_at_rest() -> None:
     assert stiffness == pytest.approx(1.5 * 5e3 * 0.01**0.5, rel=1e-14)
 
 
-def test_one_text_for_all_values_of_the_parameters() -> None:
-    assert laws_source((Everything(), Ridge())) == laws_source((Everything(a=7.0), Ridge(at=1.0)))
+def test_one_text_whatever_terms_of_the_registry_and_how_many() -> None:
+    first, second = (
+        laws_source(law_classes(terms))
+        for terms in (
+            (Everything(), Ridge()),
+            (Ridge(at=1.0), *PAPER_TERMS, Ridge(), Everything(a=7.0), SnowPatch(0.1)),
+        )
+    )
+    assert first == second
 
 
 def test_a_kernel_calls_the_laws(tmp_path: Path) -> None:
-    kernel, parameters = compile_kernel(PAPER_TERMS, _template(tmp_path)), parameter_values(PAPER_TERMS)
+    kernel, parameters = compile_kernel(PAPER_TERMS, _template(tmp_path)), law_parameters(PAPER_TERMS)
     depth, rate = np.array([-0.01, 0.002, 0.02]), np.array([0.1, -0.2, 0.3])
     expected = sum(HuntCrossley().force(FloatMath(), PointState(d, r, 0.033)) for d, r in zip(depth, rate, strict=True))
     assert kernel.load(parameters, depth, rate, 0.033) == pytest.approx(expected, rel=1e-14)  # rounding
@@ -120,10 +205,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from test_compiled import PAPER_TERMS, _template, compile_kernel, parameter_values
+from test_compiled import PAPER_TERMS, _template, compile_kernel, law_parameters
 
 kernel = compile_kernel(PAPER_TERMS, _template(Path(sys.argv[1])))
-kernel.load(parameter_values(PAPER_TERMS), np.ones(2), np.ones(2), 0.033)
+kernel.load(law_parameters(PAPER_TERMS), np.ones(2), np.ones(2), 0.033)
 print(sum(kernel.load.stats.cache_hits.values()))
 """
 
@@ -146,9 +231,9 @@ def test_another_process_finds_the_kernel_compiled(tmp_path: Path) -> None:
 
 def test_a_broken_file_in_the_cache_is_written_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path))
-    terms = (HuntCrossley(), Everything())
-    source = laws_source(terms)
+    terms = (Everything(), Shear())  # which no other test has together
+    source = laws_source(law_classes(terms))
     kept = tmp_path / f"sssi_exudyn_generated_{hashlib.sha256(source.encode()).hexdigest()}.py"
     kept.write_text(source[: len(source) // 2], encoding="utf-8")  # as a full disk would leave it
-    assert compile_point(terms).value(parameter_values(terms), -1.0, 0.0, 0.033) == 0.0
+    assert compile_point(terms).value(law_parameters(terms), -1.0, 0.0, 0.033) == 0.0
     assert kept.read_text(encoding="utf-8") == source

@@ -33,10 +33,8 @@ from term_places import (
 
 from sssi_exudyn.contact.backends.tape import Tape, TapeMath
 from sssi_exudyn.contact.maths import ArrayMath, FloatMath
-from sssi_exudyn.contact.registry import PAPER_TERMS, TERMS, pad_terms, read_term, term_named, terms_table
+from sssi_exudyn.contact.registry import PAPER_TERMS, TERMS, read_term, term_named, terms_table
 from sssi_exudyn.contact.term import KINDS, formula, parameters
-from sssi_exudyn.contact.terms.friction import AnisotropicFriction
-from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantities
 
@@ -89,20 +87,8 @@ def test_an_unknown_term_is_refused() -> None:
 
 @pytest.mark.parametrize("cls", [c for c in TERMS if c not in map(type, PAPER_TERMS)], ids=lambda cls: cls.name)
 def test_a_term_beyond_the_paper_is_nothing_by_default(cls: type[Any]) -> None:
-    # so that adding it changes no result, and one kernel with all of them serves every model
+    # so that adding it changes no result
     assert not np.any(reference(cls()))
-
-
-def test_padding_adds_what_is_missing_and_keeps_what_is_there() -> None:
-    assert pad_terms(PAPER_TERMS) == PAPER_TERMS
-    one, other = SnowPatch(0.05, 1.0, 2.0), SnowPatch(0.02, 3.0, 4.0)
-    found = pad_terms((*PAPER_TERMS, one, other))
-    assert {type(term) for term in found} == set(TERMS)
-    assert [term for term in found if isinstance(term, SnowPatch)] == [one, other]
-    assert pad_terms((*found,)) == found
-    friction = pad_terms((AnisotropicFriction(mu_t=0.3),))
-    assert [type(term) for term in friction] == [type(term) for term in PAPER_TERMS]
-    assert [term for term in friction if np.any(reference(term))] == [AnisotropicFriction(mu_t=0.3)]
 
 
 @every_term

@@ -10,37 +10,26 @@ from gliding import model, standing
 from sssi_exudyn.bodies.muscles.muscles import skier_muscles
 from sssi_exudyn.bodies.muscles.paths import muscle_paths
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED, average_geometry
-from sssi_exudyn.contact.registry import PAPER_TERMS
-from sssi_exudyn.contact.term import Term
-from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 
-PUBLISHED, ALL = PAPER_TERMS, (*PAPER_TERMS, SnowPatch())
-"""The paper's terms, and one more, which takes the kernel of all terms."""
-
 
 def compile_full() -> None:
     """The full model, and the muscles' paths."""
-    for terms in (PUBLISHED, ALL):
-        simulate(model(terms), standing(0.1), stop=0.02)
+    simulate(model(), standing(0.1), stop=0.02)
     muscle_paths(skier_muscles(average_geometry(1.75)).model, np.zeros((1, len(PRESCRIBED))))
 
 
-def compile_reduced(terms: tuple[Term, ...]) -> None:
+def compile_reduced() -> None:
     """The reduced model with its tangents."""
-    skier = model(terms)
+    skier = model()
     prepared = prepare(skier, standing(0.1))
     simulate_reduced(skier, prepared)
     sensitivities(skier, prepared, ["friction.mu_t"], lambda _, run: run.pelvis)
 
 
-WHAT = {
-    "reduced": lambda: compile_reduced(PUBLISHED),
-    "reduced-all": lambda: compile_reduced(ALL),
-    "full": compile_full,
-}
+WHAT = {"reduced": compile_reduced, "full": compile_full}
 """What takes about as long each, for processes side by side."""
 
 

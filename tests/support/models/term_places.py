@@ -13,7 +13,7 @@ import numpy as np
 from term_examples import EXAMPLES, UniformWind
 
 from sssi_exudyn.contact.backends import compiled
-from sssi_exudyn.contact.backends.compiled import parameter_values
+from sssi_exudyn.contact.backends.compiled import law_parameters, parameter_index
 from sssi_exudyn.contact.maths import ArrayMath, FloatMath, Math, Number
 from sssi_exudyn.contact.registry import TERMS
 from sssi_exudyn.contact.term import BodyState, FootState, PlaceState, PointState, SegmentState
@@ -121,7 +121,7 @@ def compiled_on_grid(term: Any, derivatives: bool = False) -> Array:
             arguments = {"t": 0.0, "f": 0.0, "l": 0.0} | s
         else:
             arguments = state
-        rows.append(np.atleast_1d(function(parameter_values(terms), *arguments.values())))
+        rows.append(np.atleast_1d(function(law_parameters(terms), *arguments.values())))
     return np.array(rows)
 
 
@@ -129,6 +129,7 @@ def linearisation_on_grid(term: Any, states: Sequence[State]) -> tuple[Array, Ar
     """(states, outputs, variables) and (states, outputs, the term's parameters) of the compiled linearisation."""
     first = (UniformWind(), term) if term.kind == "segment" else (term,)
     law = getattr(compiled, f"compile_{term.kind}")(first)
+    own = [parameter_index(first, term, name) for name in quantities(type(term))]
     by_states, by_parameters = [], []
     for state in states:
         arguments, terms = dict(state), first
@@ -137,10 +138,10 @@ def linearisation_on_grid(term: Any, states: Sequence[State]) -> tuple[Array, Ar
             arguments, terms = {"t": 0.0, "f": 0.0, "l": 0.0} | arguments, (wind, term)
         outputs = len(ask(FloatMath(), term, state))
         by_state = np.full((outputs, len(LINEAR[term.kind])), np.nan)
-        by_parameter = np.zeros((outputs, len(law.parameters)))
-        law.linearisation(parameter_values(terms), *arguments.values(), by_state, by_parameter)
+        by_parameter = np.zeros((outputs, len(law.parameters.values)))
+        law.linearisation(law_parameters(terms), *arguments.values(), by_state, by_parameter)
         by_states.append(by_state)
-        by_parameters.append(by_parameter[:, len(law.parameters) - len(quantities(term)) :])
+        by_parameters.append(by_parameter[:, own])
     return np.array(by_states), np.array(by_parameters)
 
 
