@@ -122,8 +122,8 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
 
 @njit(cache=True, error_model="numpy")
 def solve(matrix, right):
-    """The solution (n,) of a symmetric-pattern system by elimination without pivoting: its diagonal dominates by
-    inertia.
+    """Solve a symmetric-pattern system in place of its right side (n,), by elimination without pivoting: its diagonal
+    dominates by inertia.
     """
     n = right.shape[0]
     for i in range(n):
@@ -139,7 +139,6 @@ def solve(matrix, right):
         for c in range(i + 1, n):
             total -= matrix[i, c] * right[c]
         right[i] = total / matrix[i, i]
-    return right
 
 
 @njit(cache=True, error_model="numpy")
@@ -173,7 +172,10 @@ def settle(parameters, contact, x, foot_place, foot_rotation, load, eta):
                 residual[3 + ski * modes + k] += omega[k] ** 2 * eta[ski, k]
                 matrix[3 + ski * modes + k, 3 + ski * modes + k] += omega[k] ** 2
         residual[2] += load
-        if abs(residual[2]) < RESTING * load and np.max(np.abs(residual[3:])) < RESTING * load:
+        largest = abs(residual[2])
+        for i in range(3, size):
+            largest = max(largest, abs(residual[i]))
+        if largest < RESTING * load:
             return height
         if carried <= 0.0:
             height -= 2e-3
@@ -183,12 +185,12 @@ def settle(parameters, contact, x, foot_place, foot_rotation, load, eta):
             matrix[:, c] = 0.0
             matrix[c, c] = 1.0
             residual[c] = 0.0
-        step = solve(matrix, -residual)
-        share = min(1.0, 4e-3 / max(abs(step[2]), 1e-12))
-        height += share * step[2]
+        solve(matrix, residual)
+        share = min(1.0, 4e-3 / max(abs(residual[2]), 1e-12))
+        height -= share * residual[2]
         for ski in range(2):
             for k in range(modes):
-                eta[ski, k] += share * step[3 + ski * modes + k]
+                eta[ski, k] -= share * residual[3 + ski * modes + k]
     return -np.inf
 
 
@@ -210,7 +212,8 @@ def advance(parameters, contact, motion, n, state, work, series):
     by_place, by_rate = 0.25 * step * step, 0.5 * step
     if n == 0:
         by_place, by_rate = 0.0, 0.0
-    trial[:] = acceleration
+    for i in range(size):
+        trial[i] = acceleration[i]
     done = False
     for _ in range(ITERATIONS):
         new_x, new_v = x, v
@@ -295,10 +298,10 @@ def advance(parameters, contact, motion, n, state, work, series):
         for c in range(3):
             residual[c] -= body[c]
         largest = 0.0
-        change = solve(matrix, -residual)
+        solve(matrix, residual)
         for i in range(size):
-            trial[i] += change[i]
-            largest = max(largest, abs(change[i]))
+            trial[i] -= residual[i]
+            largest = max(largest, abs(residual[i]))
         if not largest < 1e9:
             return False
         if largest < SMALL:
@@ -306,8 +309,12 @@ def advance(parameters, contact, motion, n, state, work, series):
             break
     if not done and largest > 1e-2:
         return False
-    eta[:], rate[:] = next_eta, next_rate
-    acceleration[:] = trial
+    # arrays element by element: an assignment of the whole compiles its error messages, 4 s of them
+    for i in range(size):
+        acceleration[i] = trial[i]
+    for ski in range(2):
+        for k in range(modes):
+            eta[ski, k], rate[ski, k] = next_eta[ski, k], next_rate[ski, k]
     for c in range(3):
         state.place[c], state.velocity[c] = new_x[c], new_v[c]
         series.place[n, c], series.velocity[n, c] = new_x[c], new_v[c]
