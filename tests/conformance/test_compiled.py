@@ -45,6 +45,8 @@ from sssi_exudyn.contact.terms.wind import DragArea, Gust
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantities, quantity
 
+pytestmark = pytest.mark.usefixtures("own_cache")
+
 TEMPLATE = """
 from __future__ import annotations
 

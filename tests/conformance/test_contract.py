@@ -16,6 +16,8 @@ from sssi_exudyn.contact.terms.air import AirDrag
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
 
+pytestmark = pytest.mark.usefixtures("own_cache")
+
 
 class Branching(HuntCrossley):
     def force(self, math: Math, state: PointState) -> Number:
