@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import itertools
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -253,25 +252,27 @@ def _brackets(
 
 
 class ComplexMath:
-    """Complex numbers that branch by their real part: a step of 10⁻³⁰ i gives a derivative without cancellation."""
+    """Complex numbers, or arrays of them, that branch by their real part: a step of 10⁻³⁰ i gives a derivative without
+    cancellation.
+    """
 
-    sqrt, sin, cos = staticmethod(cmath.sqrt), staticmethod(cmath.sin), staticmethod(cmath.cos)
-    atan, exp, tanh = staticmethod(cmath.atan), staticmethod(cmath.exp), staticmethod(cmath.tanh)
+    sqrt, sin, cos = staticmethod(np.sqrt), staticmethod(np.sin), staticmethod(np.cos)
+    atan, exp, tanh = staticmethod(np.arctan), staticmethod(np.exp), staticmethod(np.tanh)
 
     def sign(self, x: Number) -> Number:
-        return float(np.sign(complex(x).real))
+        return np.sign(np.real(x))
 
     def absolute(self, x: Number) -> Number:
         return self.sign(x) * x
 
     def power(self, x: Number, p: Number) -> Number:
-        return complex(x) ** p
+        return np.power(np.asarray(x, dtype=complex), p)
 
     def signed_power(self, x: Number, p: Number) -> Number:
-        return self.sign(x) * complex(self.absolute(x)) ** p
+        return self.sign(x) * self.power(self.absolute(x), p)
 
     def where(self, x: Number, a: Number, b: Number) -> Number:
-        return a if complex(x).real > 0.0 else b
+        return np.where(np.real(x) > 0.0, a, b)
 
     def maximum(self, a: Number, b: Number) -> Number:
         return self.where(a - b, a, b)
@@ -280,21 +281,23 @@ class ComplexMath:
         return self.where(b - a, a, b)
 
     def saturate(self, v: Number, eps: Number) -> Number:
-        return v / cmath.sqrt(v * v + eps * eps)
+        return v / np.sqrt(v * v + eps * eps)
 
 
-def complex_step(term: Any, state: State, variable: str) -> Array:
-    """(components,) derivatives of what the term gives by one of the state's numbers."""
-    step = 1e-30
-    given = ask(ComplexMath(), term, {**state, variable: complex(state[variable], step)})
-    return np.array([complex(x).imag / step for x in given])
+def complex_step(term: Any, states: Sequence[State], variable: str) -> Array:
+    """(states, components) derivatives of what the term gives by one of the state's numbers."""
+    return _imaginary(term, states, {variable: 1e-30j})
 
 
-def complex_parameter_step(term: Any, state: State, parameter: str) -> Array:
-    """(components,) derivatives of what the term gives by one of its own numbers."""
-    step = 1e-30
-    given = ask(ComplexMath(), replace(term, **{parameter: complex(getattr(term, parameter), step)}), state)
-    return np.array([complex(x).imag / step for x in given])
+def complex_parameter_step(term: Any, states: Sequence[State], parameter: str) -> Array:
+    """(states, components) derivatives of what the term gives by one of its own numbers."""
+    return _imaginary(replace(term, **{parameter: complex(getattr(term, parameter), 1e-30)}), states, {})
+
+
+def _imaginary(term: Any, states: Sequence[State], steps: Mapping[str, complex]) -> Array:
+    columns = {name: np.array([state[name] for state in states]) + steps.get(name, 0.0) for name in states[0]}
+    given = ask(ComplexMath(), term, columns)
+    return np.stack([np.broadcast_to(np.imag(x), len(states)) for x in given], axis=1) / 1e-30
 
 
 def assert_close(actual: Array, expected: Array) -> None:
