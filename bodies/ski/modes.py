@@ -8,12 +8,17 @@ ski's frame.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
-from scipy.linalg import block_diag, eigh
+from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from sssi_exudyn.bodies.ski.mesh import BeamMesh
 from sssi_exudyn.core.frames import Array
+
+_DAMPED: Final = 2
+"""Slowest vibrations at whose mean frequency the ski's damping ratio is met."""
 
 
 @dataclass(frozen=True)
@@ -42,17 +47,18 @@ def modal_ski(mesh: BeamMesh, modes: int = 12) -> ModalSki:
     Raises ValueError when the mesh has fewer.
     """
     stiffness, mass = frame_matrices(mesh)
-    free = np.delete(np.arange(len(mass)), np.arange(6 * mesh.clamped, 6 * mesh.clamped + 6))
+    free = _free(mesh)
     if not 0 < modes <= len(free):
         raise ValueError(f"the mesh has {len(free)} modes")
-    squares, vectors = eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)], subset_by_index=[0, modes - 1])
+    most = max(modes, _DAMPED)
+    squares, vectors = eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)], subset_by_index=[0, most - 1])
     shape = np.zeros((modes, len(mass)))
-    shape[:, free] = vectors.T
-    omega = np.sqrt(squares)
+    shape[:, free] = vectors.T[:modes]
+    omega = np.sqrt(squares[:modes])
     nodal = shape.reshape(modes, -1, 6)
     return ModalSki(
         frequency=omega / (2.0 * np.pi),
-        damping_ratio=0.5 * damping_time(mesh) * omega,
+        damping_ratio=0.5 * _damping_time(mesh, squares) * omega,
         shape=nodal,
         contact_shape=_contact_shape(mesh, nodal),
         participation=shape @ mass @ _rigid_motions(mesh),
@@ -66,89 +72,113 @@ def damping_time(mesh: BeamMesh) -> float:
     first bending of its front and of its back.
     """
     stiffness, mass = frame_matrices(mesh)
-    free = np.delete(np.arange(len(mass)), np.arange(6 * mesh.clamped, 6 * mesh.clamped + 6))
-    squares = eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)], eigvals_only=True, subset_by_index=[0, 1])
-    return 2.0 * mesh.ski.damping_ratio / float(np.mean(np.sqrt(squares)))
+    held = np.ix_(_free(mesh), _free(mesh))
+    squares = eigh(stiffness[held], mass[held], eigvals_only=True, subset_by_index=[0, _DAMPED - 1])
+    return _damping_time(mesh, squares)
+
+
+def _damping_time(mesh: BeamMesh, squares: Array) -> float:
+    """τ (s) from the squares of the slowest vibrations' angular frequencies (rad²/s²)."""
+    return 2.0 * mesh.ski.damping_ratio / float(np.mean(np.sqrt(squares[:_DAMPED])))
+
+
+def _free(mesh: BeamMesh) -> NDArray[np.int64]:
+    """Indices of the coordinates that the binding does not hold."""
+    return np.delete(np.arange(6 * len(mesh.node_s)), np.arange(6 * mesh.clamped, 6 * mesh.clamped + 6))
 
 
 def frame_matrices(mesh: BeamMesh) -> tuple[Array, Array]:
     """Stiffness and consistent mass (6(n + 1), 6(n + 1)) of the free ski."""
-    size = 6 * len(mesh.node_s)
-    stiffness, mass = np.zeros((size, size)), np.zeros((size, size))
-    for e, length in enumerate(mesh.element_length):
-        along = (mesh.node_position[e + 1] - mesh.node_position[e]) / length
-        left = np.array([0.0, 1.0, 0.0])  # the running surface lies over a straight line: no sideways curve
-        axes = np.stack([along, left, np.cross(along, left)])
-        turn = block_diag(axes, axes, axes, axes)
-        place = slice(6 * e, 6 * e + 12)
-        stiffness[place, place] += turn.T @ _element_stiffness(length, mesh.stiffness[e]) @ turn
-        mass[place, place] += turn.T @ _element_mass(length, mesh.element_mass[e], mesh.section_inertia[e]) @ turn
-    return stiffness, mass
+    along = np.diff(mesh.node_position, axis=0) / mesh.element_length[:, None]
+    left = np.broadcast_to([0.0, 1.0, 0.0], along.shape)  # over a straight line: no sideways curve
+    axes = np.stack([along, left, np.cross(along, left)], axis=1)
+    return (
+        _assembled(axes, _element_stiffness(mesh.element_length, mesh.stiffness)),
+        _assembled(axes, _element_mass(mesh.element_length, mesh.element_mass, mesh.section_inertia)),
+    )
 
 
-_UP = np.array([2, 4, 8, 10])  # w and rotation about y at both ends
-_SIDE = np.array([1, 5, 7, 11])  # v and rotation about z
-_SLOPE_DOWN = np.diag([1.0, -1.0, 1.0, -1.0])  # rotation about y is −dw/dx
-
-
-def _element_stiffness(length: float, section: Array) -> Array:
-    """(12, 12) in the element's own axes, x along it, for the section (EA, GA_y, GA_z, GJ, EI_y, EI_z)."""
-    axial, shear_y, shear_z, torsion, bend_y, bend_z = section
-    matrix = np.zeros((12, 12))
-    rod = np.array([[1.0, -1.0], [-1.0, 1.0]]) / length
-    matrix[np.ix_([0, 6], [0, 6])] = axial * rod
-    matrix[np.ix_([3, 9], [3, 9])] = torsion * rod
-    matrix[np.ix_(_UP, _UP)] = _SLOPE_DOWN @ _bending_stiffness(length, bend_y, shear_z) @ _SLOPE_DOWN
-    matrix[np.ix_(_SIDE, _SIDE)] = _bending_stiffness(length, bend_z, shear_y)
+def _assembled(axes: Array, elements: Array) -> Array:
+    """(6(n + 1), 6(n + 1)) in the ski's frame from the elements' matrices (n, 12, 12) in their own axes (n, 3, 3)."""
+    count = len(elements)
+    turned = np.einsum("eia,epiqj,ejb->epaqb", axes, elements.reshape(count, 4, 3, 4, 3), axes, optimize=True)
+    matrix = np.zeros((6 * count + 6, 6 * count + 6))
+    for e, element in enumerate(turned.reshape(count, 12, 12)):
+        matrix[6 * e : 6 * e + 12, 6 * e : 6 * e + 12] += element
     return matrix
 
 
-def _element_mass(length: float, mass: float, inertia: Array) -> Array:
-    """(12, 12) consistent with linear shapes along and about the axis and cubic ones across it."""
-    matrix = np.zeros((12, 12))
+_AXIAL, _TORSION = [0, 6], [3, 9]
+_UP = [2, 4, 8, 10]  # w and rotation about y at both ends
+_SIDE = [1, 5, 7, 11]  # v and rotation about z
+_SLOPE_DOWN = np.outer([1.0, -1.0, 1.0, -1.0], [1.0, -1.0, 1.0, -1.0])  # rotation about y is −dw/dx
+
+
+def _element_stiffness(length: Array, section: Array) -> Array:
+    """(n, 12, 12) in the elements' own axes, x along them, for the sections (EA, GA_y, GA_z, GJ, EI_y, EI_z)."""
+    axial, shear_y, shear_z, torsion, bend_y, bend_z = section.T
+    rod = np.array([[1.0, -1.0], [-1.0, 1.0]]) / length[:, None, None]
+    return _element(
+        axial[:, None, None] * rod,
+        torsion[:, None, None] * rod,
+        _bending_stiffness(length, bend_y, shear_z),
+        _bending_stiffness(length, bend_z, shear_y),
+    )
+
+
+def _element_mass(length: Array, mass: Array, inertia: Array) -> Array:
+    """(n, 12, 12) consistent with linear shapes along and about the axis and cubic ones across it."""
     rod = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
-    matrix[np.ix_([0, 6], [0, 6])] = mass * rod
-    matrix[np.ix_([3, 9], [3, 9])] = inertia[0] * length * rod
-    matrix[np.ix_(_UP, _UP)] = _SLOPE_DOWN @ _bending_mass(length, mass, inertia[1]) @ _SLOPE_DOWN
-    matrix[np.ix_(_SIDE, _SIDE)] = _bending_mass(length, mass, inertia[2])
+    return _element(
+        mass[:, None, None] * rod,
+        (inertia[:, 0] * length)[:, None, None] * rod,
+        _bending_mass(length, mass, inertia[:, 1]),
+        _bending_mass(length, mass, inertia[:, 2]),
+    )
+
+
+def _element(axial: Array, torsion: Array, up: Array, side: Array) -> Array:
+    """(n, 12, 12) from its parts (n, 2, 2) along and about the axis and (n, 4, 4) up and sideways."""
+    matrix = np.zeros((len(axial), 12, 12))
+    for places, part in ((_AXIAL, axial), (_TORSION, torsion), (_UP, _SLOPE_DOWN * up), (_SIDE, side)):
+        matrix[:, np.array(places)[:, None], places] = part
     return matrix
 
 
-def _bending_stiffness(length: float, bending: float, shear: float) -> Array:
-    """Stiffness over (w, dw/dx) at both ends: exact for a uniform element loaded at its ends.
+def _bending_stiffness(length: Array, bending: Array, shear: Array) -> Array:
+    """(n, 4, 4) stiffness over (w, dw/dx) at both ends: exact for a uniform element loaded at its ends.
 
     Przemieniecki, "Theory of Matrix Structural Analysis" (1968), 5.6, with Φ = 12 EI/(κGA L²).
     """
     phi = 12.0 * bending / (shear * length**2)
-    a, b, c, d = 12.0, 6.0 * length, (4.0 + phi) * length**2, (2.0 - phi) * length**2
+    a, b, c, d = np.full_like(length, 12.0), 6.0 * length, (4.0 + phi) * length**2, (2.0 - phi) * length**2
     rows = np.array([[a, b, -a, b], [b, c, -b, d], [-a, -b, a, -b], [b, d, -b, c]])
-    return bending / ((1.0 + phi) * length**3) * rows
+    return np.moveaxis(bending / ((1.0 + phi) * length**3) * rows, -1, 0)
 
 
-def _bending_mass(length: float, mass: float, rotary: float) -> Array:
-    """Mass over (w, dw/dx) at both ends for cubic shapes, with the sections' rotary inertia (kg m).
+def _bending_mass(length: Array, mass: Array, rotary: Array) -> Array:
+    """(n, 4, 4) mass over (w, dw/dx) at both ends for cubic shapes, with the sections' rotary inertia (kg m).
 
     Przemieniecki (1968), 11.3, without the shear terms.
     """
-    m = length
+    one, m = np.ones_like(length), length
     lift = np.array(
         [
-            [156.0, 22.0 * m, 54.0, -13.0 * m],
+            [156.0 * one, 22.0 * m, 54.0 * one, -13.0 * m],
             [22.0 * m, 4.0 * m**2, 13.0 * m, -3.0 * m**2],
-            [54.0, 13.0 * m, 156.0, -22.0 * m],
+            [54.0 * one, 13.0 * m, 156.0 * one, -22.0 * m],
             [-13.0 * m, -3.0 * m**2, -22.0 * m, 4.0 * m**2],
         ]
     )
     turn = np.array(
         [
-            [36.0, 3.0 * m, -36.0, 3.0 * m],
+            [36.0 * one, 3.0 * m, -36.0 * one, 3.0 * m],
             [3.0 * m, 4.0 * m**2, -3.0 * m, -(m**2)],
-            [-36.0, -3.0 * m, 36.0, -3.0 * m],
+            [-36.0 * one, -3.0 * m, 36.0 * one, -3.0 * m],
             [3.0 * m, -(m**2), -3.0 * m, 4.0 * m**2],
         ]
     )
-    result: Array = mass / 420.0 * lift + rotary / (30.0 * m) * turn
-    return result
+    return np.moveaxis(mass / 420.0 * lift + rotary / (30.0 * m) * turn, -1, 0)
 
 
 def _rigid_motions(mesh: BeamMesh) -> Array:
