@@ -16,12 +16,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from importlib import import_module, metadata
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.runtime.interrupts import INTERRUPTED, end_on_interrupt
 from sssi_exudyn.runtime.progress import Progress, progress_on_stderr
+
+if TYPE_CHECKING:
+    from sssi_exudyn.results.summary import Summary
 
 BACKENDS = ("fastest", "compiled", "numpy", "symbolic", "python")
 """How the force terms are evaluated: machine code, arrays, Exudyn's expressions, or the interpreter as reference."""
@@ -236,7 +239,6 @@ def _call(options: argparse.Namespace) -> str:
         take_fast_build()
         from sssi_exudyn import commands
         from sssi_exudyn.io.writing import to_json, to_plain
-        from sssi_exudyn.results.summary import summary_to_dict
         from sssi_exudyn.terminal import format_csv, format_summary, format_table
 
         if options.command == "sweep":
@@ -276,7 +278,7 @@ def _call(options: argparse.Namespace) -> str:
             if options.folder is None:
                 raise InputError("muscles", "FOLDER", "no folder is given", "give a result or a recording, or --list")
             summary = commands.muscles(options.folder, options.out, power=options.power, progress=progress)
-            groups = summary_to_dict(summary)
+            groups = _groups_of(summary)
             about = {name: groups[name] for name in ("recording", "muscles")}
             weak = format_table(about["muscles"]["lacking"])
             return to_json(about) if options.json else format_summary(about) + weak
@@ -320,8 +322,14 @@ def _call(options: argparse.Namespace) -> str:
             summary = commands.validate(options.folder, options.result, options.out, progress=progress)
         case _:
             summary = commands.run(options.folder, options.out, progress=progress)
-    groups = summary_to_dict(summary)
+    groups = _groups_of(summary)
     return to_json(groups) if options.json else format_summary(groups)
+
+
+def _groups_of(summary: Summary) -> dict[str, Any]:
+    from sssi_exudyn.results.summary import summary_to_dict  # here: commands without a summary need not load it
+
+    return summary_to_dict(summary)
 
 
 def _sweep(options: argparse.Namespace, progress: Progress) -> Mapping[str, object]:

@@ -5,23 +5,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import plot_text
 from sssi_exudyn.fitting.snow_surface import snow_surface
-from sssi_exudyn.importing.assemble import Answers, import_recording
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.inspection import Inspection, inspect_recording, picture, plot_inspection, save_picture
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Elevations, Recording
-from sssi_exudyn.reports.sections.snow_surface import surface_panels
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.terrain.profile import SurfaceFigures, surface_figures
 from sssi_exudyn.terrain.surface import Surface
+
+if TYPE_CHECKING:
+    from sssi_exudyn.importing.assemble import Answers
 
 SILENT: Final = Progress()
 """Reports no progress."""
@@ -52,6 +53,8 @@ def terrain(folder: Path, elevations: Path | None = None, out: Path | None = Non
         raise InputError(folder / FILE, "[gps]", "there are no fixes whose heights show the snow", "add them")
     surface, way, inclination = found
     if out is not None:
+        from sssi_exudyn.reports.sections.snow_surface import surface_panels  # here: only drawing needs it
+
         figure = picture(out, (11.0, 7.0))
         for axes, panel in zip(figure.subplots(2, 1), surface_panels(recording.name, *found), strict=True):
             panel.draw(axes)
@@ -72,6 +75,8 @@ def _snow(recording: Recording) -> tuple[Surface, Array, float] | None:
 
 def import_files(files: Sequence[Path], out: Path, answers: Answers) -> Inspection:
     """Make a recording's folder ``out`` out of files of other formats; what is in it."""
+    from sssi_exudyn.importing.assemble import import_recording  # here: no other command needs it
+
     return inspect_recording(import_recording(files, out, answers))
 
 

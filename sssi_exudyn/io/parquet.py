@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import TYPE_CHECKING, BinaryIO, Final
 
 import numpy as np
-import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -16,6 +15,9 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_NAME, MAX_NUMBER, MAX_ROWS, MAX_TABLE, MAX_TEXT
 from sssi_exudyn.io.files import open_regular
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _BYTES: Final = 8
 """Of a number."""
@@ -40,6 +42,8 @@ def read_parquet(
     Raises InputError for anything but a regular Parquet file, one that is torn, more rows, columns or bytes than any
     result has, and for a column that is missing, comes twice, or is of another type.
     """
+    from pandas import CategoricalDtype  # here: what only writes tables need not load it
+
     with _checked(path, needed, (*names, *sentences)) as file:
         table = file.read()
         if table.num_rows != file.metadata.num_rows:
@@ -47,7 +51,7 @@ def read_parquet(
         table.validate(full=True)  # a damaged file may point beyond a dictionary's end
         frame: pd.DataFrame = table.to_pandas(ignore_metadata=True)
     for name in frame.columns:
-        if isinstance(frame[name].dtype, pd.CategoricalDtype):
+        if isinstance(frame[name].dtype, CategoricalDtype):
             known = frame[name].cat.categories
             if name in sentences:
                 clean = {word: one_line(word, MAX_TEXT) for word in known}

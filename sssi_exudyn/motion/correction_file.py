@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import pandas as pd
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import InputError
@@ -31,6 +30,8 @@ def correction_to_dict(correction: PostureCorrection) -> dict[str, Any]:
 
 def correction_bytes(correction: PostureCorrection) -> bytes:
     """The angles to add to the captured ones, one row an instant, as a Parquet file."""
+    import pandas as pd  # here: most uses of a model need no table
+
     table = pd.DataFrame(np.column_stack([correction.time, correction.angles]), columns=list(_COLUMNS))
     stream = io.BytesIO()
     table.to_parquet(stream, index=False)

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
@@ -17,6 +14,10 @@ from sssi_exudyn.core.text import plot_text
 from sssi_exudyn.recording.crosscheck import estimate_slope_and_heading
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.terrain.profile import SurfaceFigures
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 _PICTURES: Final = (".png", ".svg", ".pdf")
 
@@ -164,6 +165,9 @@ def picture(path: Path, size: tuple[float, float]) -> Figure:
     if path.suffix.lower() not in _PICTURES or path.is_dir():
         problem = "this is a folder" if path.is_dir() else f"{path.suffix!r} is no picture format"
         raise InputError(path, "", problem, "write a .png, .svg or .pdf")
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # here: only drawing needs them
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     return figure

@@ -7,11 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from sssi_exudyn.core.frames import Array
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 SIDES = ("left", "right")
 _FREE = ("pelvis_f", "pelvis_l", "pelvis_n")
@@ -130,6 +133,8 @@ class SimulationResult:
 
         Where there is no antenna its columns are NaN.  Angles and edge angles are in degrees.
         """
+        import pandas as pd  # here: a simulation alone needs no table
+
         columns: dict[str, Array] = {"time_s": self.time}
 
         def add_vector(name: str, vectors: Array, unit: str) -> None:
