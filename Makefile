@@ -12,7 +12,8 @@ demo: $(VENV)/.installed
 	@echo "Open $(OUT)/report.html in a browser."
 
 # One thread for each worker, since the tests use every core already; a worker without tests left takes over others'.
-ONE_THREAD := OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1
+# Processes that tests start read modules as compiled once, even where the environment has Python write none.
+ONE_THREAD := PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1
 PYTEST := $(ONE_THREAD) $(BIN)/python -m pytest -n auto --dist worksteal
 
 test: $(VENV)/.installed-dev

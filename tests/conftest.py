@@ -39,3 +39,9 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The long tests first, so that no worker begins one when the others have finished."""
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+
+@pytest.fixture
+def words_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reports with empty plots, for tests of all else that a page holds: drawing its plots takes two seconds."""
+    monkeypatch.setattr("sssi_exudyn.reports.plots.svg", lambda *_: "<svg></svg>")

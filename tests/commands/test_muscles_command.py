@@ -24,6 +24,8 @@ from sssi_exudyn.reports.report import write_run
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Summary
 
+pytestmark = pytest.mark.usefixtures("words_only")
+
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -140,7 +140,7 @@ def test_an_output_that_cannot_be_is_one_clear_line(
     assert not place.is_file() or place.read_text(encoding="utf-8") == "mine"
 
 
-@pytest.mark.long
+@pytest.mark.usefixtures("words_only")
 def test_a_report_into_a_folder_is_one_clear_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write_run(tmp_path / "result", a_run(3.0, 20.0))
     (tmp_path / "page.html").mkdir()

@@ -165,6 +165,7 @@ def test_a_minute_stays_within_the_budget() -> None:
     assert len(page.encode()) < 3e6
 
 
+@pytest.mark.usefixtures("words_only")
 def test_what_went_wrong_and_what_was_missing_is_said_first() -> None:
     figures = {
         "diverged": "no step at 3.2 s",
@@ -203,6 +204,7 @@ def test_same_result_same_bytes(page: str) -> None:
     assert render([a_run()]) == page
 
 
+@pytest.mark.usefixtures("words_only")
 def test_what_is_not_known_is_a_dash() -> None:
     bare = a_run(measured=False, friction=None, solver=None)
     shown = Outline(render([bare])).text
@@ -298,6 +300,7 @@ def test_the_document_to_print_is_whole_and_the_same_each_time(folder: Path, tmp
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("words_only")
 def test_two_results_of_one_recording_are_told_apart(folder: Path, tmp_path: Path) -> None:
     other = tmp_path / "with wind"
     shutil.copytree(folder, other)
@@ -308,6 +311,7 @@ def test_two_results_of_one_recording_are_told_apart(folder: Path, tmp_path: Pat
 
 
 @pytest.mark.long
+@pytest.mark.usefixtures("words_only")
 def test_validate_keeps_what_the_run_left(folder: Path, tmp_path: Path) -> None:
     result, out = tmp_path / "result", tmp_path / "judged"
     write_run(result, a_run(measured=False), opensim={"markers.trc": "PathFileType"})

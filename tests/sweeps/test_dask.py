@@ -111,7 +111,7 @@ def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(
     assert errors.splitlines()[-1].startswith("sssi: the connection to the scheduler is lost")
     assert "Traceback" not in errors
     kept = {name for name, _ in read_records(out)}
-    counts = sweeps.resume(out, workers=2, cluster="local")
+    counts = sweeps.resume(out, workers=1, cluster="local")
     assert (counts["done"], counts["left"], counts["repeated"]) == (RUNS, 0, 0)
     assert kept <= {name for name, _ in read_records(out)}
     here = tmp_path / "here"

@@ -18,6 +18,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import tomli_w
+from deadly import perform_or_die
 from thread_pool import thread_pool
 
 from sssi_exudyn import commands
@@ -28,7 +29,6 @@ from sssi_exudyn.sweeps.plan import Job, SweepRun, plan_sweep
 from sssi_exudyn.sweeps.records import claim, gather, last_records, read_records, write_record
 from sssi_exudyn.sweeps.run import crash_record
 from sssi_exudyn.sweeps.workers import scheduler as sweep_scheduler
-from sssi_exudyn.sweeps.workers.worker import perform
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROOT = EXAMPLES.parent
@@ -148,18 +148,11 @@ def test_recording_that_has_changed_stops_the_sweep(tmp_path: Path) -> None:
         sweep_scheduler.do_all(tmp_path, plan.job, plan.runs(), thread_pool, 1, lambda _run, _status: None)
 
 
-def _deadly(folder: Path, task: bytes) -> str:
-    """Stands for ``perform``: the third run kills its process, as a fault in native code does."""
-    if decode(task, tuple[Job, SweepRun])[1].row == 2:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return perform(folder, task)
-
-
 @pytest.mark.long
 def test_run_that_kills_its_worker_is_found_and_the_others_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sweep_scheduler, "perform", _deadly)
+    monkeypatch.setattr(sweep_scheduler, "perform", perform_or_die)
     counts = sweeps.sweep(settings(), tmp_path, workers=2)
     assert (counts["done"], counts["crashed"], counts["left"], counts["repeated"]) == (4, 1, 0, 0)
     monkeypatch.undo()

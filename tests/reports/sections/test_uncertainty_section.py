@@ -10,6 +10,8 @@ from a_run import a_run
 
 from sssi_exudyn.reports.report import render
 
+pytestmark = pytest.mark.usefixtures("words_only")
+
 
 def figures(largest: float) -> dict[str, object]:
     return {
