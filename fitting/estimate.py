@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import Fitted, Progress, fit
-from sssi_exudyn.fitting.objective import Problem, counts_of
+from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
 from sssi_exudyn.fitting.observation import observation_of
 from sssi_exudyn.fitting.posterior import Posterior, Setting, find_posterior
-from sssi_exudyn.fitting.unknowns import posture_errors, unknown_numbers, with_instruments
+from sssi_exudyn.fitting.unknowns import Unknown, posture_errors, unknown_numbers, with_instruments
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.motion import Motion
@@ -44,19 +45,10 @@ def estimate(
     Raises SimulationDiverged when a simulation does.
     """
     begin = clock.perf_counter()
-    say = progress or (lambda _fraction, _detail: None)
     first = fit(problem, motion, "joint", full=False, cache=cache, progress=progress)
     counted = problem.with_counts(counts_of(problem.track, first.residual))
-    model, setting = setting_of(first.model, counted, recording, motion)
-    seen = setting.seen
-
-    def by_full_model(model: Model) -> Array:
-        time, antenna, sole = _full_run(model, motion, cache)
-        found = np.zeros(len(seen.measured))
-        found[: seen.moments.start] = seen.predict_instruments(model, time, antenna, sole)
-        return found
-
-    posterior = find_posterior(model, setting, by_full_model if full else None, lambda text: say(None, text))
+    posterior = estimate_from(first.model, counted, recording, motion, full=full, cache=cache, progress=progress)
+    seen, setting = posterior.setting.seen, posterior.setting
     x, y = (posterior.residual[seen.blocks[name]] for name in ("x", "y"))
     fitted = replace(
         first,
@@ -72,15 +64,51 @@ def estimate(
     return Estimated(fitted, posterior)
 
 
-def setting_of(model: Model, problem: Problem, recording: Recording, motion: Motion) -> tuple[Model, Setting]:
+def estimate_from(
+    model: Model,
+    problem: Problem,
+    recording: Recording,
+    motion: Motion,
+    *,
+    more: Mapping[tuple[str, ...], Prior] | None = None,
+    full: bool = True,
+    cache: Cache | None = None,
+    progress: Progress | None = None,
+) -> Posterior:
+    """Estimate all that is uncertain, from the numbers that the model has; with ``more`` numbers, or with other priors
+    of the usual ones, by their names (several move together).
+
+    Raises SimulationDiverged when a simulation does.
+    """
+    say = progress or (lambda _fraction, _detail: None)
+    model, setting = setting_of(model, problem, recording, motion, more)
+    seen = setting.seen
+
+    def by_full_model(model: Model) -> Array:
+        time, antenna, sole = _full_run(model, motion, cache)
+        found = np.zeros(len(seen.measured))
+        found[: seen.moments.start] = seen.predict_instruments(model, time, antenna, sole)
+        return found
+
+    return find_posterior(model, setting, by_full_model if full else None, lambda text: say(None, text))
+
+
+def setting_of(
+    model: Model,
+    problem: Problem,
+    recording: Recording,
+    motion: Motion,
+    more: Mapping[tuple[str, ...], Prior] | None = None,
+) -> tuple[Model, Setting]:
     """The model with the parts whose numbers are sought along, and what is sought with what is measured; priors and
-    what each fix counts are the problem's.
+    what each fix counts are the problem's, those of ``more`` come before.
     """
     model, about = with_instruments(model, recording), recording.uncertainty
+    usual = {unknown.names: unknown.prior for unknown in unknown_numbers(model, problem.priors, recording)}
     return model, Setting(
         motion=motion,
         seen=observation_of(recording, model, motion, problem.counts),
-        unknowns=unknown_numbers(model, problem.priors, recording),
+        unknowns=tuple(Unknown(names, prior) for names, prior in {**usual, **(more or {})}.items()),
         errors=posture_errors(about, motion.start, motion.stop),
         mass=(recording.skier.mass, about.mass),
     )

@@ -20,6 +20,7 @@ from sssi_exudyn.recording.recording import Recording
 BLOCKS: Final = ("x", "y", "height", "load", "difference")
 INTERVAL: Final = 0.1
 """s over which the insoles' forces are averaged; faster changes are the capture's noise in accelerations."""
+_LEAST_COUNT: Final = 1e-4
 _MARGIN: Final = 0.3
 """s at both ends in which the insoles are not used: the simulated skier is still settling, splines end."""
 
@@ -41,6 +42,7 @@ class Measurements:
 
     fixes : (n,) s;  place : (n, 3) m in the level frame;  gps_sigma : m, of a horizontal fix as its instrument says
     windows : (m,) s, middles of the insoles' intervals;  loads : (m, 2) N averages over them, left and right
+    counts : (n,) what each fix counts, 1 for an ordinary one (``objective.counts_of``)
     """
 
     fixes: Array
@@ -48,6 +50,13 @@ class Measurements:
     gps_sigma: float
     windows: Array
     loads: Array
+    counts: Array
+
+    @property
+    def scale(self) -> Array:
+        """(N,) by how much noisier a measurement is than its instrument's usual ones."""
+        of_fixes = 1.0 / np.sqrt(np.maximum(self.counts, _LEAST_COUNT))
+        return np.concatenate([of_fixes, of_fixes, of_fixes, np.ones(2 * len(self.windows))])
 
     @property
     def measured(self) -> Array:
@@ -84,7 +93,9 @@ def measurements_of(recording: Recording, model: Model, start: float, stop: floa
         first, last = max(start, insoles.time[0]) + _MARGIN, min(stop, insoles.time[-1]) - _MARGIN
         windows = np.arange(first, last, INTERVAL)
         loads = averages(insoles.time, np.stack([insoles.left, insoles.right], axis=1), windows)
-    return Measurements(gps.time[inside], place, float(np.median(gps.sigma[inside])), windows, loads)
+    sigma = gps.sigma[inside]
+    usual = float(np.median(sigma))
+    return Measurements(gps.time[inside], place, usual, windows, loads, np.minimum(1.0, (usual / sigma) ** 2))
 
 
 def averages(time: Array, values: Array, windows: Array) -> Array:

@@ -5,7 +5,7 @@ moment about the pelvis, which a real skier does not leave over.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -46,7 +46,6 @@ _MOMENT_MEMORY: Final = 0.2
 _ALIKE: Final = 1.0
 """s for which the model itself is wrong alike: masses are elsewhere, skis press elsewhere, for most of a turn.  So many
 moments count as one.  Believed one by one they would outweigh the track, and move μ_t by 0.004."""
-_LEAST_COUNT: Final = 1e-4
 
 
 @dataclass(frozen=True)
@@ -124,7 +123,7 @@ def observation_of(recording: Recording, model: Model, motion: Motion, counts: A
         ]
     )
     scale = np.ones(len(measured))
-    scale[: 2 * len(seen.fixes)] = np.tile(1.0 / np.sqrt(np.maximum(counts, _LEAST_COUNT)), 2)
+    scale[: 2 * len(seen.fixes)] = replace(seen, counts=counts).scale[: 2 * len(seen.fixes)]
     load = max(float(seen.loads.sum(axis=1).mean()) if len(seen.loads) else 0.0, 1.0)
     return Observation(
         mass=recording.skier.mass,

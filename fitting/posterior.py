@@ -16,7 +16,7 @@ part of the variance.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -37,7 +37,7 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
-from sssi_exudyn.simulation.tangents import skier_mass_change
+from sssi_exudyn.simulation.tangents import TableChange, skier_mass_change
 
 STEP: Final = 0.01
 """s; steps of the reduced model."""
@@ -66,6 +66,7 @@ _DIFFERENCE: Final = 1e-3
 Levels = Mapping[str, ExponentialNoise]
 """Noise by block."""
 Say = Callable[[str], None]
+Observed = Callable[[Model, ReducedRun], Array]
 
 
 @dataclass(frozen=True)
@@ -83,8 +84,20 @@ class Setting:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of θ."""
+        """(k,) of θ, the first where several move together."""
         return tuple(unknown.name for unknown in self.unknowns)
+
+    def at(self, model: Model, values: Array) -> Model:
+        """The model with θ at ``values`` (k,)."""
+        pairs = zip(self.unknowns, values.tolist(), strict=True)
+        return model.with_values({name: value for unknown, value in pairs for name in unknown.names})
+
+    def by_number(self, model: Model, prepared: Prepared, observed: Observed, changes: Sequence[TableChange]) -> Array:
+        """(N, k + changes) derivatives of what is ``observed`` by θ and by changes of the posture's tables."""
+        names = [name for unknown in self.unknowns for name in unknown.names]
+        slopes = sensitivities(model, prepared, names, observed, changes)[1]
+        counts = [*(len(unknown.names) for unknown in self.unknowns), *[1] * len(changes)]
+        return np.asarray(np.add.reduceat(slopes, np.cumsum([0, *counts[:-1]]), axis=1))
 
     @property
     def means(self) -> Array:
@@ -162,6 +175,18 @@ class Posterior:
         parts = {group: float(sigma[i] ** 2 / self.covariance[i, i]) for group, sigma in self.shares.items()}
         return dict(sorted(parts.items(), key=lambda part: -part[1]))
 
+    def interval(self, name: str, spread: float) -> tuple[float, float, float]:
+        """The number of that name, and ``spread`` standard deviations below and above it."""
+        i = self.setting.names.index(name)
+        half = spread * float(np.sqrt(self.covariance[i, i]))
+        return float(self.values[i]), float(self.values[i]) - half, float(self.values[i]) + half
+
+    @property
+    def track_error(self) -> float:
+        """Mean horizontal distance (m) of the antenna from the fixes."""
+        blocks = self.setting.seen.blocks
+        return float(np.mean(np.hypot(self.residual[blocks["x"]], self.residual[blocks["y"]])))
+
     @property
     def residual(self) -> Array:
         """(N,) measured less predicted."""
@@ -234,7 +259,7 @@ def moved_point(setting: Setting, point: Point, responses: Responses, values: Ar
     """
     change = responses.posture.angles((sizes - point.sizes)[:-1])
     mass, sigma = setting.mass
-    model = point.model.with_values(dict(zip(setting.names, values.tolist(), strict=True)))
+    model = setting.at(point.model, values)
     model = replace(
         model,
         posture=grown(model.posture, responses.posture.time, change),
@@ -272,12 +297,12 @@ def _linearise(setting: Setting, point: Point, known: Responses | None) -> Respo
         return seen.predict(each, run, point.balance, prepared)
 
     if known is not None:
-        return replace(known, by_number=sensitivities(model, prepared, setting.names, observed)[1])
+        return replace(known, by_number=setting.by_number(model, prepared, observed, ()))
     posture = PostureErrors(Parts(model, correct_posture(setting.motion, model.posture)), prepared, setting.errors)
     heavier = skier_mass_change(model, setting.motion, prepared)
     changes = [posture.change(error) for error in setting.errors]
     changes.append(lambda tables, size: heavier(tables, size * setting.mass[1]))
-    columns = sensitivities(model, prepared, setting.names, observed, changes)[1]
+    columns = setting.by_number(model, prepared, observed, changes)
     by_number, by_error = np.split(columns, [len(setting.unknowns)], axis=1)
     by_error[seen.moments, :-1] += _own_moments(setting, model, posture, prepared)
     by_error[seen.moments, -1] = 0.0

@@ -6,7 +6,7 @@ snow's height there.  An elevation model gives the heights' mean; what the snow 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -21,7 +21,7 @@ from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.recording import Elevations, Recording
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 from sssi_exudyn.terrain.elevation_model import open_elevations
-from sssi_exudyn.terrain.from_heights import LEAST, Heights, estimate_surface, level_surface
+from sssi_exudyn.terrain.from_heights import AMPLITUDE, LEAST, Estimate, Heights, estimate_surface, level_surface
 from sssi_exudyn.terrain.surface import Surface
 
 VERTICAL: Final = 1.5
@@ -50,21 +50,71 @@ def on_snow_surface(model: Model, recording: Recording, motion: Motion) -> Model
 
 def snow_surface(model: Model, recording: Recording, motion: Motion) -> tuple[Surface, Heights] | None:
     """The surface of ``on_snow_surface`` and the heights that show it; None where it stays on the plane."""
+    found = _estimate(model, recording, motion)
+    if found is None:
+        return None
+    assert recording.gps is not None
+    noise = _NOTICED * float(np.median(recording.gps.sigma))
+    surface = found.estimate.surface(found.empty, noise)
+    return replace(surface, mean=surface.mean + found.ground), found.heights
+
+
+@dataclass(frozen=True)
+class SurfaceProcess:
+    """The snow surface of a run as a process of which the heights are one measurement among others.
+
+    surface : its mean; the modes are those of before any height was known, the first two the plane's tilt
+    places : (n, 2) m of the heights;  follow : (k, n) 1/m, how the modes' amounts follow from the heights
+    """
+
+    surface: Surface
+    places: Array
+    follow: Array
+
+
+def surface_process(model: Model, recording: Recording, motion: Motion) -> SurfaceProcess | None:
+    """The process about the slope's plane, or about the recording's elevation model; None without heights.
+
+    Raises InputError for an elevation model that cannot be used.
+    """
+    found = _estimate(model, recording, motion)
+    if found is None:
+        return None
+    usual = AMPLITUDE[0] if recording.elevations is None else recording.elevations.sigma
+    surface, follow = found.estimate.process(found.empty, usual)
+    surface = replace(surface, mean=surface.mean + found.ground)
+    return SurfaceProcess(surface, found.estimate.heights.places, follow)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """The surface's estimate from the heights over the ``ground`` (nf, nl) m at the nodes of ``empty``."""
+
+    heights: Heights
+    estimate: Estimate
+    empty: Surface
+    ground: Array
+
+
+def _estimate(model: Model, recording: Recording, motion: Motion) -> _Found | None:
     if recording.gps is None:
         return None
     heights = snow_heights(recording.gps, motion, model)
     if len(heights.time) < LEAST:
         return None
-    noise = _NOTICED * float(np.median(recording.gps.sigma))
-    if recording.elevations is None:
-        return estimate_surface(heights).surface(level_surface(heights), noise), heights
-    return _over_elevations(model, recording.gps, recording.elevations, heights, noise), heights
-
-
-def _over_elevations(model: Model, gps: Gps, elevations: Elevations, heights: Heights, noise: float) -> Surface:
-    """The surface whose mean is the elevation model's where the heights say nothing else."""
-    count = len(heights.time)
     empty = level_surface(heights)
+    if recording.elevations is None:
+        return _Found(heights, estimate_surface(heights), empty, np.zeros(empty.mean.shape))
+    ground, along = _ground(model, recording.gps, recording.elevations, heights, empty)
+    estimate = estimate_surface(replace(heights, height=heights.height - along), recording.elevations.sigma)
+    return _Found(heights, estimate, empty, ground - along[0])
+
+
+def _ground(model: Model, gps: Gps, elevations: Elevations, heights: Heights, empty: Surface) -> tuple[Array, Array]:
+    """The elevation model's heights (m) over the slope's plane: (nf, nl) at the nodes of ``empty`` and (n,) at the
+    heights' places.
+    """
+    count = len(heights.time)
     to_enu = slope_to_enu(model.inclination, model.fall_line_azimuth).T
     with open_elevations(elevations.path) as sample:
 
@@ -90,14 +140,12 @@ def _over_elevations(model: Model, gps: Gps, elevations: Elevations, heights: He
         ground = np.zeros(len(places))
         for _ in range(_ROUNDS):
             ground += (lift - over_ground(places, ground)) * np.cos(model.inclination)
-    estimate = estimate_surface(replace(heights, height=heights.height - ground[:count]), elevations.sigma)
-    surface = estimate.surface(empty, noise)
-    mean = surface.mean + (ground[count:] - ground[0]).reshape(surface.mean.shape)
-    return replace(surface, mean=mean)
+    return ground[count:].reshape(empty.mean.shape), ground[:count]
 
 
 def snow_heights(gps: Gps, motion: Motion, model: Model) -> Heights:
-    """The snow's heights over the slope's plane at the fixes within the motion.
+    """The snow's heights at the fixes within the motion, over the slope's plane or over what the model's terms make of
+    it.
 
     Raises ValueError for a motion without an antenna.
     """
@@ -113,7 +161,8 @@ def snow_heights(gps: Gps, motion: Motion, model: Model) -> Heights:
     share /= share.sum(axis=1, keepdims=True)
     snow = np.sum(share[..., None] * edges, axis=1)
     sigma = VERTICAL * gps.sigma[inside]
-    return Heights(time, snow[:, :2], snow[:, 2], sigma, ExponentialNoise(float(np.median(sigma)), MEMORY))
+    height = snow[:, 2] - replace(model, surface=None).snow(snow)[0]
+    return Heights(time, snow[:, :2], height, sigma, ExponentialNoise(float(np.median(sigma)), MEMORY))
 
 
 def _edge_below_middle(parts: Parts, rotation: Array) -> Array:

@@ -10,6 +10,7 @@ from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.posture_errors import LEANS, TURNS, PostureError, supports
 from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm, Sensor
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.recording.few_sensors.complete import FootSigma
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.uncertainty import Uncertainty
 
@@ -40,16 +41,23 @@ _POSTURE: Final = {
 
 @dataclass(frozen=True)
 class Unknown:
-    """A number that is sought: its name in the model, and what is known of it beforehand."""
+    """A number that is sought: its names in the model, several where they move together, and what is known of it
+    beforehand.
+    """
 
-    name: str
+    names: tuple[str, ...]
     prior: Prior
+
+    @property
+    def name(self) -> str:
+        """The first of its names."""
+        return self.names[0]
 
     @property
     def group(self) -> str:
         """Where its uncertainty is counted."""
         special = {"start.heading_offset": "heading", "start.clock_offset": "clock"}
-        return special.get(self.name, _GROUPS[self.name.partition(".")[0]])
+        return special.get(self.name) or _GROUPS.get(self.name.partition(".")[0], "what was found")
 
 
 def group_of(error: PostureError) -> str:
@@ -82,14 +90,20 @@ def unknown_numbers(model: Model, priors: Mapping[str, Prior], recording: Record
         for side in ("left", "right"):
             gain = f"{InsoleGain.name}.{side}"
             found[gain] = Prior(model.value(gain), about.insole_gain)
-    return tuple(Unknown(name, prior) for name, prior in found.items() if prior.sigma > 0.0)
+    return tuple(Unknown((name,), prior) for name, prior in found.items() if prior.sigma > 0.0)
 
 
-def posture_errors(about: Uncertainty, start: float, stop: float) -> tuple[PostureError, ...]:
-    """All ways in which the posture may be wrong from ``start`` to ``stop`` (s)."""
+def posture_errors(
+    about: Uncertainty, start: float, stop: float, assumed: FootSigma | None = None
+) -> tuple[PostureError, ...]:
+    """All ways in which the posture may be wrong from ``start`` to ``stop`` (s); ``assumed`` says how wrong feet may be
+    whose posture was not captured.
+    """
     sizes = dict.fromkeys(TURNS, (about.foot, about.foot_wander))
     sizes["forward"] = (about.foot_place, about.foot_place_wander)
     sizes["height"] = (about.foot_height, about.foot_height_wander)
+    if assumed is not None:
+        sizes |= {kind: (getattr(assumed, kind),) * 2 for kind in (*TURNS, "height")}
     sizes |= dict.fromkeys(LEANS, (about.trunk, about.trunk_wander))
     found = []
     for kind, (constant, wander) in sizes.items():

@@ -18,6 +18,7 @@ from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.folder import DIAGNOSIS
 from sssi_exudyn.results.summary import Estimate, Fit, Provenance
+from sssi_exudyn.results.uncertainty import uncertainty_figures
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
@@ -75,19 +76,27 @@ def _search(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, str]
                 recording, motion, model_of(recording, motion), cache=Cache(out / CACHE), progress=stage.advance
             )
         assert found.result is not None
-        errors = np.sqrt(np.diag(found.fit.covariance))
-        parameters = {
-            name: Estimate(float(value), float(se))
-            for p, value, se in zip(found.fit.parameters, found.fit.values, errors, strict=True)
-            for name in p.names
-        }
+        posterior = found.posterior
         outcome = Outcome(
             {"command": "diagnose"},
-            Fit(method="diagnosis", converged=True, parameters=parameters),
+            Fit(method="diagnosis", converged=True, parameters=_parameters(found)),
+            uncertainty=None if posterior is None else uncertainty_figures(posterior),
             diagnosis=found.diagnosis,
         )
         write_outcome(out, recording, motion, found.model, found.result, outcome)
         return recording.hashes, found
+
+
+def _parameters(found: SearchResult) -> dict[str, Estimate]:
+    """Values and standard errors of all fitted numbers."""
+    if found.posterior is not None:
+        sought = [(unknown.names, i) for i, unknown in enumerate(found.posterior.setting.unknowns)]
+        values, covariance = found.posterior.values, found.posterior.covariance
+    else:
+        sought = [(parameter.names, i) for i, parameter in enumerate(found.fit.parameters)]
+        values, covariance = found.fit.values, found.fit.covariance
+    errors = np.sqrt(np.diag(covariance))
+    return {name: Estimate(float(values[i]), float(errors[i])) for names, i in sought for name in names}
 
 
 def diagnose_known(folder: Path, out: Path, *, progress: Progress = SILENT) -> list[Comparison]:

@@ -47,6 +47,10 @@ _SETTLED: Final = 0.05
 _MOST: Final = 500
 """Heights at most; more are averaged by neighbours."""
 MOST_MODES: Final = 40
+MOST_WAVES: Final = 60
+"""Modes of a surface of which nothing is known yet."""
+_SEEN: Final = 0.005
+"""m; waves that are smaller, root mean square along the way, are left out."""
 _APART: Final = 1.0
 """m over which a slope is taken from heights."""
 _SPACING: Final = 2.0
@@ -123,6 +127,40 @@ class Estimate:
             modes=modes.reshape(-1, *shape),
             amounts=(0.0,) * len(modes),
         )
+
+    def process(self, empty: Surface, amplitude: float) -> tuple[Surface, Array]:
+        """The mean as a spline on the nodes of ``empty``, its modes those of the surface before any height was known,
+        relative to the first place; and how they follow the heights, (k, n).
+
+        The first two modes are the plane's tilt, the others the leading ones of a process of that ``amplitude`` (m)
+        along the way, in standard deviations.  What they leave of the mean is kept as it is.
+        """
+        nodes, places = empty.nodes(), self.heights.places
+        gain = cho_solve((self._solved[0], True), self._cross(places)).T  # (places, heights)
+        unit = _matern(places, places, amplitude, self.length)
+        found, shapes = np.linalg.eigh(unit)
+        strong = np.flatnonzero(found > len(places) * _SEEN**2)[::-1][:MOST_WAVES]
+        spread = np.sqrt(found[strong])
+
+        def modes(at: Array) -> Array:
+            """(k, n) m at places (n, 2)."""
+            waves = _matern(at, places, amplitude, self.length) @ shapes[:, strong] / spread
+            return np.column_stack([TILT * at, waves]).T
+
+        first = modes(places[:1])
+        along, shown = modes(places) - first, modes(nodes) - first
+        # the amounts that meet the mean along the way, the most probable beforehand where many do
+        normal = along @ along.T / _SEEN**2 + np.eye(len(along))
+        follow = np.linalg.solve(normal, along / _SEEN**2) @ (gain - gain[:1])
+        amounts = follow @ self.heights.height
+        mean = self.mean(nodes) - self.mean(places[:1])[0]
+        surface = replace(
+            empty,
+            mean=(mean - amounts @ shown).reshape(empty.mean.shape),
+            modes=shown.reshape(-1, *empty.mean.shape),
+            amounts=tuple(amounts.tolist()),
+        )
+        return surface, np.asarray(follow)
 
     def _deviation(self, nodes: Array) -> Array:
         """(n,) m, standard deviation at ``nodes`` (n, 2) relative to the mean height along the way."""

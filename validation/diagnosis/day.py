@@ -20,10 +20,9 @@ from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, NoiseLevels, log_volume, whiten_columns
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, add_part
+from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, add_part, responses_of
 from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, SIZES, probabilities
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Number
-from sssi_exudyn.validation.diagnosis.search import responses_of
 from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
 
 SHARED: Final = ("friction.mu_t", "friction.mu_n")
@@ -59,7 +58,7 @@ def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = Non
     rows, shared, own, volume = [], [], [], 0.0
     for i, run in enumerate(runs):
         linear = run.linear
-        free = linear.free.with_more(linear.capture, np.full(linear.capture.shape[1], run.levels.capture))
+        free = linear.all_free(run.levels)
         columns = free.columns * free.scales
         common = columns[:, list(run.shared)]
         if extra is not None:
@@ -92,7 +91,7 @@ def day_run(own: SeparateFit) -> DayRun:
 def _responses(fitted: FittedRun, parts: Sequence[Term | Sensor]) -> list[Array]:
     """(N, amplitudes) of the laws ``parts`` of all ``STEADY_LAWS``, in one pass over the run."""
     probes = [hypothesis.probes_of(fitted.model, part) for hypothesis, part in zip(STEADY_LAWS, parts, strict=True)]
-    columns = responses_of(fitted, [probe for some in probes for probe in some])
+    columns = responses_of([p for some in probes for p in some], fitted.prepared, fitted.measurements)
     return np.split(columns, np.cumsum([len(some) for some in probes])[:-1], axis=1)
 
 

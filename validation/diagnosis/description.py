@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -11,8 +12,11 @@ from sssi_exudyn.analysis.turns import PHASES, find_turns
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import whiten
 from sssi_exudyn.fitting.measurements import Measurements
-from sssi_exudyn.validation.diagnosis.evidence import NoiseLevels, Whitener
-from sssi_exudyn.validation.diagnosis.held_out import folds_of, held_out_error, held_out_errors, misfit, track_error
+from sssi_exudyn.fitting.posterior import Posterior
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.recording.uncertainty import Uncertainty
+from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels
+from sssi_exudyn.validation.diagnosis.held_out import best_residual, folds_of, held_out_errors, misfit, track_error
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.missing_force import MissingForce, missing_force, placebos
@@ -34,16 +38,16 @@ from sssi_exudyn.validation.diagnosis.result import (
     Number,
     Outcome,
     Placebos,
-    Posterior,
     Stretch,
     TrackDistance,
     Vector,
+    Weighed,
     Where,
 )
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search_result import SURE, WORTH_NAMING, Figures
 from sssi_exudyn.validation.diagnosis.sentences import sentence_of
-from sssi_exudyn.validation.diagnosis.state import State, fit_track
+from sssi_exudyn.validation.diagnosis.state import State, linear_model
 
 _LEAST_OVERLAP: Final = 0.25
 """Share of a turn's phase that a finding covers where it is named."""
@@ -59,57 +63,60 @@ def describe(
     final: Refit,
     rounds: Sequence[Round],
     accepted: Sequence[Accepted],
+    estimates: tuple[Posterior, Posterior] | None,
 ) -> tuple[Diagnosis, tuple[Figures, ...]]:
-    """The diagnosis of a recording of that name, and the figures of the fit without anything and with each finding."""
+    """The diagnosis of a recording of that name, and the figures of the fit without anything and with each finding.
+
+    estimates : the first and the final model with all that is uncertain estimated; None where the search's fits do
+    """
+    before_model, after_model = (first, final) if estimates is None else estimates
     measurements = problem.measurements
-    tracks = [fit_track(problem, state, fit) for fit in (first, *(fit for _, _, fit in accepted))]
+    every = [linear_model(problem, state, fit) for fit in (first, *(fit for _, _, fit in accepted))]
     folds = folds_of(measurements, rounds[0].fitted.edge_changes)
-    figures = figures_of(problem, state, tracks, folds)
-    before, after = (
+    figures = [figures_of(linear, state.levels, folds) for linear in every]
+    if estimates is not None:  # what the model does that is written
+        for i, posterior in ((0, estimates[0]), (-1, estimates[1])):
+            figures[i] = replace(figures[i], trajectory_error=posterior.track_error)
+    missing, left = (
         missing_force(each.linear, state.levels, each.fitted, each.responses[LATENT_FORCE.name])
         for each in (rounds[0], rounds[-1])
     )
     findings = []
-    for (each, best, _), (fit, _), worse, better in zip(accepted, tracks[:-1], figures[:-1], figures[1:], strict=True):
+    for (each, best, _), linear, worse, better in zip(accepted, every[:-1], figures[:-1], figures[1:], strict=True):
         columns = placebos(each.fitted, each.responses[LATENT_FORCE.name])
-        residual = measurements.measured - fit.predicted
-        errors = held_out_errors(fit, residual, measurements, tracks[-1][1], folds, columns)
-        findings.append(_finding(each, best, final, before, _evidence(worse, better, errors)))
+        errors = held_out_errors(linear, state.levels, folds, columns)
+        findings.append(_finding(each, best, after_model, missing, _evidence(worse, better, errors)))
     verdict = _verdict(findings)
     diagnosis = Diagnosis(
         format=1,
         recording=recording,
         verdict=verdict,
-        sentence=sentence_of(verdict, findings, first.model, final.model, figures[0], figures[-1]),
+        sentence=sentence_of(verdict, findings, before_model.model, after_model.model, figures[0], figures[-1]),
         findings=tuple(findings),
-        friction=FrictionChange(_friction(first), _friction(final)),
-        noise=_noise(state.levels),
-        weighed=tuple(tuple(_posterior(v) for v in each.explanations) for each in rounds),
+        friction=FrictionChange(_friction(before_model.model), _friction(after_model.model)),
+        noise=_noise(state.levels, problem.about),
+        weighed=tuple(tuple(_weighed(v) for v in each.explanations) for each in rounds),
         stands_out=tuple(
-            Stretch(begin, end, _vector(before.impulse((begin, end)))) for begin, end in before.stretches()
+            Stretch(begin, end, _vector(missing.impulse((begin, end)))) for begin, end in missing.stretches()
         ),
-        latent_force=LatentForce(_over_time(before), _over_time(after)),
-        track_distance=_distance(measurements, tracks[0][0], tracks[-1][0]),
+        latent_force=LatentForce(_over_time(missing), _over_time(left)),
+        track_distance=_distance(
+            measurements, *(best_residual(linear, state.levels) for linear in (every[0], every[-1]))
+        ),
     )
     return diagnosis, tuple(figures)
 
 
-def figures_of(
-    problem: DiagnosisProblem, state: State, tracks: Sequence[tuple[Refit, Whitener]], folds: list[tuple[float, float]]
-) -> list[Figures]:
-    """Of each fit of the track; the noise of all of them is what the last of them leaves."""
-    measurements, covariance = problem.measurements, tracks[-1][1]
-
-    def figures(fit: Refit) -> Figures:
-        residual = measurements.measured - fit.predicted
-        return Figures(
-            track_error(residual, measurements),
-            held_out_error(fit, residual, measurements, covariance, folds),
-            misfit(residual, measurements, covariance, len(fit.values)),
-            _memory(residual, measurements, state.levels),
-        )
-
-    return [figures(fit) for fit, _ in tracks]
+def figures_of(linear: LinearModel, levels: NoiseLevels, folds: list[tuple[float, float]]) -> Figures:
+    """Of a fit, with everything that is uncertain where it is most probable."""
+    measurements, residual = linear.measurements, best_residual(linear, levels)
+    alone = np.zeros((len(residual), 1))
+    return Figures(
+        track_error(residual, measurements),
+        float(held_out_errors(linear, levels, folds, alone)[0]),
+        misfit(linear, levels),
+        _memory(residual, measurements, levels),
+    )
 
 
 def _verdict(findings: Sequence[Finding]) -> Outcome:
@@ -121,7 +128,7 @@ def _verdict(findings: Sequence[Finding]) -> Outcome:
 
 
 def _finding(
-    searched: Round, explanation: Explanation, final: Refit, missing: MissingForce, evidence: Evidence
+    searched: Round, explanation: Explanation, final: Refit | Posterior, missing: MissingForce, evidence: Evidence
 ) -> Finding:
     hypothesis, candidate = BY_NAME[explanation.name], explanation.candidate
     assert candidate is not None
@@ -181,26 +188,26 @@ def _memory(residual: Array, measurements: Measurements, levels: NoiseLevels) ->
     return float(np.mean([np.corrcoef(e[:-1], e[1:])[0, 1] for e in pairs]))
 
 
-def _friction(fit: Refit) -> Friction:
-    return Friction(fit.model.friction.mu_t, fit.model.friction.mu_n)
+def _friction(model: Model) -> Friction:
+    return Friction(model.friction.mu_t, model.friction.mu_n)
 
 
-def _noise(levels: NoiseLevels) -> Noise:
+def _noise(levels: NoiseLevels, about: Uncertainty) -> Noise:
     return Noise(
         gps_sigma_m=levels.gps.sigma,
         gps_correlation_s=levels.gps.correlation_time,
         height_sigma_m=levels.height.sigma,
         load_sigma_N=levels.load.sigma,
-        capture_sigma_deg=float(np.degrees(levels.capture)),
+        capture_sigma_deg=float(np.degrees(levels.posture * about.foot)),
         height_correlation_s=levels.height.correlation_time,
         difference_sigma_N=levels.difference.sigma,
     )
 
 
-def _posterior(explanation: Explanation) -> Posterior:
+def _weighed(explanation: Explanation) -> Weighed:
     evidence = explanation.log_evidence if np.isfinite(explanation.log_evidence) else None
     refitted = bool(explanation.name) and explanation.fit is not None
-    return Posterior(explanation.name or NOTHING_MISSING, explanation.probability, evidence, refitted)
+    return Weighed(explanation.name or NOTHING_MISSING, explanation.probability, evidence, refitted)
 
 
 def _over_time(missing: MissingForce) -> ForceOverTime:
@@ -212,11 +219,10 @@ def _over_time(missing: MissingForce) -> ForceOverTime:
     )
 
 
-def _distance(measurements: Measurements, first: Refit, final: Refit) -> TrackDistance:
+def _distance(measurements: Measurements, first: Array, final: Array) -> TrackDistance:
     blocks = measurements.blocks
 
-    def of(fit: Refit) -> tuple[float, ...]:
-        residual = measurements.measured - fit.predicted
+    def of(residual: Array) -> tuple[float, ...]:
         return tuple(np.hypot(residual[blocks["x"]], residual[blocks["y"]]).tolist())
 
     return TrackDistance(tuple(measurements.fixes.tolist()), of(first), of(final))

@@ -11,6 +11,10 @@ from functools import partial
 from typing import Final
 
 from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.fitting.estimate import estimate_from
+from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.posterior import Posterior
+from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
@@ -27,7 +31,6 @@ from sssi_exudyn.validation.diagnosis.state import (
     State,
     confirm,
     first_fit,
-    fit_track,
     fitted_run,
     linear_model,
     remove,
@@ -57,7 +60,7 @@ def diagnose(
     Raises ValueError without a GPS, and SimulationDiverged when the model cannot be simulated.
     """
     problem = diagnosis_problem(recording, motion, model, progress, cache)
-    state, base = first_fit(problem)
+    problem, state, base = first_fit(problem)
     if full:
         progress(None, "the full model")
         state, base = confirm(problem, state, base)
@@ -95,17 +98,39 @@ def diagnose(
             accepted[-1:] = [(*each[:2], base) for each in accepted[-1:]]
         if names != sorted(explanation.name for _, explanation, _ in accepted):
             rounds.append(compare_hypotheses(problem, state, base))
-    diagnosis, figures = describe(recording.name, problem, state, first, base, rounds, accepted)
+    estimates = None
+    if full and recording.completed is None:
+        final = conclude(problem, base)
+        estimates = (conclude(problem, first, full=False) if accepted else final), final
+    model = base.model if estimates is None else estimates[1].model
+    diagnosis, figures = describe(recording.name, problem, state, first, base, rounds, accepted, estimates)
     return SearchResult(
         diagnosis=diagnosis,
         first=first,
         fit=base,
-        result=simulate(base.model, motion) if full else None,
+        posterior=None if estimates is None else estimates[1],
+        result=simulate(model, motion) if full else None,
         noise=state.levels,
         rounds=tuple(rounds),
         figures=figures,
         separate_fit=partial(separate_fit, problem, state, base, accepted),
     )
+
+
+def conclude(problem: DiagnosisProblem, fit: Refit, *, full: bool = True) -> Posterior:
+    """The model of a fit with all that is uncertain estimated, as a run is: posture and snow surface, too.
+
+    Raises SimulationDiverged when a simulation does.
+    """
+    problem.progress(None, "posture and snow surface")
+    model = on_snow_surface(replace(fit.model, surface=None), problem.recording, problem.motion)
+    modes = () if model.surface is None else model.surface.names
+    fitting = replace(problem.fitting, priors={**problem.fitting.priors, **dict.fromkeys(modes, Prior(0.0, 1.0))})
+    found = {p.names: p.prior for p in fit.parameters if p not in problem.parameters}
+    return estimate_from(
+        model, fitting, problem.recording, problem.motion, more=found, full=full, cache=problem.cache,
+        progress=problem.progress,
+    )  # fmt: skip
 
 
 def _compare_again(
@@ -158,6 +183,6 @@ def figures_without_findings(recording: Recording, motion: Motion, model: Model)
     Raises ValueError without a GPS, and SimulationDiverged when the model cannot be simulated.
     """
     problem = diagnosis_problem(recording, motion, model)
-    state, fit = first_fit(problem)
+    problem, state, fit = first_fit(problem)
     folds = folds_of(problem.measurements, fitted_run(problem, state, fit).edge_changes)
-    return figures_of(problem, state, [fit_track(problem, state, fit)], folds)[0]
+    return figures_of(linear_model(problem, state, fit), state.levels, folds)

@@ -2,27 +2,28 @@
 
     y = X a + e,   a ~ N(0, diag(scale²)),   e: each block an exponentially correlated noise
 
-The amplitudes a (of a hypothesis, of what a fit leaves free, of the capture's errors) are integrated out, so that a
-freedom costs what it could have explained and did not (Occam's factor).  Noise levels are not known
-beforehand: they maximise the evidence times a prior of what instruments usually show.
+The amplitudes a (of a hypothesis, of what a fit leaves free, of the posture's errors, of the snow surface) are
+integrated out, so that a freedom costs what it could have explained and did not (Occam's factor).  Noise levels are
+not known beforehand: they maximise the evidence times a prior of what instruments usually show.
 
 Source: Rasmussen and Williams 2006, ch. 2 and 5; MacKay 2003, ch. 28.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import Bounds, minimize
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, log_divisors, whiten, whiten_with_slope
 from sssi_exudyn.fitting.measurements import Measurements
-from sssi_exudyn.validation.capture_error import USUAL
+from sssi_exudyn.terrain.from_heights import AMPLITUDE
 
 _LOAD_SHARE: Final = 0.03
 _DIFFERENCE_SHARE: Final = 0.05
@@ -35,13 +36,16 @@ _NOISE_OF: Final = {"x": 0, "y": 0, "height": 1, "load": 2, "difference": 3}
 
 @dataclass(frozen=True)
 class NoiseLevels:
-    """Noise of every instrument: standard deviations, correlation times (s), and the capture's error (rad)."""
+    """Noise of every instrument: standard deviations and correlation times (s); and by how many times the errors of the
+    posture and the waves of the snow surface are larger than usual ones.
+    """
 
     gps: ExponentialNoise
     height: ExponentialNoise
     load: ExponentialNoise
     difference: ExponentialNoise
-    capture: float
+    posture: float
+    surface: float
 
     def of(self, block: str) -> ExponentialNoise:
         """Of a block of the measurements."""
@@ -51,17 +55,17 @@ class NoiseLevels:
     def vector(self) -> Array:
         """Logarithms of all numbers that are sought."""
         noises = (self.gps, self.height, self.load, self.difference)
-        return np.log([*(x for n in noises for x in (n.sigma, n.correlation_time)), self.capture])
+        return np.log([*(x for n in noises for x in (n.sigma, n.correlation_time)), self.posture, self.surface])
 
     @staticmethod
     def from_vector(logs: Array) -> NoiseLevels:
         """The levels of such a vector."""
         values = [float(x) for x in np.exp(logs)]
         pairs = [ExponentialNoise(*values[i : i + 2]) for i in range(0, 8, 2)]
-        return NoiseLevels(pairs[0], pairs[1], pairs[2], pairs[3], values[8])
+        return NoiseLevels(pairs[0], pairs[1], pairs[2], pairs[3], values[8], values[9])
 
 
-_SPREAD: Final = np.array([0.35, 0.35, 0.45, 0.5, 0.5, 0.5, 0.5, 0.5, 0.45])
+_SPREAD: Final = np.array([0.35, 0.35, 0.45, 0.5, 0.5, 0.5, 0.5, 0.5, 0.35, AMPLITUDE[1]])
 """Standard deviations of the logarithms: within a factor of 2 for GPS in two of three recordings."""
 
 
@@ -78,7 +82,8 @@ def usual_levels(measurements: Measurements) -> NoiseLevels:
         height=ExponentialNoise(1.4 * sigma, 1.5),
         load=ExponentialNoise(_LOAD_SHARE * load, 0.05),
         difference=ExponentialNoise(_DIFFERENCE_SHARE * load, 0.3),
-        capture=USUAL,
+        posture=1.0,
+        surface=1.0,
     )
 
 
@@ -98,22 +103,37 @@ class Freedom:
 class LinearModel:
     """Measurements less prediction, and the linear responses to all that may vary.
 
-    residual : (N,);  free : parameters of the fit;  capture : errors of the capture, for one radian
+    residual : (N,) as if every amplitude stood at its mean;  free : parameters of the fit, instruments and skier
+    posture : (N, c) errors of the posture, each for a usual one;  surface : (N, s) waves of the snow, likewise
     """
 
     measurements: Measurements
     residual: Array
     free: Freedom
-    capture: Array
+    posture: Array
+    surface: Array
+
+    def all_free(self, levels: NoiseLevels) -> Freedom:
+        """Everything that may vary."""
+        sizes = [np.full(self.posture.shape[1], levels.posture), np.full(self.surface.shape[1], levels.surface)]
+        return self.free.with_more(np.hstack([self.posture, self.surface]), np.concatenate(sizes))
 
 
-def whiten_columns(linear: LinearModel, levels: NoiseLevels, columns: Array) -> Array:
-    """Columns (N, c) as they are in units of independent noise."""
-    out = np.empty_like(columns)
-    for name, place in linear.measurements.blocks.items():
-        if place.stop > place.start:
-            out[place] = whiten(linear.measurements.time_of(name), columns[place], levels.of(name))
-    return out
+def whiten_columns(
+    linear: LinearModel, levels: NoiseLevels, columns: Array, rows: Mapping[str, NDArray[np.bool_]] | None = None
+) -> Array:
+    """Columns (N, c) as they are in units of independent noise; of some ``rows`` by block alone where these are
+    given.
+    """
+    measurements = linear.measurements
+    scaled = columns / measurements.scale[:, None]
+    found = []
+    for name, place in measurements.blocks.items():
+        time, block = measurements.time_of(name), scaled[place]
+        if rows is not None:
+            time, block = time[rows[name]], block[rows[name]]
+        found.append(whiten(time, block, levels.of(name)) if len(time) else block)
+    return np.concatenate(found)
 
 
 def log_volume(linear: LinearModel, levels: NoiseLevels) -> float:
@@ -142,18 +162,21 @@ class _Evidence:
     def __init__(self, linear: LinearModel, extra: Freedom | None) -> None:
         free = linear.free if extra is None else linear.free.with_more(extra.columns, extra.scales)
         self.linear = linear
-        self.columns = np.column_stack([linear.residual, free.columns * free.scales, linear.capture])
-        self.capture = slice(self.columns.shape[1] - linear.capture.shape[1], None)
+        columns = np.column_stack([linear.residual, free.columns * free.scales, linear.posture, linear.surface])
+        self.columns = columns / linear.measurements.scale[:, None]
+        fixed, waves = 1 + len(free.scales), self.columns.shape[1] - linear.surface.shape[1]
+        self.sized = {"posture": slice(fixed, waves), "surface": slice(waves, None)}
         self.blocks = {name: at for name, at in linear.measurements.blocks.items() if at.stop > at.start}
 
     def at(self, levels: NoiseLevels) -> tuple[float, Array]:
-        """Log evidence at these levels, and its derivatives (9,) by the numbers of their ``vector``.
+        """Log evidence at these levels, and its derivatives (10,) by the numbers of their ``vector``.
 
         With T the whitened columns' inner products, A their part without the residual plus one on the diagonal and
         w = A⁻¹ T₁₀, a change of T changes the log evidence by −½ tr(M dT), where M = (1, −w)(1, −w)ᵀ + A⁻¹.
         """
         scales = np.ones(self.columns.shape[1])
-        scales[self.capture] = levels.capture
+        for name, at in self.sized.items():
+            scales[at] = getattr(levels, name)
         parts = {}
         for name, at in self.blocks.items():
             columns = self.columns[at] * scales
@@ -164,8 +187,7 @@ class _Evidence:
         value = -0.5 * float(total[0] @ weights) - float(np.sum(np.log(np.diag(factor[0]))))
         by_product = np.outer(weights, weights)
         by_product[1:, 1:] += cho_solve(factor, np.eye(len(total) - 1))
-        slopes = np.zeros(9)
-        slopes[8] = -float(np.sum((by_product * total)[self.capture]))
+        slopes = np.array([0.0] * 8 + [-float(np.sum((by_product * total)[at])) for at in self.sized.values()])
         for name, (white, slope, by_volume) in parts.items():
             which = 2 * _NOISE_OF[name]
             pulled = white @ by_product
@@ -195,7 +217,7 @@ def best_levels(linear: LinearModel, start: NoiseLevels, extra: Freedom | None =
 
 @dataclass(frozen=True)
 class Whitener:
-    """The noise and the capture's errors as one: whitened numbers are independent, with variance one.
+    """Noise, errors of the posture and waves of the snow as one: whitened numbers are independent, with variance one.
 
     lower : (N, N) Cholesky factor of the covariance
     """
@@ -216,8 +238,9 @@ def whitener(linear: LinearModel, levels: NoiseLevels, kept: Array | None = None
         time, noise = linear.measurements.time_of(name), levels.of(name)
         apart = np.abs(time[:, None] - time[None, :])
         covariance[place, place] = noise.sigma**2 * np.exp(-apart / noise.correlation_time)
-    errors = levels.capture * linear.capture
-    covariance += errors @ errors.T
+    covariance *= np.outer(linear.measurements.scale, linear.measurements.scale)
+    for errors in (levels.posture * linear.posture, levels.surface * linear.surface):
+        covariance += errors @ errors.T
     if kept is not None:
         covariance += kept @ kept.T
     return Whitener(np.asarray(np.linalg.cholesky(covariance + 1e-12 * np.diag(np.diag(covariance)))))
@@ -229,7 +252,7 @@ def log_factors(
     """(sizes, c) log Bayes factor of each candidate against none, at given noise levels, were its amplitudes usually so
     many times as large; all candidates have equally many.
     """
-    free = linear.free.with_more(linear.capture, np.full(linear.capture.shape[1], levels.capture))
+    free = linear.all_free(levels)
     table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
     y, x = table[:, 0], table[:, 1:]
     factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)

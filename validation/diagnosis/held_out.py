@@ -5,11 +5,12 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.measurements import Measurements
-from sssi_exudyn.validation.diagnosis.evidence import Whitener
-from sssi_exudyn.validation.diagnosis.refit import Refit
+from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, whiten_columns
 
 _FOLDS = 4
 """Parts of a run that has not as many changes of edges."""
@@ -25,49 +26,43 @@ def folds_of(measurements: Measurements, edge_changes: Array) -> list[tuple[floa
     return list(itertools.pairwise(edges))
 
 
-def held_out_error(
-    fit: Refit, residual: Array, measurements: Measurements, covariance: Whitener, folds: list[tuple[float, float]]
-) -> float:
-    """Mean horizontal error (m) at the fixes of each fold, predicted by a fit to everything outside of it.
+def held_out_errors(linear: LinearModel, levels: NoiseLevels, folds: list[tuple[float, float]], more: Array) -> Array:
+    """(c,) mean horizontal error (m) at the fixes of each fold, predicted from everything outside of it, by each of c
+    models that have one number more, whose response is a column of ``more`` (N, c) and whose usual size is one.
 
-    The fits are single Gauss-Newton steps from the fit to all; near it they are the fits themselves.
-
-    residual : (N,) measured less predicted by ``fit``
-    covariance : of everything that is noise, by its Cholesky factor
+    What is uncertain is estimated from outside, too: parameters, instruments, posture and snow surface.
     """
-    nothing = np.zeros((len(residual), 1))
-    return float(held_out_errors(fit, residual, measurements, covariance, folds, nothing)[0])
-
-
-def held_out_errors(
-    fit: Refit,
-    residual: Array,
-    measurements: Measurements,
-    covariance: Whitener,
-    folds: list[tuple[float, float]],
-    more: Array,
-) -> Array:
-    """(c,) the same for each of c fits that have one number more, whose response is a column of ``more`` (N, c) and
-    whose usual size is one.
-    """
-    whole = covariance.lower @ covariance.lower.T
+    measurements = linear.measurements
+    free = linear.all_free(levels)
+    columns = free.columns * free.scales
     blocks = measurements.blocks
-    time = np.concatenate([measurements.time_of(name) for name in blocks])
-    n, k, c = len(measurements.fixes), len(fit.values), more.shape[1]
-    prior = np.diag(np.concatenate([fit.scales**-2.0, [1.0]]))
-    pulls = np.concatenate([fit.pulls, [0.0]])
-    errors = np.full((n, c), np.nan)
+    errors = np.full((len(measurements.fixes), more.shape[1]), np.nan)
     for begin, end in folds:
-        outside = (time < begin) | (time >= end)
-        lower = np.linalg.cholesky(whole[np.ix_(outside, outside)])
-        table = np.linalg.solve(lower, np.column_stack([residual, fit.sensitivity, more])[outside])
-        inside = (measurements.fixes >= begin) & (measurements.fixes < end)
-        for i in range(c):
-            slopes = np.column_stack([table[:, 1 : k + 1], table[:, k + 1 + i]])
-            step = np.linalg.solve(slopes.T @ slopes + prior, slopes.T @ table[:, 0] - prior @ pulls)
-            left = residual - fit.sensitivity @ step[:k] - step[k] * more[:, i]
-            errors[inside, i] = np.hypot(left[blocks["x"]], left[blocks["y"]])[inside]
+        outside = {name: ~_within(measurements.time_of(name), begin, end) for name in blocks}
+        known = whiten_columns(linear, levels, np.column_stack([linear.residual, columns, more]), outside)
+        y, x, m = known[:, 0], known[:, 1 : 1 + columns.shape[1]], known[:, 1 + columns.shape[1] :]
+        factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
+        of_rest, of_more = cho_solve(factor, x.T @ y), cho_solve(factor, x.T @ m)
+        cleared = m - x @ of_more
+        amplitude = (cleared.T @ y) / (np.sum(cleared * m, axis=0) + 1.0)
+        left = linear.residual[:, None] - columns @ (of_rest[:, None] - of_more * amplitude) - more * amplitude
+        inside = _within(measurements.fixes, begin, end)
+        errors[inside] = np.hypot(left[blocks["x"]], left[blocks["y"]])[inside]
     return np.asarray(np.nanmean(errors, axis=0))
+
+
+def _within(time: Array, begin: float, end: float) -> NDArray[np.bool_]:
+    return np.asarray((time >= begin) & (time < end))
+
+
+def best_residual(linear: LinearModel, levels: NoiseLevels) -> Array:
+    """(N,) measured less predicted, with everything that is uncertain where it is most probable."""
+    free = linear.all_free(levels)
+    columns = free.columns * free.scales
+    table = whiten_columns(linear, levels, np.column_stack([linear.residual, columns]))
+    y, x = table[:, 0], table[:, 1:]
+    factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
+    return np.asarray(linear.residual - columns @ cho_solve(factor, x.T @ y))
 
 
 def track_error(residual: Array, measurements: Measurements) -> float:
@@ -75,10 +70,11 @@ def track_error(residual: Array, measurements: Measurements) -> float:
     return float(np.mean(np.hypot(residual[measurements.blocks["x"]], residual[measurements.blocks["y"]])))
 
 
-def misfit(residual: Array, measurements: Measurements, covariance: Whitener, parameters: int) -> float:
-    """χ² of the horizontal track per degree of freedom under the noise as it is."""
-    track = slice(0, measurements.blocks["y"].stop)
-    whole = covariance.lower @ covariance.lower.T
-    lower = np.linalg.cholesky(whole[track, track])
-    y = np.linalg.solve(lower, residual[track])
-    return float(y @ y) / max(1, len(y) - parameters)
+def misfit(linear: LinearModel, levels: NoiseLevels) -> float:
+    """χ² of the horizontal track per measurement, under noise and all that is uncertain: 1 is expected."""
+    free = linear.all_free(levels)
+    table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
+    track = table[: linear.measurements.blocks["y"].stop]
+    y, x = track[:, 0], track[:, 1:]
+    factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
+    return float(y @ y - (x.T @ y) @ cho_solve(factor, x.T @ y)) / len(y)

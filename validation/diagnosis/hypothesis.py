@@ -22,6 +22,7 @@ from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
+from sssi_exudyn.simulation.sensitivities import responses_to_additions
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
 from sssi_exudyn.validation.diagnosis.result import Kind, Number
 
@@ -168,6 +169,13 @@ def probes_by(model: Model, part: Term | Sensor, keys: Sequence[str]) -> list[Pr
     """Probes by the numbers ``keys`` of a part that is added to the model."""
     extended, owner = add_part(model, part), name_in_model(model, part)
     return [Probe(extended, f"{owner}.{key}") for key in keys]
+
+
+def responses_of(probes: Sequence[Probe], prepared: Prepared, measurements: Measurements) -> Array:
+    """(N, probes) derivatives of the measurements by the amplitude of each."""
+    if not probes:
+        return np.zeros((len(measurements.measured), 0))
+    return responses_to_additions([(probe.model, probe.number) for probe in probes], prepared, measurements.predict)
 
 
 class Everywhere(Hypothesis):

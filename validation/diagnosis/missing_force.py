@@ -79,7 +79,7 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     cosine, sine = course / np.linalg.norm(course, axis=0)
     by_f, by_l, by_n = responses.reshape(len(responses), 3, cells).transpose(1, 0, 2)
     shaped = np.hstack([by_f * cosine + by_l * sine, by_l * cosine - by_f * sine, by_n])
-    free = linear.free.with_more(linear.capture, np.full(linear.capture.shape[1], levels.capture))
+    free = linear.all_free(levels)
     table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales, shaped]))
     count = free.columns.shape[1]
     y, x, g = table[:, 0], table[:, 1 : 1 + count], table[:, 1 + count :]

@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import problem_of
-from sssi_exudyn.fitting.measurements import Measurements, measurements_of
-from sssi_exudyn.fitting.objective import Prior
-from sssi_exudyn.fitting.unknowns import FREE, USUAL_CUFF
+from sssi_exudyn.fitting.measurements import Measurements, averages, measurements_of
+from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
+from sssi_exudyn.fitting.posture_errors import PostureErrors
+from sssi_exudyn.fitting.snow_surface import SurfaceProcess, surface_process
+from sssi_exudyn.fitting.unknowns import FREE, USUAL_CUFF, posture_errors
+from sssi_exudyn.model.faults import InsoleGain, LeverArm
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.runtime.cache import Cache, fingerprint
-from sssi_exudyn.simulation.reduced import Prepared, prepare
+from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.reduced import Prepared, prepare, simulate_reduced
+from sssi_exudyn.simulation.sensitivities import sensitivities
+from sssi_exudyn.simulation.tangents import skier_mass_change
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
+from sssi_exudyn.validation.diagnosis.hypothesis import probes_by, responses_of
 from sssi_exudyn.validation.diagnosis.refit import Parameter
 
 Progress = Callable[[float | None, str], None]
@@ -28,12 +36,8 @@ Progress = Callable[[float | None, str], None]
 _PLACE: Final = 3.0
 _SPEED: Final = 2.0
 """m and m/s: priors of the start, so wide that the track alone decides; it is not counted beforehand too."""
-CUFF: Final = Prior(USUAL_CUFF, 0.03)
-"""Share of the load that a boot's cuff takes in an ordinary recording."""
 _HEIGHT: Final = 0.3
 """m; the first fix, from which heights count, is no better known than that."""
-_CLOCKS: Final = 0.005
-"""s to which clocks of different instruments agree at best, and half a step of the reduced model."""
 STEP: Final = 0.01
 """s; steps of the reduced model.  They move a run's path by a centimetre against short ones, evenly for all
 explanations; what the full model predicts beyond is added to every prediction.
@@ -44,18 +48,50 @@ explanations; what the full model predicts beyond is added to every prediction.
 class DiagnosisProblem:
     """A recording prepared for diagnosis.
 
+    model : on the snow surface that the heights show;  ground : that surface as a process, None on the plane
     parameters : what every fit has free, with priors;  prepared : the reduced model's tables of the motion
+    fitting : the ordinary fit of the same recording;  about : how wrong what is stated may be
     key : of all of these, for the cache
     """
 
+    recording: Recording
     motion: Motion
     model: Model
+    ground: SurfaceProcess | None
     parameters: tuple[Parameter, ...]
     prepared: Prepared
     measurements: Measurements
+    fitting: Problem
     key: str
     progress: Progress
     cache: Cache | None
+
+    @property
+    def about(self) -> Uncertainty:
+        """Standard deviations of what the recording states."""
+        return self.recording.uncertainty
+
+    def place(self, model: Model) -> tuple[Model, Array]:
+        """The model on the surface that the heights show beside what its own terms make of the snow, and the amounts
+        (s,) of the surface's modes.
+        """
+        if self.ground is None:
+            return model, np.zeros(0)
+        shaped = replace(model, surface=None).snow(self.ground.places)[0]
+        amounts = np.array(self.ground.surface.amounts) - self.ground.follow @ shaped
+        return replace(model, surface=replace(self.ground.surface, amounts=tuple(amounts.tolist()))), amounts
+
+    def with_residual(self, residual: Array) -> DiagnosisProblem:
+        """The same with fixes that count less where a residual (N,) is far off its neighbours'."""
+        blocks = self.measurements.blocks
+        track = np.stack([residual[blocks["x"]], residual[blocks["y"]]], axis=1)
+        counts = counts_of(self.fitting.track, track)
+        return replace(
+            self,
+            measurements=replace(self.measurements, counts=counts),
+            fitting=self.fitting.with_counts(counts),
+            key=fingerprint(self.key, counts),
+        )
 
 
 def _silent(_share: float | None, _detail: str) -> None:
@@ -66,37 +102,81 @@ def diagnosis_problem(
     recording: Recording, motion: Motion, model: Model, progress: Progress = _silent, cache: Cache | None = None
 ) -> DiagnosisProblem:
     """Prepare a recording.  Raises ValueError when it has no GPS."""
-    problem = problem_of(recording, motion, model, "joint")
-    model = problem.model
+    fitting = problem_of(recording, motion, model, "joint")
+    ground = surface_process(fitting.model, recording, motion)
+    model = replace(fitting.model, surface=None if ground is None else ground.surface)
     priors = dict(FREE)
-    for name in problem.names:
+    for name in fitting.names:
         if name.startswith(("start.velocity", "start.f", "start.l")):
             priors[name] = Prior(model.value(name), _SPEED if "velocity" in name else _PLACE)
         elif name.startswith("start."):
-            priors[name] = problem.priors[name]
+            priors[name] = fitting.priors[name]
     measurements = measurements_of(recording, model, motion.start, motion.stop)
     return DiagnosisProblem(
+        recording=recording,
         motion=motion,
         model=model,
-        parameters=tuple(Parameter((name,), priors[name]) for name in problem.names),
+        ground=ground,
+        parameters=tuple(Parameter((name,), priors[name]) for name in fitting.names),
         prepared=prepare(model, motion, step=STEP),
         measurements=measurements,
-        key=fingerprint(model_to_dict(model), motion, measurements.measured),
+        fitting=fitting,
+        key=fingerprint(
+            model_to_dict(model), motion, measurements.measured, measurements.counts, recording.uncertainty
+        ),
         progress=progress,
         cache=cache,
     )
 
 
-def mounting_freedom(measurements: Measurements, sole: Array, later: Array) -> tuple[Freedom, Array]:
-    """What varies with the instruments' mounting: the height's origin, the cuff's share and how well the clocks agree;
-    and the mean effect (N,) of the cuff.
+@dataclass(frozen=True)
+class Nuisances:
+    """What may vary beside a fit's parameters, linearised about a run.
 
-    sole : (m, 2) N, the soles' forces;  later : (N,) what changes when the GPS' clock is a second late
+    free : instruments and skier;  mean : (N,) what of the cuffs is usual
+    posture : (N, c) errors of the posture;  surface : (N, s) waves of the snow; each for a usual one
     """
+
+    free: Freedom
+    mean: Array
+    posture: Array
+    surface: Array
+
+
+def no_nuisances(size: int) -> Nuisances:
+    """For ``size`` measurements."""
+    none = np.zeros((size, 0))
+    return Nuisances(Freedom(none, np.zeros(0)), np.zeros(size), none, none)
+
+
+def nuisances_of(problem: DiagnosisProblem, model: Model) -> Nuisances:
+    """About a run of ``model``.
+
+    Raises SimulationDiverged when it cannot be simulated.
+    """
+    measurements, prepared, about = problem.measurements, problem.prepared, problem.about
+    run = simulate_reduced(model, prepared)
+    sole = averages(run.time, run.sole_force, measurements.windows)
     size = len(measurements.measured)
     height, cuff = np.zeros(size), np.zeros(size)
     height[measurements.blocks["height"]] = 1.0
     cuff[measurements.blocks["load"]] = -sole.sum(axis=1)
     cuff[measurements.blocks["difference"]] = -(sole[:, 0] - sole[:, 1])
-    columns = np.column_stack([height, cuff, later])
-    return Freedom(columns, np.array([_HEIGHT, CUFF.sigma, _CLOCKS])), CUFF.mean * cuff
+    numbers = {
+        "start.clock_offset": about.clock,
+        "penetration.k": about.snow_stiffness * model.value("penetration.k"),
+        "air.c_d": about.drag * model.value("air.c_d"),
+    }
+    waves = () if model.surface is None else model.surface.names
+    every = posture_errors(about, problem.motion.start, problem.motion.stop, problem.motion.foot_sigma)
+    errors = PostureErrors(Parts(model, problem.motion), prepared, every)
+    changes = [*(errors.change(error) for error in every), skier_mass_change(model, problem.motion, prepared)]
+    problem.progress(None, f"{len(every)} possible errors of the posture, {len(waves)} of the snow surface")
+    columns = sensitivities(model, prepared, [*numbers, *waves], measurements.predict, changes)[1]
+    by_number, by_wave, by_error, by_mass = np.split(columns, np.cumsum([len(numbers), len(waves), len(every)]), axis=1)
+    antenna = probes_by(model, LeverArm(), ("forward", "left", "up"))
+    gains = probes_by(model, InsoleGain(), ("left", "right"))
+    by_instrument = responses_of([*antenna, *gains], prepared, measurements)
+    scales = [_HEIGHT, about.boot_cuff, *numbers.values(), about.mass, *[about.antenna] * 3, *[about.insole_gain] * 2]
+    free = Freedom(np.column_stack([height, cuff, by_number, by_mass, by_instrument]), np.array(scales))
+    return Nuisances(free, USUAL_CUFF * cuff, by_error, by_wave)

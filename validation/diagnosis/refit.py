@@ -2,13 +2,13 @@
 
     J = ½ ‖W (measured − predicted)‖² + ½ Σ ((p − p₀)/s)²
 
-W whitens the instruments' noise together with what the capture's errors do to the run.  The search is NLopt's SLSQP on
-the reduced model, with the Gauss-Newton curvature of every point it comes to.
+W whitens the instruments' noise together with what errors of the posture and waves of the snow do to the run.  The
+search is NLopt's SLSQP on the reduced model, with the Gauss-Newton curvature of every point it comes to.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +41,7 @@ class Refit:
     """What a refit found.
 
     model : with the fitted numbers;  parameters, values : (k,) what was fitted
-    predicted : (N,) by the reduced model, with the offset;  sensitivity : (N, k);  objective : J
+    predicted : (N,) by the reduced model, with what ``place`` adds;  sensitivity : (N, k);  objective : J
     covariance : (k, k) of the values, from the curvature at the end
     """
 
@@ -107,9 +107,10 @@ def refit(
     prepared: Prepared,
     measurements: Measurements,
     whiten: Whitener,
-    offset: Array,
+    place: Callable[[Model], tuple[Model, Array]],
 ) -> Refit:
-    """Fit ``parameters`` from the model's values on; ``offset`` (N,) is added to what the reduced model predicts.
+    """Fit ``parameters`` from the model's values on; ``place`` gives the model on its snow surface, and what is added
+    (N,) to what the reduced model predicts of it.
 
     Raises SimulationDiverged when the model cannot be simulated at all.
     """
@@ -122,8 +123,10 @@ def refit(
 
     def evaluate(at: Array) -> tuple[float, Array, Array]:
         """J, its gradient, and its Gauss-Newton curvature."""
-        predicted, sensitivity = _responses(with_parameters(model, parameters, at), prepared, measurements, parameters)
-        table = whiten(np.column_stack([measured - predicted - offset, sensitivity]))
+        placed, offset = place(with_parameters(model, parameters, at))
+        predicted, sensitivity = _responses(placed, prepared, measurements, parameters)
+        predicted = predicted + offset
+        table = whiten(np.column_stack([measured - predicted, sensitivity]))
         residual, slopes = table[:, 0], table[:, 1:]
         pull = (at - means) / sigmas
         curvature = np.asarray(slopes.T @ slopes + np.diag(sigmas**-2.0))
@@ -133,10 +136,10 @@ def refit(
     found = minimise_squares(evaluate, values, bounds, objective_tolerance=_ENOUGH, most=_MOST)
     predicted, sensitivity, curvature = seen[found.values.tobytes()]
     return Refit(
-        with_parameters(model, parameters, found.values),
+        place(with_parameters(model, parameters, found.values))[0],
         parameters,
         found.values,
-        predicted + offset,
+        predicted,
         sensitivity,
         found.objective,
         np.asarray(np.linalg.inv(curvature)),

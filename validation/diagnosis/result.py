@@ -130,7 +130,7 @@ class Noise:
 
 
 @dataclass(frozen=True)
-class Posterior:
+class Weighed:
     """A hypothesis in one round of the search.
 
     log_evidence : None for one that cannot be
@@ -211,7 +211,7 @@ class Diagnosis:
     findings: tuple[Finding, ...]
     friction: FrictionChange
     noise: Noise
-    weighed: tuple[tuple[Posterior, ...], ...] = ()
+    weighed: tuple[tuple[Weighed, ...], ...] = ()
     stands_out: tuple[Stretch, ...] = ()
     latent_force: LatentForce | None = None
     track_distance: TrackDistance | None = None

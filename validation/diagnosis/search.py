@@ -18,7 +18,6 @@ from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import fingerprint
-from sssi_exudyn.simulation.sensitivities import responses_to_additions
 from sssi_exudyn.validation.diagnosis.evidence import (
     Freedom,
     LinearModel,
@@ -28,7 +27,7 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     log_factors,
 )
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
-from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Hypothesis, Probe
+from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Hypothesis, responses_of
 from sssi_exudyn.validation.diagnosis.probabilities import SIZES, probabilities
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
@@ -108,14 +107,6 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
     return Round(_by_probability(found, explained), linear, base, fitted, responses)
 
 
-def responses_of(fitted: FittedRun, probes: Sequence[Probe]) -> Array:
-    """(N, probes) derivatives of the measurements by the amplitude of each."""
-    if not probes:
-        return np.zeros((len(fitted.prediction), 0))
-    additions = [(probe.model, probe.number) for probe in probes]
-    return responses_to_additions(additions, fitted.prepared, fitted.measurements.predict)
-
-
 def extended_parameters(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], tuple[Parameter, ...]]:
     """Parameters of a fit with the candidate: those of ``base`` with the amplitudes, and the places."""
     names = {name for group in candidate.amplitudes for name in group}
@@ -138,7 +129,9 @@ def _responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str
     probes = [probe for some in by_name.values() for probe in some]
     key = fingerprint("probes", problem.key, [(model_to_dict(p.model), p.number) for p in probes])
     shapes = {"columns": (len(fitted.prediction), len(probes))}
-    kept = get_or_make(problem, key, lambda: {"columns": responses_of(fitted, probes)}, shapes)
+    kept = get_or_make(
+        problem, key, lambda: {"columns": responses_of(probes, fitted.prepared, fitted.measurements)}, shapes
+    )
     columns = np.asarray(kept["columns"], dtype=np.float64)
     ends = np.cumsum([len(some) for some in by_name.values()])
     return dict(zip(by_name, np.split(columns, ends[:-1], axis=1), strict=True))

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels
@@ -48,8 +49,10 @@ class SeparateFit:
 class SearchResult:
     """The diagnosis, and what it was made from.
 
-    fit, result : the model with everything that was found, fitted, and its run by the full model
-    first : the fit without anything added
+    fit : the model with everything that was found, as the search fitted it;  first : without anything added
+    posterior : the same model with all that is uncertain estimated, posture and snow surface too, and judged by the
+        full model; None where the reduced one was to do, or where most of the posture is assumed
+    result : a run of the model by the full model, None where the reduced one was to do
     noise : of the instruments, under the final model
     rounds : all hypotheses with their probabilities, round by round
     figures : of the fit without anything added, and with each finding after the other
@@ -59,6 +62,7 @@ class SearchResult:
     diagnosis: Diagnosis
     first: Refit
     fit: Refit
+    posterior: Posterior | None
     result: SimulationResult | None
     noise: NoiseLevels
     rounds: tuple[Round, ...]
@@ -68,4 +72,4 @@ class SearchResult:
     @property
     def model(self) -> Model:
         """The extended model."""
-        return self.fit.model
+        return self.fit.model if self.posterior is None else self.posterior.model

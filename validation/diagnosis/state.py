@@ -1,7 +1,7 @@
 """The state of a search, frozen, and fits under it; a function that changes the state gives the next one.
 
-The state holds what a fit depends on beside model and parameters: noise levels, the instruments' mounting, what errors
-of the capture do, and what the full model predicts beyond the reduced one.
+The state holds what a fit depends on beside model and parameters: noise levels, what instruments, skier, posture and
+snow surface may do, and what the full model predicts beyond the reduced one.
 """
 
 from __future__ import annotations
@@ -14,14 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.measurements import averages
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import Shapes, fingerprint
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.simulation.sensitivities import sensitivities
-from sssi_exudyn.validation.capture_error import antenna_responses, capture_errors, responses
 from sssi_exudyn.validation.diagnosis.evidence import (
     Freedom,
     LinearModel,
@@ -33,7 +30,7 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     whitener,
 )
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun
-from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, mounting_freedom
+from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Nuisances, no_nuisances, nuisances_of
 from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit, arrays_of, kept_shapes, refit, refit_of
 
 Arrays = Mapping[str, NDArray[np.generic]]
@@ -46,45 +43,34 @@ _SETTLED: Final = 0.2
 class State:
     """What a fit depends on beside its model and parameters.
 
-    levels : of the noise;  mounting : what varies with the instruments' mounting
-    cuff : (N,) mean effect of the boots' cuffs;  beyond : (N,) what the full model predicts beyond the reduced one
-    capture : (N, c) responses to errors of the capture, for one radian
+    levels : of the noise;  nuisances : what else may vary
+    beyond : (N,) what the full model predicts beyond the reduced one
     first_evidence : log evidence of the model without anything added, once it is known
     """
 
     levels: NoiseLevels
-    mounting: Freedom
-    cuff: Array
+    nuisances: Nuisances
     beyond: Array
-    capture: Array
     first_evidence: float | None = None
 
-    @property
-    def offset(self) -> Array:
-        """(N,) what is added to the reduced model's prediction."""
-        return np.asarray(self.cuff + self.beyond)
-
-    @property
-    def without_capture(self) -> State:
-        """The same with a capture that has no error."""
-        return replace(self, capture=np.zeros((len(self.cuff), 0)))
+    def offset(self, amounts: Array) -> Array:
+        """(N,) what is added to the reduced model's prediction on a surface whose modes have these amounts (s,): a
+        prediction counts from the surface before any height was known.
+        """
+        waves = self.nuisances.surface
+        return np.asarray(self.nuisances.mean + self.beyond - (waves @ amounts if waves.shape[1] else 0.0))
 
 
-def initial_state(problem: DiagnosisProblem) -> State:
-    """Usual noise, and mountings from a run of the model as it is given."""
-    mounting, cuff = _mounting(problem, problem.model)
-    nothing = np.zeros_like(cuff)
-    return State(usual_levels(problem.measurements), mounting, cuff, nothing, np.zeros((len(cuff), 0)))
-
-
-def first_fit(problem: DiagnosisProblem) -> tuple[State, Refit]:
-    """The fit of the model without anything added; what the capture's errors do is found about it."""
-    state = initial_state(problem)
+def first_fit(problem: DiagnosisProblem) -> tuple[DiagnosisProblem, State, Refit]:
+    """The fit of the model without anything added, about which is found what else may vary; and the problem with fixes
+    that count by how far off they are.
+    """
+    size = len(problem.measurements.measured)
+    state = State(usual_levels(problem.measurements), no_nuisances(size), np.zeros(size))
     base = fit_model(problem, state, problem.model, problem.parameters, state.levels)
-    mounting, cuff = _mounting(problem, base.model)
-    state = replace(state, mounting=mounting, cuff=cuff)
-    base = fit_model(problem, state, base.model, base.parameters, state.levels)
-    return settle(problem, replace(state, capture=_capture_responses(problem, base)), base)
+    problem = problem.with_residual(problem.measurements.measured - base.predicted)
+    state = replace(state, nuisances=_nuisances(problem, base))
+    return problem, *settle(problem, state, base)
 
 
 def fit_model(
@@ -94,32 +80,25 @@ def fit_model(
 
     def run() -> Refit:
         whiten = noise_whitener(problem, state, levels)
-        return refit(model, parameters, problem.prepared, problem.measurements, whiten, state.offset)
+        return refit(model, parameters, problem.prepared, problem.measurements, whiten, place)
+
+    def place(model: Model) -> tuple[Model, Array]:
+        placed, amounts = problem.place(model)
+        return placed, state.offset(amounts)
 
     if problem.cache is None:
         return run()
     # NumPy's arrays and numbers alone are kept; the model follows from them
-    key = fingerprint(
-        "refit", problem.key, model_to_dict(model), parameters, levels, state.offset, state.capture, state.mounting
-    )
-    shapes = kept_shapes(len(state.offset), len(parameters))
-    return refit_of(problem.cache.get_or_make(key, lambda: arrays_of(run()), shapes), model, parameters)
+    key = fingerprint("refit", problem.key, model_to_dict(model), parameters, levels, state.beyond, state.nuisances)
+    shapes = kept_shapes(len(state.beyond), len(parameters))
+    found = refit_of(problem.cache.get_or_make(key, lambda: arrays_of(run()), shapes), model, parameters)
+    return replace(found, model=problem.place(found.model)[0])
 
 
 def settle(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State, Refit]:
     """The same model refitted under the noise that suits it best."""
     levels, _ = best_levels(linear_model(problem, state, fit), state.levels)
     return replace(state, levels=levels), fit_model(problem, state, fit.model, fit.parameters, levels)
-
-
-def fit_track(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[Refit, Whitener]:
-    """The fit that meets the measurements best, as an ordinary fit does: the capture is taken as it is, and what it
-    gets wrong counts as noise.  The noise's covariance is that of what such a fit leaves.
-    """
-    exact = state.without_capture
-    found = fit_model(problem, exact, fit.model, fit.parameters, usual_levels(problem.measurements))
-    levels, _ = best_levels(linear_model(problem, exact, found), state.levels)
-    return found, noise_whitener(problem, exact, levels)
 
 
 def confirm(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State, Refit]:
@@ -129,7 +108,7 @@ def confirm(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State,
     prediction, which is then fitted again.
     """
     for _ in range(2):
-        beyond = _full_prediction(problem, fit.model) - (fit.predicted - state.offset)
+        beyond = _full_prediction(problem, fit.model) - _reduced_prediction(problem, state, fit)
         change = (beyond - state.beyond)[:, None]
         moved = float(np.max(np.abs(whiten_columns(linear_model(problem, state, fit), state.levels, change))))
         state = replace(state, beyond=beyond)
@@ -155,36 +134,35 @@ def remove(problem: DiagnosisProblem, state: State, fit: Refit, candidate: Candi
 
 def noise_whitener(problem: DiagnosisProblem, state: State, levels: NoiseLevels) -> Whitener:
     """Of all that is noise to the fit's parameters."""
-    size = len(state.cuff)
-    empty = LinearModel(problem.measurements, np.zeros(size), Freedom(np.zeros((size, 0)), np.zeros(0)), state.capture)
-    return whitener(empty, levels, state.mounting.columns * state.mounting.scales)
+    size, beside = len(state.beyond), state.nuisances
+    nothing = Freedom(np.zeros((size, 0)), np.zeros(0))
+    empty = LinearModel(problem.measurements, np.zeros(size), nothing, beside.posture, beside.surface)
+    return whitener(empty, levels, beside.free.columns * beside.free.scales)
 
 
 def linear_model(problem: DiagnosisProblem, state: State, fit: Refit) -> LinearModel:
     """Measurements less prediction about a fit, as if every parameter still stood at its prior mean."""
     residual = problem.measurements.measured - fit.predicted + fit.sensitivity @ fit.pulls
-    free = state.mounting.with_more(fit.sensitivity, fit.scales)
-    return LinearModel(problem.measurements, residual, free, state.capture)
+    beside = state.nuisances
+    free = beside.free.with_more(fit.sensitivity, fit.scales)
+    return LinearModel(problem.measurements, residual, free, beside.posture, beside.surface)
 
 
 def fitted_run(problem: DiagnosisProblem, state: State, fit: Refit) -> FittedRun:
     """The fitted model and its run, as hypotheses see it."""
     run = simulate_reduced(fit.model, problem.prepared)
-    return FittedRun(fit.model, problem.prepared, run, problem.measurements, fit.predicted - state.offset)
+    prediction = _reduced_prediction(problem, state, fit)
+    return FittedRun(fit.model, problem.prepared, run, problem.measurements, prediction)
+
+
+def _reduced_prediction(problem: DiagnosisProblem, state: State, fit: Refit) -> Array:
+    """(N,) what the instruments would measure of a fit, by the reduced model alone."""
+    return fit.predicted - state.offset(problem.place(fit.model)[1])
 
 
 def get_or_make(problem: DiagnosisProblem, key: str, make: Callable[[], Arrays], shapes: Shapes) -> Arrays:
     """What the cache has under ``key``, or else what ``make`` gives."""
     return problem.cache.get_or_make(key, make, shapes) if problem.cache else make()
-
-
-def _mounting(problem: DiagnosisProblem, model: Model) -> tuple[Freedom, Array]:
-    """What the instruments' mounting does, from the soles' forces in a run of that model."""
-    measurements = problem.measurements
-    run = simulate_reduced(model, problem.prepared)
-    sole = averages(run.time, run.sole_force, measurements.windows)
-    later = sensitivities(model, problem.prepared, ["start.clock_offset"], measurements.predict)[1]
-    return mounting_freedom(measurements, sole, later[:, 0])
 
 
 def _full_prediction(problem: DiagnosisProblem, model: Model) -> Array:
@@ -198,17 +176,28 @@ def _full_prediction(problem: DiagnosisProblem, model: Model) -> Array:
     return np.asarray(get_or_make(problem, key, run, shapes)["predicted"], dtype=np.float64)
 
 
-def _capture_responses(problem: DiagnosisProblem, base: Refit) -> Array:
-    """(N, c) what errors of the capture do to the run of a fit, for one radian."""
+def _nuisances(problem: DiagnosisProblem, base: Refit) -> Nuisances:
+    """What may vary about the run of a fit."""
 
     def run() -> Arrays:
-        errors = capture_errors(problem.motion, problem.prepared)
-        columns = responses(base.model, problem.prepared, problem.measurements, errors)
-        torso = antenna_responses(problem.motion, base.model, problem.measurements)
-        return {"columns": np.column_stack([columns, torso])}
+        found = nuisances_of(problem, base.model)
+        return {
+            "columns": found.free.columns,
+            "scales": found.free.scales,
+            "mean": found.mean,
+            "posture": found.posture,
+            "surface": found.surface,
+        }
 
-    key = fingerprint("capture", problem.key, base.values)
-    shapes = {"columns": (len(base.predicted), None)}
-    columns = np.asarray(get_or_make(problem, key, run, shapes)["columns"], dtype=np.float64)
-    problem.progress(None, f"{columns.shape[1]} possible errors of the capture")
-    return columns
+    size = len(base.predicted)
+    key = fingerprint("nuisances", problem.key, base.values)
+    shapes = {
+        "columns": (size, None),
+        "scales": (None,),
+        "mean": (size,),
+        "posture": (size, None),
+        "surface": (size, None),
+    }
+    kept = get_or_make(problem, key, run, shapes)
+    columns, scales, mean, posture, surface = (np.asarray(kept[name], dtype=np.float64) for name in shapes)
+    return Nuisances(Freedom(columns, scales), mean, posture, surface)

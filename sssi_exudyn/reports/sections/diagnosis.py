@@ -15,8 +15,8 @@ from sssi_exudyn.validation.diagnosis.result import (
     Finding,
     ForceOverTime,
     Noise,
-    Posterior,
     TrackDistance,
+    Weighed,
 )
 
 _COLOURS = (plots.SIMULATED, plots.MEASURED, plots.OTHER)
@@ -94,11 +94,11 @@ def _change(what: str, change: Change, form: str, scale: str = "") -> Row:
     return what, after, f"{before} before{scale}"
 
 
-def _hypotheses(posteriors: tuple[Posterior, ...]) -> list[Row]:
+def _hypotheses(posteriors: tuple[Weighed, ...]) -> list[Row]:
     """Every hypothesis with its probability, the most probable first."""
     nothing = next((each.log_evidence for each in posteriors if each.name == NOTHING_MISSING), None)
 
-    def meaning(each: Posterior) -> str:
+    def meaning(each: Weighed) -> str:
         if each.name == NOTHING_MISSING:
             return ""
         if each.log_evidence is None or nothing is None:
