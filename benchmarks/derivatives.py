@@ -62,7 +62,7 @@ def changes_of(prepared: Prepared, count: int) -> list[Callable[[Prepared, compl
     """Errors of the feet that wander, so many."""
     span = float(prepared.time[-1] - prepared.time[0])
     errors = [
-        CaptureError(kind, side, (float(prepared.time[0]) + share * span, 0.4 * span), 1.0)
+        CaptureError(kind, side, (float(prepared.time[0]) + share * span, 0.4 * span))
         for share in (0.0, 0.4, 0.8)
         for kind in ("yaw", "roll", "pitch", "height")
         for side in range(2)

@@ -71,12 +71,14 @@ def estimate_from(
     motion: Motion,
     *,
     more: Mapping[tuple[str, ...], Prior] | None = None,
+    sizes: Array | None = None,
     full: bool = True,
     cache: Cache | None = None,
     progress: Progress | None = None,
 ) -> Posterior:
     """Estimate all that is uncertain, from the numbers that the model has; with ``more`` numbers, or with other priors
-    of the usual ones, by their names (several move together).
+    of the usual ones, by their names (several move together).  ``sizes`` (m,) are the errors of posture and mass that
+    the model is corrected by already.
 
     Raises SimulationDiverged when a simulation does.
     """
@@ -90,7 +92,8 @@ def estimate_from(
         found[: seen.moments.start] = seen.predict_instruments(model, time, antenna, sole)
         return found
 
-    return find_posterior(model, setting, by_full_model if full else None, lambda text: say(None, text))
+    judge = by_full_model if full else None
+    return find_posterior(model, setting, judge, lambda text: say(None, text), sizes)
 
 
 def setting_of(

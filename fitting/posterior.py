@@ -153,6 +153,7 @@ class Posterior:
     sizes : (m,) η, in standard deviations, the skier's mass last
     shares : standard deviation of each of θ (k,) by the group that it comes from; their squares add up
     levels : noise by block;  predicted : (N,) what would be measured of the model
+    beyond : (N,) what of that the full model adds to the reduced one
     optimum : how the last search ended, its objective that of the last point;  rounds : linearisations
     moved : standard deviations by which the last round moved
     """
@@ -165,6 +166,7 @@ class Posterior:
     shares: Mapping[str, Array]
     levels: Levels
     predicted: Array
+    beyond: Array
     optimum: Optimum
     rounds: int
     moved: float
@@ -198,15 +200,17 @@ def find_posterior(
     setting: Setting,
     full: Callable[[Model], Array] | None = None,
     say: Say = lambda _text: None,
+    sizes: Array | None = None,
 ) -> Posterior:
-    """Estimate all that is uncertain, from the numbers that the model has.
+    """Estimate all that is uncertain, from the numbers that the model has; with ``sizes`` (m,) it is of posture and
+    mass as these say.
 
     ``full`` predicts the measurements (N,) by the full model, the moments left at zero; where the rounds have settled,
     what it predicts beyond the reduced model is added, and they go on.
 
     Raises SimulationDiverged when a simulation does.
     """
-    point, responses = linearise_at(model, setting)
+    point, responses = linearise_at(model, setting, sizes)
     levels: Levels = setting.seen.usual
     moved = np.inf
     for rounds in range(1, ROUNDS + 1):
@@ -237,18 +241,21 @@ def find_posterior(
         shares=found.shares,
         levels=levels,
         predicted=point.predicted,
+        beyond=point.beyond,
         optimum=_ending(found.optimum, misfit, moved),
         rounds=rounds,
         moved=moved,
     )
 
 
-def linearise_at(model: Model, setting: Setting) -> tuple[Point, Responses]:
-    """A model as a point of a search, no error of posture or mass found yet, and the measurements linearised there.
+def linearise_at(model: Model, setting: Setting, sizes: Array | None = None) -> tuple[Point, Responses]:
+    """A model as a point of a search, and the measurements linearised there; no error of posture or mass is found yet,
+    or those of ``sizes`` (m,).
 
     Raises SimulationDiverged when its simulation does.
     """
-    point = _point_at(setting, model, np.zeros(len(setting.errors) + 1), np.zeros(len(setting.seen.measured)))
+    found = np.zeros(len(setting.errors) + 1) if sizes is None else sizes
+    point = _point_at(setting, model, found, np.zeros(len(setting.seen.measured)))
     return point, _linearise(setting, point, None)
 
 

@@ -63,13 +63,30 @@ def snow_surface(model: Model, recording: Recording, motion: Motion) -> tuple[Su
 class SurfaceProcess:
     """The snow surface of a run as a process of which the heights are one measurement among others.
 
-    surface : its mean; the modes are those of before any height was known, the first two the plane's tilt
-    places : (n, 2) m of the heights;  follow : (k, n) 1/m, how the modes' amounts follow from the heights
+    surface : an estimate of it; the modes are those of before any height was known, the first two the plane's tilt
+    places : (n, 2) m of the heights;  shaped : (n,) m, what the model's own terms made of the snow there
+    follow : (k, n) 1/m, how the modes' amounts follow from the surface's heights there
+    smooth : (n, n), how these follow from what is measured there
     """
 
     surface: Surface
     places: Array
+    shaped: Array
     follow: Array
+    smooth: Array
+
+    def at(self, surface: Surface) -> SurfaceProcess:
+        """The process where another estimate of it is, a surface over the same nodes."""
+        along = surface.at(self.places)[:, 0]
+        amounts = self.follow @ (along - along[0])
+        rest = surface.heights - along[0] - np.tensordot(amounts, self.surface.modes, axes=1)
+        return replace(self, surface=replace(self.surface, mean=rest, amounts=tuple(amounts.tolist())))
+
+    def beside(self, model: Model) -> Surface:
+        """The surface that the heights show beside what the model's own terms make of the snow."""
+        change = replace(model, surface=None).snow(self.places)[0] - self.shaped
+        amounts = np.array(self.surface.amounts) - self.follow @ self.smooth @ change
+        return replace(self.surface, amounts=tuple(amounts.tolist()))
 
 
 def surface_process(model: Model, recording: Recording, motion: Motion) -> SurfaceProcess | None:
@@ -81,9 +98,10 @@ def surface_process(model: Model, recording: Recording, motion: Motion) -> Surfa
     if found is None:
         return None
     usual = AMPLITUDE[0] if recording.elevations is None else recording.elevations.sigma
-    surface, follow = found.estimate.process(found.empty, usual)
+    surface, follow, smooth = found.estimate.process(found.empty, usual)
+    places = found.estimate.heights.places
     surface = replace(surface, mean=surface.mean + found.ground)
-    return SurfaceProcess(surface, found.estimate.heights.places, follow)
+    return SurfaceProcess(surface, places, replace(model, surface=None).snow(places)[0], follow, smooth)
 
 
 @dataclass(frozen=True)

@@ -123,7 +123,7 @@ def shares_of(
     into = -np.tanh(completed.lean / CLEAR_LEAN)
     tables = prepared
     for side in range(2):
-        skid = _Turning("yaw", side, None, 1.0, completed.bvh.time, into)
+        skid = _Turning("yaw", side, None, completed.bvh.time, into)
         tables = with_error(tables, skid, _SKID_PROBE * sigma.yaw)
     steering = shift((residual_of(problem.model, tables) - base) / _SKID_PROBE)
     posture = np.stack([shift(moved) for moved in np.moveaxis(of_posture, -1, 0)])
@@ -147,7 +147,7 @@ def shares_of(
 def _wrong_feet(kind: str, span: tuple[float, float], sigma: float, prepared: Prepared, size: complex) -> Prepared:
     """The tables where both feet are wrong by ``size`` standard deviations over a stretch of the run."""
     for side, sign in enumerate(_SIGNS[kind]):
-        prepared = with_error(prepared, CaptureError(kind, side, span, 1.0), sign * sigma * size)
+        prepared = with_error(prepared, CaptureError(kind, side, span), sign * sigma * size)
     return prepared
 
 

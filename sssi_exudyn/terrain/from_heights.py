@@ -47,6 +47,8 @@ _SETTLED: Final = 0.05
 _MOST: Final = 500
 """Heights at most; more are averaged by neighbours."""
 MOST_MODES: Final = 40
+WAVES: Final = ((0.1, 6.0), (0.2, 15.0), (0.4, 40.0))
+"""m and m: heights and lengths of the waves of an ordinary slope, of which each length makes slopes alike."""
 MOST_WAVES: Final = 60
 """Modes of a surface of which nothing is known yet."""
 _SEEN: Final = 0.005
@@ -128,31 +130,38 @@ class Estimate:
             amounts=(0.0,) * len(modes),
         )
 
-    def process(self, empty: Surface, amplitude: float) -> tuple[Surface, Array]:
+    def process(self, empty: Surface, amplitude: float) -> tuple[Surface, Array, Array]:
         """The mean as a spline on the nodes of ``empty``, its modes those of the surface before any height was known,
-        relative to the first place; and how they follow the heights, (k, n).
+        relative to the first place; how they follow a surface's heights along the way, (k, n), and how that follows
+        from the measured ones, (n, n).
 
-        The first two modes are the plane's tilt, the others the leading ones of a process of that ``amplitude`` (m)
-        along the way, in standard deviations.  What they leave of the mean is kept as it is.
+        The first two modes are the plane's tilt, the others the leading ones along the way of a process with waves of
+        all lengths (``WAVES``, times ``amplitude`` over the usual one), in standard deviations.  What they leave of the
+        mean is kept as it is.
         """
         nodes, places = empty.nodes(), self.heights.places
         gain = cho_solve((self._solved[0], True), self._cross(places)).T  # (places, heights)
-        unit = _matern(places, places, amplitude, self.length)
-        found, shapes = np.linalg.eigh(unit)
+
+        def waves(at: Array) -> Array:
+            """(m, n) m²: covariance of waves at places (m, 2) with those along the way."""
+            share = amplitude / AMPLITUDE[0]
+            return np.asarray(sum(_matern(at, places, share * size, length) for size, length in WAVES))
+
+        found, shapes = np.linalg.eigh(waves(places))
         strong = np.flatnonzero(found > len(places) * _SEEN**2)[::-1][:MOST_WAVES]
         spread = np.sqrt(found[strong])
 
         def modes(at: Array) -> Array:
             """(k, n) m at places (n, 2)."""
-            waves = _matern(at, places, amplitude, self.length) @ shapes[:, strong] / spread
-            return np.column_stack([TILT * at, waves]).T
+            return np.column_stack([TILT * at, waves(at) @ shapes[:, strong] / spread]).T
 
         first = modes(places[:1])
         along, shown = modes(places) - first, modes(nodes) - first
         # the amounts that meet the mean along the way, the most probable beforehand where many do
         normal = along @ along.T / _SEEN**2 + np.eye(len(along))
-        follow = np.linalg.solve(normal, along / _SEEN**2) @ (gain - gain[:1])
-        amounts = follow @ self.heights.height
+        follow = np.linalg.solve(normal, along / _SEEN**2)
+        smooth = gain - gain[:1]
+        amounts = follow @ smooth @ self.heights.height
         mean = self.mean(nodes) - self.mean(places[:1])[0]
         surface = replace(
             empty,
@@ -160,7 +169,7 @@ class Estimate:
             modes=shown.reshape(-1, *empty.mean.shape),
             amounts=tuple(amounts.tolist()),
         )
-        return surface, np.asarray(follow)
+        return surface, np.asarray(follow), np.asarray(smooth)
 
     def _deviation(self, nodes: Array) -> Array:
         """(n,) m, standard deviation at ``nodes`` (n, 2) relative to the mean height along the way."""

@@ -154,7 +154,7 @@ def test_by_the_start_and_the_capture() -> None:
 @pytest.mark.long
 def test_by_errors_of_the_feet_that_stay_or_wander(kind: str) -> None:
     model, prepared = everything()
-    errors = [CaptureError(kind, 0, None, 1.0), CaptureError(kind, 1, (1.2, 0.8), 1.0)]
+    errors = [CaptureError(kind, 0, None), CaptureError(kind, 1, (1.2, 0.8))]
     changes = [partial(lambda error, tables, size: with_error(tables, error, size), error) for error in errors]
     slopes = run_tangents(model, prepared, (), changes)[1]
     for i, change in enumerate(changes):

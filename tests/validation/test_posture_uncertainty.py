@@ -14,9 +14,11 @@ from strapped import write_few
 from sssi_exudyn.core.noise import fit_noise
 from sssi_exudyn.fitting.fit import COARSE_STEP, Fitted, fit_reduced, problem_of
 from sssi_exudyn.fitting.objective import Problem, uncertainty
+from sssi_exudyn.fitting.unknowns import posture_errors
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.few_sensors.complete import FootSigma
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.reports.html import section_html
@@ -24,7 +26,6 @@ from sssi_exudyn.reports.sections.few_sensors import few_sensors
 from sssi_exudyn.results.posture import posture_figures, second_half_table
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
-from sssi_exudyn.validation.capture_error import USUAL, capture_errors
 from sssi_exudyn.validation.posture_uncertainty import effective_friction, over_ground, second_half, shares_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
@@ -115,13 +116,15 @@ def test_page_and_summary_tell_measured_from_assumed_and_predict_the_second_half
 
 @pytest.mark.long
 def test_the_diagnosis_doubts_an_assumed_posture_more(case: tuple[Recording, Motion, Problem, Fitted]) -> None:
-    recording, motion, problem, _ = case
+    recording, motion, _, _ = case
     assert recording.completed is not None
-    prepared = prepare(problem.model, motion, step=COARSE_STEP)
-    scales = {error.kind: error.scale for error in capture_errors(motion, prepared)}
-    whole = {error.kind: error.scale for error in capture_errors(replace(motion, foot_sigma=None), prepared)}
-    assert scales["roll"] * USUAL == pytest.approx(recording.completed.sigma.roll)
-    assert scales["roll"] > 5.0 * whole["roll"]
+
+    def sigmas(assumed: FootSigma | None) -> dict[str, float]:
+        found = posture_errors(recording.uncertainty, motion.start, motion.stop, assumed)
+        return {error.kind: error.sigma for error in found if error.support < 0}
+
+    assert sigmas(motion.foot_sigma)["roll"] == recording.completed.sigma.roll
+    assert sigmas(motion.foot_sigma)["roll"] > sigmas(None)["roll"]
 
 
 def test_speed_over_ground_of_a_straight_descent() -> None:

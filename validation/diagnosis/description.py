@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -47,12 +47,20 @@ from sssi_exudyn.validation.diagnosis.result import (
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search_result import SURE, WORTH_NAMING, Figures
 from sssi_exudyn.validation.diagnosis.sentences import sentence_of
-from sssi_exudyn.validation.diagnosis.state import State, linear_model
+from sssi_exudyn.validation.diagnosis.state import State
 
 _LEAST_OVERLAP: Final = 0.25
 """Share of a turn's phase that a finding covers where it is named."""
-Accepted = tuple[Round, Explanation, Refit]
-"""A round, what was taken of it, and the fit with it."""
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """A finding: the round it was found in, what was taken of it, the fit with it, and the run linearised there."""
+
+    searched: Round
+    explanation: Explanation
+    fit: Refit
+    linear: LinearModel
 
 
 def describe(
@@ -71,7 +79,7 @@ def describe(
     """
     before_model, after_model = (first, final) if estimates is None else estimates
     measurements = problem.measurements
-    every = [linear_model(problem, state, fit) for fit in (first, *(fit for _, _, fit in accepted))]
+    every = [rounds[0].linear, *(each.linear for each in accepted)]
     folds = folds_of(measurements, rounds[0].fitted.edge_changes)
     figures = [figures_of(linear, state.levels, folds) for linear in every]
     if estimates is not None:  # what the model does that is written
@@ -82,7 +90,8 @@ def describe(
         for each in (rounds[0], rounds[-1])
     )
     findings = []
-    for (each, best, _), linear, worse, better in zip(accepted, every[:-1], figures[:-1], figures[1:], strict=True):
+    for found, linear, worse, better in zip(accepted, every[:-1], figures[:-1], figures[1:], strict=True):
+        each, best = found.searched, found.explanation
         columns = placebos(each.fitted, each.responses[LATENT_FORCE.name])
         errors = held_out_errors(linear, state.levels, folds, columns)
         findings.append(_finding(each, best, after_model, missing, _evidence(worse, better, errors)))

@@ -11,10 +11,6 @@ from functools import partial
 from typing import Final
 
 from sssi_exudyn.core.errors import SimulationDiverged
-from sssi_exudyn.fitting.estimate import estimate_from
-from sssi_exudyn.fitting.objective import Prior
-from sssi_exudyn.fitting.posterior import Posterior
-from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
@@ -29,7 +25,7 @@ from sssi_exudyn.validation.diagnosis.search import compare_hypotheses
 from sssi_exudyn.validation.diagnosis.search_result import STANDS_OUT, Figures, SearchResult, SeparateFit
 from sssi_exudyn.validation.diagnosis.state import (
     State,
-    confirm,
+    estimate_again,
     first_fit,
     fitted_run,
     linear_model,
@@ -60,11 +56,8 @@ def diagnose(
     Raises ValueError without a GPS, and SimulationDiverged when the model cannot be simulated.
     """
     problem = diagnosis_problem(recording, motion, model, progress, cache)
-    problem, state, base = first_fit(problem)
-    if full:
-        progress(None, "the full model")
-        state, base = confirm(problem, state, base)
-    first = base
+    problem, state, base = first_fit(problem, full=full)
+    first, before = base, state.estimate
     rounds = [compare_hypotheses(problem, state, base)]
     state = replace(state, first_evidence=rounds[0].nothing.log_evidence)
     accepted: list[Accepted] = []
@@ -75,62 +68,38 @@ def diagnose(
         if latest.nothing.probability > allowed or best.fit is None:
             break
         try:
-            following, found = settle(problem, replace(state, levels=best.levels), best.fit)
-            if full:
-                progress(None, f"the full model with {best.name}")
-                following, found = confirm(problem, following, found)
-            rounds.append(compare_hypotheses(problem, following, found))
+            progress(None, f"posture and snow surface with {best.name}")
+            following = estimate_again(problem, replace(state, levels=best.levels), best.fit, full=full)
+            rounds.append(compare_hypotheses(*following))
         except SimulationDiverged as error:
             progress(None, f"the search ends: with {best.name} {error}")
             break
-        state, base = following, found
-        accepted.append((latest, best, base))
+        problem, state, base = following
+        accepted.append(Accepted(latest, best, base, linear_model(problem, state, base)))
     if len(accepted) > 1:
-        names = sorted(explanation.name for _, explanation, _ in accepted)
+        names = sorted(each.explanation.name for each in accepted)
         try:
             state, accepted = _compare_again(problem, state, accepted)
         except SimulationDiverged as error:
             progress(None, f"findings are not compared again: {error}")
-        base = accepted[-1][2] if accepted else first
-        if full:
-            progress(None, "the full model with all findings")
-            state, base = confirm(problem, state, base)
-            accepted[-1:] = [(*each[:2], base) for each in accepted[-1:]]
-        if names != sorted(explanation.name for _, explanation, _ in accepted):
+        if names != sorted(each.explanation.name for each in accepted):
+            base = accepted[-1].fit if accepted else first
+            problem, state, base = estimate_again(problem, state, base, full=full)
             rounds.append(compare_hypotheses(problem, state, base))
-    estimates = None
-    if full and recording.completed is None:
-        final = conclude(problem, base)
-        estimates = (conclude(problem, first, full=False) if accepted else final), final
-    model = base.model if estimates is None else estimates[1].model
+    after = state.estimate
+    estimates = None if before is None or after is None else (before, after)
     diagnosis, figures = describe(recording.name, problem, state, first, base, rounds, accepted, estimates)
     return SearchResult(
         diagnosis=diagnosis,
         first=first,
         fit=base,
-        posterior=None if estimates is None else estimates[1],
-        result=simulate(model, motion) if full else None,
+        posterior=after,
+        result=simulate(base.model if after is None else after.model, motion) if full else None,
         noise=state.levels,
         rounds=tuple(rounds),
         figures=figures,
         separate_fit=partial(separate_fit, problem, state, base, accepted),
     )
-
-
-def conclude(problem: DiagnosisProblem, fit: Refit, *, full: bool = True) -> Posterior:
-    """The model of a fit with all that is uncertain estimated, as a run is: posture and snow surface, too.
-
-    Raises SimulationDiverged when a simulation does.
-    """
-    problem.progress(None, "posture and snow surface")
-    model = on_snow_surface(replace(fit.model, surface=None), problem.recording, problem.motion)
-    modes = () if model.surface is None else model.surface.names
-    fitting = replace(problem.fitting, priors={**problem.fitting.priors, **dict.fromkeys(modes, Prior(0.0, 1.0))})
-    found = {p.names: p.prior for p in fit.parameters if p not in problem.parameters}
-    return estimate_from(
-        model, fitting, problem.recording, problem.motion, more=found, full=full, cache=problem.cache,
-        progress=problem.progress,
-    )  # fmt: skip
 
 
 def _compare_again(
@@ -143,37 +112,37 @@ def _compare_again(
     probability and its alternatives were those of a mixture.  What is superfluous beside the others goes.
     """
     accepted = list(accepted)
-    explanations = [explanation for _, explanation, _ in accepted]
+    explanations = [each.explanation for each in accepted]
     names = sorted(explanation.name for explanation in explanations)
     for explanation in explanations:
-        if explanation is explanations[-1] and sorted(each.name for _, each, _ in accepted) == names:
+        if explanation is explanations[-1] and sorted(each.explanation.name for each in accepted) == names:
             break
         candidate = explanation.candidate
-        at = next(i for i, (_, each, _) in enumerate(accepted) if each is explanation)
-        if candidate is None or [each.name for _, each, _ in accepted].count(explanation.name) > 1:
+        at = next(i for i, each in enumerate(accepted) if each.explanation is explanation)
+        if candidate is None or [each.explanation.name for each in accepted].count(explanation.name) > 1:
             continue  # two of one name cannot be removed separately
         rest = accepted[:at]
-        for searched, each, fit in accepted[at + 1 :]:
-            state, less = remove(problem, state, fit, candidate)
-            rest.append((searched, each, less))
+        for each in accepted[at + 1 :]:
+            state, less = remove(problem, state, each.fit, candidate)
+            rest.append(replace(each, fit=less, linear=linear_model(problem, state, less)))
         if rest:
-            base = rest[-1][2]
+            base = rest[-1].fit
         else:
-            state, base = remove(problem, state, accepted[at][2], candidate)
+            state, base = remove(problem, state, accepted[at].fit, candidate)
         again = compare_hypotheses(problem, state, base)
         accepted = rest
         if again.nothing.probability <= STANDS_OUT and again.best.fit is not None:
             state, fit = settle(problem, replace(state, levels=again.best.levels), again.best.fit)
-            accepted.append((again, again.best, fit))
+            accepted.append(Accepted(again, again.best, fit, linear_model(problem, state, fit)))
     return state, accepted
 
 
 def separate_fit(problem: DiagnosisProblem, state: State, fit: Refit, accepted: Sequence[Accepted] = ()) -> SeparateFit:
     """What the runs of a day are compared by, from a fit with what was ``accepted``."""
     shared = {hypothesis.name for hypothesis in STEADY_LAWS}
-    for _, explanation, _ in reversed(accepted):  # a second of a name goes before the first
-        if explanation.name in shared and explanation.candidate is not None:
-            state, fit = remove(problem, state, fit, explanation.candidate)
+    for each in reversed(accepted):  # a second of a name goes before the first
+        if each.explanation.name in shared and each.explanation.candidate is not None:
+            state, fit = remove(problem, state, fit, each.explanation.candidate)
     return SeparateFit(fit, fitted_run(problem, state, fit), linear_model(problem, state, fit), state.levels)
 
 

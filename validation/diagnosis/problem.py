@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -13,11 +13,12 @@ from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.fitting.measurements import Measurements, averages, measurements_of
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
 from sssi_exudyn.fitting.posture_errors import PostureErrors
-from sssi_exudyn.fitting.snow_surface import SurfaceProcess, surface_process
+from sssi_exudyn.fitting.snow_surface import SurfaceProcess, on_snow_surface, surface_process
 from sssi_exudyn.fitting.unknowns import FREE, USUAL_CUFF, posture_errors
 from sssi_exudyn.model.faults import InsoleGain, LeverArm
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
+from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.uncertainty import Uncertainty
@@ -48,9 +49,9 @@ explanations; what the full model predicts beyond is added to every prediction.
 class DiagnosisProblem:
     """A recording prepared for diagnosis.
 
-    model : on the snow surface that the heights show;  ground : that surface as a process, None on the plane
-    parameters : what every fit has free, with priors;  prepared : the reduced model's tables of the motion
-    fitting : the ordinary fit of the same recording;  about : how wrong what is stated may be
+    model : as it is given, on the snow surface that the heights show
+    ground : the snow as a process, None on the plane;  prepared : the reduced model's tables; both as estimated
+    parameters : what every fit has free, with priors;  fitting : the ordinary fit of the same recording
     key : of all of these, for the cache
     """
 
@@ -77,15 +78,12 @@ class DiagnosisProblem:
         """
         if self.ground is None:
             return model, np.zeros(0)
-        shaped = replace(model, surface=None).snow(self.ground.places)[0]
-        amounts = np.array(self.ground.surface.amounts) - self.ground.follow @ shaped
-        return replace(model, surface=replace(self.ground.surface, amounts=tuple(amounts.tolist()))), amounts
+        surface = self.ground.beside(model)
+        return replace(model, surface=surface), np.array(surface.amounts)
 
     def with_residual(self, residual: Array) -> DiagnosisProblem:
-        """The same with fixes that count less where a residual (N,) is far off its neighbours'."""
-        blocks = self.measurements.blocks
-        track = np.stack([residual[blocks["x"]], residual[blocks["y"]]], axis=1)
-        counts = counts_of(self.fitting.track, track)
+        """The same with fixes that count less where a residual (n, 2) m is far off its neighbours'."""
+        counts = counts_of(self.fitting.track, residual)
         return replace(
             self,
             measurements=replace(self.measurements, counts=counts),
@@ -102,22 +100,21 @@ def diagnosis_problem(
     recording: Recording, motion: Motion, model: Model, progress: Progress = _silent, cache: Cache | None = None
 ) -> DiagnosisProblem:
     """Prepare a recording.  Raises ValueError when it has no GPS."""
-    fitting = problem_of(recording, motion, model, "joint")
-    ground = surface_process(fitting.model, recording, motion)
-    model = replace(fitting.model, surface=None if ground is None else ground.surface)
+    fitting = problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint")
+    model = fitting.model
     priors = dict(FREE)
-    for name in fitting.names:
+    for name, prior in fitting.priors.items():
         if name.startswith(("start.velocity", "start.f", "start.l")):
-            priors[name] = Prior(model.value(name), _SPEED if "velocity" in name else _PLACE)
-        elif name.startswith("start."):
-            priors[name] = fitting.priors[name]
+            priors[name] = Prior(prior.mean, _SPEED if "velocity" in name else _PLACE)
+        elif not name.startswith("surface."):
+            priors[name] = prior
     measurements = measurements_of(recording, model, motion.start, motion.stop)
     return DiagnosisProblem(
         recording=recording,
         motion=motion,
         model=model,
-        ground=ground,
-        parameters=tuple(Parameter((name,), priors[name]) for name in fitting.names),
+        ground=surface_process(model, recording, motion),
+        parameters=tuple(Parameter((name,), prior) for name, prior in priors.items()),
         prepared=prepare(model, motion, step=STEP),
         measurements=measurements,
         fitting=fitting,
@@ -133,24 +130,27 @@ def diagnosis_problem(
 class Nuisances:
     """What may vary beside a fit's parameters, linearised about a run.
 
-    free : instruments and skier;  mean : (N,) what of the cuffs is usual
-    posture : (N, c) errors of the posture;  surface : (N, s) waves of the snow; each for a usual one
+    free : instruments and skier;  posture : (N, c) errors of the posture;  surface : (N, s) waves of the snow; each
+        for a usual one
+    mean : (N,) what is added to the prediction of the run for one of what is most probable beforehand, but for the
+        waves of the snow
     """
 
     free: Freedom
-    mean: Array
     posture: Array
     surface: Array
+    mean: Array
 
 
 def no_nuisances(size: int) -> Nuisances:
     """For ``size`` measurements."""
     none = np.zeros((size, 0))
-    return Nuisances(Freedom(none, np.zeros(0)), np.zeros(size), none, none)
+    return Nuisances(Freedom(none, np.zeros(0)), none, none, np.zeros(size))
 
 
-def nuisances_of(problem: DiagnosisProblem, model: Model) -> Nuisances:
-    """About a run of ``model``.
+def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[str]) -> Nuisances:
+    """About a run of ``model``, corrected by errors of posture and mass of ``sizes`` (m,); numbers that are ``fitted``
+    with a prior of their own are as they should be.
 
     Raises SimulationDiverged when it cannot be simulated.
     """
@@ -162,14 +162,16 @@ def nuisances_of(problem: DiagnosisProblem, model: Model) -> Nuisances:
     height[measurements.blocks["height"]] = 1.0
     cuff[measurements.blocks["load"]] = -sole.sum(axis=1)
     cuff[measurements.blocks["difference"]] = -(sole[:, 0] - sole[:, 1])
+    stated = problem.model
     numbers = {
         "start.clock_offset": about.clock,
-        "penetration.k": about.snow_stiffness * model.value("penetration.k"),
-        "air.c_d": about.drag * model.value("air.c_d"),
+        "penetration.k": about.snow_stiffness * stated.value("penetration.k"),
+        "air.c_d": about.drag * stated.value("air.c_d"),
     }
+    moved = [0.0 if name in fitted else model.value(name) - stated.value(name) for name in numbers]
     waves = () if model.surface is None else model.surface.names
     every = posture_errors(about, problem.motion.start, problem.motion.stop, problem.motion.foot_sigma)
-    errors = PostureErrors(Parts(model, problem.motion), prepared, every)
+    errors = PostureErrors(Parts(model, correct_posture(problem.motion, model.posture)), prepared, every)
     changes = [*(errors.change(error) for error in every), skier_mass_change(model, problem.motion, prepared)]
     problem.progress(None, f"{len(every)} possible errors of the posture, {len(waves)} of the snow surface")
     columns = sensitivities(model, prepared, [*numbers, *waves], measurements.predict, changes)[1]
@@ -179,4 +181,5 @@ def nuisances_of(problem: DiagnosisProblem, model: Model) -> Nuisances:
     by_instrument = responses_of([*antenna, *gains], prepared, measurements)
     scales = [_HEIGHT, about.boot_cuff, *numbers.values(), about.mass, *[about.antenna] * 3, *[about.insole_gain] * 2]
     free = Freedom(np.column_stack([height, cuff, by_number, by_mass, by_instrument]), np.array(scales))
-    return Nuisances(free, USUAL_CUFF * cuff, by_error, by_wave)
+    mean = USUAL_CUFF * cuff - by_number @ moved - by_error @ sizes[:-1] - about.mass * sizes[-1] * by_mass[:, 0]
+    return Nuisances(free, by_error, by_wave, np.asarray(mean))

@@ -6,7 +6,7 @@ snow surface may do, and what the full model predicts beyond the reduced one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -14,11 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.estimate import estimate, estimate_from
+from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.posterior import Posterior
+from sssi_exudyn.fitting.snow_surface import on_snow_surface, surface_process
+from sssi_exudyn.fitting.unknowns import posture_errors
+from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import Shapes, fingerprint
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.validation.diagnosis.evidence import (
     Freedom,
     LinearModel,
@@ -26,17 +32,16 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     Whitener,
     best_levels,
     usual_levels,
-    whiten_columns,
     whitener,
 )
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun
-from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Nuisances, no_nuisances, nuisances_of
+from sssi_exudyn.validation.diagnosis.problem import STEP, DiagnosisProblem, Nuisances, no_nuisances, nuisances_of
 from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit, arrays_of, kept_shapes, refit, refit_of
 
 Arrays = Mapping[str, NDArray[np.generic]]
 """What a cache keeps."""
-_SETTLED: Final = 0.2
-"""Standard deviations of the noise by which the full model's surplus may still change."""
+_STATED: Final = (LeverArm, BootCuff, InsoleGain)
+"""Instruments' parts whose numbers an estimate seeks along."""
 
 
 @dataclass(frozen=True)
@@ -45,31 +50,99 @@ class State:
 
     levels : of the noise;  nuisances : what else may vary
     beyond : (N,) what the full model predicts beyond the reduced one
+    estimate : what all is linearised about; None where most of the posture is assumed
     first_evidence : log evidence of the model without anything added, once it is known
     """
 
     levels: NoiseLevels
     nuisances: Nuisances
     beyond: Array
+    estimate: Posterior | None = None
     first_evidence: float | None = None
 
     def offset(self, amounts: Array) -> Array:
         """(N,) what is added to the reduced model's prediction on a surface whose modes have these amounts (s,): a
-        prediction counts from the surface before any height was known.
+        prediction counts from what was most probable before anything was measured.
         """
         waves = self.nuisances.surface
         return np.asarray(self.nuisances.mean + self.beyond - (waves @ amounts if waves.shape[1] else 0.0))
 
 
-def first_fit(problem: DiagnosisProblem) -> tuple[DiagnosisProblem, State, Refit]:
-    """The fit of the model without anything added, about which is found what else may vary; and the problem with fixes
-    that count by how far off they are.
+def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[DiagnosisProblem, State, Refit]:
+    """The fit of the model without anything added, about the estimate of all that is uncertain; and the problem
+    prepared for it, with fixes that count by how far off they are.  With ``full`` the full model judges the estimate.
     """
     size = len(problem.measurements.measured)
+    recording, motion = problem.recording, problem.motion
     state = State(usual_levels(problem.measurements), no_nuisances(size), np.zeros(size))
+    if recording.completed is None:
+        made = estimate(
+            problem.fitting, recording, motion, full=full, cache=problem.cache, progress=problem.progress
+        )  # fmt: skip
+        return linearise_about(problem.with_residual(made.fitted.residual), made.posterior, problem.parameters)
     base = fit_model(problem, state, problem.model, problem.parameters, state.levels)
-    problem = problem.with_residual(problem.measurements.measured - base.predicted)
-    state = replace(state, nuisances=_nuisances(problem, base))
+    residual = problem.measurements.measured - base.predicted
+    blocks = problem.measurements.blocks
+    problem = problem.with_residual(np.stack([residual[blocks["x"]], residual[blocks["y"]]], axis=1))
+    none = np.zeros(_errors_of(problem) + 1)
+    beyond = _full_surplus(problem, base.model) if full else state.beyond
+    state = replace(state, nuisances=_nuisances(problem, base.model, none, ()), beyond=beyond)
+    base = fit_model(problem, state, base.model, base.parameters, state.levels)
+    return problem, *settle(problem, state, base)
+
+
+def estimate_again(
+    problem: DiagnosisProblem, state: State, fit: Refit, *, full: bool
+) -> tuple[DiagnosisProblem, State, Refit]:
+    """A fit with other terms or faults, about a new estimate of all that is uncertain."""
+    if state.estimate is None:
+        if full:
+            state = replace(state, beyond=_full_surplus(problem, fit.model))
+            fit = fit_model(problem, state, fit.model, fit.parameters, state.levels)
+        return problem, state, fit
+    model = on_snow_surface(replace(fit.model, surface=None), problem.recording, problem.motion)
+    modes = () if model.surface is None else model.surface.names
+    usual = {name: prior for name, prior in problem.fitting.priors.items() if not name.startswith("surface.")}
+    fitting = replace(problem.fitting, priors=usual | dict.fromkeys(modes, Prior(0.0, 1.0)))
+    posterior = estimate_from(
+        model, fitting, problem.recording, problem.motion, more={p.names: p.prior for p in found_by(problem, fit)},
+        sizes=state.estimate.sizes, full=full, cache=problem.cache, progress=problem.progress,
+    )  # fmt: skip
+    problem, following, base = linearise_about(problem, posterior, fit.parameters)
+    return problem, replace(following, first_evidence=state.first_evidence), base
+
+
+def found_by(problem: DiagnosisProblem, fit: Refit) -> list[Parameter]:
+    """Parameters of a fit that the model without anything added does not have, or not as free."""
+    return [parameter for parameter in fit.parameters if parameter not in problem.parameters]
+
+
+def linearise_about(
+    problem: DiagnosisProblem, posterior: Posterior, parameters: tuple[Parameter, ...]
+) -> tuple[DiagnosisProblem, State, Refit]:
+    """The problem on the posture and the snow surface of an estimate, and the fit there.
+
+    Instruments are as they are stated: what is uncertain of them acts linearly.
+    """
+    sought = [name for parameter in parameters for name in parameter.names]
+    owners = {name.partition(".")[0] for name in sought}
+    sensors = tuple(each for each in posterior.model.sensors if each.name in owners or not isinstance(each, _STATED))
+    model = replace(posterior.model, sensors=sensors)
+    ground = None if model.surface is None else surface_process(model, problem.recording, problem.motion)
+    problem = replace(
+        problem,
+        ground=ground if ground is None or model.surface is None else ground.at(model.surface),
+        prepared=prepare(model, problem.motion, step=STEP),
+        key=fingerprint(problem.key, model_to_dict(model), posterior.sizes),
+    )
+    model, _ = problem.place(model)
+    seen, beyond = posterior.setting.seen, np.zeros(len(problem.measurements.measured))
+    for name, block in problem.measurements.blocks.items():
+        if name in seen.blocks:
+            beyond[block] = posterior.beyond[seen.blocks[name]]
+    nuisances = _nuisances(problem, model, posterior.sizes, sought)
+    state = State(usual_levels(problem.measurements), nuisances, beyond, posterior)
+    base = fit_model(problem, state, model, parameters, state.levels)
     return problem, *settle(problem, state, base)
 
 
@@ -99,23 +172,6 @@ def settle(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State, 
     """The same model refitted under the noise that suits it best."""
     levels, _ = best_levels(linear_model(problem, state, fit), state.levels)
     return replace(state, levels=levels), fit_model(problem, state, fit.model, fit.parameters, levels)
-
-
-def confirm(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State, Refit]:
-    """The fit on the full model.
-
-    What the full model predicts beyond the reduced one changes little with the parameters: it is added to the reduced
-    prediction, which is then fitted again.
-    """
-    for _ in range(2):
-        beyond = _full_prediction(problem, fit.model) - _reduced_prediction(problem, state, fit)
-        change = (beyond - state.beyond)[:, None]
-        moved = float(np.max(np.abs(whiten_columns(linear_model(problem, state, fit), state.levels, change))))
-        state = replace(state, beyond=beyond)
-        fit = fit_model(problem, state, fit.model, fit.parameters, state.levels)
-        if moved < _SETTLED:
-            break
-    return state, fit
 
 
 def remove(problem: DiagnosisProblem, state: State, fit: Refit, candidate: Candidate) -> tuple[State, Refit]:
@@ -165,39 +221,41 @@ def get_or_make(problem: DiagnosisProblem, key: str, make: Callable[[], Arrays],
     return problem.cache.get_or_make(key, make, shapes) if problem.cache else make()
 
 
-def _full_prediction(problem: DiagnosisProblem, model: Model) -> Array:
-    """(N,) what the instruments would measure, by the full model."""
+def _full_surplus(problem: DiagnosisProblem, model: Model) -> Array:
+    """(N,) what the full model predicts beyond the reduced one."""
 
     def run() -> Arrays:
         return {"predicted": problem.measurements.predict(model, simulate(model, problem.motion))}
 
     key = fingerprint("full model", problem.key, model_to_dict(model))
     shapes = {"predicted": problem.measurements.measured.shape}
-    return np.asarray(get_or_make(problem, key, run, shapes)["predicted"], dtype=np.float64)
+    found = np.asarray(get_or_make(problem, key, run, shapes)["predicted"], dtype=np.float64)
+    return found - problem.measurements.predict(model, simulate_reduced(model, problem.prepared))
 
 
-def _nuisances(problem: DiagnosisProblem, base: Refit) -> Nuisances:
-    """What may vary about the run of a fit."""
+def _errors_of(problem: DiagnosisProblem) -> int:
+    """How many errors of the posture are possible."""
+    motion = problem.motion
+    return len(posture_errors(problem.about, motion.start, motion.stop, motion.foot_sigma))
+
+
+def _nuisances(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[str]) -> Nuisances:
+    """``nuisances_of``, kept in the cache."""
 
     def run() -> Arrays:
-        found = nuisances_of(problem, base.model)
+        found = nuisances_of(problem, model, sizes, fitted)
         return {
             "columns": found.free.columns,
             "scales": found.free.scales,
-            "mean": found.mean,
             "posture": found.posture,
             "surface": found.surface,
+            "mean": found.mean,
         }
 
-    size = len(base.predicted)
-    key = fingerprint("nuisances", problem.key, base.values)
-    shapes = {
-        "columns": (size, None),
-        "scales": (None,),
-        "mean": (size,),
-        "posture": (size, None),
-        "surface": (size, None),
-    }
+    size = len(problem.measurements.measured)
+    key = fingerprint("nuisances", problem.key, model_to_dict(model), sizes, sorted(fitted))
+    rows = (size, None)
+    shapes: Shapes = {"columns": rows, "scales": (None,), "posture": rows, "surface": rows, "mean": (size,)}
     kept = get_or_make(problem, key, run, shapes)
-    columns, scales, mean, posture, surface = (np.asarray(kept[name], dtype=np.float64) for name in shapes)
-    return Nuisances(Freedom(columns, scales), mean, posture, surface)
+    columns, scales, posture, surface, mean = (np.asarray(kept[name], dtype=np.float64) for name in shapes)
+    return Nuisances(Freedom(columns, scales), posture, surface, mean)

@@ -89,13 +89,13 @@ def test_two_runs_find_what_neither_does_alone() -> None:
     law = SpeedDependentFriction(0.0075, 10.0)  # twice that shows in the second stretch alone, from 9.6 to 11.3 m/s
     own: list[SeparateFit] = []
     for number, after in enumerate((0.2, 8.0)):
-        stretch = replace(motion, start=motion.start + after, stop=motion.start + after + 5.0)
+        stretch = replace(motion, start=motion.start + after, stop=motion.start + after + 7.0)
         start = _model_as_known(fitted, recording, stretch).start
         world = replace(fitted, start=start, terms=(*fitted.terms, law))
         given = (recording, stretch, fitted)
         made = record(np.random.default_rng([3, number]), given, stretch, world, 0.0, 0.0)
         problem = diagnosis_problem(*made)
-        own.append(separate_fit(problem, *first_fit(problem)))
+        own.append(separate_fit(*first_fit(problem)))
     alone = [{each.name: each for each in compare_for_day([one])} for one in own]
     assert all(each["nothing"].probability > STANDS_OUT for each in alone)
     best = compare_for_day(own)[0]

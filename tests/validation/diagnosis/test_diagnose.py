@@ -6,7 +6,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -39,19 +39,19 @@ from sssi_exudyn.validation.benchmark.run import seal
 from sssi_exudyn.validation.benchmark.scores import CaseResult, score, share
 from sssi_exudyn.validation.diagnosis import diagnose as diagnose_module
 from sssi_exudyn.validation.diagnosis import search
+from sssi_exudyn.validation.diagnosis.description import Accepted
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose
-from sssi_exudyn.validation.diagnosis.evidence import Freedom
+from sssi_exudyn.validation.diagnosis.evidence import Freedom, usual_levels
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun
-from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, diagnosis_problem
+from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, responses_of
+from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, diagnosis_problem, no_nuisances
 from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
 from sssi_exudyn.validation.diagnosis.result import Diagnosis, Finding
-from sssi_exudyn.validation.diagnosis.search import compare_hypotheses, extended_parameters, responses_of
+from sssi_exudyn.validation.diagnosis.search import compare_hypotheses, extended_parameters
 from sssi_exudyn.validation.diagnosis.state import (
     State,
     first_fit,
     fit_model,
-    initial_state,
     noise_whitener,
     remove,
 )
@@ -66,6 +66,12 @@ def base() -> tuple[Recording, Motion, Model]:
     recording, motion = bundled("beginner")
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
     return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
+
+
+def state_of(problem: DiagnosisProblem) -> State:
+    """Nothing is uncertain but what instruments usually show."""
+    size = len(problem.measurements.measured)
+    return State(usual_levels(problem.measurements), no_nuisances(size), np.zeros(size))
 
 
 def shown(diagnosis: Diagnosis) -> str:
@@ -194,8 +200,7 @@ class Scripted:
         return state, fit
 
     def compare_again(self, accepted: list[Any]) -> list[Any]:
-        nothing = np.zeros(0)
-        state = State(LEVELS, Freedom(np.zeros((0, 0)), nothing), nothing, nothing, np.zeros((0, 0)))
+        state = State(LEVELS, no_nuisances(0), np.zeros(0))
         return diagnose_module._compare_again(None, state, accepted)[1]  # type: ignore[arg-type]
 
 
@@ -206,14 +211,14 @@ def round_with(name: str, nothing: float) -> Any:
 
 def test_the_first_finding_is_compared_again_beside_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     first, second = round_with("lever_arm", 0.0), round_with("slope_change", 0.0)
-    accepted: list[Any] = [(each, each.best, each.best.fit) for each in (first, second)]
+    accepted: list[Any] = [Accepted(each, each.best, each.best.fit, cast(Any, None)) for each in (first, second)]
     same = Scripted(monkeypatch, round_with("lever_arm", 0.01))
     assert len(same.compare_again(accepted)) == 2
     assert same.asked == ["with slope_change less lever_arm"]
     better = Scripted(monkeypatch, round_with("gps_delay", 0.01), round_with("slope_change", 0.0))
     after = better.compare_again(accepted)
     assert better.asked == ["with slope_change less lever_arm", "with gps_delay less slope_change"]
-    assert [explanation.name for _, explanation, _ in after] == ["gps_delay", "slope_change"]
+    assert [each.explanation.name for each in after] == ["gps_delay", "slope_change"]
     superfluous = Scripted(monkeypatch, round_with("lever_arm", 0.6), round_with("gust", 0.6))
     assert superfluous.compare_again(accepted) == []
     twice = [accepted[0], accepted[0], accepted[1]]
@@ -224,7 +229,7 @@ def test_the_first_finding_is_compared_again_beside_the_others(monkeypatch: pyte
 def test_what_is_put_in_and_taken_out_leaves_the_fit_as_it_was(base: Any) -> None:
     recording, motion, model = base
     problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 4.0), model)
-    state, fit = first_fit(problem)
+    problem, state, fit = first_fit(problem)
     part = SlopeChange(0.0, model.start.f + 8.0, 3.0)
     candidate = Candidate(
         replace(fit.model, terms=(*fit.model.terms, part)),
@@ -276,10 +281,11 @@ def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
     places = [
         Parameter((f"unexplained_force.{key}",), Prior(t, 0.4)) for key, t in (("t0", begin - 0.3), ("t1", begin + 0.5))
     ]
-    state = initial_state(problem)
-    noise = noise_whitener(problem, state, state.levels)
+    noise = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements))
     start = pushed(0.0, begin - 0.3, begin + 0.5)
-    fit = refit(start, (*amplitudes, *places), problem.prepared, problem.measurements, noise, offset)
+    fit = refit(
+        start, (*amplitudes, *places), problem.prepared, problem.measurements, noise, lambda each: (each, offset)
+    )
     force_f, force_l, t0, t1 = fit.values
     # fits stop within a twentieth of the standard errors; priors draw by a few per cent
     assert abs(0.5 * (t0 + t1) - begin - 0.25) < 0.02
@@ -311,15 +317,15 @@ def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> No
     """Freedom of the fit and hypothesis are one column, so that a turn that the fit has found may be either's."""
     recording, motion, model = base
     problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 5.0), model)
-    state = initial_state(problem)
     turned = problem.model.with_values({"start.heading_offset": 0.06})
     names = ["start.heading_offset", "start.clock_offset"]
     seen, slopes = sensitivities(turned, problem.prepared, names, problem.measurements.predict)
     run = simulate_reduced(turned, problem.prepared)
     fitted = FittedRun(turned, problem.prepared, run, problem.measurements, seen)
+    white = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements))
     for name, column in zip(("heading_misalignment", "gps_delay"), slopes.T, strict=True):
-        response = responses_of(fitted, BY_NAME[name].probes(fitted))[:, 0]
-        whitened = noise_whitener(problem, state, state.levels)(np.column_stack([response, column]))
+        response = responses_of(BY_NAME[name].probes(fitted), problem.prepared, problem.measurements)[:, 0]
+        whitened = white(np.column_stack([response, column]))
         apart = np.linalg.norm(whitened[:, 0] - whitened[:, 1]) / np.linalg.norm(whitened[:, 1])
         assert apart < 1e-9, name  # rounding
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -26,7 +28,8 @@ LEVELS = NoiseLevels(
     ExponentialNoise(0.03, 1.0),
     ExponentialNoise(20.0, 0.05),
     ExponentialNoise(40.0, 0.4),
-    0.005,
+    0.7,
+    1.6,
 )
 
 
@@ -38,6 +41,7 @@ def instruments(fixes: int = 12, windows: int = 7) -> Measurements:
         0.02,
         0.1 * np.arange(windows),
         400.0 + rng.normal(size=(windows, 2)),
+        rng.uniform(0.2, 1.0, size=fixes),
     )
 
 
@@ -51,7 +55,8 @@ def linear_model(seed: int = 2) -> LinearModel:
         measurements,
         0.03 * scale * rng.normal(size=size),
         Freedom(scale[:, None] * rng.normal(size=(size, 3)), np.array([0.1, 0.02, 0.5])),
-        scale[:, None] * rng.normal(size=(size, 4)),
+        0.01 * scale[:, None] * rng.normal(size=(size, 4)),
+        0.02 * scale[:, None] * rng.normal(size=(size, 5)),
     )
 
 
@@ -62,8 +67,9 @@ def covariance(given: LinearModel) -> Array:
     for name, place in given.measurements.blocks.items():
         time, noise = given.measurements.time_of(name), LEVELS.of(name)
         found[place, place] = noise.sigma**2 * np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
-    capture = LEVELS.capture * given.capture
-    return found + capture @ capture.T
+    found *= np.outer(given.measurements.scale, given.measurements.scale)
+    posture, surface = LEVELS.posture * given.posture, LEVELS.surface * given.surface
+    return found + posture @ posture.T + surface @ surface.T
 
 
 def test_evidence_is_the_density_with_everything_integrated_out() -> None:
@@ -124,7 +130,7 @@ def test_whitener_makes_the_noise_white() -> None:
 
 
 def test_noise_levels_are_found() -> None:
-    measurements = instruments(fixes=400, windows=400)
+    measurements = replace(instruments(fixes=400, windows=400), counts=np.ones(400))
     rng = np.random.default_rng(7)
     residual = np.zeros(len(measurements.measured))
     for name, place in measurements.blocks.items():
@@ -132,7 +138,8 @@ def test_noise_levels_are_found() -> None:
         cov = noise.sigma**2 * np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
         residual[place] = np.linalg.cholesky(cov) @ rng.normal(size=len(time))
     size = len(residual)
-    given = LinearModel(measurements, residual, Freedom(np.zeros((size, 0)), np.zeros(0)), np.zeros((size, 0)))
+    none = np.zeros((size, 0))
+    given = LinearModel(measurements, residual, Freedom(none, np.zeros(0)), none, none)
     found, _ = best_levels(given, usual_levels(measurements))
     # 40 s of noise that remembers for 2 s are some 20 independent samples an axis: its σ is known to 20 %
     assert found.gps.sigma == pytest.approx(LEVELS.gps.sigma, rel=0.4)
