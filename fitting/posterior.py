@@ -45,7 +45,11 @@ ROUNDS: Final = 8
 _SETTLED: Final = 0.15
 """Standard deviations by which nothing moves any more."""
 _STRAIGHT: Final = 1.0
-"""Standard deviations within which the responses to the errors of the posture stay what they are."""
+"""Standard deviations of a last move within which a search has converged."""
+_BENT: Final = 2.0
+"""Standard deviations of a move after which the responses to the errors of the posture are found anew: angles of few
+degrees, which change them by some per cent, so that each round still takes away most of what is left.
+"""
 _TOLERANCE: Final = 1e-6
 """Of J where its linear form is searched."""
 _BEFOREHAND: Final = 20.0
@@ -215,7 +219,7 @@ def find_posterior(
     moved = np.inf
     for rounds in range(1, ROUNDS + 1):
         if rounds > 1:
-            responses = _linearise(setting, point, None if moved > _STRAIGHT else responses)
+            responses = _linearise(setting, point, None if moved > _BENT else responses)
         levels = _weigh_noise(setting, point, responses, levels)
         found = _solve(setting, point, responses, levels)
         before = point

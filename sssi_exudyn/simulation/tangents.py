@@ -8,7 +8,9 @@ derivative, without the cancellation of a difference.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 from typing import Any, Final
 
@@ -104,14 +106,14 @@ def run_tangents(
     plain = [i for i in range(len(makers)) if i not in tabular]
     groups = [tabular[i : i + _TABLES] for i in range(0, len(tabular), _TABLES)] or [[]]
     groups[0] = groups[0] + plain
-    run: ReducedRun | None = None
+    reduced_module(model.terms)  # once, before threads ask for it
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        passes = list(pool.map(lambda group: _pass(model, at, [makers[i]() for i in group]), groups))
     slopes: dict[str, Array] = {}
-    for group in groups:
-        run, found = _pass(model, at, [makers[i]() for i in group])
+    for group, (_, found) in zip(groups, passes, strict=True):
         for name, array in found.items():
             slopes.setdefault(name, np.zeros((*array.shape[:-1], len(makers))))[..., group] = array
-    assert run is not None
-    return run, ReducedRun(**slopes)
+    return passes[0][0], ReducedRun(**slopes)
 
 
 def host_of(addition: Addition) -> Model:

@@ -186,7 +186,7 @@ class Scripted:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, *rounds: Any) -> None:
         self.rounds, self.asked = list(rounds), []
-        for function in (self.compare_hypotheses, self.remove, self.settle):
+        for function in (self.compare_hypotheses, self.remove, self.settle, self.linear_model):
             monkeypatch.setattr(diagnose_module, function.__name__, function)
 
     def compare_hypotheses(self, problem: Any, state: State, base: str) -> Any:
@@ -198,6 +198,9 @@ class Scripted:
 
     def settle(self, problem: Any, state: State, fit: str) -> tuple[State, str]:
         return state, fit
+
+    def linear_model(self, problem: Any, state: State, fit: str) -> str:
+        return f"about {fit}"
 
     def compare_again(self, accepted: list[Any]) -> list[Any]:
         state = State(LEVELS, no_nuisances(0), np.zeros(0))
