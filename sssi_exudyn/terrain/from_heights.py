@@ -49,6 +49,8 @@ _MOST: Final = 500
 MOST_MODES: Final = 40
 WAVES: Final = ((0.1, 6.0), (0.2, 15.0), (0.4, 40.0))
 """m and m: heights and lengths of the waves of an ordinary slope, of which each length makes slopes alike."""
+TILTS: Final = 2
+"""Modes of such a process that come first, the plane's tilt along and across the slope."""
 MOST_WAVES: Final = 60
 """Modes of a surface of which nothing is known yet."""
 _SEEN: Final = 0.005

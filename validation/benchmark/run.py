@@ -34,7 +34,7 @@ from sssi_exudyn.validation.benchmark.cases import Case, Made, Recorded, make, p
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, score
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose, figures_without_findings
-from sssi_exudyn.validation.diagnosis.evidence import log_factors
+from sssi_exudyn.validation.diagnosis.evidence import log_factors, overlaps
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.problem import Progress
 from sssi_exudyn.validation.diagnosis.result import Friction
@@ -129,7 +129,7 @@ def _oracle(case: Case, found: SearchResult, searched: Round) -> float | None:
     candidates = hypothesis.candidates(searched.fitted, searched.responses[hypothesis.name])
     if not candidates:
         return None
-    best = float(np.max(log_factors(searched.linear, found.noise, [c.free for c in candidates])))
+    best = float(np.max(log_factors(*overlaps(searched.linear, found.noise, [c.free for c in candidates]))))
     return float(np.sqrt(max(0.0, 2.0 * best)))
 
 

@@ -15,16 +15,19 @@ from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.uncertainty import Uncertainty
+from sssi_exudyn.runtime.provenance import versions
 from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels
 from sssi_exudyn.validation.diagnosis.held_out import best_residual, folds_of, held_out_errors, misfit, track_error
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.missing_force import MissingForce, missing_force, placebos
-from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90
+from sssi_exudyn.validation.diagnosis.noticed import adequacy
+from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, NOTHING
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.result import (
     NOTHING_MISSING,
+    Adequacy,
     Alternative,
     Change,
     Diagnosis,
@@ -41,11 +44,12 @@ from sssi_exudyn.validation.diagnosis.result import (
     Stretch,
     TrackDistance,
     Vector,
+    Version,
     Weighed,
     Where,
 )
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
-from sssi_exudyn.validation.diagnosis.search_result import SURE, WORTH_NAMING, Figures
+from sssi_exudyn.validation.diagnosis.search_result import LIKELY, SURE, WORTH_NAMING, Figures
 from sssi_exudyn.validation.diagnosis.sentences import sentence_of
 from sssi_exudyn.validation.diagnosis.state import State
 
@@ -95,12 +99,14 @@ def describe(
         columns = placebos(each.fitted, each.responses[LATENT_FORCE.name])
         errors = held_out_errors(linear, state.levels, folds, columns)
         findings.append(_finding(each, best, after_model, missing, _evidence(worse, better, errors)))
-    verdict = _verdict(findings)
+    residual = best_residual(every[-1], state.levels)
+    near = adequacy(residual, measurements)
+    verdict = _verdict(findings, near, rounds[-1].nothing.probability)
     diagnosis = Diagnosis(
         format=1,
         recording=recording,
         verdict=verdict,
-        sentence=sentence_of(verdict, findings, before_model.model, after_model.model, figures[0], figures[-1]),
+        sentence=sentence_of(findings, verdict, rounds[-1], near, (before_model.model, after_model.model), figures),
         findings=tuple(findings),
         friction=FrictionChange(_friction(before_model.model), _friction(after_model.model)),
         noise=_noise(state.levels, problem.about),
@@ -109,9 +115,10 @@ def describe(
             Stretch(begin, end, _vector(missing.impulse((begin, end)))) for begin, end in missing.stretches()
         ),
         latent_force=LatentForce(_over_time(missing), _over_time(left)),
-        track_distance=_distance(
-            measurements, *(best_residual(linear, state.levels) for linear in (every[0], every[-1]))
-        ),
+        track_distance=_distance(measurements, best_residual(every[0], state.levels), residual),
+        smallest_noticed=rounds[-1].noticed,
+        adequacy=near,
+        version=_version(),
     )
     return diagnosis, tuple(figures)
 
@@ -128,7 +135,9 @@ def figures_of(linear: LinearModel, levels: NoiseLevels, folds: list[tuple[float
     )
 
 
-def _verdict(findings: Sequence[Finding]) -> Outcome:
+def _verdict(findings: Sequence[Finding], near: Adequacy, nothing: float) -> Outcome:
+    if not near.adequate or (not findings and nothing < LIKELY):
+        return "not_adequate"
     if not findings:
         return "none"
     if any(f.kind == "unexplained" for f in findings):
@@ -235,6 +244,11 @@ def _distance(measurements: Measurements, first: Array, final: Array) -> TrackDi
         return tuple(np.hypot(residual[blocks["x"]], residual[blocks["y"]]).tolist())
 
     return TrackDistance(tuple(measurements.fixes.tolist()), of(first), of(final))
+
+
+def _version() -> Version:
+    priors = {hypothesis.name: hypothesis.weight for hypothesis in HYPOTHESES}
+    return Version(versions()["sssi_exudyn"], {NOTHING_MISSING: NOTHING, **priors})
 
 
 def _vector(values: Array) -> Vector:

@@ -246,11 +246,9 @@ def whitener(linear: LinearModel, levels: NoiseLevels, kept: Array | None = None
     return Whitener(np.asarray(np.linalg.cholesky(covariance + 1e-12 * np.diag(np.diag(covariance)))))
 
 
-def log_factors(
-    linear: LinearModel, levels: NoiseLevels, candidates: Sequence[Freedom], sizes: Sequence[float] = (1.0,)
-) -> Array:
-    """(sizes, c) log Bayes factor of each candidate against none, at given noise levels, were its amplitudes usually so
-    many times as large; all candidates have equally many.
+def overlaps(linear: LinearModel, levels: NoiseLevels, candidates: Sequence[Freedom]) -> tuple[Array, Array]:
+    """What the measurements know of each of c candidates, all with w amplitudes of usual size, once all that is
+    uncertain has taken its part: the amplitudes' information (c, w, w), and the pull (c, w, 1) of what is left.
     """
     free = linear.all_free(levels)
     table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
@@ -262,10 +260,16 @@ def log_factors(
     cleared = together - x @ cho_solve(factor, x.T @ together)
     shape = len(together), len(candidates), width
     gram = np.einsum("nci,ncj->cij", together.reshape(shape), cleared.reshape(shape))
-    pull = (together.T @ rest).reshape(len(candidates), width, 1)
-    found = np.empty((len(sizes), len(candidates)))
+    return gram, (together.T @ rest).reshape(len(candidates), width, 1)
+
+
+def log_factors(gram: Array, pull: Array, sizes: Sequence[float] = (1.0,)) -> Array:
+    """(sizes, c) log Bayes factor of each candidate against none, were its amplitudes usually so many times as large,
+    from its ``overlaps``.
+    """
+    found = np.empty((len(sizes), len(gram)))
     for i, size in enumerate(sizes):
-        inner = size**2 * gram + np.eye(width)
+        inner = size**2 * gram + np.eye(gram.shape[1])
         gain = 0.5 * size**2 * np.sum(pull * np.linalg.solve(inner, pull), axis=(1, 2))
         found[i] = gain - 0.5 * np.linalg.slogdet(inner)[1]
     return found

@@ -112,17 +112,22 @@ class Hypothesis(ABC):
     """One name in ``diagnosis.json``.
 
     caption : what it adds to the model, as a figure names it
+    smallest : words for the size from which it would have been noticed, of a ``value`` or, of an angle, ``degrees``; ""
+        where a reader would not ask
     weight : prior probability relative to the others
     moves_all : it moves the whole track by far more than the noise, so that a linear response is a poor start of a fit,
         which then begins on both sides
+    shapes_snow : the snow surface, were it free, would take up most of it before it is where it belongs
     distinctions : measurements that would distinguish it from others; each pair stands with one of the two
     """
 
     name: ClassVar[str]
     kind: ClassVar[Kind]
     caption: ClassVar[str]
+    smallest: ClassVar[str] = ""
     weight: ClassVar[float] = 1.0
     moves_all: ClassVar[bool] = False
+    shapes_snow: ClassVar[bool] = False
     distinctions: ClassVar[tuple[Distinction, ...]] = ()
 
     @abstractmethod
@@ -310,6 +315,7 @@ class InTime(Hypothesis):
 class Terrain(Hypothesis):
     """A surface that is no plane: places along the fall line, and widths."""
 
+    shapes_snow = True
     amplitude: ClassVar[str]
     scale: ClassVar[float]
     widths: ClassVar[tuple[float, ...]]

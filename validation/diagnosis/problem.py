@@ -27,6 +27,7 @@ from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.reduced import Prepared, prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.simulation.tangents import skier_mass_change
+from sssi_exudyn.terrain.from_heights import TILTS
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
 from sssi_exudyn.validation.diagnosis.hypothesis import probes_by, responses_of
 from sssi_exudyn.validation.diagnosis.refit import Parameter
@@ -130,8 +131,8 @@ def diagnosis_problem(
 class Nuisances:
     """What may vary beside a fit's parameters, linearised about a run.
 
-    free : instruments and skier;  posture : (N, c) errors of the posture;  surface : (N, s) waves of the snow; each
-        for a usual one
+    free : instruments and skier;  posture : (N, c) errors of the posture;  surface : (N, s) modes of the snow, the
+        plane's tilt first; each for a usual one
     mean : (N,) what is added to the prediction of the run for one of what is most probable beforehand, but for the
         waves of the snow
     """
@@ -140,6 +141,17 @@ class Nuisances:
     posture: Array
     surface: Array
     mean: Array
+
+    @property
+    def fixed(self) -> Freedom:
+        """Of instruments and skier, and the plane's tilt: what no noise level makes larger."""
+        tilt = self.surface[:, :TILTS]
+        return self.free.with_more(tilt, np.ones(tilt.shape[1]))
+
+    @property
+    def waves(self) -> Array:
+        """(N, s − ``TILTS``) of the snow, but for the plane's tilt."""
+        return self.surface[:, TILTS:]
 
 
 def no_nuisances(size: int) -> Nuisances:

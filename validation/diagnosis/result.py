@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 Kind = Literal["physics", "sensor", "unexplained"]
-Outcome = Literal["none", "explained", "ambiguous", "unexplained"]
+Outcome = Literal["none", "explained", "ambiguous", "unexplained", "not_adequate"]
 Vector = tuple[float, float, float]
 NOTHING_MISSING: Final = "nothing"
 """The name of the explanation that nothing is missing."""
@@ -195,11 +195,42 @@ class TrackDistance:
 
 
 @dataclass(frozen=True)
+class Smallest:
+    """The size of an effect from which it would have been noticed: the number of its that is meant, value and unit."""
+
+    number: str
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Adequacy:
+    """By how much (m, root mean square) the track is missed, and by how much the instruments allow it to be."""
+
+    missed_m: float
+    allowed_m: float
+
+    @property
+    def adequate(self) -> bool:
+        """Whether the model may be right."""
+        return self.missed_m <= self.allowed_m
+
+
+@dataclass(frozen=True)
+class Version:
+    """What diagnosed: the program's version, and what it held for how probable beforehand."""
+
+    program: str
+    priors: dict[str, float]
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """What physics was left out of a model of a recorded run, or which instrument is at fault.
 
     verdict : "none" where nothing is missing, "explained", "ambiguous" where several names remain, "unexplained" where
-        a force acts that no hypothesis explains
+        a force acts that no hypothesis explains, "not_adequate" where the recording cannot tell
+    smallest_noticed : by hypothesis, from which size on it would have been noticed with all findings in the model
     weighed : every hypothesis by its probability, the most probable first, in each round of the search
     stands_out : when a force was missing before anything was added
     """
@@ -215,3 +246,6 @@ class Diagnosis:
     stands_out: tuple[Stretch, ...] = ()
     latent_force: LatentForce | None = None
     track_distance: TrackDistance | None = None
+    smallest_noticed: dict[str, Smallest] | None = None
+    adequacy: Adequacy | None = None
+    version: Version | None = None

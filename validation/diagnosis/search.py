@@ -25,17 +25,22 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     best_levels,
     log_evidence,
     log_factors,
+    overlaps,
 )
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Hypothesis, responses_of
+from sssi_exudyn.validation.diagnosis.noticed import smallest_noticed
 from sssi_exudyn.validation.diagnosis.probabilities import SIZES, probabilities
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
+from sssi_exudyn.validation.diagnosis.result import Smallest
 from sssi_exudyn.validation.diagnosis.state import State, fit_model, fitted_run, get_or_make, linear_model
 
 _FINALISTS: Final = 6
 _WORTHWHILE: Final = 12.0
 """A hypothesis whose linear evidence is worse than the best by more than this is not refitted."""
+_STIFF: Final = 0.1
+"""Share of its usual waves that the snow surface has while a hypothesis about its shape is placed."""
 _HOPELESS: Final = -1.0
 """Log Bayes factor under the noise of nothing below which other noise is not tried either."""
 _HOPEFUL: Final = 0.5
@@ -71,6 +76,7 @@ class Round:
     """All explanations, the most probable first, and what they were compared on.
 
     responses : (N, probes) by the names of the hypotheses, a unit of amplitude
+    noticed : by their names, from which size on each would have been noticed
     """
 
     explanations: tuple[Explanation, ...]
@@ -78,6 +84,7 @@ class Round:
     base: Refit
     fitted: FittedRun
     responses: dict[str, Array]
+    noticed: dict[str, Smallest]
 
     @property
     def nothing(self) -> Explanation:
@@ -97,14 +104,16 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
     levels, evidence = best_levels(linear, state.levels)
     nothing = Explanation("", evidence, 0.0, None, base, levels)
     responses = _responses_by_name(problem, fitted)
-    linearly = []
+    linearly, noticed = [], {}
     for hypothesis in HYPOTHESES:
         candidates = hypothesis.candidates(fitted, responses[hypothesis.name])
         if candidates:
-            linearly.append(_compare_candidates(state, linear, hypothesis, candidates, evidence))
+            known = overlaps(linear, state.levels, [candidate.free for candidate in candidates])
+            linearly.append(_compare_candidates(state, linear, hypothesis, candidates, known, evidence))
+            noticed[hypothesis.name] = smallest_noticed(hypothesis, candidates, known[0])
     explained = 0.0 if state.first_evidence is None else max(0.0, evidence - state.first_evidence)
     found = [nothing, *_refit_best(problem, state, base, nothing, linearly)]
-    return Round(_by_probability(found, explained), linear, base, fitted, responses)
+    return Round(_by_probability(found, explained), linear, base, fitted, responses, noticed)
 
 
 def extended_parameters(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], tuple[Parameter, ...]]:
@@ -138,10 +147,17 @@ def _responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str
 
 
 def _compare_candidates(
-    state: State, linear: LinearModel, hypothesis: Hypothesis, candidates: list[Candidate], nothing: float
+    state: State,
+    linear: LinearModel,
+    hypothesis: Hypothesis,
+    candidates: list[Candidate],
+    known: tuple[Array, Array],
+    nothing: float,
 ) -> Explanation:
-    """A hypothesis by its candidates' linear responses: the best of them, all others counted as places searched."""
-    by_size = log_factors(linear, state.levels, [c.free for c in candidates], SIZES)
+    """A hypothesis by its candidates' linear responses, whose ``overlaps`` are ``known``: the best of them, all others
+    counted as places searched.
+    """
+    by_size = log_factors(*known, SIZES)
     factors = np.logaddexp.reduce(by_size, axis=0) - np.log(len(SIZES))
     best = int(np.argmax(factors))
     places = float(np.logaddexp.reduce(factors) - np.log(len(factors)) - factors[best])
@@ -181,14 +197,17 @@ def _refit_with(problem: DiagnosisProblem, state: State, base: Refit, explanatio
     candidate, hypothesis = explanation.candidate, BY_NAME[explanation.name]
     assert candidate is not None
 
-    def fit_from(candidate: Candidate, start: Model) -> Refit:
+    def fit_from(candidate: Candidate, start: Model, levels: NoiseLevels = explanation.levels) -> Refit:
         parameters, places = extended_parameters(base, candidate)
-        return fit_model(problem, state, start, (*parameters, *places), explanation.levels)
+        return fit_model(problem, state, start, (*parameters, *places), levels)
 
     starts = [candidate.model]
     if hypothesis.moves_all:
         starts += [candidate.model.with_values(values) for values in _values_beside(candidate)]
     try:
+        if hypothesis.shapes_snow:
+            stiff = replace(explanation.levels, surface=_STIFF * explanation.levels.surface)
+            starts = [fit_from(candidate, candidate.model, stiff).model]
         fits = [fit_from(candidate, start) for start in starts]
         fit = min(fits, key=lambda each: each.objective)
         # how strong it is shows only now that it stands where it acts

@@ -20,6 +20,8 @@ STANDS_OUT: Final = 0.2
 SURE: Final = 0.8
 """Probability from which a name stands alone."""
 WORTH_NAMING: Final = 0.02
+LIKELY: Final = 0.6
+"""Probability of nothing missing from which it is said; below, the recording has not moved it from one half."""
 
 
 @dataclass(frozen=True)

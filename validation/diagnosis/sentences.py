@@ -4,28 +4,58 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, distinguishing_measurement
-from sssi_exudyn.validation.diagnosis.result import Alternative, Finding
+from sssi_exudyn.validation.diagnosis.result import Adequacy, Alternative, Finding
+from sssi_exudyn.validation.diagnosis.search import Round
 from sssi_exudyn.validation.diagnosis.search_result import SURE, Figures
 
 
 def sentence_of(
-    verdict: str, findings: Sequence[Finding], before: Model, after: Model, first: Figures, last: Figures
+    findings: Sequence[Finding],
+    verdict: str,
+    last: Round,
+    near: Adequacy,
+    models: tuple[Model, Model],
+    figures: Sequence[Figures],
 ) -> str:
-    """The sentence that a diagnosis begins with."""
+    """The sentence that a diagnosis begins with; ``models`` and ``figures`` are those before and after."""
+    first, final = figures[0], figures[-1]
     if verdict == "none":
+        friction = models[0].friction
         return (
             f"Nothing is missing: the track is met to {first.trajectory_error:.2f} m, which is what the instruments' "
-            f"noise leaves; μ_t is {before.friction.mu_t:.3f} and μ_n {before.friction.mu_n:.2f}."
+            f"noise leaves; μ_t is {friction.mu_t:.3f} and μ_n {friction.mu_n:.2f}. Would not have been noticed if "
+            f"smaller: {_list_smallest(last)}."
         )
-    clauses = [_clause(finding, after) for finding in findings]
-    clauses[0] = clauses[0][0].upper() + clauses[0][1:]
-    return (
-        f"{' Besides, '.join(clauses)} With this the track is met to {last.trajectory_error:.2f} m instead of "
-        f"{first.trajectory_error:.2f} m (turns not fitted: {last.held_out_error:.2f} instead of "
-        f"{first.held_out_error:.2f} m)."
-    )
+    clauses = [_clause(finding, models[1]) for finding in findings]
+    if clauses:
+        clauses[0] = clauses[0][0].upper() + clauses[0][1:]
+        clauses = [
+            " Besides, ".join(clauses),
+            f"With this the track is met to {final.trajectory_error:.2f} m instead of {first.trajectory_error:.2f} m "
+            f"(turns not fitted: {final.held_out_error:.2f} instead of {first.held_out_error:.2f} m).",
+        ]
+    if not near.adequate:
+        clauses.append(
+            f"The model does not describe this run: it misses the track by {near.missed_m:.2f} m where the instruments "
+            f"allow {near.allowed_m:.2f} m; what was fitted and found is not to be trusted."
+        )
+    elif verdict == "not_adequate":
+        clauses.append(
+            f"This recording cannot tell whether something is missing: the track is met to "
+            f"{first.trajectory_error:.2f} m, that nothing is missing is {last.nothing.probability:.0%} probable, "
+            f"{last.best.name} {last.best.probability:.0%}."
+        )
+    return " ".join(clauses)
+
+
+def _list_smallest(last: Round) -> str:
+    """In words, from which size on the usual effects would have been noticed."""
+    words = [(BY_NAME[name].smallest, found.value) for name, found in last.noticed.items()]
+    return ", ".join(text.format(value=value, degrees=np.degrees(value)) for text, value in words if text)
 
 
 def _clause(finding: Finding, model: Model) -> str:

@@ -64,8 +64,8 @@ class State:
         """(N,) what is added to the reduced model's prediction on a surface whose modes have these amounts (s,): a
         prediction counts from what was most probable before anything was measured.
         """
-        waves = self.nuisances.surface
-        return np.asarray(self.nuisances.mean + self.beyond - (waves @ amounts if waves.shape[1] else 0.0))
+        modes = self.nuisances.surface
+        return np.asarray(self.nuisances.mean + self.beyond - (modes @ amounts if modes.shape[1] else 0.0))
 
 
 def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[DiagnosisProblem, State, Refit]:
@@ -192,16 +192,16 @@ def noise_whitener(problem: DiagnosisProblem, state: State, levels: NoiseLevels)
     """Of all that is noise to the fit's parameters."""
     size, beside = len(state.beyond), state.nuisances
     nothing = Freedom(np.zeros((size, 0)), np.zeros(0))
-    empty = LinearModel(problem.measurements, np.zeros(size), nothing, beside.posture, beside.surface)
-    return whitener(empty, levels, beside.free.columns * beside.free.scales)
+    empty = LinearModel(problem.measurements, np.zeros(size), nothing, beside.posture, beside.waves)
+    return whitener(empty, levels, beside.fixed.columns * beside.fixed.scales)
 
 
 def linear_model(problem: DiagnosisProblem, state: State, fit: Refit) -> LinearModel:
     """Measurements less prediction about a fit, as if every parameter still stood at its prior mean."""
     residual = problem.measurements.measured - fit.predicted + fit.sensitivity @ fit.pulls
     beside = state.nuisances
-    free = beside.free.with_more(fit.sensitivity, fit.scales)
-    return LinearModel(problem.measurements, residual, free, beside.posture, beside.surface)
+    free = beside.fixed.with_more(fit.sensitivity, fit.scales)
+    return LinearModel(problem.measurements, residual, free, beside.posture, beside.waves)
 
 
 def fitted_run(problem: DiagnosisProblem, state: State, fit: Refit) -> FittedRun:

@@ -10,9 +10,8 @@ import numpy as np
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.simulation.sensitivities import simulate_each
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Hypothesis, Probe
+from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Hypothesis, Probe, responses_of
 from sssi_exudyn.validation.diagnosis.result import Kind, Number
-from sssi_exudyn.validation.diagnosis.search import responses_of
 
 UNSIGNED = ("gps_jump", "lever_arm")
 """Their sentence gives a distance, whose direction is in the parameters."""
@@ -38,7 +37,7 @@ def check_on_run(hypothesis: Hypothesis, fitted: FittedRun) -> None:
     """Probes move what instruments measure; candidates, their windows and their sentence fit the run."""
     probes = hypothesis.probes(fitted)
     size = len(fitted.prediction)
-    responses = responses_of(fitted, probes)
+    responses = responses_of(probes, fitted.prepared, fitted.measurements)
     assert np.all(np.isfinite(responses))
     assert np.all(np.any(responses != 0.0, axis=0)), "a probe that nothing measures"
     for index in {0, len(probes) // 2, len(probes) - 1} if probes else ():

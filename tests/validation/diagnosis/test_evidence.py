@@ -18,6 +18,7 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     best_levels,
     log_evidence,
     log_factors,
+    overlaps,
     usual_levels,
     whitener,
 )
@@ -98,7 +99,7 @@ def test_factors_of_candidates_are_differences_of_evidence(width: int) -> None:
     rng = np.random.default_rng(5)
     candidates = [Freedom(rng.normal(size=(len(given.residual), width)), np.full(width, 0.2)) for _ in range(4)]
     sizes = (0.5, 1.0, 3.0)
-    found = log_factors(given, LEVELS, candidates, sizes)
+    found = log_factors(*overlaps(given, LEVELS, candidates), sizes)
     nothing = log_evidence(given, LEVELS)
     expected = [
         [log_evidence(given, LEVELS, Freedom(c.columns, size * c.scales)) - nothing for c in candidates]

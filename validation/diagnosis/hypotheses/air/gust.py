@@ -20,6 +20,7 @@ class PassingGust(InTime):
     name = Gust.name
     kind = "physics"
     caption = "a gust of wind"
+    smallest = "a gust of {value:.1f} m/s"
     keys = ("w_f", "w_l")
     scale, longest, least = 5.0, 0.5, 4
     rises = (1.0, 0.4)

@@ -13,6 +13,7 @@ class OtherInclination(Terrain):
     name = SlopeChange.name
     kind = "physics"
     caption = "another inclination of the piste"
+    smallest = "an inclination that changes by {degrees:.1f}°"
     amplitude = "delta"
     scale = 0.03
     widths = (3.0, 10.0)

@@ -32,6 +32,7 @@ class PatchOfSnow(Hypothesis):
     name = SnowPatch.name
     kind = "physics"
     caption = "a stretch of other snow"
+    smallest = "a stretch of snow whose μ_t differs by {value:.3f}"
     distinctions = (Distinction(("unexplained_force",), "a second run over the same place"),)
     _USUAL: Final = 0.06
     _SLICKEST: Final = 0.01  # half of the least gliding friction that Wolfsperger et al. (2021) measured
