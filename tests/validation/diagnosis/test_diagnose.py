@@ -10,6 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+import tomli_w
 from a_diagnosis import diagnosis_of, finding_of
 from bundled import bundled
 from schema_check import check_against_schema
@@ -21,16 +22,19 @@ from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.fitting.gps_observation import predict_fixes, track_of
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.io.writing import to_json
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import model_files, model_to_dict, read_model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.section import Section
 from sssi_exudyn.reports.sections.diagnosis import diagnosis_blocks
+from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.benchmark.cases import Case, Made, make, plan
@@ -334,6 +338,30 @@ def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> No
 
 
 @pytest.mark.long
+def test_the_model_that_is_written_meets_the_track_as_is_claimed(
+    base: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The full model's run of ``model.toml``, read back, against the figure of the sentence."""
+    recording, motion, model = base
+    motion = replace(motion, stop=motion.start + 4.0)
+    displaced = (recording.gps.time > motion.start + 1.5) & (recording.gps.time < motion.start + 2.5)
+    enu = recording.gps.enu + np.where(displaced[:, None], [[0.6, -0.4, 0.0]], 0.0)
+    monkeypatch.setattr(search, "HYPOTHESES", (BY_NAME["gps_jump"], BY_NAME["unexplained_force"]))
+    found = diagnose(replace(recording, gps=replace(recording.gps, enu=enu)), motion, model)
+    assert [finding.name for finding in found.diagnosis.findings] == ["gps_jump"]
+    claimed = found.diagnosis.findings[0].evidence.trajectory_error_m
+    assert claimed.after < 0.04 < 0.1 < claimed.before
+    (tmp_path / "model.toml").write_text(tomli_w.dumps(model_to_dict(found.model)), encoding="utf-8")
+    for name, content in model_files(found.model).items():
+        (tmp_path / name).write_bytes(content)
+    read = read_model(tmp_path / "model.toml")
+    run = simulate(read, motion)
+    track = track_of(replace(recording.gps, enu=enu), read.fall_line_azimuth, motion.start, motion.stop)
+    missed = track.place - predict_fixes(read, run.time, run.antenna, track.time)[:, :2]
+    assert np.mean(np.linalg.norm(missed, axis=1)) < 1.2 * claimed.after
+
+
+@pytest.mark.long
 def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     base: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -355,5 +383,5 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     monkeypatch.setattr(diagnose_module, "compare_hypotheses", once)
     found = diagnose(jumped, motion, model, full=False)
     assert len(asked) == 2
-    assert found.diagnosis.verdict == "none"
+    assert found.diagnosis.verdict == "not_adequate"  # the jump is still there
     assert found.fit is found.first
