@@ -10,19 +10,16 @@ from typing import TYPE_CHECKING, Final
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import plot_text
-from sssi_exudyn.fitting.snow_surface import snow_surface
-from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.motion.from_recording import motion_from_recording
-from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.inspection import Inspection, inspect_recording, picture, plot_inspection, save_picture
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Elevations, Recording
 from sssi_exudyn.runtime.progress import Progress
-from sssi_exudyn.terrain.profile import SurfaceFigures, surface_figures
-from sssi_exudyn.terrain.surface import Surface
 
 if TYPE_CHECKING:
     from sssi_exudyn.importing.assemble import Answers
+    from sssi_exudyn.motion.motion import Motion
+    from sssi_exudyn.terrain.profile import SurfaceFigures
+    from sssi_exudyn.terrain.surface import Surface
 
 SILENT: Final = Progress()
 """Reports no progress."""
@@ -36,7 +33,11 @@ def inspect(folder: Path, out: Path | None = None) -> Inspection:
     if out is not None:
         plot_inspection(recording, out)
     found = _snow(recording)
-    return inspect_recording(recording, found and surface_figures(*found))
+    if found is None:
+        return inspect_recording(recording)
+    from sssi_exudyn.terrain.profile import surface_figures
+
+    return inspect_recording(recording, surface_figures(*found))
 
 
 def terrain(folder: Path, elevations: Path | None = None, out: Path | None = None) -> SurfaceFigures:
@@ -51,6 +52,8 @@ def terrain(folder: Path, elevations: Path | None = None, out: Path | None = Non
     found = _snow(recording)
     if found is None:
         raise InputError(folder / FILE, "[gps]", "there are no fixes whose heights show the snow", "add them")
+    from sssi_exudyn.terrain.profile import surface_figures
+
     surface, way, inclination = found
     if out is not None:
         from sssi_exudyn.reports.sections.snow_surface import surface_panels  # here: only drawing needs it
@@ -65,8 +68,12 @@ def terrain(folder: Path, elevations: Path | None = None, out: Path | None = Non
 
 def _snow(recording: Recording) -> tuple[Surface, Array, float] | None:
     """The snow surface that the fixes show, the way over it (n, 2) m and the plane's inclination; None without one."""
-    if recording.gps is None:  # a motion takes a second
+    if recording.gps is None:  # a motion takes a second, and as long to load what makes it
         return None
+    from sssi_exudyn.fitting.snow_surface import snow_surface
+    from sssi_exudyn.model.from_recording import model_of
+    from sssi_exudyn.motion.from_recording import motion_from_recording
+
     motion = motion_from_recording(recording)
     model = model_of(recording, motion)
     found = snow_surface(model, recording, motion)
@@ -82,6 +89,8 @@ def import_files(files: Sequence[Path], out: Path, answers: Answers) -> Inspecti
 
 def read_folder(folder: Path, progress: Progress) -> tuple[Recording, Motion]:
     """The recording in a folder, and its motion.  Raises InputError where something in it is wrong."""
+    from sssi_exudyn.motion.from_recording import motion_from_recording
+
     with progress.stage("read") as stage:
         recording = read_recording(folder)
         motion = motion_from_recording(recording)

@@ -13,11 +13,12 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import plot_text
 from sssi_exudyn.recording.crosscheck import estimate_slope_and_heading
 from sssi_exudyn.recording.recording import Recording
-from sssi_exudyn.terrain.profile import SurfaceFigures
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from sssi_exudyn.terrain.profile import SurfaceFigures
 
 _PICTURES: Final = (".png", ".svg", ".pdf")
 
