@@ -21,7 +21,7 @@ def test_repeated_runs_do_not_grow() -> None:
     for _ in range(3):  # what is loaded and compiled on first use
         simulate(start, motion, stop=0.05)
     before = resident()
-    for _ in range(12):
+    for _ in range(6):
         simulate(start, motion, stop=0.05)
     # A system that is kept costs 2 MB, and a run makes three; a tenth of that is the allocator's own wandering
     assert resident() - before < 7.0
