@@ -1,4 +1,5 @@
-"""The snow surface under a recorded run, from the fixes' heights and an elevation model where there is one.
+"""The snow surface under a recorded run, from the heights of its fixes, those of other runs on the slope, and an
+elevation model where there is one.
 
 At every fix the antenna's height less the antenna's place above the loaded ski's edge, which the posture gives, is the
 snow's height there.  An elevation model gives the heights' mean; what the snow leaves it by is estimated.
@@ -11,14 +12,17 @@ from typing import Final
 
 import numpy as np
 import pymap3d
+from scipy.spatial import cKDTree
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion, antenna_offset
-from sssi_exudyn.recording.instruments.gps import Gps
-from sssi_exudyn.recording.recording import Elevations, Recording
+from sssi_exudyn.recording.instruments.gps import Gps, enu_from
+from sssi_exudyn.recording.recording import NEARBY, Elevations, Recording
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 from sssi_exudyn.terrain.elevation_model import open_elevations
 from sssi_exudyn.terrain.from_heights import AMPLITUDE, LEAST, Estimate, Heights, estimate_surface, level_surface
@@ -64,13 +68,15 @@ class SurfaceProcess:
     """The snow surface of a run as a process of which the heights are one measurement among others.
 
     surface : an estimate of it; the modes are those of before any height was known, the first two the plane's tilt
-    places : (n, 2) m of the heights;  shaped : (n,) m, what the model's own terms made of the snow there
-    follow : (k, n) 1/m, how the modes' amounts follow from the surface's heights there
-    smooth : (n, n), how these follow from what is measured there
+    places : (n, 2) m of the run's heights;  all_places : (m, 2) m, of these and of other runs' heights
+    shaped : (m,) m, what the model's own terms made of the snow at all places
+    follow : (k, n) 1/m, how the modes' amounts follow from the surface's heights at the run's places
+    smooth : (n, m), how these follow from what is measured at all places
     """
 
     surface: Surface
     places: Array
+    all_places: Array
     shaped: Array
     follow: Array
     smooth: Array
@@ -84,7 +90,7 @@ class SurfaceProcess:
 
     def beside(self, model: Model) -> Surface:
         """The surface that the heights show beside what the model's own terms make of the snow."""
-        change = replace(model, surface=None).snow(self.places)[0] - self.shaped
+        change = replace(model, surface=None).snow(self.all_places)[0] - self.shaped
         amounts = np.array(self.surface.amounts) - self.follow @ self.smooth @ change
         return replace(self.surface, amounts=tuple(amounts.tolist()))
 
@@ -99,9 +105,10 @@ def surface_process(model: Model, recording: Recording, motion: Motion) -> Surfa
         return None
     usual = AMPLITUDE[0] if recording.elevations is None else recording.elevations.sigma
     surface, follow, smooth = found.estimate.process(found.empty, usual)
-    places = found.estimate.heights.places
+    heights = found.estimate.heights
     surface = replace(surface, mean=surface.mean + found.ground)
-    return SurfaceProcess(surface, places, replace(model, surface=None).snow(places)[0], follow, smooth)
+    shaped = replace(model, surface=None).snow(heights.all_places)[0]
+    return SurfaceProcess(surface, heights.places, heights.all_places, shaped, follow, smooth)
 
 
 @dataclass(frozen=True)
@@ -121,16 +128,44 @@ def _estimate(model: Model, recording: Recording, motion: Motion) -> _Found | No
     if len(heights.time) < LEAST:
         return None
     empty = level_surface(heights)
+    others = (_heights_of_other(model, recording.gps, other, heights) for other in recording.runs)
+    heights = replace(heights, others=tuple(other for other in others if len(other.time) > 0))
     if recording.elevations is None:
         return _Found(heights, estimate_surface(heights), empty, np.zeros(empty.mean.shape))
-    ground, along = _ground(model, recording.gps, recording.elevations, heights, empty)
-    estimate = estimate_surface(replace(heights, height=heights.height - along), recording.elevations.sigma)
-    return _Found(heights, estimate, empty, ground - along[0])
+    ground, *along = _ground(model, recording.gps, recording.elevations, heights, empty)
+    over = [replace(run, height=run.height - z) for run, z in zip((heights, *heights.others), along, strict=True)]
+    estimate = estimate_surface(replace(over[0], others=tuple(over[1:])), recording.elevations.sigma)
+    return _Found(heights, estimate, empty, ground - along[0][0])
 
 
-def _ground(model: Model, gps: Gps, elevations: Elevations, heights: Heights, empty: Surface) -> tuple[Array, Array]:
-    """The elevation model's heights (m) over the slope's plane: (nf, nl) at the nodes of ``empty`` and (n,) at the
-    heights' places.
+def _heights_of_other(model: Model, gps: Gps, other: Recording, heights: Heights) -> Heights:
+    """The snow's heights at another run's fixes near the places of ``heights``, in the slope frame of the run whose
+    fixes are ``gps``.
+
+    What both receivers' heights differ by is taken out first: it would shift the places along the slope.
+    """
+    assert other.gps is not None
+    motion = motion_from_recording(other)
+    theirs = model_of(other, motion)
+    found = snow_heights(other.gps, motion, theirs)
+    to_enu, to_slope = (slope_to_enu(each.inclination, each.fall_line_azimuth).T for each in (theirs, model))
+    enu = enu_from(np.column_stack([found.places, found.height]) @ to_enu, other.gps.origin, gps.origin)
+    way = cKDTree(heights.places)
+    for _ in range(_ROUNDS):
+        snow = enu @ to_slope.T
+        snow[:, 2] -= replace(model, surface=None).snow(snow)[0]
+        distance, nearest = way.query(snow[:, :2])
+        near = distance <= NEARBY
+        if not np.any(near):
+            break
+        apart = float(np.median((snow[:, 2] - heights.height[nearest])[near]))
+        enu[:, 2] -= apart / np.cos(model.inclination)
+    return replace(found, time=found.time[near], places=snow[near, :2], height=snow[near, 2], sigma=found.sigma[near])
+
+
+def _ground(model: Model, gps: Gps, elevations: Elevations, heights: Heights, empty: Surface) -> tuple[Array, ...]:
+    """The elevation model's heights (m) over the slope's plane: (nf, nl) at the nodes of ``empty``, and (n,) at the
+    places of each run's heights, the run at hand first.
     """
     count = len(heights.time)
     to_enu = slope_to_enu(model.inclination, model.fall_line_azimuth).T
@@ -154,11 +189,13 @@ def _ground(model: Model, gps: Gps, elevations: Elevations, heights: Heights, em
             )
         # heights that count from elsewhere would also shift the ground along the slope
         lift = elevations.geoid_height + apart
-        places = np.concatenate([heights.places, empty.nodes()])
+        places = np.concatenate([heights.all_places, empty.nodes()])
         ground = np.zeros(len(places))
         for _ in range(_ROUNDS):
             ground += (lift - over_ground(places, ground)) * np.cos(model.inclination)
-    return ground[count:].reshape(empty.mean.shape), ground[:count]
+    ends = np.cumsum([len(run.time) for run in (heights, *heights.others)])
+    *along, nodes = np.split(ground, ends)
+    return nodes.reshape(empty.mean.shape), *along
 
 
 def snow_heights(gps: Gps, motion: Motion, model: Model) -> Heights:

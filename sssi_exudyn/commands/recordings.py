@@ -54,20 +54,21 @@ def terrain(folder: Path, elevations: Path | None = None, out: Path | None = Non
         raise InputError(folder / FILE, "[gps]", "there are no fixes whose heights show the snow", "add them")
     from sssi_exudyn.terrain.profile import surface_figures
 
-    surface, way, inclination = found
     if out is not None:
         from sssi_exudyn.reports.sections.snow_surface import surface_panels  # here: only drawing needs it
 
         figure = picture(out, (11.0, 7.0))
-        for axes, panel in zip(figure.subplots(2, 1), surface_panels(recording.name, *found), strict=True):
+        for axes, panel in zip(figure.subplots(2, 1), surface_panels(recording.name, *found[:3]), strict=True):
             panel.draw(axes)
             axes.set_title(plot_text(panel.title))
         save_picture(figure, out)
-    return surface_figures(surface, way, inclination)
+    return surface_figures(*found)
 
 
-def _snow(recording: Recording) -> tuple[Surface, Array, float] | None:
-    """The snow surface that the fixes show, the way over it (n, 2) m and the plane's inclination; None without one."""
+def _snow(recording: Recording) -> tuple[Surface, Array, float, int] | None:
+    """The snow surface that the fixes show, the way over it (n, 2) m, the plane's inclination, and of how many runs the
+    heights are; None without one.
+    """
     if recording.gps is None:  # a motion takes a second, and as long to load what makes it
         return None
     from sssi_exudyn.fitting.snow_surface import snow_surface
@@ -77,7 +78,7 @@ def _snow(recording: Recording) -> tuple[Surface, Array, float] | None:
     motion = motion_from_recording(recording)
     model = model_of(recording, motion)
     found = snow_surface(model, recording, motion)
-    return found and (found[0], found[1].places, model.inclination)
+    return found and (found[0], found[1].places, model.inclination, 1 + len(found[1].others))
 
 
 def import_files(files: Sequence[Path], out: Path, answers: Answers) -> Inspection:

@@ -246,7 +246,9 @@ def write_outcome(
             "diagnosis": diagnosis and DiagnosisResult(diagnosis.verdict, diagnosis.sentence),
             "notices": recording.notices,
             "surface": model.surface
-            and surface_figures(model.surface, result.foot_position.mean(axis=1), model.inclination),
+            and surface_figures(
+                model.surface, result.foot_position.mean(axis=1), model.inclination, 1 + len(recording.runs)
+            ),
         }
     )
     measured = measured_table(gps, recording.insoles)

@@ -139,10 +139,12 @@ def format_inspection(inspection: Inspection) -> str:
 
 def format_surface(surface: SurfaceFigures) -> str:
     """The snow surface in a line."""
+    source = "this run" if surface.runs == 1 else f"{surface.runs} runs"
     return (
         f"snow      {surface.lowest_m:+.2f} to {surface.highest_m:+.2f} m about the slope's plane,"
         f" ± {surface.band_m:.2f} m,"
-        f" {surface.inclination_least_deg:.1f} to {surface.inclination_most_deg:.1f}° steep along the way"
+        f" {surface.inclination_least_deg:.1f} to {surface.inclination_most_deg:.1f}° steep along the way;"
+        f" from the heights of {source}"
     )
 
 

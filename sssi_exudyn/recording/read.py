@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.core.quantity import quantities, quantity
@@ -36,12 +37,13 @@ from sssi_exudyn.recording.equipment import read_equipped_ski
 from sssi_exudyn.recording.few_sensors.complete import Ground, complete, ground_of, use_barometer_heights
 from sssi_exudyn.recording.few_sensors.posture_model import JOINTS, Body
 from sssi_exudyn.recording.instruments.bvh import Bvh, read_bvh
-from sssi_exudyn.recording.instruments.gps import Gps, read_gps
+from sssi_exudyn.recording.instruments.gps import Gps, enu_from, read_gps
 from sssi_exudyn.recording.instruments.insoles import Insoles, read_insoles
 from sssi_exudyn.recording.recording import (
     _AZIMUTH,
     _STEEPEST,
     FILE,
+    NEARBY,
     Elevations,
     Equipment,
     Heading,
@@ -67,6 +69,8 @@ _SHORTEST: Final = 1.0
 """s; less than this of all instruments together is no run."""
 _DAY: Final = 86400.0
 _LONGEST_NOTICE: Final = 500
+_MOST_RUNS: Final = 8
+"""Other runs of a slope: each takes as long to read as the run itself, and more would add little to what eight say."""
 
 _STEEP_PISTE: Final = float(np.deg2rad(40.0))
 """rad; the steepest groomed pistes have 78 %, 38°."""
@@ -100,11 +104,16 @@ class _InsolesTable:
 
 
 def read_recording(folder: str | Path) -> Recording:
-    """Read the recording in ``folder``.
+    """Read the recording in ``folder``, and other runs of the slope that it names.
 
-    Raises InputError, with file, place and fix, for anything in the folder that cannot be used.
+    Raises InputError, with file, place and fix, for anything in a folder that cannot be used.
     """
-    folder = Path(folder)
+    folder, settings = _read_settings(Path(folder))
+    return _with_runs(_read_alone(folder, settings), settings)
+
+
+def _read_settings(folder: Path) -> tuple[Path, Settings]:
+    """A recording's folder and what its file says."""
     if not folder.is_dir():
         what = "this is a file, not a recording's folder" if folder.exists() else "the folder does not exist"
         raise InputError(folder, "", what, f"give the folder that holds {FILE}")
@@ -119,6 +128,12 @@ def read_recording(folder: str | Path) -> Recording:
     )
     if settings.get("format") != 1 or isinstance(settings["format"], bool):
         raise InputError(toml, "format", f"{settings.get('format')!r} is not known", "write format = 1")
+    return folder, settings
+
+
+def _read_alone(folder: Path, settings: Settings) -> Recording:
+    """The recording of a folder without other runs."""
+    toml = folder / FILE
     name = name_of(settings, "name", toml, "")
     hashes = {FILE: sha256(toml)}
     skier, notices = _read_skier(settings, toml)
@@ -269,9 +284,11 @@ def _read_elevations(
     if "terrain" not in settings:
         return None
     table = table_of(settings, "terrain", toml)
-    check_keys(table, _keys(Elevations, "file", "datum"), toml, "[terrain]")
+    check_keys(table, _keys(Elevations, "file", "datum", "runs"), toml, "[terrain]")
     if gps is None:
         raise InputError(toml, "[terrain]", "there are no fixes that say where the run is on it", "add [gps]")
+    if set(table) == {"runs"}:
+        return None
     datum = text_of(table, "datum", toml, "[terrain]", default="gps")
     if datum not in _DATUMS:
         raise InputError(toml, "[terrain] datum", f"{datum!r} is not known", f"write one of: {', '.join(_DATUMS)}")
@@ -284,6 +301,41 @@ def _read_elevations(
         )
     same = datum in ("gps", "ellipsoid") or "geoid_height" in numbers
     return Elevations(folder / name, same, **numbers)
+
+
+def _with_runs(recording: Recording, settings: Settings) -> Recording:
+    """The recording with the other runs of its slope that ``[terrain]`` names, each read without those it names."""
+    names = settings.get("terrain", {}).get("runs", [])
+    gps, folder, toml, place = recording.gps, recording.folder, recording.folder / FILE, "[terrain] runs"
+    if not isinstance(names, list) or not all(isinstance(name, str) and name.strip() for name in names):
+        raise InputError(toml, place, "this is no list of folders", 'write runs = ["../other_run"]')
+    if len(names) > _MOST_RUNS:
+        raise InputError(toml, place, f"{len(names)} runs", f"name {_MOST_RUNS} at most, those that lie nearest")
+    runs, hashes, known = [], dict(recording.hashes), {folder.resolve()}
+    for name in names:
+        shown = repr(one_line(name, _LONGEST_NOTICE))
+        if "\0" in name or not (folder / name).is_dir():
+            raise InputError(toml, place, f"there is no folder {shown}", "write its path as seen from this folder")
+        other_folder, others = _read_settings(folder / name)
+        if other_folder.resolve() in known:
+            raise InputError(toml, place, f"{shown} is this run or named before", "leave it out")
+        known.add(other_folder.resolve())
+        other = _read_alone(other_folder, others)
+        if other.gps is None or gps is None:
+            raise InputError(toml, place, f"{shown} has no fixes whose heights show the snow", "leave it out")
+        apart = _apart(gps, other.gps)
+        if apart > NEARBY:
+            problem = f"{shown} lies {apart:.0f} m from this run's way"
+            raise InputError(toml, place, problem, f"name runs within {NEARBY:.0f} m")
+        runs.append(other)
+        hashes |= {f"{name}/{file}": digest for file, digest in other.hashes.items()}
+    return replace(recording, runs=tuple(runs), hashes=hashes)
+
+
+def _apart(gps: Gps, other: Gps) -> float:
+    """m over ground between the nearest fixes of two runs."""
+    there = enu_from(other.enu, other.origin, gps.origin)
+    return float(np.min(cKDTree(gps.enu[:, :2]).query(there[:, :2])[0]))
 
 
 def _read_uncertainty(settings: Settings, toml: Path) -> Uncertainty:

@@ -20,6 +20,8 @@ from sssi_exudyn.recording.instruments.insoles import Insoles
 from sssi_exudyn.recording.uncertainty import Uncertainty
 
 FILE: Final = "recording.toml"
+NEARBY: Final = 100.0
+"""m from a run's way; farther off, another run's heights tell nothing of the snow under it."""
 _AZIMUTH: Final = 2.0 * np.pi
 _STEEPEST: Final = float(np.deg2rad(60.0))
 
@@ -103,6 +105,7 @@ class Recording:
     start, stop : s, the stretch that all instruments cover
     elevations : model of the slope's heights, if there is one
     uncertainty : how wrong what is stated or measured may be
+    runs : other runs on the same slope, whose heights show the snow too; they have fixes and name no runs themselves
     completed : how ``bvh`` was made of few sensors; None where it was captured
     hashes : ``"sha256:…"`` of every file read, by its name in the folder
     notices : what was done to the data or is odd in it, in words
@@ -125,3 +128,4 @@ class Recording:
     completed: Completed | None = None
     elevations: Elevations | None = None
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    runs: tuple[Recording, ...] = ()

@@ -6,7 +6,7 @@ h is a Matérn 5/2 process over the plane (variance a², length L); c and g are 
 error, known beforehand to within ``OFFSET`` and ``TILT``; e is the receiver's slow error (exponential correlation over
 ``noise.correlation_time``) and w what is independent from fix to fix.  Amplitude and length are those that make the
 heights most probable, with weak priors.  Single fixes that are far off count less: each is weighed as under a Student
-distribution.
+distribution.  Heights of other runs on the slope join them; each run has an origin c and a slow error e of its own.
 
 Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to 2.30 and 4.17.
 """
@@ -18,7 +18,7 @@ from functools import cached_property, partial
 from typing import Final
 
 import numpy as np
-from scipy.linalg import cho_solve, cholesky
+from scipy.linalg import block_diag, cho_solve, cholesky
 from scipy.optimize import minimize
 
 from sssi_exudyn.core.frames import GRAVITY, Array
@@ -37,6 +37,16 @@ _LENGTHS: Final = (5.0, 60.0)
 _AMPLITUDES: Final = (0.003, 5.0)
 SHORT: Final = 0.5
 """Share of the noise that is independent from fix to fix."""
+COARSE: Final = 1.0
+"""m; heights that are said to be less exact than this have their noise sought.  Telephones and watches state how far
+off a height may be at all; from fix to fix, after their filters, it wanders slowly."""
+WANDER: Final = (0.35, 0.4)
+"""m by which such a height usually wanders in a second, and the standard deviation of its logarithm: six runs of two
+telephones on two slopes show 0.39 and 0.28.  A run alone does not tell wandering from snow that rises and falls."""
+SCATTER: Final = (0.2, 1.0)
+"""m, the part that is independent from fix to fix, likewise."""
+_FORGETS: Final = 1000.0
+"""s after which a height that wanders has forgotten where it was: much longer than a run."""
 LEAST: Final = 4
 """Heights that a surface takes."""
 _ROUNDS: Final = 10
@@ -45,7 +55,7 @@ _TOLERANCE: Final = 0.05
 _SETTLED: Final = 0.05
 """Change of a weight that is none."""
 _MOST: Final = 500
-"""Heights at most; more are averaged by neighbours."""
+"""Heights at most; more are averaged by neighbours.  With other runs, the run at hand has half of them."""
 MOST_MODES: Final = 40
 WAVES: Final = ((0.1, 6.0), (0.2, 15.0), (0.4, 40.0))
 """m and m: heights and lengths of the waves of an ordinary slope, of which each length makes slopes alike."""
@@ -69,6 +79,7 @@ class Heights:
 
     time : (n,) s, rising;  places : (n, 2) m, f and l;  height : (n,) m over the slope's plane
     sigma : (n,) m of each;  noise : the receiver's slow error, for a height of the median sigma
+    others : heights of other runs on the same slope, each with its own origin and its own receiver's error
     """
 
     time: Array
@@ -76,6 +87,22 @@ class Heights:
     height: Array
     sigma: Array
     noise: ExponentialNoise
+    others: tuple[Heights, ...] = ()
+
+    @property
+    def all_places(self) -> Array:
+        """(m, 2) m of all runs' heights, those of the run at hand first."""
+        return np.concatenate([run.places for run in (self, *self.others)])
+
+    @property
+    def all_heights(self) -> Array:
+        """(m,) m, likewise."""
+        return np.concatenate([run.height for run in (self, *self.others)])
+
+    @property
+    def all_sigmas(self) -> Array:
+        """(m,) m, likewise."""
+        return np.concatenate([run.sigma for run in (self, *self.others)])
 
 
 @dataclass(frozen=True)
@@ -83,7 +110,7 @@ class Estimate:
     """The posterior of the surface.
 
     amplitude, length : m of the process
-    weight : (n,) of each height, 1 for an ordinary one
+    weight : (m,) of each height, those of the run at hand first; 1 for an ordinary one
     """
 
     heights: Heights
@@ -93,13 +120,13 @@ class Estimate:
 
     @cached_property
     def _solved(self) -> tuple[Array, Array]:
-        """Cholesky factor (n, n) of the heights' covariance, and its solution (n,) for the heights."""
+        """Cholesky factor (m, m) of the heights' covariance, and its solution (m,) for the heights."""
         factor = cholesky(_covariance(self.heights, self.amplitude, self.length, self.weight), lower=True)
-        return factor, cho_solve((factor, True), self.heights.height)
+        return factor, cho_solve((factor, True), self.heights.all_heights)
 
     def _cross(self, places: Array) -> Array:
-        """(m, n) covariance of the surface at ``places`` with the heights; the origin's height is no part of it."""
-        return self._prior(places, self.heights.places)
+        """(k, m) covariance of the surface at ``places`` (k, 2) with all heights; their origins are no part of it."""
+        return self._prior(places, self.heights.all_places)
 
     def _prior(self, a: Array, b: Array) -> Array:
         """(m, n) m²: covariance beforehand of the surface at places (m, 2) and (n, 2)."""
@@ -135,14 +162,14 @@ class Estimate:
     def process(self, empty: Surface, amplitude: float) -> tuple[Surface, Array, Array]:
         """The mean as a spline on the nodes of ``empty``, its modes those of the surface before any height was known,
         relative to the first place; how they follow a surface's heights along the way, (k, n), and how that follows
-        from the measured ones, (n, n).
+        from the measured ones of all runs, (n, m).
 
         The first two modes are the plane's tilt, the others the leading ones along the way of a process with waves of
         all lengths (``WAVES``, times ``amplitude`` over the usual one), in standard deviations.  What they leave of the
         mean is kept as it is.
         """
         nodes, places = empty.nodes(), self.heights.places
-        gain = cho_solve((self._solved[0], True), self._cross(places)).T  # (places, heights)
+        gain = cho_solve((self._solved[0], True), self._cross(places).T).T  # (places, heights)
 
         def waves(at: Array) -> Array:
             """(m, n) m²: covariance of waves at places (m, 2) with those along the way."""
@@ -163,7 +190,7 @@ class Estimate:
         normal = along @ along.T / _SEEN**2 + np.eye(len(along))
         follow = np.linalg.solve(normal, along / _SEEN**2)
         smooth = gain - gain[:1]
-        amounts = follow @ smooth @ self.heights.height
+        amounts = follow @ smooth @ self.heights.all_heights
         mean = self.mean(nodes) - self.mean(places[:1])[0]
         surface = replace(
             empty,
@@ -178,7 +205,8 @@ class Estimate:
         with_way, along_way = self._cross(nodes), self._cross(self.heights.places)
         cross = with_way - along_way.mean(axis=0)
         own = self.amplitude**2 + TILT**2 * np.sum(nodes**2, axis=1)
-        prior = own - 2.0 * with_way.mean(axis=1) + along_way.mean()
+        count = len(self.heights.time)
+        prior = own - 2.0 * with_way[:, :count].mean(axis=1) + along_way[:, :count].mean()
         explained = np.sum(cross * cho_solve((self._solved[0], True), cross.T).T, axis=1)
         return np.asarray(np.sqrt(np.maximum(prior - explained, 0.0)))
 
@@ -216,10 +244,12 @@ def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:
     """
     if len(heights.time) < LEAST:
         raise ValueError(f"fewer than {LEAST} heights make no surface")
-    heights = _binned(heights)
+    heights = _bounded_heights(heights)
+    if np.median(heights.all_sigmas) > COARSE:
+        heights = _with_found_noise(heights, usual)
     logs = np.log([usual, LENGTH[0]])
     # weighed before anything is sought: a process short enough to follow single fixes would explain them
-    weight = _weights(Estimate(heights, usual, LENGTH[0], np.ones(len(heights.time))))
+    weight = _weights(Estimate(heights, usual, LENGTH[0], np.ones(len(heights.all_heights))))
     for _ in range(_ROUNDS):
         objective = partial(_minus_log_posterior, heights, weight, usual)
         logs = minimize(objective, logs, method="Nelder-Mead", options={"xatol": _TOLERANCE, "fatol": _TOLERANCE}).x
@@ -229,6 +259,32 @@ def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:
             break
         weight = again
     return estimate
+
+
+def _with_found_noise(heights: Heights, usual: float) -> Heights:
+    """The heights with the noise that makes them most probable, beside the surface's amplitude and length: heights that
+    wander, alike for all runs, and what is independent from fix to fix.
+    """
+
+    def with_noise(wander: float, scatter: float) -> Heights:
+        slow = ExponentialNoise(wander * float(np.sqrt(0.5 * _FORGETS)), _FORGETS)
+        runs = [
+            replace(run, sigma=run.sigma * (scatter / SHORT / np.median(run.sigma)), noise=slow)
+            for run in (heights, *heights.others)
+        ]
+        return replace(runs[0], others=tuple(runs[1:]))
+
+    def objective(logs: Array) -> float:
+        beforehand = sum(
+            ((value - np.log(middle)) / spread) ** 2
+            for value, (middle, spread) in zip(logs[2:], (WANDER, SCATTER), strict=True)
+        )
+        noisy = with_noise(*np.exp(logs[2:]))
+        return _minus_log_posterior(noisy, np.ones(len(noisy.all_heights)), usual, logs[:2]) + 0.5 * float(beforehand)
+
+    first = np.log([usual, LENGTH[0], WANDER[0], SCATTER[0]])
+    found = minimize(objective, first, method="Nelder-Mead", options={"xatol": _TOLERANCE, "fatol": _TOLERANCE}).x
+    return with_noise(*np.exp(found[2:]))
 
 
 def _movements(time: Array) -> Array:
@@ -252,7 +308,7 @@ def _bounded(logs: Array) -> tuple[float, float]:
 def _minus_log_posterior(heights: Heights, weight: Array, usual: float, logs: Array) -> float:
     amplitude, length = _bounded(logs)
     factor = cholesky(_covariance(heights, amplitude, length, weight), lower=True)
-    whitened = np.linalg.solve(factor, heights.height)
+    whitened = np.linalg.solve(factor, heights.all_heights)
     beforehand = sum(
         ((value - np.log(middle)) / spread) ** 2
         for value, middle, spread in zip(logs, (usual, LENGTH[0]), (AMPLITUDE[1], LENGTH[1]), strict=True)
@@ -261,13 +317,18 @@ def _minus_log_posterior(heights: Heights, weight: Array, usual: float, logs: Ar
 
 
 def _covariance(heights: Heights, amplitude: float, length: float, weight: Array) -> Array:
-    """(n, n) m² of the heights by surface, origin, tilt, slow and independent noise."""
-    x, noise = heights.places, heights.noise
+    """(m, m) m² of all heights by surface and tilt, which runs share, and by what each run has of its own."""
+    own = block_diag(*(_own_errors(run) for run in (heights, *heights.others)))
+    independent = np.diag((SHORT * heights.all_sigmas) ** 2 / weight)
+    return np.asarray(_of_surface(heights.all_places, heights.all_places, amplitude, length) + own + independent)
+
+
+def _own_errors(heights: Heights) -> Array:
+    """(n, n) m² of one run's heights by their origin and the receiver's slow error."""
     lag = np.abs(heights.time[:, None] - heights.time)
     own = heights.sigma / np.median(heights.sigma)  # fixes that say they are less sure are off together
-    slow = noise.sigma**2 * np.outer(own, own) * np.exp(-lag / max(noise.correlation_time, 1e-9))
-    independent = np.diag((SHORT * heights.sigma) ** 2 / weight)
-    return np.asarray(_of_surface(x, x, amplitude, length) + OFFSET**2 + slow + independent)
+    decay = np.exp(-lag / max(heights.noise.correlation_time, 1e-9))
+    return np.asarray(OFFSET**2 + heights.noise.sigma**2 * np.outer(own, own) * decay)
 
 
 def _of_surface(a: Array, b: Array, amplitude: float, length: float) -> Array:
@@ -286,17 +347,26 @@ def _weights(estimate: Estimate) -> Array:
     inverse = cho_solve((estimate._solved[0], True), np.eye(len(estimate.weight)))
     # Rasmussen and Williams 5.12: residual and variance of a value left out
     residual, variance = estimate._solved[1] / np.diag(inverse), 1.0 / np.diag(inverse)
-    own = (SHORT * estimate.heights.sigma) ** 2
+    own = (SHORT * estimate.heights.all_sigmas) ** 2
     square = residual**2 / (variance - own / estimate.weight + own)
     return student_weight(square, 1)
 
 
-def _binned(heights: Heights) -> Heights:
-    """Neighbours averaged until there are no more than ``_MOST``."""
+def _bounded_heights(heights: Heights) -> Heights:
+    """Heights averaged until there are no more than ``_MOST`` of all runs together."""
+    if not heights.others:
+        return _binned(heights, _MOST)
+    half = _MOST // 2
+    others = tuple(_binned(run, max(half // len(heights.others), LEAST)) for run in heights.others)
+    return replace(_binned(heights, half), others=others)
+
+
+def _binned(heights: Heights, most: int) -> Heights:
+    """Neighbours of one run averaged until there are no more than ``most``."""
     n = len(heights.time)
-    if n <= _MOST:
+    if n <= most:
         return heights
-    cell = np.arange(n) * _MOST // n
+    cell = np.arange(n) * most // n
     count = np.bincount(cell).astype(float)
 
     def mean(values: Array) -> Array:

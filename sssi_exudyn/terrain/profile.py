@@ -28,7 +28,7 @@ class Profile:
 @dataclass(frozen=True)
 class SurfaceFigures:
     """The snow surface along the way: heights over the slope's plane, one standard deviation of them (median), and how
-    steep the snow is.
+    steep the snow is; of how many runs the heights are.
     """
 
     lowest_m: float
@@ -37,6 +37,7 @@ class SurfaceFigures:
     inclination_least_deg: float
     inclination_most_deg: float
     modes: int
+    runs: int = 1
 
 
 def profile_along(surface: Surface, places: Array, inclination: float) -> Profile:
@@ -54,8 +55,8 @@ def profile_along(surface: Surface, places: Array, inclination: float) -> Profil
     )
 
 
-def surface_figures(surface: Surface, places: Array, inclination: float) -> SurfaceFigures:
-    """The figures of ``profile_along``."""
+def surface_figures(surface: Surface, places: Array, inclination: float, runs: int) -> SurfaceFigures:
+    """The figures of ``profile_along``, of a surface from the heights of so many runs."""
     profile = profile_along(surface, places, inclination)
     steep = np.degrees(profile.inclination)
     return SurfaceFigures(
@@ -65,4 +66,5 @@ def surface_figures(surface: Surface, places: Array, inclination: float) -> Surf
         inclination_least_deg=float(steep.min()),
         inclination_most_deg=float(steep.max()),
         modes=len(surface.amounts),
+        runs=runs,
     )

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pymap3d
 import pytest
+from tiny import AZIMUTH_DEG, INCLINATION_DEG, ORIGIN, TOML, Tiny, motion
 
 from sssi_exudyn import commands
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.fit import FRICTION, NUISANCES, problem_of
-from sssi_exudyn.fitting.snow_surface import on_snow_surface, snow_heights
+from sssi_exudyn.fitting.snow_surface import on_snow_surface, snow_heights, snow_surface, surface_process
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.inspection import format_surface
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 
@@ -179,3 +182,76 @@ def test_the_surface_is_drawn_and_put_into_figures(on_a_roll: Path, tmp_path: Pa
     assert "<svg" in (tmp_path / "snow.svg").read_text(encoding="utf-8")
     inspection = commands.inspect(on_a_roll)
     assert inspection.surface == figures
+
+
+BESIDE = 7.0
+"""m to the left of the first run, where the second one goes."""
+
+
+@pytest.fixture
+def two_runs(tmp_path: Path) -> Path:
+    """The first of two runs on a roll of the snow, 7 m apart; the second receiver's heights have another origin."""
+    across = slope_to_enu(np.radians(INCLINATION_DEG), np.radians(AZIMUTH_DEG))[:, 1] * BESIDE
+    for name, moved, lift in (("first", np.zeros(3), 0.0), ("second", across, 30.0)):
+        columns = motion()[1]
+        east, north, up = pymap3d.geodetic2enu(*(columns[each] for each in tuple(columns)[1:]), *ORIGIN)
+        east, north = east + moved[0], north + moved[1]
+        places = pymap3d.enu2geodetic(east, north, up + roll(east, north) + lift, *ORIGIN)
+        toml = TOML + ('\n[terrain]\nruns = ["../second"]\n' if name == "first" else "")
+        Tiny(toml=toml, gps={**columns, **dict(zip(tuple(columns)[1:], places, strict=True))}).write(tmp_path / name)
+    return tmp_path / "first"
+
+
+def test_runs_of_one_slope_share_its_surface(two_runs: Path) -> None:
+    recording, motion, model = parts(two_runs)
+    assert recording.gps is not None
+    along = snow_heights(recording.gps, motion, model).places
+    beside = along + [0.0, BESIDE]
+    errors = []
+    for runs in ((), recording.runs):
+        found = snow_surface(model, replace(recording, runs=runs), motion)
+        assert found is not None
+        for places in (along, beside):
+            enu = np.column_stack([places, np.zeros(len(places))])
+            enu = enu @ slope_to_enu(model.inclination, model.fall_line_azimuth).T
+            # the antenna rises and falls with the snow below it: it is 0.3 m down the slope of the snow under the skis
+            true = roll(enu[:, 0], enu[:, 1]) * np.cos(model.inclination)
+            errors.append(float(np.std(found[0].at(places)[:, 0] - true)))
+    alone, alone_beside, shared, shared_beside = errors
+    assert alone < 0.06  # fixes are sure to 3 cm, the rest is the 0.3 m
+    assert shared < 0.06
+    # 7 m beside its way a run knows little of waves of 30 m; a run that went there knows them as well as its own
+    assert alone_beside > 0.15
+    assert shared_beside < 0.06
+    process = surface_process(model, recording, motion)
+    assert process is not None
+    assert process.smooth.shape == (len(process.places), len(process.all_places))
+    # what the model's terms make of the snow, nothing here, leaves the heights' surface as it is
+    again = process.beside(model).at(along)[:, 0]
+    np.testing.assert_allclose(again, process.surface.at(along)[:, 0], atol=1e-12)
+
+
+def test_how_many_runs_show_the_snow_is_said(two_runs: Path) -> None:
+    figures = commands.terrain(two_runs)
+    assert figures.runs == 2
+    assert commands.inspect(two_runs).surface == figures
+    assert commands.terrain(two_runs.parent / "second").runs == 1
+    assert format_surface(figures).endswith("from the heights of 2 runs")
+
+
+def test_a_slope_of_two_runs_and_an_elevation_model(two_runs: Path) -> None:
+    recording = read_recording(two_runs)
+    write_elevations(recording, two_runs / "dem.tif", 0.0, roll)
+    toml = two_runs / "recording.toml"
+    lines = '[terrain]\nfile = "dem.tif"\ndatum = "other"\nsigma_m = 0.5'
+    toml.write_text(toml.read_text(encoding="utf-8").replace("[terrain]", lines), encoding="utf-8")
+    recording, motion, model = parts(two_runs)
+    found = snow_surface(model, recording, motion)
+    assert found is not None
+    along = found[1].places
+    without = snow_surface(*(model, replace(recording, elevations=None), motion))
+    assert without is not None
+    # where both runs went, the elevation model, which is right, says what they say
+    for places in (along, along + [0.0, BESIDE]):
+        apart = found[0].at(places)[:, 0] - without[0].at(places)[:, 0]
+        assert np.std(apart) < 0.05

@@ -12,10 +12,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import tomli_w
-from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, TOML, Tiny, loads
+from tiny import AZIMUTH_DEG, HEADING_DEG, INCLINATION_DEG, TOML, Tiny, loads, motion
 
 from sssi_exudyn.bodies.ski.ski import read_ski, ski_to_table
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.bounds import MAX_BYTES
 from sssi_exudyn.recording.read import read_recording
 
@@ -76,6 +77,58 @@ def test_own_ski_file_is_read_from_the_folder_and_hashed(tmp_path: Path) -> None
     found = read_recording(folder)
     assert found.equipment.skis == "skis/mine.toml"
     assert "skis/mine.toml" in found.hashes
+
+
+def with_runs(*names: str) -> str:
+    return TOML + f"\n[terrain]\nruns = {list(names)}\n"
+
+
+def test_other_runs_of_the_slope_are_read_beside(tmp_path: Path) -> None:
+    other = Tiny(toml=with_runs("../first")).write(tmp_path / "other")  # each names the other
+    found = read_recording(Tiny(toml=with_runs("../other")).write(tmp_path / "first"))
+    assert [run.folder.resolve() for run in found.runs] == [other]
+    assert found.runs[0].runs == ()
+    assert found.elevations is None
+    assert found.hashes["../other/gps.csv"] == found.runs[0].hashes["gps.csv"]
+    assert pickle.loads(pickle.dumps(found)).runs[0].name == "tiny"
+
+
+def north(metres: float) -> dict[str, Array]:
+    columns = motion()[1]
+    return {**columns, "latitude_deg": columns["latitude_deg"] + metres / 111_200.0}
+
+
+RUNS: dict[str, tuple[str, str]] = {
+    "none there": (with_runs("../none"), "no folder '../none'"),
+    "a file": (with_runs("gps.csv"), "no folder 'gps.csv'"),
+    "itself": (with_runs("."), "is this run or named before"),
+    "twice": (with_runs("../near", "../near/../near"), "is this run or named before"),
+    "without fixes": (with_runs("../blind"), "'../blind' has no fixes"),
+    "elsewhere": (with_runs("../far"), "'../far' lies 2"),
+    "no list": (TOML + '\n[terrain]\nruns = "../near"\n', "no list of folders"),
+    "numbers": (TOML + "\n[terrain]\nruns = [1]\n", "no list of folders"),
+    "too many": (with_runs(*[f"../{n}" for n in range(9)]), "9 runs"),
+    "null byte": (TOML + '\n[terrain]\nruns = ["a\\u0000"]\n', "no folder"),
+    "nothing to look at": (TOML.split("[gps]")[0] + '\n[terrain]\nruns = ["../near"]\n', "no fixes"),
+}
+
+
+@pytest.mark.parametrize("fault", RUNS)
+def test_runs_that_show_nothing_of_the_slope_are_refused(tmp_path: Path, fault: str) -> None:
+    toml, problem = RUNS[fault]
+    Tiny(gps=north(90.0)).write(tmp_path / "near")
+    Tiny(gps=north(250.0)).write(tmp_path / "far")  # the way is 64 m long
+    Tiny(toml=TOML.split("[gps]")[0]).write(tmp_path / "blind")
+    error = caught(Tiny(toml=toml).write(tmp_path / "run"))
+    assert error.place.startswith("[terrain]")
+    assert problem in str(error)
+
+
+def test_what_is_wrong_in_another_run_is_named_there(tmp_path: Path) -> None:
+    Tiny(toml=TOML.replace("mass_kg = 70.0", "mass_kg = 700.0")).write(tmp_path / "other")
+    error = caught(Tiny(toml=with_runs("../other")).write(tmp_path / "run"))
+    assert "other" in str(error.file)
+    assert error.place == "[skier] mass_kg"
 
 
 def without(name: str) -> Callable[[str], str]:

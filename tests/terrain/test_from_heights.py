@@ -66,6 +66,62 @@ def test_the_posterior_is_a_normal_density_conditioned() -> None:
     np.testing.assert_allclose(found.covariance(at), level @ covariance @ level, atol=1e-9)
 
 
+def test_other_runs_have_origins_and_receivers_of_their_own() -> None:
+    rng = np.random.default_rng(3)
+    time, places = way(3.0, 5.0)
+    true = hill(rng, np.concatenate([places, places + [0.0, 4.0]]), 0.3, 15.0)
+    first, second = (
+        measured(rng, height, time, place)
+        for height, place in zip(np.split(true, 2), (places, places + [0.0, 4.0]), strict=True)
+    )
+    heights = replace(first, others=(replace(second, height=second.height + 8.0),))
+    n = len(time)
+    found = Estimate(heights, 0.3, 15.0, np.ones(2 * n))
+    at = places[::4] + [0.0, 2.0]
+    every = np.concatenate([heights.all_places, at])
+    gap = np.linalg.norm(every[:, None] - every[None], axis=2) * np.sqrt(5.0) / 15.0
+    joint = 0.09 * (1.0 + gap + gap**2 / 3.0) * np.exp(-gap) + np.radians(1.0) ** 2 * every @ every.T
+    own = 100.0 + SIGMA**2 * np.exp(-np.abs(time[:, None] - time) / 3.0) + 0.25 * SIGMA**2 * np.eye(n)
+    joint[:n, :n] += own
+    joint[n : 2 * n, n : 2 * n] += own
+    gain = np.linalg.solve(joint[: 2 * n, : 2 * n], joint[: 2 * n, 2 * n :]).T
+    np.testing.assert_allclose(found.mean(at), gain @ heights.all_heights, atol=1e-8)
+    alone = Estimate(first, 0.3, 15.0, np.ones(n))
+    assert np.all(np.diag(found.covariance(at)) < np.diag(alone.covariance(at)))
+
+
+def test_heights_of_many_runs_are_bounded() -> None:
+    rng = np.random.default_rng(6)
+    time, places = way(60.0, 20.0)
+    run = measured(rng, np.zeros(len(time)), time, places)
+    heights = estimate_surface(replace(run, others=(run, run, run))).heights
+    assert len(heights.all_heights) <= 500
+    assert [len(each.time) for each in heights.others] == [83, 83, 83]
+
+
+def test_the_noise_of_coarse_heights_is_found() -> None:
+    """A telephone that states 10 m: its heights wander by 0.35 m in a second over a hill of 3 m."""
+    rng = np.random.default_rng(9)
+    time, places = way(80.0, 1.0)
+    true = 3.0 * np.sin(places[:, 0] / 50.0)
+    runs = [
+        Heights(
+            time, places, true + 0.35 * np.cumsum(rng.normal(size=len(time))) + 5.0 * number, np.full(len(time), 10.0),
+            ExponentialNoise(10.0, 3.0),
+        )
+        for number in range(3)
+    ]  # fmt: skip
+    errors = []
+    for others in ((), tuple(runs[1:])):
+        found = estimate_surface(replace(runs[0], others=others))
+        wander = found.heights.noise.sigma * np.sqrt(2.0 / found.heights.noise.correlation_time)
+        assert wander == pytest.approx(0.35, rel=0.5)
+        error = found.mean(places) - true
+        errors.append(float(np.std(error)))
+    # each run's end is off its start by 0.35·√80 = 3 m, which is 1 m about its mean; three runs have a √3 of it
+    assert errors[1] < min(errors[0], 0.8)
+
+
 def test_bands_hold_the_truth_as_often_as_they_say() -> None:
     time, places = way()
     inside, total = 0, 0

@@ -63,6 +63,11 @@ class Gps:
     notes: tuple[str, ...] = ()
 
 
+def enu_from(enu: Array, origin: tuple[float, float, float], other: tuple[float, float, float]) -> Array:
+    """(n, 3) m east-north-up from ``other`` (as ``Gps.origin``), of places (n, 3) m from ``origin``."""
+    return np.stack(pymap3d.geodetic2enu(*pymap3d.enu2geodetic(*enu.T, *origin), *other), axis=-1)
+
+
 READERS: Final[dict[str, Callable[[Path], Fixes]]] = {
     ".csv": fixes_csv,
     ".gpx": fixes_gpx,
