@@ -131,6 +131,12 @@ def flat_ski(parts: Parts, modes: int = MODES) -> FlatSki:
     )
 
 
+def _turning(spin: Array) -> Array:
+    """(3, 3) by which rows of vectors r are multiplied to ω × r."""
+    x, y, z = spin
+    return np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
+
+
 class FlatModel:
     """The right-hand side of the equations of motion for the state (x (3), q (2, k)) and its rates.
 
@@ -161,7 +167,7 @@ class FlatModel:
         ski, snow, frame = self.ski, self.snow, at.foot_rotation[side]
         arm = (ski.edge_place + ski.edge_shape @ q) @ frame.T
         place = x + at.foot_place[side] + arm
-        moving = v + at.foot_velocity[side] + np.cross(at.foot_spin[side], arm) + (ski.edge_shape @ rate) @ frame.T
+        moving = v + at.foot_velocity[side] + arm @ _turning(at.foot_spin[side]) + (ski.edge_shape @ rate) @ frame.T
         depth, sinking = np.maximum(-place[:, 2], 0.0), -moving[:, 2]
         press = snow.k * depth**snow.m1 + snow.c * np.sign(sinking) * np.abs(sinking) ** snow.m2 * depth**snow.m3
         press = np.maximum(press, 0.0) * ski.edge_length / POINT_LENGTH
@@ -192,7 +198,8 @@ class FlatModel:
         """
         ski, frame, spin = self.ski, at.foot_rotation[side], at.foot_spin[side]
         arm, going = (ski.place + ski.shape @ q) @ frame.T, (ski.shape @ rate) @ frame.T
-        swing = np.cross(at.foot_spin_rate[side], arm) + np.cross(spin, np.cross(spin, arm) + 2.0 * going)
+        turning = _turning(spin)
+        swing = arm @ _turning(at.foot_spin_rate[side]) + (arm @ turning + 2.0 * going) @ turning
         push = ski.mass[:, None] * (self.gravity - at.foot_acceleration[side] - swing)
         return push, -ski.turning_mass * (frame[:, 0] @ at.foot_spin_rate[side])
 

@@ -52,18 +52,12 @@ def add_ski_beam(
     """
     turn, origin = pose[:3, :3], pose[:3, 3]
     nodes, markers = [], []
-    frames = Rotation.from_matrix(turn @ mesh.node_rotation).as_quat()
-    for place, (x, y, z, w) in zip(mesh.node_position, frames, strict=True):
-        arm = turn @ place
-        node = mbs.AddNode(
-            NodeRigidBodyEP(
-                referenceCoordinates=[*(origin + arm), w, x, y, z],
-                initialVelocities=[
-                    *(velocity + np.cross(angular_velocity, arm)),
-                    *_quaternion_rate(np.array([w, x, y, z]), angular_velocity),
-                ],
-            )
-        )
+    arms = mesh.node_position @ turn.T
+    frames = Rotation.from_matrix(turn @ mesh.node_rotation).as_quat(scalar_first=True)
+    places = np.hstack([origin + arms, frames])
+    rates = np.hstack([velocity + np.cross(angular_velocity, arms), _quaternion_rates(frames, angular_velocity)])
+    for place, rate in zip(places.tolist(), rates.tolist(), strict=True):
+        node = mbs.AddNode(NodeRigidBodyEP(referenceCoordinates=place, initialVelocities=rate))
         nodes.append(int(node))
         markers.append(int(mbs.AddMarker(MarkerNodeRigid(nodeNumber=node))))
     elements = [
@@ -110,10 +104,8 @@ def _add_dampers(mbs: exu.MainSystem, mesh: BeamMesh, markers: list[int]) -> tup
     return tuple(dampers)
 
 
-def _quaternion_rate(quaternion: Array, angular_velocity: Array) -> Array:
-    """Rate of (w, x, y, z) for an angular velocity in the outer frame: q̇ = ½ (0, ω) ∘ q."""
-    scalar, vector = quaternion[0], quaternion[1:]
-    rate = np.concatenate(
-        [[-angular_velocity @ vector], scalar * angular_velocity + np.cross(angular_velocity, vector)]
-    )
-    return 0.5 * rate
+def _quaternion_rates(quaternions: Array, angular_velocity: Array) -> Array:
+    """Rates of (n, 4) quaternions (w, x, y, z) for an angular velocity in the outer frame: q̇ = ½ (0, ω) ∘ q."""
+    scalar, vector = quaternions[:, :1], quaternions[:, 1:]
+    turned = scalar * angular_velocity + np.cross(angular_velocity, vector)
+    return 0.5 * np.hstack([-(vector @ angular_velocity)[:, None], turned])
