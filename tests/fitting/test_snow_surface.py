@@ -174,6 +174,7 @@ def test_a_wrong_terrain_is_refused(tmp_path: Path, lines: str, place: str) -> N
         commands.terrain(folder)
 
 
+@pytest.mark.long
 def test_the_surface_is_drawn_and_put_into_figures(on_a_roll: Path, tmp_path: Path) -> None:
     figures = commands.terrain(on_a_roll, out=tmp_path / "snow.svg")
     assert figures.highest_m - figures.lowest_m > 0.5

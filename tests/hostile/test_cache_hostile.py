@@ -6,6 +6,7 @@ import io
 import os
 import stat
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +33,10 @@ def saved(**arrays: object) -> bytes:
 def bomb() -> bytes:
     """Two gigabytes of zeros in two megabytes, announced as a tenth of that would be."""
     content = io.BytesIO()
-    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as parts, parts.open("time.npy", "w") as file:
+    with (
+        zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as parts,
+        parts.open("time.npy", "w") as file,
+    ):
         np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": (30_000_000,)})
         for _ in range(240):
             file.write(bytes(1_000_000))
@@ -47,7 +51,7 @@ def header(text: str) -> bytes:
 
 
 OBJECTS = np.array([{"a": 1}], dtype=object)
-ENTRIES = {
+ENTRIES: dict[str, bytes | Callable[[], bytes]] = {
     "plausible": saved(time=np.arange(4.0), antenna=np.zeros((4, 3))),
     "with a check": saved(time=np.arange(4.0), antenna=np.zeros((4, 3)), check=fingerprint(KEY, right())),
     "with a check that is a table": saved(**right(), check=np.zeros(4)),
@@ -55,7 +59,7 @@ ENTRIES = {
     "bytes": saved(time=np.zeros(4, "V8"), antenna=np.ones((4, 3)), check=""),
     "dates": saved(time=np.zeros(4, "M8[s]"), antenna=np.ones((4, 3)), check=""),
     "truncated": saved(**right())[:-30],
-    "bomb": bomb(),
+    "bomb": bomb,  # made when it is needed: the tests are collected by every worker
     "huge header": header("{'descr': '<f8', 'fortran_order': False, 'shape': (999999999999,)}\n"),
     "negative lengths": header("{'descr': '<f8', 'fortran_order': False, 'shape': (-1, -1)}\n"),
     "code": header("__import__('os').mkdir('pwned')\n"),
@@ -74,8 +78,9 @@ OTHERS: dict[str, dict[str, np.ndarray]] = {
 @pytest.mark.parametrize("name", ENTRIES)
 def test_a_poisoned_entry_is_made_anew(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    entry = ENTRIES[name]
     (tmp_path / "cache").mkdir()
-    (tmp_path / "cache" / f"{KEY}.npz").write_bytes(ENTRIES[name])
+    (tmp_path / "cache" / f"{KEY}.npz").write_bytes(entry() if callable(entry) else entry)
     check_made_anew(Cache(tmp_path / "cache"))
     assert not (tmp_path / "pwned").exists()
 

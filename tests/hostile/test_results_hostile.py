@@ -215,7 +215,9 @@ CASES: dict[str, tuple[Spoil, str]] = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] if "swells" in name else []) for name in CASES]
+)
 def test_a_hostile_result_is_refused_in_one_clear_line(result: Path, name: str) -> None:
     spoil, expected = CASES[name]
     spoil(result)

@@ -105,7 +105,9 @@ DONE_AGAIN: dict[str, Spoil] = {
 }
 
 
-@pytest.mark.parametrize("name", DONE_AGAIN)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] if "swells" in name else []) for name in DONE_AGAIN]
+)
 def test_runs_without_a_whole_record_are_done_again(sweep: Path, name: str) -> None:
     DONE_AGAIN[name](sweep)
     found = run_limited(lambda: check_one_done(sweep))

@@ -62,6 +62,7 @@ def named(logs: dict[str, Path], *places: str) -> list[Path]:
     return [*(Path(f"{place}={logs[place]}") for place in places), logs["fixes"]]
 
 
+@pytest.mark.long
 def test_loggers_tables_become_a_recording(whole: Recording, logs: dict[str, Path], tmp_path: Path) -> None:
     made = import_recording(named(logs, "left_ski", "right_ski"), tmp_path / "made", ANSWERS)
     assert made.completed is not None

@@ -191,6 +191,7 @@ def test_a_run_that_stopped_at_once_still_has_a_page() -> None:
     assert "the whole run" in shown.text
 
 
+@pytest.mark.long
 def test_several_runs_stand_side_by_side(page: str) -> None:
     other = a_run(recording="big hill", friction={"mu_t": {"value": 0.19, "se": None}})
     both = Outline(render([a_run(), other]))
@@ -214,6 +215,7 @@ def test_what_is_not_known_is_a_dash() -> None:
     assert shown.count("–") >= 8
 
 
+@pytest.mark.long
 def test_a_result_folder_gives_the_page_again(folder: Path, tmp_path: Path, page: str) -> None:
     assert (folder / "report.html").read_text(encoding="utf-8") == page
     made = commands.report([folder], tmp_path / "again.html")

@@ -122,6 +122,7 @@ def test_the_noise_of_coarse_heights_is_found() -> None:
     assert errors[1] < min(errors[0], 0.8)
 
 
+@pytest.mark.long
 def test_bands_hold_the_truth_as_often_as_they_say() -> None:
     time, places = way()
     inside, total = 0, 0

@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import json
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ TRUE = dataclasses.replace(read_ski("slalom_165", "nowhere"), shear_modulus=8.37
 LEFT, LOAD, RIGHT = 0.2, 0.5, 0.8  # of the length
 
 
+@cache
 def deflection_per_newton(ski: Ski) -> float:
     """Three-point bending on a fine linear frame: another way than the integral that the identification uses."""
     cut = mesh(dataclasses.replace(ski, height=dataclasses.replace(ski.height, value=(0.0,) * 5)), 400)
@@ -33,7 +35,6 @@ def deflection_per_newton(ski: Ski) -> float:
     return float(np.linalg.solve(stiffness[np.ix_(free, free)], force[free])[np.searchsorted(free, 6 * node[LOAD] + 2)])
 
 
-PER_NEWTON = deflection_per_newton(TRUE)
 MODES = modal_ski(mesh(TRUE), 2)
 TIP = int(np.argmax(np.abs(MODES.shape[:, -1, 2])))
 
@@ -55,7 +56,7 @@ def measurements(random: np.random.Generator, noise: float = 1.0) -> Measurement
         thickness=thickness,
         height=TRUE.height(s),
         force=force,
-        deflection=0.001 + PER_NEWTON * force + noise * 2e-4 * random.standard_normal(len(force)),
+        deflection=0.001 + deflection_per_newton(TRUE) * force + noise * 2e-4 * random.standard_normal(len(force)),
         time=time,
         signal=3.0 + slow + quick + noise * 0.01 * random.standard_normal(len(time)),
         mass=1.75 + noise * 0.005 * random.standard_normal(),

@@ -98,6 +98,7 @@ def test_the_skiing_is_the_longest_stretch_at_speed() -> None:
         skiing_stretch(time, np.full(100, 0.3))
 
 
+@pytest.mark.long
 def test_ski_sensors_give_edges_and_headings_however_they_are_mounted(whole: Recording, on_skis: Recording) -> None:
     for joint in ("LeftFoot", "RightFoot"):
         heading, roll = off_deg(on_skis, whole, joint)
