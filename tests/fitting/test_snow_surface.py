@@ -14,6 +14,7 @@ import pytest
 from tiny import AZIMUTH_DEG, INCLINATION_DEG, ORIGIN, TOML, Tiny, motion
 
 from sssi_exudyn import commands
+from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.fit import FRICTION, NUISANCES, problem_of
@@ -25,6 +26,8 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.inspection import format_surface
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.terrain.from_heights import TILTS
+from sssi_exudyn.terrain.surface import Surface
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 
@@ -256,3 +259,29 @@ def test_a_slope_of_two_runs_and_an_elevation_model(two_runs: Path) -> None:
     for places in (along, along + [0.0, BESIDE]):
         apart = found[0].at(places)[:, 0] - without[0].at(places)[:, 0]
         assert np.std(apart) < 0.05
+
+
+def test_the_process_holds_the_surface_that_the_heights_show(on_a_roll: Path) -> None:
+    """Mean and modes together are the estimate, and stay it beside what a term makes of the snow."""
+    recording, motion, model = parts(on_a_roll)
+    surface = on_snow_surface(model, recording, motion).surface
+    process = surface_process(model, recording, motion)
+    assert surface is not None
+    assert process is not None
+    way = process.places
+
+    def along(each: Surface) -> Array:
+        return each.at(way)[:, 0] - each.at(way)[0, 0]
+
+    np.testing.assert_allclose(along(process.surface), along(surface), atol=1e-9)  # the same numbers, rearranged
+    held = process.at(replace(surface, mean=surface.mean + 0.1 * surface.deviation))
+    expected = replace(surface, mean=surface.mean + 0.1 * surface.deviation)
+    np.testing.assert_allclose(along(held.surface), along(expected), atol=1e-9)
+    steeper = replace(model, terms=(*model.terms, SlopeChange(0.02, float(way[len(way) // 2, 0]), 5.0)))
+    rest = process.beside(steeper)
+    whole = along(rest) + steeper.snow(way)[0]
+    # what the term raises the surface gives back, but for the corner: the heights are seen through noise of 3 cm
+    assert np.max(np.abs(whole - along(process.surface))) < 0.03
+    assert np.max(np.abs(along(rest) - along(process.surface))) > 0.15
+    alone = np.array(process.surface.amounts[TILTS:])
+    assert np.max(np.abs(alone)) < 6.0  # half a metre in waves of 30 m is rough, not impossible

@@ -16,7 +16,6 @@ class LatentForce(InTime):
     name = UnexplainedForce.name
     kind = "unexplained"
     caption = "a force that no known law explains"
-    weight = 2.0
     keys = ("force_f", "force_l", "force_n")
     scale, longest, least = 80.0, 0.4, 1
 
