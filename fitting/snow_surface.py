@@ -32,6 +32,9 @@ VERTICAL: Final = 1.5
 """Standard deviation of a fix's height over that of its place (Teunissen and Montenbruck 2017, ch. 21)."""
 MEMORY: Final = 3.0
 """s over which a receiver's error of height is correlated (as that of its place: ``core.noise``)."""
+BAROMETER: Final = (0.12, ExponentialNoise(4.5, 1000.0))
+"""Of a barometer's heights: twice what is independent (m), and a wander of 0.2 m in a second, as a logger's show that
+went down a glacier; it forgets in 1000 s, much longer than a run."""
 _NOTICED: Final = 0.5
 """Of a fix's standard deviation: a movement of the whole track that small is not noticed."""
 _LIFTED: Final = 0.03
@@ -215,9 +218,13 @@ def snow_heights(gps: Gps, motion: Motion, model: Model) -> Heights:
     share = np.exp(-higher / _LIFTED)
     share /= share.sum(axis=1, keepdims=True)
     snow = np.sum(share[..., None] * edges, axis=1)
-    sigma = VERTICAL * gps.sigma[inside]
     height = snow[:, 2] - replace(model, surface=None).snow(snow)[0]
-    return Heights(time, snow[:, :2], height, sigma, ExponentialNoise(float(np.median(sigma)), MEMORY))
+    sigma = VERTICAL * gps.sigma[inside]
+    noise = ExponentialNoise(float(np.median(sigma)), MEMORY)
+    if gps.barometric:
+        independent, noise = BAROMETER
+        sigma = np.full(len(time), independent)
+    return Heights(time, snow[:, :2], height, sigma, noise)
 
 
 def _edge_below_middle(parts: Parts, rotation: Array) -> Array:

@@ -37,16 +37,6 @@ _LENGTHS: Final = (5.0, 60.0)
 _AMPLITUDES: Final = (0.003, 5.0)
 SHORT: Final = 0.5
 """Share of the noise that is independent from fix to fix."""
-COARSE: Final = 1.0
-"""m; heights that are said to be less exact than this have their noise sought.  Telephones and watches state how far
-off a height may be at all; from fix to fix, after their filters, it wanders slowly."""
-WANDER: Final = (0.35, 0.4)
-"""m by which such a height usually wanders in a second, and the standard deviation of its logarithm: six runs of two
-telephones on two slopes show 0.39 and 0.28.  A run alone does not tell wandering from snow that rises and falls."""
-SCATTER: Final = (0.2, 1.0)
-"""m, the part that is independent from fix to fix, likewise."""
-_FORGETS: Final = 1000.0
-"""s after which a height that wanders has forgotten where it was: much longer than a run."""
 LEAST: Final = 4
 """Heights that a surface takes."""
 _ROUNDS: Final = 10
@@ -245,8 +235,6 @@ def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:
     if len(heights.time) < LEAST:
         raise ValueError(f"fewer than {LEAST} heights make no surface")
     heights = _bounded_heights(heights)
-    if np.median(heights.all_sigmas) > COARSE:
-        heights = _with_found_noise(heights, usual)
     logs = np.log([usual, LENGTH[0]])
     # weighed before anything is sought: a process short enough to follow single fixes would explain them
     weight = _weights(Estimate(heights, usual, LENGTH[0], np.ones(len(heights.all_heights))))
@@ -259,32 +247,6 @@ def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:
             break
         weight = again
     return estimate
-
-
-def _with_found_noise(heights: Heights, usual: float) -> Heights:
-    """The heights with the noise that makes them most probable, beside the surface's amplitude and length: heights that
-    wander, alike for all runs, and what is independent from fix to fix.
-    """
-
-    def with_noise(wander: float, scatter: float) -> Heights:
-        slow = ExponentialNoise(wander * float(np.sqrt(0.5 * _FORGETS)), _FORGETS)
-        runs = [
-            replace(run, sigma=run.sigma * (scatter / SHORT / np.median(run.sigma)), noise=slow)
-            for run in (heights, *heights.others)
-        ]
-        return replace(runs[0], others=tuple(runs[1:]))
-
-    def objective(logs: Array) -> float:
-        beforehand = sum(
-            ((value - np.log(middle)) / spread) ** 2
-            for value, (middle, spread) in zip(logs[2:], (WANDER, SCATTER), strict=True)
-        )
-        noisy = with_noise(*np.exp(logs[2:]))
-        return _minus_log_posterior(noisy, np.ones(len(noisy.all_heights)), usual, logs[:2]) + 0.5 * float(beforehand)
-
-    first = np.log([usual, LENGTH[0], WANDER[0], SCATTER[0]])
-    found = minimize(objective, first, method="Nelder-Mead", options={"xatol": _TOLERANCE, "fatol": _TOLERANCE}).x
-    return with_noise(*np.exp(found[2:]))
 
 
 def _movements(time: Array) -> Array:

@@ -94,6 +94,21 @@ def test_the_fixes_heights_show_the_snow(on_a_roll: Path) -> None:
     assert np.std(true) > 0.2
 
 
+def test_a_barometers_heights_count_beside_coarse_fixes(on_a_roll: Path) -> None:
+    recording, motion, model = parts(on_a_roll)
+    assert recording.gps is not None
+    coarse = replace(recording.gps, sigma=np.full(len(recording.gps.time), 5.0))
+    spread = []
+    for gps in (coarse, replace(coarse, barometric=True)):
+        found = snow_surface(model, replace(recording, gps=gps), motion)
+        assert found is not None
+        spread.append(float(np.std(found[0].at(found[1].places)[:, 0])))
+    # the snow rolls by 0.25 m, root mean square; under fixes of 5 m nothing of that is to be seen, and a barometer that
+    # wanders by 0.2 m in a second shows about half of waves that take 3 s
+    assert spread[0] < 0.05
+    assert spread[1] > 0.08
+
+
 def test_what_is_open_of_the_snow_is_fitted_along(on_a_roll: Path) -> None:
     recording, motion, model = parts(on_a_roll)
     model = on_snow_surface(model, recording, motion)

@@ -99,29 +99,6 @@ def test_heights_of_many_runs_are_bounded() -> None:
     assert [len(each.time) for each in heights.others] == [83, 83, 83]
 
 
-def test_the_noise_of_coarse_heights_is_found() -> None:
-    """A telephone that states 10 m: its heights wander by 0.35 m in a second over a hill of 3 m."""
-    rng = np.random.default_rng(9)
-    time, places = way(80.0, 1.0)
-    true = 3.0 * np.sin(places[:, 0] / 50.0)
-    runs = [
-        Heights(
-            time, places, true + 0.35 * np.cumsum(rng.normal(size=len(time))) + 5.0 * number, np.full(len(time), 10.0),
-            ExponentialNoise(10.0, 3.0),
-        )
-        for number in range(3)
-    ]  # fmt: skip
-    errors = []
-    for others in ((), tuple(runs[1:])):
-        found = estimate_surface(replace(runs[0], others=others))
-        wander = found.heights.noise.sigma * np.sqrt(2.0 / found.heights.noise.correlation_time)
-        assert wander == pytest.approx(0.35, rel=0.5)
-        error = found.mean(places) - true
-        errors.append(float(np.std(error)))
-    # each run's end is off its start by 0.35·√80 = 3 m, which is 1 m about its mean; three runs have a √3 of it
-    assert errors[1] < min(errors[0], 0.8)
-
-
 @pytest.mark.long
 def test_bands_hold_the_truth_as_often_as_they_say() -> None:
     time, places = way()

@@ -177,7 +177,7 @@ def use_barometer_heights(gps: Gps, barometer: Barometer) -> tuple[Gps, tuple[st
     difference = gps.enu[:, 2] - height
     scatter = float(np.std(difference))
     enu = np.column_stack([gps.enu[:, :2], height - height[0]])
-    return replace(gps, enu=enu), (
+    return replace(gps, enu=enu, barometric=True), (
         f"heights are the barometer's; the receiver's scatter about them by {scatter:.1f} m",
     )
 

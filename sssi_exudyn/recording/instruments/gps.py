@@ -50,6 +50,7 @@ class Gps:
     speed : (n,) m/s over ground where the receiver wrote it
     course : (n,) rad clockwise from north where the receiver wrote it, unwrapped
     notes : what was done to the data, in words
+    barometric : whether the heights are a barometer's
     """
 
     time: Array
@@ -61,6 +62,7 @@ class Gps:
     speed: Array | None = None
     course: Array | None = None
     notes: tuple[str, ...] = ()
+    barometric: bool = False
 
 
 def enu_from(enu: Array, origin: tuple[float, float, float], other: tuple[float, float, float]) -> Array:
