@@ -129,10 +129,15 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     }
     if recording.completed is not None and not recording.completed.steered:
         priors["friction.mu_n"] = _UNSTEERED
-    modes = () if model.surface is None else model.surface.names
-    priors |= dict.fromkeys(modes, Prior(0.0, 1.0))
+    modes = surface_priors(model)
+    priors |= modes
     noise = replace(_FIRST_NOISE, sigma=float(np.clip(sigma, _FIRST_NOISE.sigma, _COARSE_NOISE)))
-    return Problem(model, track, FRICTION + NUISANCES + modes, priors, weight_of(noise, track), counts_of(track))
+    return Problem(model, track, FRICTION + NUISANCES + tuple(modes), priors, weight_of(noise, track), counts_of(track))
+
+
+def surface_priors(model: Model) -> dict[str, Prior]:
+    """What is known of the numbers of a model's snow surface: each is one of standard deviations."""
+    return dict.fromkeys(() if model.surface is None else model.surface.names, Prior(0.0, 1.0))
 
 
 def fit(

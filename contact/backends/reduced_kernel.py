@@ -62,9 +62,8 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
     scratch[:] = 0.0
     slope = scratch[size]
     under = patch_under(contact.surface, x[0] + place[0], x[1] + place[1])
-    shaped = uneven(
-        parameters
-    )  # asked once: at every point the laws' own call would cost more than a point off the snow
+    # asked once: at every point the laws' own call would cost more than a point off the snow
+    shaped = uneven(parameters)
     for m in range(points.shape[0]):
         for edge in range(2):
             a, b, c = points[m, edge, 0], points[m, edge, 1], points[m, edge, 2]

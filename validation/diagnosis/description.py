@@ -85,7 +85,10 @@ def describe(
     measurements = problem.measurements
     every = [rounds[0].linear, *(each.linear for each in accepted)]
     folds = folds_of(measurements, rounds[0].fitted.edge_changes)
-    figures = [figures_of(linear, state.levels, folds) for linear in every]
+    residuals = [best_residual(linear, state.levels) for linear in every]
+    figures = [
+        figures_of(linear, state.levels, residual, folds) for linear, residual in zip(every, residuals, strict=True)
+    ]
     if estimates is not None:  # what the model does that is written
         for i, posterior in ((0, estimates[0]), (-1, estimates[1])):
             figures[i] = replace(figures[i], trajectory_error=posterior.track_error)
@@ -99,8 +102,7 @@ def describe(
         columns = placebos(each.fitted, each.responses[LATENT_FORCE.name])
         errors = held_out_errors(linear, state.levels, folds, columns)
         findings.append(_finding(each, best, after_model, missing, _evidence(worse, better, errors)))
-    residual = best_residual(every[-1], state.levels)
-    near = adequacy(residual, measurements)
+    near = adequacy(residuals[-1], measurements)
     verdict = _verdict(findings, near, rounds[-1].nothing.probability)
     diagnosis = Diagnosis(
         format=1,
@@ -115,7 +117,7 @@ def describe(
             Stretch(begin, end, _vector(missing.impulse((begin, end)))) for begin, end in missing.stretches()
         ),
         latent_force=LatentForce(_over_time(missing), _over_time(left)),
-        track_distance=_distance(measurements, best_residual(every[0], state.levels), residual),
+        track_distance=_distance(measurements, residuals[0], residuals[-1]),
         smallest_noticed=rounds[-1].noticed,
         adequacy=near,
         version=_version(),
@@ -123,9 +125,9 @@ def describe(
     return diagnosis, tuple(figures)
 
 
-def figures_of(linear: LinearModel, levels: NoiseLevels, folds: list[tuple[float, float]]) -> Figures:
-    """Of a fit, with everything that is uncertain where it is most probable."""
-    measurements, residual = linear.measurements, best_residual(linear, levels)
+def figures_of(linear: LinearModel, levels: NoiseLevels, residual: Array, folds: list[tuple[float, float]]) -> Figures:
+    """Of a fit, with everything that is uncertain where it is most probable: there it leaves ``residual`` (N,)."""
+    measurements = linear.measurements
     alone = np.zeros((len(residual), 1))
     return Figures(
         track_error(residual, measurements),

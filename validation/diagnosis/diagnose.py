@@ -17,12 +17,13 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.validation.diagnosis.description import Accepted, describe, figures_of
-from sssi_exudyn.validation.diagnosis.held_out import folds_of
+from sssi_exudyn.validation.diagnosis.held_out import best_residual, folds_of
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
+from sssi_exudyn.validation.diagnosis.probabilities import STANDS_OUT
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Progress, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search import compare_hypotheses
-from sssi_exudyn.validation.diagnosis.search_result import STANDS_OUT, Figures, SearchResult, SeparateFit
+from sssi_exudyn.validation.diagnosis.search_result import Figures, SearchResult, SeparateFit
 from sssi_exudyn.validation.diagnosis.state import (
     State,
     estimate_again,
@@ -154,4 +155,5 @@ def figures_without_findings(recording: Recording, motion: Motion, model: Model)
     problem = diagnosis_problem(recording, motion, model)
     problem, state, fit = first_fit(problem)
     folds = folds_of(problem.measurements, fitted_run(problem, state, fit).edge_changes)
-    return figures_of(linear_model(problem, state, fit), state.levels, folds)
+    linear = linear_model(problem, state, fit)
+    return figures_of(linear, state.levels, best_residual(linear, state.levels), folds)

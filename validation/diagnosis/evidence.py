@@ -246,18 +246,46 @@ def whitener(linear: LinearModel, levels: NoiseLevels, kept: Array | None = None
     return Whitener(np.asarray(np.linalg.cholesky(covariance + 1e-12 * np.diag(np.diag(covariance)))))
 
 
+@dataclass(frozen=True)
+class Uncertain:
+    """All that may vary beside a hypothesis, in units of noise, to be taken out of what is measured.
+
+    residual : (n,) were all of it at its mean;  columns : (n, k) for a standard deviation of each
+    factor : Cholesky factor, as ``cho_solve`` takes it, of what is known of it afterwards
+    """
+
+    residual: Array
+    columns: Array
+    factor: tuple[Array, bool]
+
+    def share(self, columns: Array) -> Array:
+        """(k, …) standard deviations of it that ``columns`` (n, …) are taken for."""
+        return np.asarray(cho_solve(self.factor, self.columns.T @ columns))
+
+    def remove_from(self, columns: Array) -> Array:
+        """(n, …) what is left of ``columns`` once it has taken its part."""
+        return np.asarray(columns - self.columns @ self.share(columns))
+
+
+def uncertain(
+    linear: LinearModel, levels: NoiseLevels, rows: Mapping[str, NDArray[np.bool_]] | None = None
+) -> Uncertain:
+    """Of all measurements, or of some ``rows`` by block (``whiten_columns``)."""
+    free = linear.all_free(levels)
+    table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]), rows)
+    x = table[:, 1:]
+    return Uncertain(table[:, 0], x, cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True))
+
+
 def overlaps(linear: LinearModel, levels: NoiseLevels, candidates: Sequence[Freedom]) -> tuple[Array, Array]:
     """What the measurements know of each of c candidates, all with w amplitudes of usual size, once all that is
     uncertain has taken its part: the amplitudes' information (c, w, w), and the pull (c, w, 1) of what is left.
     """
-    free = linear.all_free(levels)
-    table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
-    y, x = table[:, 0], table[:, 1:]
-    factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
-    rest = y - x @ cho_solve(factor, x.T @ y)
+    known = uncertain(linear, levels)
+    rest = known.remove_from(known.residual)
     width = candidates[0].columns.shape[1]
     together = whiten_columns(linear, levels, np.hstack([c.columns * c.scales for c in candidates]))
-    cleared = together - x @ cho_solve(factor, x.T @ together)
+    cleared = known.remove_from(together)
     shape = len(together), len(candidates), width
     gram = np.einsum("nci,ncj->cij", together.reshape(shape), cleared.reshape(shape))
     return gram, (together.T @ rest).reshape(len(candidates), width, 1)

@@ -6,11 +6,10 @@ import itertools
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.measurements import Measurements
-from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, whiten_columns
+from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, uncertain, whiten_columns
 
 _FOLDS = 4
 """Parts of a run that has not as many changes of edges."""
@@ -39,13 +38,12 @@ def held_out_errors(linear: LinearModel, levels: NoiseLevels, folds: list[tuple[
     errors = np.full((len(measurements.fixes), more.shape[1]), np.nan)
     for begin, end in folds:
         outside = {name: ~_within(measurements.time_of(name), begin, end) for name in blocks}
-        known = whiten_columns(linear, levels, np.column_stack([linear.residual, columns, more]), outside)
-        y, x, m = known[:, 0], known[:, 1 : 1 + columns.shape[1]], known[:, 1 + columns.shape[1] :]
-        factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
-        of_rest, of_more = cho_solve(factor, x.T @ y), cho_solve(factor, x.T @ m)
-        cleared = m - x @ of_more
-        amplitude = (cleared.T @ y) / (np.sum(cleared * m, axis=0) + 1.0)
-        left = linear.residual[:, None] - columns @ (of_rest[:, None] - of_more * amplitude) - more * amplitude
+        known, m = uncertain(linear, levels, outside), whiten_columns(linear, levels, more, outside)
+        of_more = known.share(m)
+        cleared = m - known.columns @ of_more
+        amplitude = (cleared.T @ known.residual) / (np.sum(cleared * m, axis=0) + 1.0)
+        of_rest = known.share(known.residual)[:, None] - of_more * amplitude
+        left = linear.residual[:, None] - columns @ of_rest - more * amplitude
         inside = _within(measurements.fixes, begin, end)
         errors[inside] = np.hypot(left[blocks["x"]], left[blocks["y"]])[inside]
     return np.asarray(np.nanmean(errors, axis=0))
@@ -57,12 +55,8 @@ def _within(time: Array, begin: float, end: float) -> NDArray[np.bool_]:
 
 def best_residual(linear: LinearModel, levels: NoiseLevels) -> Array:
     """(N,) measured less predicted, with everything that is uncertain where it is most probable."""
-    free = linear.all_free(levels)
-    columns = free.columns * free.scales
-    table = whiten_columns(linear, levels, np.column_stack([linear.residual, columns]))
-    y, x = table[:, 0], table[:, 1:]
-    factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
-    return np.asarray(linear.residual - columns @ cho_solve(factor, x.T @ y))
+    free, known = linear.all_free(levels), uncertain(linear, levels)
+    return np.asarray(linear.residual - (free.columns * free.scales) @ known.share(known.residual))
 
 
 def track_error(residual: Array, measurements: Measurements) -> float:
@@ -72,9 +66,7 @@ def track_error(residual: Array, measurements: Measurements) -> float:
 
 def misfit(linear: LinearModel, levels: NoiseLevels) -> float:
     """χ² of the horizontal track per measurement, under noise and all that is uncertain: 1 is expected."""
-    free = linear.all_free(levels)
-    table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]))
-    track = table[: linear.measurements.blocks["y"].stop]
-    y, x = track[:, 0], track[:, 1:]
-    factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
-    return float(y @ y - (x.T @ y) @ cho_solve(factor, x.T @ y)) / len(y)
+    measurements = linear.measurements
+    track = {name: np.full(at.stop - at.start, name in ("x", "y")) for name, at in measurements.blocks.items()}
+    known = uncertain(linear, levels, track)
+    return float(known.residual @ known.remove_from(known.residual)) / len(known.residual)

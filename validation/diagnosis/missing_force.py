@@ -16,11 +16,10 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 from scipy.special import ndtr
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, whiten_columns
+from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, uncertain, whiten_columns
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 
 DIRECTIONS: Final = ("along", "across", "normal")
@@ -79,17 +78,9 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     cosine, sine = course / np.linalg.norm(course, axis=0)
     by_f, by_l, by_n = responses.reshape(len(responses), 3, cells).transpose(1, 0, 2)
     shaped = np.hstack([by_f * cosine + by_l * sine, by_l * cosine - by_f * sine, by_n])
-    free = linear.all_free(levels)
-    table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales, shaped]))
-    count = free.columns.shape[1]
-    y, x, g = table[:, 0], table[:, 1 : 1 + count], table[:, 1 + count :]
-    inner = cho_factor(x.T @ x + np.eye(count), lower=True)
-
-    def remove_freedom(columns: Array) -> Array:
-        return np.asarray(columns - x @ cho_solve(inner, x.T @ columns))
-
+    known, g = uncertain(linear, levels), whiten_columns(linear, levels, shaped)
     prior = _usual(middles)
-    gram, pull = g.T @ remove_freedom(g), g.T @ remove_freedom(y)
+    gram, pull = g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual)
     gain = np.linalg.solve(np.eye(len(prior)) + prior @ gram, prior)
     mean = gain @ pull
     band = np.sqrt(np.maximum(np.diag(gain), 0.0))

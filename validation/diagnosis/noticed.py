@@ -13,11 +13,11 @@ from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.validation.diagnosis.evidence import usual_levels
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, Hypothesis
-from sssi_exudyn.validation.diagnosis.probabilities import NOTHING, TEMPER
+from sssi_exudyn.validation.diagnosis.probabilities import NOTHING, STANDS_OUT, TEMPER
 from sssi_exudyn.validation.diagnosis.result import Adequacy, Smallest
 
-_NOTICED: Final = 4.0
-"""Odds of an effect against nothing from which it is found (``STANDS_OUT``)."""
+_NOTICED: Final = (1.0 - STANDS_OUT) / STANDS_OUT
+"""Odds of an effect against nothing from which it is found."""
 _CHANCE: Final = 1e-3
 """Probability that instruments as stated miss a right model by more than is allowed."""
 _STATED: Final = 2.0

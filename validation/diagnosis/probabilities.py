@@ -14,6 +14,8 @@ SIZES: Final = (0.5, 1.0, 2.0)
 """An effect may be weaker or stronger than usual; each counts a third."""
 NOTHING: Final = 0.5
 """Prior probability that nothing is missing."""
+STANDS_OUT: Final = 0.2
+"""Probability of nothing missing above which there is no finding."""
 SHAPELESS: Final = 150.0
 """Log evidence that an effect brings from which its exact form, which nobody knows, matters more than the noise: there
 the difference between two names counts for half.

@@ -12,8 +12,8 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.fitting.measurements import Measurements, averages, measurements_of
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
-from sssi_exudyn.fitting.posture_errors import PostureErrors
-from sssi_exudyn.fitting.snow_surface import SurfaceProcess, on_snow_surface, surface_process
+from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors
+from sssi_exudyn.fitting.snow_surface import SurfaceProcess, on_snow_surface
 from sssi_exudyn.fitting.unknowns import FREE, USUAL_CUFF, posture_errors
 from sssi_exudyn.model.faults import InsoleGain, LeverArm
 from sssi_exudyn.model.model import Model
@@ -51,7 +51,8 @@ class DiagnosisProblem:
     """A recording prepared for diagnosis.
 
     model : as it is given, on the snow surface that the heights show
-    ground : the snow as a process, None on the plane;  prepared : the reduced model's tables; both as estimated
+    ground : the snow as a process, None on the plane and before a fit;  prepared : the reduced model's tables; both as
+        estimated
     parameters : what every fit has free, with priors;  fitting : the ordinary fit of the same recording
     key : of all of these, for the cache
     """
@@ -72,6 +73,11 @@ class DiagnosisProblem:
     def about(self) -> Uncertainty:
         """Standard deviations of what the recording states."""
         return self.recording.uncertainty
+
+    @property
+    def errors(self) -> tuple[PostureError, ...]:
+        """All ways in which the posture may be wrong."""
+        return posture_errors(self.about, self.motion.start, self.motion.stop, self.motion.foot_sigma)
 
     def place(self, model: Model) -> tuple[Model, Array]:
         """The model on the surface that the heights show beside what its own terms make of the snow, and the amounts
@@ -114,7 +120,7 @@ def diagnosis_problem(
         recording=recording,
         motion=motion,
         model=model,
-        ground=surface_process(model, recording, motion),
+        ground=None,
         parameters=tuple(Parameter((name,), prior) for name, prior in priors.items()),
         prepared=prepare(model, motion, step=STEP),
         measurements=measurements,
@@ -182,7 +188,7 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
     }
     moved = [0.0 if name in fitted else model.value(name) - stated.value(name) for name in numbers]
     waves = () if model.surface is None else model.surface.names
-    every = posture_errors(about, problem.motion.start, problem.motion.stop, problem.motion.foot_sigma)
+    every = problem.errors
     errors = PostureErrors(Parts(model, correct_posture(problem.motion, model.posture)), prepared, every)
     changes = [*(errors.change(error) for error in every), skier_mass_change(model, problem.motion, prepared)]
     problem.progress(None, f"{len(every)} possible errors of the posture, {len(waves)} of the snow surface")

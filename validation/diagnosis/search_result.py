@@ -15,8 +15,6 @@ from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.diagnosis.search import Round
 
-STANDS_OUT: Final = 0.2
-"""Probability of nothing missing above which there is no finding."""
 SURE: Final = 0.8
 """Probability from which a name stands alone."""
 WORTH_NAMING: Final = 0.02

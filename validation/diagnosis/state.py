@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.estimate import estimate, estimate_from
-from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.fit import surface_priors
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface, surface_process
-from sssi_exudyn.fitting.unknowns import posture_errors
 from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
@@ -80,11 +79,12 @@ def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[Diagnos
             problem.fitting, recording, motion, full=full, cache=problem.cache, progress=problem.progress
         )  # fmt: skip
         return linearise_about(problem.with_residual(made.fitted.residual), made.posterior, problem.parameters)
+    problem = replace(problem, ground=surface_process(problem.model, recording, motion))
     base = fit_model(problem, state, problem.model, problem.parameters, state.levels)
     residual = problem.measurements.measured - base.predicted
     blocks = problem.measurements.blocks
     problem = problem.with_residual(np.stack([residual[blocks["x"]], residual[blocks["y"]]], axis=1))
-    none = np.zeros(_errors_of(problem) + 1)
+    none = np.zeros(len(problem.errors) + 1)
     beyond = _full_surplus(problem, base.model) if full else state.beyond
     state = replace(state, nuisances=_nuisances(problem, base.model, none, ()), beyond=beyond)
     base = fit_model(problem, state, base.model, base.parameters, state.levels)
@@ -101,9 +101,8 @@ def estimate_again(
             fit = fit_model(problem, state, fit.model, fit.parameters, state.levels)
         return problem, state, fit
     model = on_snow_surface(replace(fit.model, surface=None), problem.recording, problem.motion)
-    modes = () if model.surface is None else model.surface.names
     usual = {name: prior for name, prior in problem.fitting.priors.items() if not name.startswith("surface.")}
-    fitting = replace(problem.fitting, priors=usual | dict.fromkeys(modes, Prior(0.0, 1.0)))
+    fitting = replace(problem.fitting, priors=usual | surface_priors(model))
     posterior = estimate_from(
         model, fitting, problem.recording, problem.motion, more={p.names: p.prior for p in found_by(problem, fit)},
         sizes=state.estimate.sizes, full=full, cache=problem.cache, progress=problem.progress,
@@ -128,10 +127,10 @@ def linearise_about(
     owners = {name.partition(".")[0] for name in sought}
     sensors = tuple(each for each in posterior.model.sensors if each.name in owners or not isinstance(each, _STATED))
     model = replace(posterior.model, sensors=sensors)
-    ground = None if model.surface is None else surface_process(model, problem.recording, problem.motion)
+    process = surface_process(model, problem.recording, problem.motion)
     problem = replace(
         problem,
-        ground=ground if ground is None or model.surface is None else ground.at(model.surface),
+        ground=None if process is None or model.surface is None else process.at(model.surface),
         prepared=prepare(model, problem.motion, step=STEP),
         key=fingerprint(problem.key, model_to_dict(model), posterior.sizes),
     )
@@ -231,12 +230,6 @@ def _full_surplus(problem: DiagnosisProblem, model: Model) -> Array:
     shapes = {"predicted": problem.measurements.measured.shape}
     found = np.asarray(get_or_make(problem, key, run, shapes)["predicted"], dtype=np.float64)
     return found - problem.measurements.predict(model, simulate_reduced(model, problem.prepared))
-
-
-def _errors_of(problem: DiagnosisProblem) -> int:
-    """How many errors of the posture are possible."""
-    motion = problem.motion
-    return len(posture_errors(problem.about, motion.start, motion.stop, motion.foot_sigma))
 
 
 def _nuisances(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[str]) -> Nuisances:
