@@ -1,30 +1,106 @@
 """Skier, ski and snow: from a recorded run to forces, friction and joint moments.
 
-The commands of ``sssi`` as functions: ``inspect``, ``simulate``, ``fit``, ``diagnose``, ``validate``, ``run``,
-``sweep`` and ``terms``.  Those that write a result return its ``Summary``.  They are loaded when first used, so that
-importing the package is quick and starts no solver.
+The functions take recordings, models and results as objects or as their folders::
+
+    import sssi_exudyn
+
+    result = sssi_exudyn.run("examples/beginner", "results/beginner")
+    print(result.friction.mu_t.value)
+    result.plot_track()
+
+Importing the package is quick and starts no solver: what a function needs is loaded when it is called.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
+
+from sssi_exudyn.api.functions import (
+    diagnose,
+    diagnose_day,
+    fit,
+    import_files,
+    inspect,
+    load,
+    load_sweep,
+    model_of,
+    muscles,
+    read_model,
+    read_recording,
+    report,
+    run,
+    simulate,
+    sweep,
+    terms,
+    validate,
+)
 
 if TYPE_CHECKING:
-    from sssi_exudyn.commands.catalogue import terms
-    from sssi_exudyn.commands.diagnosis import diagnose
-    from sssi_exudyn.commands.recordings import inspect
-    from sssi_exudyn.commands.runs import fit, run, simulate, validate
-    from sssi_exudyn.sweeps.sweep import sweep
+    from sssi_exudyn.api.result import Result
+    from sssi_exudyn.api.sweep_result import SweepResult
+    from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
+    from sssi_exudyn.importing.assemble import Answers
+    from sssi_exudyn.model.model import Model
+    from sssi_exudyn.recording.recording import Recording
+    from sssi_exudyn.results.summary import Summary
+    from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
-__all__ = ["diagnose", "fit", "inspect", "run", "simulate", "sweep", "terms", "validate"]
+__all__ = [
+    "Answers",
+    "Diagnosis",
+    "InputError",
+    "Model",
+    "Recording",
+    "Result",
+    "SimulationDiverged",
+    "SssiError",
+    "Summary",
+    "SweepResult",
+    "diagnose",
+    "diagnose_day",
+    "fit",
+    "import_files",
+    "inspect",
+    "load",
+    "load_sweep",
+    "model_of",
+    "muscles",
+    "read_model",
+    "read_recording",
+    "report",
+    "run",
+    "simulate",
+    "sweep",
+    "terms",
+    "validate",
+]
+_CLASSES: Final = {
+    "Answers": "importing.assemble",
+    "Diagnosis": "validation.diagnosis.result",
+    "InputError": "core.errors",
+    "Model": "model.model",
+    "Recording": "recording.recording",
+    "Result": "api.result",
+    "SimulationDiverged": "core.errors",
+    "SssiError": "core.errors",
+    "Summary": "results.summary",
+    "SweepResult": "api.sweep_result",
+}
+"""Modules of the classes, which are loaded when they are first asked for: they need NumPy and pandas."""
 
 
 def __getattr__(name: str) -> Any:
-    if name == "sweep":
-        return import_module("sssi_exudyn.sweeps.sweep").sweep
-    if name in __all__:
-        return getattr(import_module("sssi_exudyn.commands"), name)
-    if name == "__version__":
-        return import_module("importlib.metadata").version("sssi-exudyn")
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name in _CLASSES:
+        found = getattr(import_module(f"{__name__}.{_CLASSES[name]}"), name)
+    elif name == "__version__":
+        found = import_module("importlib.metadata").version("sssi-exudyn")
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    """What ``help()`` shows too, the classes that are not loaded yet included."""
+    return [*__all__, *("__all__", "__doc__", "__file__", "__name__", "__path__", "__version__")]

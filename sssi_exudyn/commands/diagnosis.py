@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from sssi_exudyn.commands.recordings import SILENT, read_folder
-from sssi_exudyn.commands.runs import CACHE, Outcome, write_outcome
+from sssi_exudyn.commands.runs import CACHE, Made, Outcome, cache_in, held, write_outcome
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import convert, read_json
 from sssi_exudyn.io.writing import folder_lock, to_json, write_atomically
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.folder import DIAGNOSIS
@@ -33,9 +34,18 @@ from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
 def diagnose(folder: Path, out: Path, *, progress: Progress = SILENT) -> Diagnosis:
     """Find what physics is missing, or which instrument is at fault; ``out`` holds the extended model's run."""
-    found = _search(folder, out, progress)[1]
-    Cache(out / CACHE).remove()
-    return found.diagnosis
+    made = make_diagnosis(folder, out, progress=progress)
+    assert made.run.diagnosis is not None
+    return made.run.diagnosis
+
+
+def make_diagnosis(source: Path | Recording, out: Path | None, *, progress: Progress = SILENT) -> Made:
+    """``diagnose`` of a recording or its folder; without ``out`` nothing is written, and an interrupted one is lost."""
+    made = _search(source, out, progress)[0]
+    cache = cache_in(out)
+    if cache is not None:
+        cache.remove()
+    return made
 
 
 def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SILENT) -> Day:
@@ -53,7 +63,11 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SIL
         with progress.stage("compare together"):
             explanations = compare_for_day([each.separate_fit() for _, each in found.values()])
         sentence = sentence_of_day(explanations, len(names), found[names[0]][1].model)
-        hashes = {f"{name}/{file}": made for name, (files, _) in found.items() for file, made in files.items()}
+        hashes = {
+            f"{name}/{file}": digest
+            for name, (made, _) in found.items()
+            for file, digest in made.run.summary.provenance.inputs.items()
+        }
         origin = convert(provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0), Provenance)
         day = Day(1, tuple(names), sentence, tuple(explanations), origin)
         write_atomically(out / "day.json", to_json(day))
@@ -63,17 +77,17 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SIL
         return day
 
 
-def _search(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, str], SearchResult]:
-    """Diagnose into ``out``, the cache stays; hashes of what was read, and the answer."""
-    with folder_lock(out):
-        recording, motion = read_folder(folder, progress)
+def _search(source: Path | Recording, out: Path | None, progress: Progress) -> tuple[Made, SearchResult]:
+    """Diagnose into ``out``, the cache stays; the run of the extended model, and the answer."""
+    with held(out):
+        recording, motion = read_folder(source, progress)
         if recording.gps is None:
             raise InputError(
-                folder / "recording.toml", "[gps]", "there is no GPS to hold the simulation against", "add it"
+                recording.folder / FILE, "[gps]", "there is no GPS to hold the simulation against", "add it"
             )
         with progress.stage("diagnose") as stage:
             found = find_missing(
-                recording, motion, model_of(recording, motion), cache=Cache(out / CACHE), progress=stage.advance
+                recording, motion, model_of(recording, motion), cache=cache_in(out), progress=stage.advance
             )
         assert found.result is not None
         posterior = found.posterior
@@ -83,8 +97,7 @@ def _search(folder: Path, out: Path, progress: Progress) -> tuple[dict[str, str]
             uncertainty=None if posterior is None else uncertainty_figures(posterior),
             diagnosis=found.diagnosis,
         )
-        write_outcome(out, recording, motion, found.model, found.result, outcome)
-        return recording.hashes, found
+        return write_outcome(out, recording, motion, found.model, found.result, outcome), found
 
 
 def _parameters(found: SearchResult) -> dict[str, Estimate]:
@@ -125,7 +138,7 @@ def benchmark(
         for folder in recordings:
             recording, motion = read_folder(folder, progress)
             if recording.gps is None:
-                raise InputError(folder / "recording.toml", "[gps]", "there is no GPS to start from", "add it")
+                raise InputError(folder / FILE, "[gps]", "there is no GPS to start from", "add it")
             bases.append(base_of(recording, motion, model_of(recording, motion)))
         with progress.stage("benchmark") as stage:
             workers = os.cpu_count() or 1

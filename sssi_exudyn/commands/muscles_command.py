@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from sssi_exudyn.bodies.muscles.muscles import muscles_table
 from sssi_exudyn.commands.recordings import SILENT
-from sssi_exudyn.commands.runs import run
+from sssi_exudyn.commands.runs import Made, run
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.writing import folder_lock
 from sssi_exudyn.muscle_forces.of_result import add_muscles, muscle_figures, muscles_of, storage_texts
@@ -42,6 +43,17 @@ def muscles(folder: Path, out: Path | None, *, power: int = 2, progress: Progres
             render=render_folder,
         )
         return read_summary(target)
+
+
+def make_muscles(made: Made, *, power: int = 2, progress: Progress = SILENT) -> Made:
+    """A run with the forces of its muscles; nothing is written."""
+    with progress.stage("muscles") as stage:
+        run = made.run
+        found = muscles_of(run, Path(run.name), power)
+        stage.advance(1.0, f"{len(found.time)} samples")
+        summary = replace(run.summary, muscles=muscle_figures(found))
+        amended = replace(run, summary=summary, series=add_muscles(run.series, found))
+        return Made(amended, {**made.opensim, **storage_texts(found)})
 
 
 def muscles_list() -> list[dict[str, str | float]]:

@@ -88,12 +88,12 @@ def import_files(files: Sequence[Path], out: Path, answers: Answers) -> Inspecti
     return inspect_recording(import_recording(files, out, answers))
 
 
-def read_folder(folder: Path, progress: Progress) -> tuple[Recording, Motion]:
-    """The recording in a folder, and its motion.  Raises InputError where something in it is wrong."""
+def read_folder(source: Path | Recording, progress: Progress) -> tuple[Recording, Motion]:
+    """A recording, or that in a folder, and its motion.  Raises InputError where something in it is wrong."""
     from sssi_exudyn.motion.from_recording import motion_from_recording
 
     with progress.stage("read") as stage:
-        recording = read_recording(folder)
+        recording = source if isinstance(source, Recording) else read_recording(source)
         motion = motion_from_recording(recording)
         stage.advance(1.0, f"{motion.stop - motion.start:.1f} s of {recording.name}")
     return recording, motion

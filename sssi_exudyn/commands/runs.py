@@ -7,6 +7,7 @@ continues when it is given again: every simulation of a fit is kept in the resul
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
@@ -31,7 +32,7 @@ from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.motion.from_recording import round_trip_table
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.reports.report import render, render_folder, render_pdf, write_run
 from sssi_exudyn.results.folder import MEASURED, amend_result, read_series, read_summary
 from sssi_exudyn.results.measured import measured_table
@@ -67,6 +68,17 @@ CACHE: Final = "cache"
 """Folder within a result that keeps what an interrupted command has computed."""
 
 
+@dataclass(frozen=True)
+class Made:
+    """A run as a result's folder holds it.
+
+    opensim : the texts of its files for OpenSim, by name
+    """
+
+    run: StoredRun
+    opensim: Mapping[str, str]
+
+
 def simulate(
     folder: Path,
     out: Path,
@@ -78,9 +90,21 @@ def simulate(
     """Simulate a recording once, with ``model`` (a ``model.toml``) or with default friction, into ``out``; its
     summary.
     """
-    with folder_lock(out):
-        recording, motion = read_folder(folder, progress)
-        chosen = read_model(model) if model else model_of(recording, motion)
+    return make_simulation(folder, out, model=model, backend=backend, progress=progress).run.summary
+
+
+def make_simulation(
+    source: Path | Recording,
+    out: Path | None,
+    *,
+    model: Path | Model | None = None,
+    backend: Backend = "fastest",
+    progress: Progress = SILENT,
+) -> Made:
+    """``simulate`` of a recording or its folder; without ``out`` nothing is written."""
+    with held(out):
+        recording, motion = read_folder(source, progress)
+        chosen = _chosen(model) or model_of(recording, motion)
         settings = {"command": "simulate", "backend": backend}
         return _simulate_into(out, recording, motion, chosen, Outcome(settings), progress, backend)
 
@@ -96,21 +120,34 @@ def fit(
     """Fit friction (and, with ``joint``, start and heading) to the GPS track, into ``out``; the summary of the fitted
     run.  ``model`` (a ``model.toml``) has what else acts, such as what a diagnosis found.
     """
-    with folder_lock(out):
-        recording, motion = read_folder(folder, progress)
+    return make_fit(folder, out, method=method, model=model, progress=progress).run.summary
+
+
+def make_fit(
+    source: Path | Recording,
+    out: Path | None,
+    *,
+    method: Method = "joint",
+    model: Path | Model | None = None,
+    progress: Progress = SILENT,
+) -> Made:
+    """``fit`` of a recording or its folder; without ``out`` nothing is written, and an interrupted fit is lost."""
+    with held(out):
+        recording, motion = read_folder(source, progress)
         if recording.gps is None:
-            raise InputError(folder / "recording.toml", "[gps]", "there is no GPS to fit to", "add it, or use simulate")
-        chosen = read_model(model) if model else model_of(recording, motion)
+            raise InputError(recording.folder / FILE, "[gps]", "there is no GPS to fit to", "add it, or use simulate")
+        chosen = _chosen(model) or model_of(recording, motion)
         if method == "joint" and model is None:
             chosen = on_snow_surface(chosen, recording, motion)
         problem = problem_of(recording, motion, chosen, method)
         posture, predicted, uncertainty = None, None, None
+        cache = cache_in(out)
         with progress.stage("fit") as stage:
             if method == "joint" and recording.completed is None:
-                found = estimate(problem, recording, motion, cache=Cache(out / CACHE), progress=stage.advance)
+                found = estimate(problem, recording, motion, cache=cache, progress=stage.advance)
                 fitted, uncertainty = found.fitted, uncertainty_figures(found.posterior)
             else:
-                fitted = fit_problem(problem, motion, method, cache=Cache(out / CACHE), progress=stage.advance)
+                fitted = fit_problem(problem, motion, method, cache=cache, progress=stage.advance)
         if recording.completed is not None:
             with progress.stage("posture"):
                 shares = shares_of(fitted, problem, motion, recording.completed, recording.slope.sigma_inclination)
@@ -119,17 +156,36 @@ def fit(
                 predicted = second_half_table(half)
                 fitted = replace(fitted, covariance=shares.covariance)
         outcome = Outcome({"command": "fit", "method": method}, fit_figures(fitted), posture, predicted, uncertainty)
-        summary = _simulate_into(out, recording, motion, fitted.model, outcome, progress)
-        Cache(out / CACHE).remove()
-        return summary
+        made = _simulate_into(out, recording, motion, fitted.model, outcome, progress)
+        if cache is not None:
+            cache.remove()
+        return made
 
 
 def run(folder: Path, out: Path, *, progress: Progress = SILENT) -> Summary:
     """The whole chain: fit where there is a GPS, simulate, validate, report, into ``out``; the summary."""
-    recording = read_recording(folder)
-    if recording.gps is None:
-        return simulate(folder, out, progress=progress)
-    return fit(folder, out, progress=progress)
+    return make_run(folder, out, progress=progress).run.summary
+
+
+def make_run(source: Path | Recording, out: Path | None, *, progress: Progress = SILENT) -> Made:
+    """``run`` of a recording or its folder; without ``out`` nothing is written."""
+    recording = source if isinstance(source, Recording) else read_recording(source)
+    make = make_simulation if recording.gps is None else make_fit
+    return make(recording, out, progress=progress)
+
+
+def held(out: Path | None) -> AbstractContextManager[None]:
+    """The lock of a result's folder; of none where nothing is written."""
+    return nullcontext() if out is None else folder_lock(out)
+
+
+def cache_in(out: Path | None) -> Cache | None:
+    """Where a result's folder keeps what an interrupted command has computed; None without a folder."""
+    return None if out is None else Cache(out / CACHE)
+
+
+def _chosen(model: Path | Model | None) -> Model | None:
+    return read_model(model) if isinstance(model, Path) else model
 
 
 def validate(folder: Path, result: Path, out: Path, *, progress: Progress = SILENT) -> Summary:
@@ -157,21 +213,32 @@ def report(results: Sequence[Path], out: Path) -> Path:
     """The report of one result folder, or of several side by side, in the file ``out``, a page (.html) or a document to
     print (.pdf); of a sweep's folder its page.  Returns that file's path.  Raises InputError for another ending.
     """
-    if out.suffix not in (".html", ".pdf"):
-        raise InputError(out, "", "neither a page nor a document", "end its name in .html or .pdf")
+    _check_ending(out)
     if is_sweep(results[0]):
         if len(results) > 1 or out.suffix != ".html":
             raise InputError(results[0], "", "this is a sweep", "give it alone, and a name that ends in .html")
         write_atomically(out, render_sweep_folder(results[0]))
         return out
-    runs = [read_run(result) for result in results]
-    names = [run.name for run in runs]
-    for index, (run, result) in enumerate(zip(runs, results, strict=True)):
-        if names.count(run.name) > 1:  # two results of one recording
-            distinguished = replace(run.summary, recording=f"{run.name} ({result.resolve().name})")
-            runs[index] = replace(run, summary=distinguished)
+    return write_report([(read_run(result), result.resolve().name) for result in results], out)
+
+
+def write_report(results: Sequence[tuple[StoredRun, str]], out: Path) -> Path:
+    """``report`` of results, each with a name that distinguishes it from others of the same recording."""
+    _check_ending(out)
+    names = [run.name for run, _ in results]
+    runs = []
+    for run, own in results:
+        several = names.count(run.name) > 1  # results of one recording
+        summary = replace(run.summary, recording=f"{run.name} ({own})") if several else run.summary
+        runs.append(replace(run, summary=summary))
     write_atomically(out, render(runs) if out.suffix == ".html" else render_pdf(runs))
     return out
+
+
+def _check_ending(out: Path) -> None:
+    """Raise InputError where a report's file is neither a page nor a document."""
+    if out.suffix not in (".html", ".pdf"):
+        raise InputError(out, "", "neither a page nor a document", "end its name in .html or .pdf")
 
 
 @dataclass(frozen=True)
@@ -196,14 +263,14 @@ class Outcome:
 
 
 def _simulate_into(
-    out: Path,
+    out: Path | None,
     recording: Recording,
     motion: Motion,
     model: Model,
     outcome: Outcome,
     progress: Progress,
     backend: Backend = "fastest",
-) -> Summary:
+) -> Made:
     """Run the model and write all that a result folder holds; a run that diverges leaves what it has, and raises."""
     with progress.stage("simulate") as stage:
         try:
@@ -216,9 +283,9 @@ def _simulate_into(
 
 
 def write_outcome(
-    out: Path, recording: Recording, motion: Motion, model: Model, result: SimulationResult, outcome: Outcome
-) -> Summary:
-    """Write a result folder from a run; its summary."""
+    out: Path | None, recording: Recording, motion: Motion, model: Model, result: SimulationResult, outcome: Outcome
+) -> Made:
+    """All that a result's folder holds of a run, written into ``out`` if given."""
     result = result.shift(_height_of_track(recording, result))
     series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
     found = biomechanics(result, model.skier.mass)
@@ -252,10 +319,12 @@ def write_outcome(
         }
     )
     measured = measured_table(gps, recording.insoles)
-    run = StoredRun(summary, series, model, measured, motion.geometry, found.table, outcome.second_half, diagnosis)
-    texts = opensim_texts(result, motion.geometry, model.inclination)
-    write_run(out, run, texts)
-    return summary
+    turns = None if found.table.empty else found.table  # a run too short for a turn has a table without columns
+    run = StoredRun(summary, series, model, measured, motion.geometry, turns, outcome.second_half, diagnosis)
+    made = Made(run, opensim_texts(result, motion.geometry, model.inclination))
+    if out is not None:
+        write_run(out, run, made.opensim)
+    return made
 
 
 def _height_of_track(recording: Recording, result: SimulationResult) -> Array:

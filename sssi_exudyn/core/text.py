@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
 from typing import Final
 
 LONGEST: Final = 200
@@ -27,6 +29,13 @@ def one_line(text: object, longest: int = LONGEST) -> str:
 def plot_text(text: object, longest: int = LONGEST) -> str:
     """``text`` as ``one_line`` gives it, for Matplotlib: a dollar sign begins no formula."""
     return one_line(text, longest).replace("$", r"\$")
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The fix for an unknown name: the nearest of those there are, or else all of them."""
+    names = sorted(known)
+    near = difflib.get_close_matches(name, names, 1)
+    return f"did you mean {near[0]!r}?" if near else f"use one of: {', '.join(names)}"
 
 
 def _clean(letter: str) -> str:

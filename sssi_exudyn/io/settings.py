@@ -5,7 +5,6 @@ A field declared ``quantity(..., "kg", ...)`` as ``mass`` is the key ``mass_kg``
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 import tomllib
@@ -15,7 +14,7 @@ from typing import Any, Final
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import Quantity, quantities
-from sssi_exudyn.core.text import one_line
+from sssi_exudyn.core.text import did_you_mean, one_line
 from sssi_exudyn.io.bounds import MAX_DEPTH, MAX_NAME, MAX_TOML, MAX_VALUES
 from sssi_exudyn.io.files import read_text
 
@@ -104,12 +103,10 @@ def table_of(settings: Settings, name: str, path: Path) -> Settings:
 
 def check_keys(table: Settings, known: Iterable[str], path: Path, place: str) -> None:
     """Raise InputError for an unknown key, with the nearest known one."""
-    names = sorted(known)
+    names = set(known)
     for key in table:
         if key not in names:
-            near = difflib.get_close_matches(key, names, 1)
-            fix = f"did you mean {near[0]!r}?" if near else f"use of: {', '.join(names)}"
-            raise InputError(path, f"{place} {key}".strip(), "unknown key", fix)
+            raise InputError(path, f"{place} {key}".strip(), "unknown key", did_you_mean(key, names))
 
 
 def numbers_of(cls: type, table: Settings, path: Path, place: str, optional: Collection[str] = ()) -> dict[str, float]:

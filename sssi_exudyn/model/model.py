@@ -18,6 +18,7 @@ from sssi_exudyn.contact.term import Term, terrain_height
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import Quantity, quantities, quantity
+from sssi_exudyn.core.text import one_line
 from sssi_exudyn.model.faults import CaptureSensor, Sensor
 from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.recording.recording import Equipment, Skier
@@ -73,7 +74,7 @@ class Solver:
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Model:
     """Everything that is simulated except the movement.
 
@@ -96,6 +97,10 @@ class Model:
     sensors: tuple[Sensor, ...] = ()
     surface: Surface | None = None
     posture: PostureCorrection | None = None
+
+    def __repr__(self) -> str:
+        parts = ", ".join([*(term.name for term in self.terms), *(sensor.name for sensor in self.sensors)])
+        return f"<Model {one_line(self.name)}: {parts}; {np.degrees(self.inclination):.1f}° steep>"
 
     def term(self, name: str) -> Term:
         """The term of that name.  Raises KeyError when the model has none."""

@@ -13,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.quantity import quantity
+from sssi_exudyn.core.text import one_line
 from sssi_exudyn.recording.few_sensors.complete import Completed
 from sssi_exudyn.recording.instruments.bvh import Bvh
 from sssi_exudyn.recording.instruments.gps import Gps
@@ -96,7 +97,7 @@ class Heading:
     sigma: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recording:
     """One run of one skier, checked, on one clock (s from the start of the recording).
 
@@ -129,3 +130,10 @@ class Recording:
     elevations: Elevations | None = None
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     runs: tuple[Recording, ...] = ()
+
+    def __repr__(self) -> str:
+        fixes = "no GPS" if self.gps is None else f"{len(self.gps.time)} fixes"
+        insoles = "no insoles" if self.insoles is None else "insoles"
+        capture = "few sensors" if self.completed is not None else "motion capture"
+        about = f"{self.stop - self.start:.1f} s, {capture}, {fixes}, {insoles}, {len(self.notices)} notices"
+        return f"<Recording {one_line(self.name)}: {about}>"

@@ -31,7 +31,7 @@ from sssi_exudyn.results.summary import Summary
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StoredRun:
     """One result.
 
@@ -53,6 +53,9 @@ class StoredRun:
     turn_table: pd.DataFrame | None = None
     second_half: pd.DataFrame | None = None
     diagnosis: Diagnosis | None = None
+
+    def __repr__(self) -> str:
+        return f"<StoredRun {self.name}: {len(self.series)} samples>"
 
     @property
     def name(self) -> str:

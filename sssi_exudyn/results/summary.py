@@ -278,7 +278,7 @@ class MuscleFigures:
     contact_peak_bodyweights: Mapping[str, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Summary:
     """All figures of a result.
 
@@ -306,6 +306,10 @@ class Summary:
     muscles: MuscleFigures | None = None
     surface: SurfaceFigures | None = None
     uncertainty: UncertaintyFigures | None = None
+
+    def __repr__(self) -> str:
+        mu_t, mu_n = self.friction.mu_t.value, self.friction.mu_n.value
+        return f"<Summary {self.recording}: mu_t {mu_t}, mu_n {mu_n}, track error {self.trajectory.mean_error_m} m>"
 
 
 def summary_from_dict(table: Mapping[str, Any]) -> Summary:

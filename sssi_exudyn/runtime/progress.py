@@ -15,6 +15,8 @@ from typing import TextIO
 _REWRITE_EVERY = 0.2
 """s; a terminal need not be written more often than an eye follows."""
 _CLEAR_LINE = "\r\x1b[K"
+Listener = Callable[[str, float | None, str], None]
+"""Called with a stage's name, the share done in [0, 1] (None where it is not known) and a detail such as the error."""
 
 
 @dataclass
@@ -24,6 +26,7 @@ class Stage:
     name: str
     stream: TextIO | None
     clock: Callable[[], float]
+    listener: Listener | None = None
     detail: str = ""
     _begin: float = field(init=False)
     _written: float = field(init=False, default=-float("inf"))
@@ -40,6 +43,8 @@ class Stage:
         detail : such as the current error, with its unit
         """
         self.detail = detail
+        if self.listener is not None:
+            self.listener(self.name, fraction, detail)
         if self.stream is None or not self.stream.isatty() or self.clock() - self._written < _REWRITE_EVERY:
             return
         self._written = self.clock()
@@ -59,15 +64,16 @@ class Stage:
 
 @dataclass(frozen=True)
 class Progress:
-    """Writes stages to ``stream``; where that is None it is silent, which is what library calls want."""
+    """Writes stages to ``stream`` and calls ``listener``; where both are None it is silent."""
 
     stream: TextIO | None = None
     clock: Callable[[], float] = time.monotonic
+    listener: Listener | None = None
 
     @contextmanager
     def stage(self, name: str) -> Iterator[Stage]:
         """One stage; left by an error or an interrupt it ends with "stopped"."""
-        stage = Stage(name, self.stream, self.clock)
+        stage = Stage(name, self.stream, self.clock, self.listener)
         stage.advance(None)
         try:
             yield stage

@@ -22,12 +22,13 @@ from sssi_exudyn.io.typed import convert, read_json
 from sssi_exudyn.io.writing import folder_lock, is_locked, to_json, write_atomically
 from sssi_exudyn.runtime.progress import Progress, Stage
 from sssi_exudyn.sweeps.file import SweepFile, read_sweep, sweep_from
+from sssi_exudyn.sweeps.outputs import Column
 from sssi_exudyn.sweeps.page import PAGE, render_sweep
 from sssi_exudyn.sweeps.plan import Plan, SweepRun, plan_of, plan_sweep
 from sssi_exudyn.sweeps.records import DONE, Record, gather, last_records, tidy
 from sssi_exudyn.sweeps.sensitivity_indices import indices_of
-from sssi_exudyn.sweeps.table import origin_of, read_table, write_tables
-from sssi_exudyn.sweeps.workers.pools import CREDENTIALS, Cluster, pool_of
+from sssi_exudyn.sweeps.table import origin_of, read_table, table_columns, write_tables
+from sssi_exudyn.sweeps.workers.pools import CREDENTIALS, Cluster, pool_of, this_process
 from sssi_exudyn.sweeps.workers.scheduler import do_all
 
 FILE: Final = "sweep.toml"
@@ -82,6 +83,7 @@ def sweep(
     scheduler: str | None = None,
     cluster: Cluster | None = None,
     progress: Progress = _SILENT,
+    in_this_process: bool = False,
 ) -> Counts:
     """Do the sweep of a file, or of a mapping of the same content, into ``out``, or continue it there.
 
@@ -91,12 +93,13 @@ def sweep(
     workers : processes; None for one for each core
     scheduler : address of a Dask scheduler, whose workers see ``out`` and the recordings under the same paths
     cluster : a Dask cluster to start
+    in_this_process : do the runs one by one here, without starting a process: a run that kills it ends the sweep
 
     Returns the counts of the runs by status.  Raises InputError for a mistake in the file, before the first run, and
     for a folder that holds another sweep; SssiError for a missing package or a scheduler that does not answer.
     """
     swept = read_sweep(file) if isinstance(file, Path) else sweep_from(file, Path("sweep"))
-    return _do_sweep(swept, out, workers, scheduler, cluster, progress)
+    return _do_sweep(swept, out, workers, scheduler, cluster, progress, in_this_process=in_this_process)
 
 
 def resume(
@@ -142,9 +145,22 @@ def render_folder(out: Path) -> str:
     Raises InputError where there is no sweep, or none whose runs have ended.
     """
     origin = _read_origin(out)
-    plan = plan_of(read_sweep(out / FILE), origin.inputs)
-    table = read_table(out, plan)
+    plan, table = _read_table(out, origin)
     return render_sweep(plan, table, indices_of(plan, table), origin.versions)
+
+
+def read_swept(out: Path) -> tuple[pd.DataFrame, tuple[Column, ...]]:
+    """The table of the sweep in ``out``, and its columns with units and meanings; its recordings are not needed.
+
+    Raises InputError where there is no sweep, or none whose runs have ended.
+    """
+    plan, table = _read_table(out, _read_origin(out))
+    return table, tuple(column for column in table_columns(plan) if column.name in table)
+
+
+def _read_table(out: Path, origin: Origin) -> tuple[Plan, pd.DataFrame]:
+    plan = plan_of(read_sweep(out / FILE), origin.inputs)
+    return plan, read_table(out, plan)
 
 
 def is_sweep(folder: Path) -> bool:
@@ -161,9 +177,10 @@ def _do_sweep(
     progress: Progress,
     *,
     again: bool = False,
+    in_this_process: bool = False,
 ) -> Counts:
     out = out.resolve()
-    pool = pool_of(scheduler, cluster, out)
+    pool = this_process if in_this_process else pool_of(scheduler, cluster, out)
     plan = plan_sweep(file)
     with folder_lock(out):
         origin = _open_folder(plan, out)

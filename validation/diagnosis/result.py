@@ -224,7 +224,7 @@ class Version:
     priors: dict[str, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diagnosis:
     """What physics was left out of a model of a recorded run, or which instrument is at fault.
 
@@ -249,3 +249,6 @@ class Diagnosis:
     smallest_noticed: dict[str, Smallest] | None = None
     adequacy: Adequacy | None = None
     version: Version | None = None
+
+    def __repr__(self) -> str:
+        return f"<Diagnosis {self.recording}: {self.verdict}, {len(self.findings)} findings>"

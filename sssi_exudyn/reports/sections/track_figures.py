@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 
 from sssi_exudyn.bodies.skier.chain import SEGMENT
@@ -38,38 +40,67 @@ def figure_4(runs: Runs) -> Section:
     )
 
 
+@dataclass(frozen=True)
+class Fixes:
+    """The GPS fixes within a run.
+
+    time, sigma : (k,) s, m;  enu, places : (k, 3) m, east-north-up and in the slope frame
+    """
+
+    time: Array
+    sigma: Array
+    enu: Array
+    places: Array
+
+
+def measured_track(run: StoredRun) -> Fixes | None:
+    """The GPS fixes within a run; None where it has no antenna or fewer than two fixes."""
+    if run.measured is None or "gps_east_m" not in run.measured or not np.all(np.isfinite(run.slope("antenna", "m"))):
+        return None
+    within = run.measured[run.measured["time_s"].between(run.time[0], run.time[-1])]
+    seen = within.dropna(subset=["gps_east_m"])
+    if len(seen) < 2:
+        return None
+    enu = seen[["gps_east_m", "gps_north_m", "gps_up_m"]].to_numpy()
+    return Fixes(
+        seen["time_s"].to_numpy(),
+        seen["gps_sigma_m"].to_numpy(),
+        enu,
+        enu @ slope_to_enu(run.model.inclination, run.model.fall_line_azimuth),
+    )
+
+
+def measured_loads(run: StoredRun) -> pd.DataFrame | None:
+    """The insoles' forces, also before and after the run; None without insoles."""
+    if run.measured is None or "left_insole_N" not in run.measured:
+        return None
+    return run.measured.dropna(subset=["left_insole_N"])
+
+
 def _panels_of(run: StoredRun) -> dict[str, Panel]:
     """A panel for each of ``_KINDS`` that something was measured for."""
-    if run.measured is None:
-        return {}
     panels: dict[str, Panel] = {}
-    within = run.measured[run.measured["time_s"].between(run.time[0], run.time[-1])]
-    antenna = run.slope("antenna", "m")
-    if "gps_east_m" in within and np.all(np.isfinite(antenna)):
-        seen = within.dropna(subset=["gps_east_m"])
-        when, sigma = seen["time_s"].to_numpy(), seen["gps_sigma_m"].to_numpy()
-        enu = seen[["gps_east_m", "gps_north_m", "gps_up_m"]].to_numpy()
-        fixes = enu @ slope_to_enu(run.model.inclination, run.model.fall_line_azimuth)
-        error = distances(run.series, when, enu)
+    antenna, seen = run.slope("antenna", "m"), measured_track(run)
+    if seen is not None:
+        error = distances(run.series, seen.time, seen.enu)
 
         def track(axes: Axes) -> None:
-            axes.plot(fixes[:, 0], fixes[:, 1], ".", color=plots.COLOURS[0], markersize=6.0)
+            axes.plot(seen.places[:, 0], seen.places[:, 1], ".", color=plots.COLOURS[0], markersize=6.0)
             axes.plot(antenna[:, 0], antenna[:, 1], color=plots.COLOURS[1], linewidth=1.0)
             axes.set_aspect("equal", adjustable="datalim")
             axes.set(xlabel="down the fall line (m)", ylabel="to the left (m)")
 
         def distance(axes: Axes) -> None:
-            axes.fill_between(when, sigma, color=plots.COLOURS[0], alpha=0.25, linewidth=0)
-            axes.plot(when, error, color=plots.COLOURS[1])
+            axes.fill_between(seen.time, seen.sigma, color=plots.COLOURS[0], alpha=0.25, linewidth=0)
+            axes.plot(seen.time, error, color=plots.COLOURS[1])
             axes.set_ylim(bottom=0.0)
             axes.set(xlabel="time (s)", ylabel="distance (m)")
 
-        if len(seen) > 1:
-            mean = f"{np.mean(error):.3f} m on average, {np.max(error):.3f} m at most"
-            panels[_TRACK] = Panel(f"{run.name}: {_TRACK}", f"{len(seen)} GPS fixes and the simulated track", track)
-            panels[_DISTANCE] = Panel(f"{run.name}: {_DISTANCE}", mean, distance)
-    if "left_insole_N" in within:
-        whole = run.measured.dropna(subset=["left_insole_N"])
+        mean = f"{np.mean(error):.3f} m on average, {np.max(error):.3f} m at most"
+        panels[_TRACK] = Panel(f"{run.name}: {_TRACK}", f"{len(seen.time)} GPS fixes and the simulated track", track)
+        panels[_DISTANCE] = Panel(f"{run.name}: {_DISTANCE}", mean, distance)
+    whole = measured_loads(run)
+    if whole is not None and whole["time_s"].between(run.time[0], run.time[-1]).any():
         felt = whole["time_s"].to_numpy()
         measured = filtered_ratio(felt, whole["left_insole_N"].to_numpy(), whole["right_insole_N"].to_numpy())
         shown = (felt >= run.time[0]) & (felt <= run.time[-1])

@@ -13,7 +13,7 @@ import os
 import tempfile
 import time as clock
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -88,6 +88,24 @@ def local_pool(workers: int) -> Iterator[Crew]:
                 child.terminate()
             raise
         pool.shutdown()
+
+
+@contextmanager
+def this_process(_workers: int) -> Iterator[Crew]:
+    """No process but this one, which does each run as soon as it is given."""
+    yield Crew(_AtOnce(), lambda: 1)
+
+
+class _AtOnce(Executor):
+    """Does what it is given before it returns."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        done: Future[Any] = Future()
+        try:
+            done.set_result(fn(*args, **kwargs))
+        except Exception as error:  # noqa: BLE001 - whoever asks for the result gets it
+            done.set_exception(error)
+        return done
 
 
 @contextmanager

@@ -1,0 +1,249 @@
+"""A run as scripts and notebooks use it: figures, series with units, plots, report, in memory or from a folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import pandas as pd
+
+from sssi_exudyn.analysis.biomechanics import ResidualMoment, TurnFigures
+from sssi_exudyn.commands.runs import Made, write_report
+from sssi_exudyn.core.text import one_line
+from sssi_exudyn.io.files import read_text
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.reports import plots
+from sssi_exudyn.reports.report import render_folder, write_run
+from sssi_exudyn.reports.sections.track_figures import measured_loads, measured_track
+from sssi_exudyn.reports.sentences import sentences
+from sssi_exudyn.results.folder import MUSCLES, OPENSIM, amend_result
+from sssi_exudyn.results.stored import StoredRun, read_run
+from sssi_exudyn.results.summary import Estimate, Fit, Friction, PressureRatio, Summary, Trajectory, UncertaintyFigures
+from sssi_exudyn.validation.diagnosis.result import Diagnosis
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_UNITS: Final = {
+    "m": "m",
+    "s": "s",
+    "mps": "m/s",
+    "N": "N",
+    "Nm": "N m",
+    "J": "J",
+    "deg": "degree",
+    "1": "1",
+    "activation": "1",
+    "bodyweights": "body weight",
+}
+"""Units by the last part of a column's name."""
+_LONGEST: Final = 300
+"""Characters of a sentence in a notebook's table."""
+
+
+@dataclass(frozen=True, repr=False)
+class Result:
+    """One run: its figures, series, model, and what was measured.
+
+    Attributes
+    ----------
+    stored : everything, as the result's folder holds it
+    opensim : texts of the files for OpenSim by name
+    folder : where it is stored; None for a run in memory
+
+    Examples
+    --------
+    >>> result = sssi_exudyn.run("examples/beginner")
+    >>> result.friction.mu_t.value
+    >>> result.series.plot("time_s", ["left_load_N", "right_load_N"])
+    >>> result.report("beginner.html")
+    """
+
+    stored: StoredRun
+    opensim: Mapping[str, str]
+    folder: Path | None = None
+
+    @property
+    def name(self) -> str:
+        """The recording's."""
+        return self.stored.name
+
+    @property
+    def summary(self) -> Summary:
+        """All figures, as ``summary.json`` holds them."""
+        return self.stored.summary
+
+    @property
+    def model(self) -> Model:
+        """What was simulated."""
+        return self.stored.model
+
+    @property
+    def friction(self) -> Friction:
+        """The friction coefficients with their standard errors."""
+        return self.summary.friction
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The simulated track against the GPS."""
+        return self.summary.trajectory
+
+    @property
+    def pressure_ratio(self) -> PressureRatio:
+        """The load's share of the left foot against the insoles."""
+        return self.summary.pressure_ratio
+
+    @property
+    def fitted(self) -> Fit:
+        """How the fit ended, and every fitted parameter."""
+        return self.summary.fit
+
+    @property
+    def uncertainty(self) -> UncertaintyFigures | None:
+        """What the fit leaves uncertain; None where nothing was estimated."""
+        return self.summary.uncertainty
+
+    @property
+    def turn_figures(self) -> TurnFigures:
+        """Technique, turn by turn."""
+        return self.summary.turns
+
+    @property
+    def residual_moment(self) -> ResidualMoment:
+        """The moment at the pelvis that a real skier does not have."""
+        return self.summary.residual_moment
+
+    @property
+    def diagnosis(self) -> Diagnosis | None:
+        """What a diagnosis found; None where none was made."""
+        return self.stored.diagnosis
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What a reader should know of the recording, such as what had to be assumed."""
+        return self.summary.notices
+
+    @cached_property
+    def series(self) -> pd.DataFrame:
+        """One row a sample; ``series.attrs["units"]`` has the unit of each column."""
+        return with_units(self.stored.series)
+
+    @cached_property
+    def measured(self) -> pd.DataFrame | None:
+        """What GPS and insoles measured, one row an instant; None where there was nothing."""
+        return None if self.stored.measured is None else with_units(self.stored.measured)
+
+    @property
+    def turns(self) -> pd.DataFrame | None:
+        """One row a turn and phase; None for a result without turns."""
+        return self.stored.turn_table
+
+    def save(self, folder: str | os.PathLike[str]) -> Result:
+        """Write the result's folder, with its report; the result as it is stored there.
+
+        Raises InputError where it cannot be written.
+        """
+        out = Path(folder)
+        if self.folder is not None:
+            amend_result(self.folder, out, {}, render=render_folder)
+        else:
+            write_run(out, self.stored, self.opensim)
+        return Result(self.stored, self.opensim, out)
+
+    def report(self, file: str | os.PathLike[str]) -> Path:
+        """Write the report, a page (.html) or a document to print (.pdf); that file's path."""
+        return write_report([(self.stored, self.name)], Path(file))
+
+    def plot_track(self, axes: Axes | None = None) -> Axes:
+        """Draw the simulated track of the antenna in the slope's plane, with the GPS fixes where there are some."""
+        axes = _axes(axes)
+        run = self.stored
+        path = run.slope("antenna", "m")
+        label = "antenna, simulated"
+        if not np.all(np.isfinite(path)):
+            path, label = run.com, "centre of mass, simulated"
+        fixes = measured_track(run)
+        if fixes is not None:
+            axes.plot(*fixes.places[:, :2].T, ".", color=plots.MEASURED, label="GPS")
+        axes.plot(*path[:, :2].T, color=plots.SIMULATED, label=label)
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.set(xlabel="down the fall line (m)", ylabel="to the left (m)", title=self.name)
+        axes.legend()
+        return axes
+
+    def plot_loads(self, axes: Axes | None = None) -> Axes:
+        """Draw the force square to each sole over time, with the insoles' where there are some."""
+        axes = _axes(axes)
+        felt = measured_loads(self.stored)
+        for side, colour in (("left", plots.COLOURS[1]), ("right", plots.COLOURS[0])):
+            axes.plot(self.stored.time, self.stored.series[f"{side}_sole_N"], color=colour, label=f"{side}, simulated")
+            if felt is not None:
+                axes.plot(felt["time_s"], felt[f"{side}_insole_N"], ":", color=colour, label=f"{side}, insole")
+        axes.set(xlabel="time (s)", ylabel="force square to the sole (N)", title=self.name)
+        axes.legend()
+        return axes
+
+    def __repr__(self) -> str:
+        figures = ", ".join(f"{name} {value}" for name, value in self._rows())
+        where = "in memory" if self.folder is None else f"in {self.folder}"
+        return f"<Result {self.name}: {figures}; {where}>"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in self._rows())
+        words = one_line(" ".join(sentences([self.stored])), _LONGEST)
+        return f"<table><caption>{escape(self.name)}</caption>{rows}</table><p>{escape(words)}</p>"
+
+    def _rows(self) -> list[tuple[str, str]]:
+        summary = self.summary
+        rows = [("μ_t", _with_error(self.friction.mu_t)), ("μ_n", _with_error(self.friction.mu_n))]
+        if summary.trajectory.mean_error_m is not None:
+            rows.append(("track error", f"{summary.trajectory.mean_error_m:.3f} m"))
+        if summary.turns.count is not None:
+            rows.append(("turns", str(summary.turns.count)))
+        if len(self.stored.time):
+            rows.append(("duration", f"{np.ptp(self.stored.time):.1f} s"))
+        if self.diagnosis is not None:
+            rows.append(("diagnosis", self.diagnosis.verdict))
+        if summary.diverged is not None:
+            rows.append(("stopped early", one_line(summary.diverged, _LONGEST)))
+        return rows
+
+
+def result_of(made: Made, folder: Path | None) -> Result:
+    """The result of a command."""
+    return Result(made.run, made.opensim, folder)
+
+
+def load_result(folder: Path) -> Result:
+    """The result in a folder.  Raises InputError where there is none or a file of it cannot be read."""
+    texts = {name: read_text(folder / name) for name in (*OPENSIM, *MUSCLES) if (folder / name).is_file()}
+    return Result(read_run(folder), texts, folder)
+
+
+def with_units(table: pd.DataFrame) -> pd.DataFrame:
+    """The same table, with the units of its columns of numbers in ``attrs["units"]``."""
+    found = table.copy(deep=False)
+    units = {str(name): _UNITS.get(str(name).rpartition("_")[2]) for name in table.columns}
+    found.attrs["units"] = {name: unit for name, unit in units.items() if unit is not None}
+    return found
+
+
+def _with_error(found: Estimate) -> str:
+    if found.value is None:
+        return "unknown"
+    return f"{found.value:.4f}" if found.se is None else f"{found.value:.4f} ± {found.se:.4f}"
+
+
+def _axes(given: Axes | None) -> Axes:
+    if given is not None:
+        return given
+    import matplotlib.pyplot as plt  # here: it chooses how to show figures, which a server may not be able to
+
+    axes: Axes = plt.subplots()[1]
+    return axes

@@ -1,0 +1,23 @@
+"""A notebook's cells done one after the other, as Jupyter would, without it."""
+
+from __future__ import annotations
+
+import ast
+import json
+from pathlib import Path
+from typing import Any
+
+
+def run_notebook(path: Path) -> tuple[dict[str, Any], list[Any]]:
+    """Do the code cells in the working directory; the names that they leave, and what each cell would show."""
+    names: dict[str, Any] = {"__name__": "__main__"}
+    shown: list[Any] = []
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        if cell["cell_type"] != "code":
+            continue
+        tree = ast.parse("".join(cell["source"]))
+        last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
+        exec(compile(tree, str(path), "exec"), names)
+        value = eval(compile(ast.Expression(last.value), str(path), "eval"), names) if last is not None else None
+        shown.append(value)
+    return names, shown
