@@ -22,6 +22,7 @@ from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.terms.wind import DragArea, Gust, Wind
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked, quantities
+from sssi_exudyn.core.text import did_you_mean
 
 TERMS: Final[tuple[type[Term], ...]] = (
     HuntCrossley,
@@ -58,9 +59,9 @@ def read_term(name: str, values: Mapping[str, object], file: str | Path, place: 
 
     Raises InputError for an unknown name, an unknown parameter, or a value that is no number within its bounds.
     """
-    if name not in [cls.name for cls in TERMS]:
-        known = ", ".join(cls.name for cls in TERMS)
-        raise InputError(file, place, f"no force term is named {name!r}", f"use one of: {known}")
+    names = [cls.name for cls in TERMS]
+    if name not in names:
+        raise InputError(file, place, f"no force term is named {name!r}", did_you_mean(name, names))
     return build_checked(term_named(name), values, file, place)
 
 

@@ -157,8 +157,12 @@ def catalogue() -> tuple[str, ...]:
     return tuple(_tables(CATALOGUE))
 
 
-def read_ski(name_or_path: str, folder: str | Path) -> Ski:
+def read_ski(name_or_path: str, folder: str | Path, named_in: Path | None = None) -> Ski:
     """A ski of the catalogue, or the one ski in a file (relative to ``folder``, and inside it).
+
+    Parameters
+    ----------
+    named_in : the file that names it; the recording's in ``folder`` if left out
 
     Raises InputError for an unknown name, a file that is missing, outside the folder or not a ski.
     """
@@ -166,7 +170,7 @@ def read_ski(name_or_path: str, folder: str | Path) -> Ski:
     known = _tables(CATALOGUE)
     if name_or_path in known:
         return ski_from_table(name_or_path, known[name_or_path], CATALOGUE.name)
-    recording = folder / "recording.toml"
+    recording = folder / "recording.toml" if named_in is None else named_in
     if not name_or_path.endswith(".toml"):
         raise InputError(
             recording,

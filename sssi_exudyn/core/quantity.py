@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.text import did_you_mean
 
 T = TypeVar("T")
 _KEY = "sssi_quantity"
@@ -73,7 +74,7 @@ def build_checked(cls: type[T], values: Mapping[str, object], file: str | Path, 
     names = {entry.name for entry in dataclasses.fields(cls)}  # type: ignore[arg-type]
     for key, value in values.items():
         if key not in names:
-            raise InputError(file, f"{place} {key}", "unknown key", f"use one of: {', '.join(sorted(names))}")
+            raise InputError(file, f"{place} {key}", "unknown key", did_you_mean(key, names))
         if key in declared:
             about = declared[key]
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):

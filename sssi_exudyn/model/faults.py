@@ -18,6 +18,7 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import build_checked, quantities, quantity
+from sssi_exudyn.core.text import did_you_mean
 
 _CHOICE: Final = "chosen: beyond what instruments in working order show"
 
@@ -166,8 +167,8 @@ def read_sensor(name: str, values: Mapping[str, object], file: str | Path, place
     for cls in SENSORS:
         if cls.name == name:
             return build_checked(cls, values, file, place)
-    known = ", ".join(cls.name for cls in SENSORS)
-    raise InputError(file, place, f"no sensor model is named {name!r}", f"use one of: {known}")
+    known = [cls.name for cls in SENSORS]
+    raise InputError(file, place, f"no sensor model is named {name!r}", did_you_mean(name, known))
 
 
 def gps_offset(sensors: Iterable[Sensor], time: Array) -> Array:

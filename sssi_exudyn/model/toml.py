@@ -12,8 +12,8 @@ from sssi_exudyn.bodies.skier.anthropometry import SEXES
 from sssi_exudyn.contact.registry import read_term
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.core.quantity import build_checked
-from sssi_exudyn.io.settings import Settings, name_of, read_toml, table_of
+from sssi_exudyn.core.quantity import build_checked, quantities
+from sssi_exudyn.io.settings import Settings, check_keys, name_of, read_toml, table_of
 from sssi_exudyn.model.faults import read_sensor, values_of
 from sssi_exudyn.model.model import Model, Solver, Start
 from sssi_exudyn.motion.correction_file import FILE as POSTURE
@@ -23,6 +23,18 @@ from sssi_exudyn.recording.recording import Equipment, Skier, Slope
 from sssi_exudyn.terrain.file import FILE as SURFACE
 from sssi_exudyn.terrain.file import read_surface, surface_bytes, surface_to_dict
 
+_TABLES: Final = (
+    *("format", "name", "skier", "equipment", "slope", "term", "sensor", "start", "solver"),
+    *("surface", "posture"),
+)
+_KEYS: Final = {
+    "skier": ("mass_kg", "height_m", "sex"),
+    "equipment": ("skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m"),
+    "slope": ("inclination_deg", "fall_line_azimuth_deg"),
+    "start": (*(name for name in quantities(Start) if name != "heading_offset"), "heading_offset_deg"),
+    "solver": tuple(quantities(Solver)),
+}
+"""The keys of tables that are always there; the others' readers check their own."""
 _MOST_PARTS: Final = 100
 """Terms, or sensors, of a model."""
 
@@ -68,6 +80,11 @@ def read_model(path: Path) -> Model:
     Raises InputError for whatever is missing, unknown or outside its bounds.
     """
     data = read_toml(path)
+    check_keys(data, _TABLES, path, "")
+    if data.get("format", 1) != 1 or isinstance(data.get("format"), bool):
+        raise InputError(path, "format", f"{data['format']!r} is not known", "write format = 1")
+    for name, keys in _KEYS.items():
+        check_keys(table_of(data, name, path), keys, path, f"[{name}]")
 
     def table(name: str) -> Settings:
         return table_of(data, name, path)

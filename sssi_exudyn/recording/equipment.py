@@ -15,7 +15,7 @@ def read_equipped_ski(equipment: Equipment, folder: Path, file: Path) -> Ski:
     Raises InputError for an unknown ski, a faulty file, and a ski that is heavier than ``ski_mass_kg`` in ``file``,
     which counts the binding too.
     """
-    ski = read_ski(equipment.skis, folder)
+    ski = read_ski(equipment.skis, folder, file)
     if ski.mass > equipment.ski_mass:
         raise InputError(
             file,

@@ -49,6 +49,31 @@ MODELS: dict[str, tuple[Callable[[str], str], str]] = {
     "figured": (lambda t: t.replace("mass_kg = 75.0", f"mass_kg = {'7' * 5000}"), "not TOML"),
     "heading as text": (lambda t: t.replace("heading_offset_deg = 0.0", 'heading_offset_deg = "x"'), "not a number"),
     "heading missing": (lambda t: t.replace("heading_offset_deg = 0.0", ""), "not a number"),
+    "table of another name": (
+        lambda t: f"{t}\n[[terms]]\nname = 'air'\n",
+        r"toml: terms: unknown key; did you mean 'term'",
+    ),
+    "another format": (lambda t: t.replace("format = 1", "format = 2"), "2 is not known"),
+    "mass without unit": (
+        lambda t: t.replace("mass_kg = 75.0", "mass_kg = 75.0\nmass = 75.0"),
+        "did you mean 'mass_kg'",
+    ),
+    "slope misspelt": (lambda t: t.replace("inclination_deg", "inclinaton_deg"), "did you mean 'inclination_deg'"),
+    "start in radians": (
+        lambda t: t.replace("[start]", "[start]\nheading_offset = 0.1"),
+        "did you mean 'heading_offset_deg'",
+    ),
+    "solver misspelt": (lambda t: t.replace("spectral_radius", "spectral_radios"), "did you mean 'spectral_radius'"),
+    "term misspelt": (lambda t: t.replace('"friction"', '"fricton"'), "did you mean 'friction'"),
+    "number of a term misspelt": (lambda t: t.replace("mu_t =", "mu_tt ="), "did you mean 'mu_t'"),
+    "sensor misspelt": (
+        lambda t: t.replace("sensor = []", 'sensor = [{name = "gps_jumps"}]'),
+        "did you mean 'gps_jump'",
+    ),
+    "unknown ski": (
+        lambda t: t.replace("slalom_165", "slalom_166"),
+        r"model.toml: \[equipment\] skis: .*use one of .*slalom_165",
+    ),
     "terms as numbers": (lambda t: t.replace("term = [", "term = [1,"), "must be tables"),
     "sensor as text": (lambda t: t.replace("sensor = []", 'sensor = "gps"'), "must be tables"),
     "thousands of terms": (lambda t: t.replace("term = [", "term = [" + '{name = "air"},' * 500), "more than any"),

@@ -82,6 +82,20 @@ def test_what_only_the_whole_recording_shows_names_the_given_file_too(tmp_path: 
     assert {path.name for path in (tmp_path / "out").iterdir()} == {".lock"}
 
 
+def test_an_unknown_ski_is_refused_with_the_list(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tiny = Tiny().write(tmp_path / "tiny")
+    answers = replace(ANSWERS, skis="slalom")
+    with pytest.raises(InputError, match=r"no ski is called 'slalom'; use one of .*slalom_165"):
+        import_recording([tiny / "motion.bvh", tiny / "gps.csv"], tmp_path / "out", answers)
+    assert not (tmp_path / "out" / "recording.toml").exists()
+    described = tiny / "recording.toml"
+    described.write_text(described.read_text(encoding="utf-8").replace("slalom_165", "slalom"), encoding="utf-8")
+    with pytest.raises(SystemExit) as end:
+        main(["inspect", str(tiny)])
+    assert end.value.code == 2
+    assert "slalom_165" in capsys.readouterr().err
+
+
 def test_a_recording_is_not_written_over(tmp_path: Path) -> None:
     sources = files(tmp_path)
     with pytest.raises(InputError, match="there is a recording already"):
