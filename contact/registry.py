@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
-from sssi_exudyn.contact.term import Term, formula
+from sssi_exudyn.contact.term import EdgeTerm, Term, formula
 from sssi_exudyn.contact.terms.air import AirDrag
 from sssi_exudyn.contact.terms.body_forces import PolePlant, UnexplainedForce
+from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.contact.terms.friction_corrections import (
     EdgeDependentFriction,
@@ -40,6 +41,7 @@ TERMS: Final[tuple[type[Term], ...]] = (
     TerrainBump,
     PolePlant,
     UnexplainedForce,
+    Carving,
 )
 
 PAPER_TERMS: Final[tuple[Term, ...]] = (HuntCrossley(), AnisotropicFriction(), AirDrag())
@@ -63,6 +65,16 @@ def read_term(name: str, values: Mapping[str, object], file: str | Path, place: 
     if name not in names:
         raise InputError(file, place, f"no force term is named {name!r}", did_you_mean(name, names))
     return build_checked(term_named(name), values, file, place)
+
+
+def read_run_term(name: str, values: Mapping[str, object], file: str | Path, place: str) -> Term:
+    """``read_term`` of a term that acts in a simulated run.  Raises InputError for one that does not, too."""
+    term = read_term(name, values, file, place)
+    if isinstance(term, EdgeTerm):
+        raise InputError(
+            file, place, f"{name} acts on a ski in a steady turn, not in a run", "use penetration and friction"
+        )
+    return term
 
 
 def terms_table() -> list[dict[str, str | float]]:

@@ -1,7 +1,7 @@
 """A force term: one law of what pushes on the skier, written once and used everywhere.
 
 One frozen dataclass is one term.  Its parameters are declared with ``quantity``; its formula stands in the docstring,
-on a line that begins with ``Formula:``, and once in code, over a ``Math``.  A term acts in one of six places, each
+on a line that begins with ``Formula:``, and once in code, over a ``Math``.  A term acts in one of seven places, each
 with an abstract class and a state here; terms of one kind add up.  Directions and signs are those of the slope frame.
 """
 
@@ -21,12 +21,14 @@ from sssi_exudyn.core.quantity import quantities
 class Term(ABC):
     """What all terms have in common: the name used in files, the place they act in, where they come from.
 
-    A term that corrects another law names it in ``corrects``; it may give energy back where the law takes more.
+    A term that corrects another law names it in ``corrects``; it may give energy back where the law takes more.  One
+    that stands in the place of other laws names them in ``replaces``.
     """
 
     name: ClassVar[str]
     kind: ClassVar[str]
     corrects: ClassVar[str] = ""
+    replaces: ClassVar[tuple[str, ...]] = ()
     sources: ClassVar[tuple[str, ...]]
 
 
@@ -173,7 +175,60 @@ class BodyTerm(Term):
         """Force on the skier (N), components f, l, n."""
 
 
-KINDS: tuple[type[Term], ...] = (PointTerm, FootTerm, SegmentTerm, WindTerm, TerrainTerm, BodyTerm)
+@dataclass(frozen=True)
+class EdgeState:
+    """One section of a ski at the edge that is deeper in the snow, with the snow's memory of what went there before.
+
+    lower, upper : how deep the deeper and the other edge are, along the snow's normal (m, > 0 in the snow)
+    rate : rate of the deeper edge's depth (m/s, > 0 going deeper)
+    width : of the ski there (m)
+    groove : depth of the groove that arrived from ahead (m, ≥ 0)
+    offset : of the edge from the groove's wall, to the left, as it arrived from ahead (m)
+    step : time since (s)
+    v_t, v_n : velocity of the edge point relative to the snow along t, its own tangent projected on the snow, and along
+        n = normal × t, to its left (m/s)
+    rise : the unprojected tangent's component along the snow's normal (1, > 0 where the edge climbs going forward)
+    edge : signed angle between the section's base and the snow about the ski's long axis (rad, > 0 where the right edge
+        is deeper)
+    length : length of edge the point stands for (m)
+    """
+
+    lower: Number
+    upper: Number
+    rate: Number
+    width: Number
+    groove: Number
+    offset: Number
+    step: Number
+    v_t: Number
+    v_n: Number
+    rise: Number
+    edge: Number
+    length: Number
+
+
+@dataclass(frozen=True)
+class EdgeTerm(Term):
+    """The snow's force on a section of a ski, which the snow remembers."""
+
+    kind: ClassVar[str] = "edge"
+
+    @abstractmethod
+    def force(self, math: Math, state: EdgeState) -> tuple[Number, Number, Number, Number]:
+        """Force on the section (N): along the snow's normal (≥ 0), along t, along n, and how much of the first acts at
+        the upper edge; all else acts at the lower.  None for lower ≤ 0.
+        """
+
+    @abstractmethod
+    def remember(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
+        """Groove and offset (m) that the point leaves at the end of the step; none for lower ≤ 0."""
+
+    @abstractmethod
+    def capacity(self, math: Math, state: EdgeState) -> Number:
+        """Greatest force (N) that the groove's wall bears towards the base's side."""
+
+
+KINDS: tuple[type[Term], ...] = (PointTerm, FootTerm, SegmentTerm, WindTerm, TerrainTerm, BodyTerm, EdgeTerm)
 """The places a term may act in."""
 
 

@@ -3,7 +3,7 @@
 What is written depends on the classes only: those of the registry, whether the terms have them or not, and what other
 classes the terms have.  A place's function goes over the terms of every class of its place and adds up what they give.
 So one kernel serves all models, and a class that no term has costs a comparison.  Parameters arrive in a struct
-(``law_parameters``), which the functions of all six places share:
+(``law_parameters``), which the functions of all places share:
 
     point_force(parameters, depth, rate, length) → F_N
     foot_force(parameters, load, v_t, v_n, edge, groove, t, f, l, side) → along, across
@@ -12,12 +12,16 @@ So one kernel serves all models, and a class that no term has costs a comparison
     air_velocity(parameters, t, f, l) → f, l, n
     terrain_height(parameters, f, l) → h, ∂h/∂f, ∂h/∂l
     uneven(parameters) → whether there is a terrain term
+    edge_force(parameters, lower, upper, rate, width, groove, offset, step, v_t, v_n, rise, edge, length)
+        → normal, along, across, normal at the upper edge
+    edge_memory, edge_capacity(parameters, the same) → groove, offset;  the wall's greatest force
 
 and, with the same arguments, each followed by its derivatives, row by row:
 
     point_derivatives → F_N, ∂F_N/∂depth, ∂F_N/∂rate
     foot_derivatives → along, across, ∂along/∂(load, v_t, v_n), ∂across/∂(load, v_t, v_n)
     segment_derivatives, body_derivatives → f, l, n, ∂f/∂v, ∂l/∂v, ∂n/∂v
+    edge_derivatives → the four forces, and each by lower, upper, rate, v_t, v_n
 
 and the whole of its linearisation, written into two arrays:
 
@@ -135,7 +139,8 @@ _Trace = Callable[[TapeMath, Any, dict[str, Operand]], Sequence[Operand]]
 @dataclass(frozen=True)
 class _Law:
     """How one place's functions are traced: their names and arguments, those by which ``derivatives`` are taken, and
-    those by which the linearisation is; the number of outputs, and what one term of the place gives.
+    those by which the linearisation is; the number of outputs, and what one term of the place gives.  Where there is no
+    name there is no such function.
     """
 
     value: str
@@ -152,6 +157,9 @@ def _velocity(a: dict[str, Operand]) -> tuple[Operand, Operand, Operand]:
     return a["v_f"], a["v_l"], a["v_n"]
 
 
+_EDGE: Final = (
+    "lower", "upper", "rate", "width", "groove", "offset", "step", "v_t", "v_n", "rise", "edge", "length",
+)  # fmt: skip
 _VELOCITY: Final = ("v_f", "v_l", "v_n")
 _AIR: Final = ("w_f", "w_l", "w_n")
 """The air's velocity where a segment is."""
@@ -219,19 +227,35 @@ _LAWS: Final = {
         lambda math, term, a: term.height(math, a["f"], a["l"]),
     ),
 }
+_EDGE_LAWS: Final = (
+    _Law(
+        "edge_force",
+        "edge_derivatives",
+        "",
+        _EDGE,
+        ("lower", "upper", "rate", "v_t", "v_n"),
+        (),
+        4,
+        lambda math, term, a: term.force(math, places.EdgeState(**a)),
+    ),
+    _Law("edge_memory", "", "", _EDGE, (), (), 2, lambda math, term, a: term.remember(math, places.EdgeState(**a))),
+    _Law(
+        "edge_capacity", "", "", _EDGE, (), (), 1, lambda math, term, a: (term.capacity(math, places.EdgeState(**a)),)
+    ),
+)
 
 
 @dataclass(frozen=True)
 class CompiledLaw:
     """All terms of one place as compiled functions of floats.
 
-    value, derivatives, linearisation : as listed above; ``derivatives`` is None for wind and terrain
+    value, derivatives, linearisation : as listed above; None where there is none
     parameters : what the functions take as their first argument
     """
 
     value: Callable[..., Any]
     derivatives: Callable[..., Any] | None
-    linearisation: Callable[..., Any]
+    linearisation: Callable[..., Any] | None
     parameters: LawParameters
 
 
@@ -270,16 +294,16 @@ def place_parameters(terms: Sequence[Term], kind: str) -> list[int]:
     return [i for i, term in enumerate(owners) if term.kind == kind or (kind == "segment" and term.kind == "wind")]
 
 
-def laws_source(classes: Sequence[type[Term]], *, linearised: bool = True) -> str:
+def laws_source(classes: Sequence[type[Term]], *, linearised: bool = True, edges: bool = False) -> str:
     """The Python module that holds the functions of all places for terms of ``classes``, with their linearisations or
-    without.
+    without, and with those of the edges or without.
     """
     functions = [_HELPERS]
-    for kind, law in _LAWS.items():
-        functions.append(_function(kind, law.value, classes, ()))
+    for kind, law in (*_LAWS.items(), *(("edge", law) for law in _EDGE_LAWS if edges)):
+        functions.append(_function(kind, law, law.value, classes, ()))
         if law.variables:
-            functions.append(_function(kind, law.derivatives, classes, law.variables))
-        if linearised:
+            functions.append(_function(kind, law, law.derivatives, classes, law.variables))
+        if linearised and law.linearisation:
             functions.append(_linearisation(kind, classes))
     terrains = _of_kind("terrain", classes)
     some = " or ".join(f"parameters.first[{index}] < parameters.first[{index + 1}]" for index, _ in terrains)
@@ -287,8 +311,7 @@ def laws_source(classes: Sequence[type[Term]], *, linearised: bool = True) -> st
     return "\n\n".join(functions)
 
 
-def _function(kind: str, name: str, classes: Sequence[type[Term]], variables: Sequence[str]) -> str:
-    law = _LAWS[kind]
+def _function(kind: str, law: _Law, name: str, classes: Sequence[type[Term]], variables: Sequence[str]) -> str:
     sums = [f"sum{i}" for i in range(law.outputs * (1 + len(variables)))]
     lines = _beginning(kind, classes, sums)
     for index, cls in _of_kind(kind, classes):
@@ -422,7 +445,8 @@ def _kernel_module(templates: Sequence[ModuleType], classes: Sequence[type[Term]
     shared = [hashlib.sha256(_source_file(module).read_bytes()).hexdigest() for module in (vectors, structs, surface)]
     # imports from __future__ must come first; Numba looks names up when a function is first called
     texts = [_source_file(template).read_text(encoding="utf-8").replace(_FUTURE, "") for template in templates]
-    laws = laws_source(classes, linearised=any("_linearisation(" in text for text in texts))  # they take time to write
+    linearised, edges = (any(name in text for text in texts) for name in ("_linearisation(", "edge_derivatives("))
+    laws = laws_source(classes, linearised=linearised, edges=edges)  # they take time to write
     return _module("\n\n".join([_FUTURE, *texts, f"# shared: {', '.join(shared)}", laws]))
 
 
@@ -440,6 +464,21 @@ def _compiled(place: str, terms: Sequence[Term]) -> CompiledLaw:
     derivatives = getattr(module, law.derivatives) if law.variables else None
     linearisation = getattr(module, law.linearisation)
     return CompiledLaw(getattr(module, law.value), derivatives, linearisation, law_parameters(terms))
+
+
+def compile_edge(terms: Sequence[Term]) -> tuple[CompiledLaw, CompiledLaw, CompiledLaw]:
+    """The edge terms among ``terms``: their force, their memory, the wall's greatest force."""
+    module = _module(laws_source(law_classes(terms), linearised=False, edges=True))
+    force, memory, capacity = (
+        CompiledLaw(
+            getattr(module, law.value),
+            getattr(module, law.derivatives) if law.variables else None,
+            None,
+            law_parameters(terms),
+        )
+        for law in _EDGE_LAWS
+    )
+    return force, memory, capacity
 
 
 def compile_point(terms: Sequence[Term]) -> CompiledLaw:

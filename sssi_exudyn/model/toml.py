@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from sssi_exudyn.bodies.skier.anthropometry import SEXES
-from sssi_exudyn.contact.registry import read_term
+from sssi_exudyn.contact.registry import read_run_term
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked, quantities
@@ -143,7 +143,7 @@ def read_model(path: Path) -> Model:
         inclination=slope.inclination,
         fall_line_azimuth=slope.fall_line_azimuth,
         terms=tuple(
-            read_term(
+            read_run_term(
                 str(entry.get("name")), {k: v for k, v in entry.items() if k != "name"}, path, f"[[term]] {i + 1}"
             )
             for i, entry in enumerate(terms)

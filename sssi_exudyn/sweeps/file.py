@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal, TypeVar
 
-from sssi_exudyn.contact.registry import read_term
+from sssi_exudyn.contact.registry import read_run_term
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.fitting.fit import METHODS, Method
@@ -141,7 +141,9 @@ def _terms(tables: object, path: Path) -> tuple[Term, ...]:
     if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
         raise InputError(path, "[[term]]", "these must be tables", "write [[term]] with name and parameters below")
     return tuple(
-        read_term(str(table.get("name")), {k: v for k, v in table.items() if k != "name"}, path, f"[[term]] {count}")
+        read_run_term(
+            str(table.get("name")), {k: v for k, v in table.items() if k != "name"}, path, f"[[term]] {count}"
+        )
         for count, table in enumerate(tables, 1)
     )
 

@@ -19,6 +19,7 @@ from term_places import (
     LINEAR,
     VARIABLES,
     ask,
+    ask_memory,
     assert_close,
     compiled_on_grid,
     complex_parameter_step,
@@ -31,6 +32,7 @@ from term_places import (
     switches,
 )
 
+from sssi_exudyn.contact.backends.compiled import compile_edge
 from sssi_exudyn.contact.backends.tape import Tape, TapeMath
 from sssi_exudyn.contact.maths import ArrayMath, FloatMath
 from sssi_exudyn.contact.registry import PAPER_TERMS, TERMS, read_term, term_named, terms_table
@@ -85,9 +87,11 @@ def test_an_unknown_term_is_refused() -> None:
         read_term("glue", {}, "model.toml", "[term]")
 
 
-@pytest.mark.parametrize("cls", [c for c in TERMS if c not in map(type, PAPER_TERMS)], ids=lambda cls: cls.name)
+@pytest.mark.parametrize(
+    "cls", [c for c in TERMS if c not in map(type, PAPER_TERMS) and not c.replaces], ids=lambda cls: cls.name
+)
 def test_a_term_beyond_the_paper_is_nothing_by_default(cls: type[Any]) -> None:
-    # so that adding it changes no result
+    # so that adding it changes no result; one that stands in the place of the paper's is not added to them
     assert not np.any(reference(cls()))
 
 
@@ -158,7 +162,7 @@ def test_compiled_derivatives_are_right(cls: type[Any]) -> None:
             assert_close(given, complex_step(term, off, name))
 
 
-@every_term
+@_of(*LINEAR)
 @pytest.mark.long
 def test_linearisation_is_exact(cls: type[Any]) -> None:
     # by the state and by every declared number, also those inside windows, places and exponents
@@ -191,9 +195,9 @@ def test_is_continuous(cls: type[Any]) -> None:
             assert np.all(np.abs(jump) <= allowed), crossing
 
 
-@_of("point", "foot")
+@_of("point", "foot", "edge")
 def test_nothing_without_contact(cls: type[Any]) -> None:
-    contact = {"point": "depth", "foot": "load"}[cls.kind]
+    contact = {"point": "depth", "foot": "load", "edge": "lower"}[cls.kind]
     for term in instances(cls):
         for state in grid(cls.kind):
             if state[contact] <= 0.0:
@@ -206,12 +210,14 @@ def test_snow_never_pulls(cls: type[Any]) -> None:
         assert np.all(reference(term) >= 0.0)
 
 
-@_of("point")
+@_of("point", "edge")
 def test_force_is_in_proportion_to_length(cls: type[Any]) -> None:
     # so that a finer ski, with shorter lengths a point, converges
     for term in instances(cls):
         for state in grid(cls.kind):
-            whole, half = (ask(FloatMath(), term, state | {"length": x * state["length"]})[0] for x in (1.0, 0.5))
+            whole, half = (
+                np.array(ask(FloatMath(), term, state | {"length": x * state["length"]})) for x in (1.0, 0.5)
+            )
             assert half == pytest.approx(0.5 * whole, rel=1e-14)  # rounding
 
 
@@ -251,6 +257,58 @@ def test_mirrored_ski_mirrored_force(cls: type[Any]) -> None:
             mirrored = state | {name: -state[name] for name in ("v_n", "edge", "side")}
             along, across = ask(FloatMath(), term, state)
             assert ask(FloatMath(), term, mirrored) == pytest.approx((along, -across), rel=1e-14)  # rounding
+
+
+@_of("edge")
+def test_an_edge_is_pushed_out_and_takes_energy(cls: type[Any]) -> None:
+    # without a wall that is bent already, which may give back what it took
+    for term in instances(cls):
+        for state in grid(cls.kind):
+            normal, along, across, upper = ask(FloatMath(), term, state | {"offset": 0.0})
+            assert 0.0 <= upper <= normal
+            assert along * state["v_t"] <= 0.0
+            assert across * state["v_n"] <= 0.0
+
+
+@_of("edge")
+def test_mirrored_edge_mirrored_force_and_memory(cls: type[Any]) -> None:
+    for term in instances(cls):
+        for state in grid(cls.kind):
+            mirrored = state | {name: -state[name] for name in ("offset", "v_n", "edge")}
+            normal, along, across, upper = ask(FloatMath(), term, state)
+            groove, offset, most = ask_memory(FloatMath(), term, state)
+            assert ask(FloatMath(), term, mirrored) == pytest.approx((normal, along, -across, upper), rel=1e-14)
+            assert ask_memory(FloatMath(), term, mirrored) == pytest.approx((groove, -offset, most), rel=1e-14)
+
+
+@_of("edge")
+@pytest.mark.long
+def test_memory_is_the_same_however_it_is_evaluated(cls: type[Any]) -> None:
+    states = grid(cls.kind)
+    columns = {name: np.array([state[name] for state in states]) for name in GRIDS[cls.kind]}
+    tape = Tape()
+    ask_memory(TapeMath(tape), cls(), {name: tape.name(name) for name in GRIDS[cls.kind]})  # raises where it branches
+    for term in instances(cls):
+        expected = np.array([ask_memory(FloatMath(), term, state) for state in states])
+        assert_close(np.stack(ask_memory(ArrayMath(), term, columns), axis=1), expected)
+        _, memory, capacity = compile_edge((term,))
+        given = [
+            (*memory.value(memory.parameters, *state.values()), capacity.value(capacity.parameters, *state.values()))
+            for state in states
+        ]
+        assert_close(np.array(given), expected)
+        assert np.all(expected[:, 0] >= 0.0)
+
+
+@_of("edge")
+def test_what_an_edge_leaves_is_what_the_next_point_finds(cls: type[Any]) -> None:
+    # a point that follows in the same place, without sideslip, presses no deeper and is pushed to the side as much
+    for term in instances(cls):
+        state = grid(cls.kind)[-1] | {"v_n": 0.0, "groove": 0.0, "offset": 1e-4, "rate": 0.0}
+        groove, offset, _ = ask_memory(FloatMath(), term, state)
+        after = state | {"groove": groove, "offset": offset}
+        assert groove == state["lower"]
+        assert ask(FloatMath(), term, after) == pytest.approx(ask(FloatMath(), term, state), rel=1e-14)  # rounding
 
 
 @_of("terrain")

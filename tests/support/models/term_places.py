@@ -15,7 +15,7 @@ from sssi_exudyn.contact.backends import compiled
 from sssi_exudyn.contact.backends.compiled import law_parameters, parameter_index
 from sssi_exudyn.contact.maths import ArrayMath, FloatMath, Math, Number
 from sssi_exudyn.contact.registry import TERMS
-from sssi_exudyn.contact.term import BodyState, FootState, PlaceState, PointState, SegmentState
+from sssi_exudyn.contact.term import BodyState, EdgeState, FootState, PlaceState, PointState, SegmentState
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantities
 
@@ -55,9 +55,25 @@ GRIDS: dict[str, dict[str, Sequence[float]]] = {
         "v_l": (-1.0, 0.0, 1e-9, 0.5),
         "v_n": (-0.7, 0.0, 1e-9, 0.5),
     },
+    "edge": {
+        "lower": (-0.02, 0.0, 3e-4, 0.01),
+        "upper": (-0.05, 2e-4),
+        "rate": (-3.0, 0.1),
+        "width": (0.07,),
+        "groove": (0.0, 0.0103),
+        "offset": (-2e-3, 1e-4),
+        "step": (0.002,),
+        "v_t": (-1e-3, 12.0),
+        "v_n": (-0.4, 0.0, 0.1),
+        "rise": (-0.02, 0.01),
+        "edge": (-1.1, 1e-3),
+        "length": (0.033,),
+    },
 }
-VARIABLES = {"point": ("depth", "rate"), "foot": ("load", "v_t", "v_n")} | dict.fromkeys(
-    ("segment", "body"), ("v_f", "v_l", "v_n")
+VARIABLES = (
+    {"point": ("depth", "rate"), "foot": ("load", "v_t", "v_n")}
+    | dict.fromkeys(("segment", "body"), ("v_f", "v_l", "v_n"))
+    | {"edge": ("lower", "upper", "rate", "v_t", "v_n")}
 )
 """What the compiled derivatives are taken by."""
 LINEAR = {
@@ -68,7 +84,9 @@ LINEAR = {
     "terrain": ("f", "l"),
     "body": ("f", "l", "v_f", "v_l", "v_n"),
 }
-"""What the compiled linearisation is taken by, in the order of its columns; a segment's grid has no place."""
+"""What the compiled linearisation is taken by, in the order of its columns; a segment's grid has no place.  Edges have
+none.
+"""
 
 
 def grid(kind: str) -> list[dict[str, float]]:
@@ -99,8 +117,15 @@ def ask(math: Math, term: Any, state: State) -> tuple[Number, ...]:
             return tuple(term.velocity(math, PlaceState(**s)))
         case "terrain":
             return tuple(term.height(math, s["f"], s["l"]))
+        case "edge":
+            return tuple(term.force(math, EdgeState(**s)))
         case _:
             return tuple(term.force(math, BodyState(velocity=velocity, **s)))
+
+
+def ask_memory(math: Math, term: Any, state: State) -> tuple[Number, ...]:
+    """What an edge leaves in the snow, and the greatest force of the groove's wall."""
+    return *term.remember(math, EdgeState(**state)), term.capacity(math, EdgeState(**state))
 
 
 def reference(term: Any) -> Array:
@@ -111,7 +136,8 @@ def reference(term: Any) -> Array:
 def compiled_on_grid(term: Any, derivatives: bool = False) -> Array:
     """(states, …) what the compiled value or derivatives of that term give; another term blows a segment's wind."""
     terms = (UniformWind(), term) if term.kind == "segment" else (term,)
-    law = getattr(compiled, f"compile_{term.kind}")(terms)
+    made = getattr(compiled, f"compile_{term.kind}")(terms)
+    law = made[0] if term.kind == "edge" else made
     function, rows = law.derivatives if derivatives else law.value, []
     for state in grid(term.kind):
         if term.kind == "segment":

@@ -1,0 +1,98 @@
+"""The law of edges that cut: its closed forms, and what its memory keeps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from sssi_exudyn.contact.maths import FloatMath
+from sssi_exudyn.contact.registry import read_run_term
+from sssi_exudyn.contact.term import EdgeState
+from sssi_exudyn.contact.terms.carving import Carving
+from sssi_exudyn.core.errors import InputError
+
+MATH = FloatMath()
+LAW = Carving()
+WIDTH, LENGTH = 0.07, 0.02
+
+
+def section(depth: float, edge_deg: float, **others: float) -> EdgeState:
+    """A section whose deeper edge is at ``depth`` (m), edged by so much, the right edge deeper where that is > 0."""
+    edge = np.radians(edge_deg).item()
+    upper = depth - WIDTH * abs(np.sin(edge)).item()
+    state = EdgeState(depth, upper, 0.0, WIDTH, 0.0, 0.0, 1e-3, 10.0, 0.0, 0.0, edge, LENGTH)
+    return replace(state, **others)
+
+
+@pytest.mark.parametrize("edge_deg", [10.0, 30.0, -60.0])
+def test_an_edge_displaces_a_wedge_of_snow(edge_deg: float) -> None:
+    normal, _, _, upper = LAW.force(MATH, section(4e-3, edge_deg))
+    wedge = 0.5 * LAW.hardness * 4e-3**2 / np.tan(np.radians(abs(edge_deg)))
+    assert normal == pytest.approx(wedge * LENGTH, rel=1e-12)  # rounding
+    # the wedge's centre is a third of its width from the edge
+    assert upper * WIDTH == pytest.approx(normal * 4e-3 / np.sin(np.radians(abs(edge_deg))) / 3.0, rel=1e-12)
+
+
+def test_a_flat_base_displaces_a_block() -> None:
+    normal, _, _, upper = LAW.force(MATH, section(1e-3, 0.0))
+    assert normal == pytest.approx(LAW.hardness * WIDTH * 1e-3 * LENGTH, rel=1e-6)  # d is held at 10⁻⁹ m
+    assert upper == pytest.approx(0.5 * normal, rel=1e-6)
+
+
+def test_friction_is_on_the_resultant() -> None:
+    state = section(4e-3, 60.0, offset=1e-4)
+    normal, along, across, _ = LAW.force(MATH, state)
+    # ε of 0.1 m/s takes 5·10⁻⁵ off at 10 m/s, the smoothing of the resultant less
+    assert along == pytest.approx(-LAW.mu * np.hypot(normal, across), rel=1e-4)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_sideslip_shears_the_wall_and_throws_snow_aside(side: float) -> None:
+    # an edge that slips towards its base for long: the wall has yielded
+    state = section(3e-3, 30.0 * side, offset=0.1 * side, v_n=2.0 * side, v_t=0.0)
+    across = LAW.force(MATH, state)[2]
+    assert across == pytest.approx(-side * (LAW.strength * 3e-3 + LAW.density * 3e-3 * 4.0) * LENGTH, rel=1e-12)
+    away = LAW.force(MATH, replace(state, offset=-0.1 * side, v_n=0.0))[2]
+    assert away == pytest.approx(side * LAW.inside * LAW.strength * 3e-3 * LENGTH, rel=1e-12)
+
+
+def test_an_edge_that_rises_in_its_groove_presses_less_and_then_not_at_all() -> None:
+    groove = 5e-3
+    loads = [
+        LAW.force(MATH, section(groove - risen, 45.0, groove=groove))[0]
+        for risen in (0.0, 0.5 * LAW.recovery, LAW.recovery, 2e-3)
+    ]
+    assert loads[1] == pytest.approx(0.5 * loads[0], rel=1e-12)
+    assert loads[2:] == pytest.approx([0.0, 0.0], abs=1e-9)  # N; 0.5 mm is no exact difference of 5 and 4.5
+    # the wall holds it for as long as it is in the snow
+    assert LAW.capacity(MATH, section(groove - 2e-3, 45.0, groove=groove)) > 0.0
+
+
+def test_the_wall_moves_with_an_edge_that_skids() -> None:
+    held = LAW.remember(MATH, section(3e-3, 30.0, offset=2e-4, v_n=0.0))[1]
+    skidding = LAW.remember(MATH, section(3e-3, 30.0, offset=2e-4, v_n=5.0))[1]
+    assert held == pytest.approx(2e-4, rel=1e-12)
+    assert skidding == pytest.approx(3e-3 * LAW.yield_offset / 2e-3, rel=1e-12)  # k_s·U = S_f·a
+
+
+def test_sideslip_leaves_the_groove() -> None:
+    deep = section(2e-3, 45.0, groove=6e-3, step=1e-3)
+    staying = LAW.remember(MATH, deep)[0]
+    leaving = LAW.remember(MATH, replace(deep, v_n=1.0))[0]
+    gone = LAW.remember(MATH, replace(deep, v_n=1e3))[0]
+    assert staying == pytest.approx(6e-3, rel=1e-12)
+    assert leaving == pytest.approx(2e-3 + 4e-3 * np.exp(-1e-3 / (2e-3 + 5e-3)), rel=1e-12)  # 2 mm wide at 45°
+    assert gone == pytest.approx(2e-3, rel=1e-12)
+
+
+def test_an_edge_that_climbs_compacts_snow() -> None:
+    level, climbing, sinking = (LAW.force(MATH, section(3e-3, 30.0, rise=rise)) for rise in (0.0, 0.02, -0.02))
+    assert level[1] - climbing[1] == pytest.approx(0.02 * level[0], rel=1e-3)  # ε, twice
+    assert sinking[1] == level[1]
+
+
+def test_a_run_refuses_it() -> None:
+    with pytest.raises(InputError, match=r"model.toml: \[\[term\]\] 1: carving acts on a ski in a steady turn"):
+        read_run_term("carving", {}, "model.toml", "[[term]] 1")
