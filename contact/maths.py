@@ -1,8 +1,8 @@
 """The arithmetic a force term is written in: one formula over floats, arrays or symbols.
 
-A term calls nothing but ``Math`` and the operators + − · / on its numbers, and never branches on one of them: with
-symbols ``if x > 0`` is always true, without an error.  Both branches of ``where`` are computed, so each of them must
-be defined on both sides of the switch.
+A term calls nothing but ``Math``, NumPy's usual functions and the operators + − · / ** on its numbers, and never
+branches on one of them.  Both branches of ``where`` are computed, so each of them must be defined on both sides of the
+switch.
 """
 
 from __future__ import annotations
@@ -36,6 +36,9 @@ class Math(Protocol):
 
     def exp(self, x: Number) -> Number:
         """Exponential."""
+
+    def log(self, x: Number) -> Number:
+        """Natural logarithm of x > 0."""
 
     def tanh(self, x: Number) -> Number:
         """Hyperbolic tangent."""
@@ -73,6 +76,7 @@ class FloatMath:
     cos = staticmethod(math.cos)
     atan = staticmethod(math.atan)
     exp = staticmethod(math.exp)
+    log = staticmethod(math.log)
     tanh = staticmethod(math.tanh)
     absolute = staticmethod(abs)
 
@@ -106,6 +110,7 @@ class ArrayMath:
     cos = staticmethod(np.cos)
     atan = staticmethod(np.arctan)
     exp = staticmethod(np.exp)
+    log = staticmethod(np.log)
     tanh = staticmethod(np.tanh)
     absolute = staticmethod(np.abs)
     sign = staticmethod(np.sign)

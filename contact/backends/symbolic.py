@@ -1,12 +1,13 @@
 """The arithmetic of force terms in Exudyn's symbols, for user functions that Exudyn evaluates without Python.
 
 An exception inside ``CreateSymbolicUserFunction`` corrupts the heap, so whatever may go wrong in a term must have gone
-wrong before: the conformance tests trace every term first.  Exudyn shares no common subexpressions: a number that a
-term uses twice is computed twice.
+wrong before: every law is noted on a tape first, and Exudyn's symbols get the tape's operations.  Exudyn shares no
+common subexpressions: a number that a term uses twice is computed twice.
 """
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Sequence
 from typing import Final
 
@@ -14,7 +15,8 @@ import exudyn
 import numpy as np
 
 from sssi_exudyn.contact import term as places
-from sssi_exudyn.contact.maths import Number
+from sssi_exudyn.contact.backends.tape import Node, Operand, Tape, TapeMath, needed
+from sssi_exudyn.contact.maths import Math, Number
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
 
@@ -41,6 +43,9 @@ class SymbolicMath:
 
     def exp(self, x: Number) -> Number:
         return _symbols.exp(x)
+
+    def log(self, x: Number) -> Number:
+        return _symbols.log(x)
 
     def tanh(self, x: Number) -> Number:
         return _symbols.tanh(x)
@@ -79,22 +84,21 @@ class SymbolicLaws:
     """The terms recorded as Exudyn's expressions and evaluated by Exudyn, a block of points at a time."""
 
     def __init__(self, terms: Sequence[Term]) -> None:
-        math = SymbolicMath()
-
-        def segment(t: Number, f: Number, l: Number, *rest: Number) -> Sequence[Number]:  # noqa: E741
+        def segment(math: Math, t: Number, f: Number, l: Number, *rest: Number) -> Sequence[Number]:  # noqa: E741
             wind_f, wind_l, wind_n = places.air_velocity(math, terms, places.PlaceState(t, f, l))
             v_f, v_l, v_n, area = rest
             state = places.SegmentState((v_f, v_l, v_n), (wind_f, wind_l, wind_n), area)
             return places.segment_force(math, terms, state)
 
-        def body(t: Number, f: Number, l: Number, v_f: Number, v_l: Number, v_n: Number) -> Sequence[Number]:  # noqa: E741
+        def body(math: Math, t: Number, f: Number, l: Number, *velocity: Number) -> Sequence[Number]:  # noqa: E741
+            v_f, v_l, v_n = velocity
             return places.body_force(math, terms, places.BodyState(t, f, l, (v_f, v_l, v_n)))
 
-        self._point = _Recorded(3, _POINTS, lambda *a: (places.point_force(math, terms, places.PointState(*a)),))
-        self._foot = _Recorded(9, 2, lambda *a: places.foot_force(math, terms, places.FootState(*a)))
+        self._point = _Recorded(3, _POINTS, lambda math, *a: (places.point_force(math, terms, places.PointState(*a)),))
+        self._foot = _Recorded(9, 2, lambda math, *a: places.foot_force(math, terms, places.FootState(*a)))
         self._segment = _Recorded(7, _SEGMENTS, segment)
         self._body = _Recorded(6, 1, body)
-        self._terrain = _Recorded(2, _POINTS, lambda *a: places.terrain_height(math, terms, *a))
+        self._terrain = _Recorded(2, _POINTS, lambda math, *a: places.terrain_height(math, terms, *a))
         self._flat = not any(isinstance(term, places.TerrainTerm) for term in terms)
 
     def point(self, depth: Array, rate: Array, length: Array) -> Array:
@@ -119,6 +123,30 @@ class SymbolicLaws:
         return height, by_f, by_l
 
 
+def _in_symbols(tape: Tape, outputs: Sequence[Operand], symbols: dict[Node, Number]) -> list[Number]:
+    """The tape's outputs, its operations done on Exudyn's symbols."""
+    math = SymbolicMath()
+    known = dict(symbols)
+
+    def value(x: Operand) -> Number:
+        return known[x] if isinstance(x, Node) else x
+
+    for node in needed(tape, outputs):
+        if node not in known:
+            operands = [value(x) for x in node.operands]
+            operation = _OPERATORS.get(node.operation) or getattr(math, node.operation)
+            known[node] = operation(*operands)
+    return [value(x) for x in outputs]
+
+
+_OPERATORS: Final[dict[str, Callable[[Number, Number], Number]]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
+
+
 class _Recorded:
     """A law written down once for each row of a block, which Exudyn then evaluates in one call.
 
@@ -128,12 +156,18 @@ class _Recorded:
     """
 
     def __init__(self, arguments: int, rows: int, law: Callable[..., Sequence[Number]]) -> None:
+        tape = Tape()
+        names = [tape.name(f"a{k}") for k in range(arguments)]
+        outputs = tuple(law(TapeMath(tape), *names))
         self._block = np.zeros((rows, arguments))
         self._inputs = _symbols.Matrix("inputs", self._block)
         before = _symbols.GetRecording()
         _symbols.SetRecording(True)
         try:
-            found = [law(*(self._inputs[row, k] for k in range(arguments))) for row in range(rows)]
+            found = [
+                _in_symbols(tape, outputs, {name: self._inputs[row, k] for k, name in enumerate(names)})
+                for row in range(rows)
+            ]
             self._outputs = _symbols.Vector([x for row in found for x in row])
         finally:
             _symbols.SetRecording(before)

@@ -1,14 +1,17 @@
 """A tape of the operations that a force term carries out, from which code and derivatives are written.
 
 ``TapeMath`` is the fourth kind of ``Math``: its numbers are nodes of a ``Tape``.  Equal operations share a node, the
-order of operations is the term's own, so that what is written from the tape rounds as the plain formula does.
+order of operations is the term's own, so that what is written from the tape rounds as the plain formula does.  Nodes
+know ``**`` and NumPy's usual functions too, so that a law may be written with those.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import NoReturn, TypeAlias
+from typing import Any, NoReturn, TypeAlias
+
+import numpy as np
 
 from sssi_exudyn.contact.maths import Number
 
@@ -25,7 +28,13 @@ class Node:
     operation: str
     operands: tuple[Operand, ...]
 
-    __array_ufunc__ = None  # NumPy's scalars leave arithmetic with a node to the node
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+        if method != "__call__" or options or ufunc.__name__ not in _NUMPY:
+            raise TypeError(f"a force term cannot use numpy.{ufunc.__name__} here; {_USABLE}")
+        return _NUMPY[ufunc.__name__](self.tape, *map(_operand, inputs))
+
+    def __array_function__(self, func: Any, _types: Any, args: Any, kwargs: Any) -> Any:
+        return _by_name(func, args, kwargs)
 
     def __bool__(self) -> NoReturn:
         raise TypeError("a force term must not branch on a number; use math.where, math.maximum or math.minimum")
@@ -33,10 +42,29 @@ class Node:
     def __float__(self) -> NoReturn:
         raise TypeError("a force term must not turn a number into a float; use the functions of math")
 
-    def __lt__(self, other: object) -> NoReturn:
-        self.__bool__()
+    def __lt__(self, other: Operand) -> Condition:
+        return Condition(self.tape, self.tape.subtract(other, self), strict=True)
 
-    __le__ = __gt__ = __ge__ = __lt__
+    def __gt__(self, other: Operand) -> Condition:
+        return Condition(self.tape, self.tape.subtract(self, other), strict=True)
+
+    def __le__(self, other: Operand) -> Condition:
+        return Condition(self.tape, self.tape.subtract(self, other), strict=False)
+
+    def __ge__(self, other: Operand) -> Condition:
+        return Condition(self.tape, self.tape.subtract(other, self), strict=False)
+
+    def __pow__(self, exponent: Operand) -> Operand:
+        return _power(self.tape, self, exponent)
+
+    def __rpow__(self, base: Operand) -> Operand:
+        return _power(self.tape, base, self)
+
+    def __abs__(self) -> Operand:
+        return self.tape.node("absolute", self)
+
+    def __pos__(self) -> Operand:
+        return self
 
     def __add__(self, other: Operand) -> Operand:
         return self.tape.add(self, other)
@@ -64,6 +92,60 @@ class Node:
 
     def __neg__(self) -> Operand:
         return self.tape.multiply(-1.0, self)
+
+
+@dataclass(frozen=True, eq=False)
+class Condition:
+    """A comparison of nodes, for ``numpy.where``: that ``difference`` is > 0, or, not ``strict``, that it is not."""
+
+    tape: Tape = field(repr=False)
+    difference: Operand
+    strict: bool
+
+    def __bool__(self) -> NoReturn:
+        raise TypeError("a force term must not branch on a number; use numpy.where, math.where, maximum or minimum")
+
+    def __array_function__(self, func: Any, _types: Any, args: Any, kwargs: Any) -> Any:
+        return _by_name(func, args, kwargs)
+
+    def choose(self, a: Operand, b: Operand) -> Operand:
+        """a where it holds, else b."""
+        first, second = (a, b) if self.strict else (b, a)
+        return self.tape.where(self.difference, first, second)
+
+
+def _power(tape: Tape, base: Operand, exponent: Operand) -> Operand:
+    """Whole powers up to the fourth as products, so that the base may be negative; others for bases ≥ 0."""
+    if isinstance(exponent, Node):
+        return tape.node("power", base, exponent)
+    if exponent == 0.5:
+        return tape.node("sqrt", base)
+    if exponent not in (-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0):
+        return tape.node("power", base, float(exponent))
+    found: Operand = 1.0
+    for _ in range(abs(int(exponent))):
+        found = tape.multiply(found, base)
+    return found if exponent >= 0.0 else tape.divide(1.0, found)
+
+
+def _operand(x: Any) -> Operand:
+    """A node, or NumPy's number as a float.  Raises TypeError for an array, which a law on one state does not have."""
+    if isinstance(x, Node):
+        return x
+    if np.ndim(x):
+        raise TypeError("a force term works on single numbers, not on arrays")
+    return float(x)
+
+
+def _by_name(func: Any, args: Any, kwargs: Any) -> Any:
+    """``numpy.where`` and ``numpy.clip``, which are no ufuncs."""
+    if func is np.where and len(args) == 3 and not kwargs and isinstance(args[0], Condition):
+        return args[0].choose(_operand(args[1]), _operand(args[2]))
+    if func is np.clip and len(args) == 3 and not kwargs:
+        x, low, high = map(_operand, args)
+        tape = next(each.tape for each in (x, low, high) if isinstance(each, Node))
+        return tape.node("minimum", tape.node("maximum", x, low), high)
+    raise TypeError(f"a force term cannot use numpy.{func.__name__} here; {_USABLE}")
 
 
 def _is(operand: Operand, value: float) -> bool:
@@ -173,6 +255,7 @@ _RULES: dict[str, Callable[..., Operand]] = {
     "cos": lambda tape, node, dx: tape.multiply(tape.multiply(-1.0, tape.node("sin", *node.operands)), dx),
     "atan": lambda tape, node, dx: tape.divide(dx, tape.add(1.0, tape.multiply(*node.operands * 2))),
     "exp": lambda tape, node, dx: tape.multiply(node, dx),
+    "log": lambda tape, node, dx: tape.divide(dx, *node.operands),
     "tanh": lambda tape, node, dx: tape.multiply(tape.subtract(1.0, tape.multiply(node, node)), dx),
     "absolute": lambda tape, node, dx: tape.multiply(tape.node("sign", *node.operands), dx),
     "sign": lambda tape, node, dx: 0.0,
@@ -184,6 +267,38 @@ _RULES: dict[str, Callable[..., Operand]] = {
     "saturate": _slope_of_saturate,
 }
 """Of each operation, its derivative from its operands' derivatives; where all of those vanish it is not asked."""
+
+
+def _node(name: str) -> Callable[..., Operand]:
+    return lambda tape, *operands: tape.node(name, *operands)
+
+
+_NUMPY: dict[str, Callable[..., Any]] = {
+    "add": Tape.add,
+    "subtract": Tape.subtract,
+    "multiply": Tape.multiply,
+    "divide": Tape.divide,
+    "power": _power,
+    "float_power": _power,
+    "negative": lambda tape, x: tape.multiply(-1.0, x),
+    "positive": lambda tape, x: x,
+    "square": lambda tape, x: tape.multiply(x, x),
+    "reciprocal": lambda tape, x: tape.divide(1.0, x),
+    "hypot": lambda tape, x, y: tape.node("sqrt", tape.add(tape.multiply(x, x), tape.multiply(y, y))),
+    "tan": lambda tape, x: tape.divide(tape.node("sin", x), tape.node("cos", x)),
+    "arctan": _node("atan"),
+    "fabs": _node("absolute"),
+    **{name: _node(name) for name in ("sqrt", "sin", "cos", "exp", "log", "tanh", "absolute", "sign")},
+    "maximum": _node("maximum"),
+    "minimum": _node("minimum"),
+    "clip": lambda tape, x, low, high: tape.node("minimum", tape.node("maximum", x, low), high),
+    "greater": lambda tape, a, b: Condition(tape, tape.subtract(a, b), strict=True),
+    "less": lambda tape, a, b: Condition(tape, tape.subtract(b, a), strict=True),
+    "less_equal": lambda tape, a, b: Condition(tape, tape.subtract(a, b), strict=False),
+    "greater_equal": lambda tape, a, b: Condition(tape, tape.subtract(b, a), strict=False),
+}
+"""NumPy's functions of numbers, by their names, on a tape."""
+_USABLE = f"use one of: {', '.join(sorted(_NUMPY))}, where, or the functions of math"
 
 
 class TapeMath:
@@ -206,6 +321,9 @@ class TapeMath:
 
     def exp(self, x: Number) -> Number:
         return self.tape.node("exp", x)
+
+    def log(self, x: Number) -> Number:
+        return self.tape.node("log", x)
 
     def tanh(self, x: Number) -> Number:
         return self.tape.node("tanh", x)
@@ -235,7 +353,7 @@ class TapeMath:
         return self.tape.node("saturate", v, eps)
 
 
-_SPELLING = {name: f"_math.{name}" for name in ("sqrt", "sin", "cos", "atan", "exp", "tanh")}
+_SPELLING = {name: f"_math.{name}" for name in ("sqrt", "sin", "cos", "atan", "exp", "log", "tanh")}
 
 
 def needed(tape: Tape, outputs: Sequence[Operand]) -> list[Node]:

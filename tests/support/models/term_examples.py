@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from sssi_exudyn.contact.maths import Math, Number, Vector
 from sssi_exudyn.contact.term import BodyState, BodyTerm, PlaceState, TerrainTerm, WindTerm
 from sssi_exudyn.core.quantity import quantity
@@ -76,4 +78,26 @@ class Everything(BodyTerm):
         return self.a * first, self.a * (switches - state.f), -(self.a * powers) + rest * state.l
 
 
-EXAMPLES = (UniformWind, Ridge, Everything)
+@dataclass(frozen=True)
+class WithNumpy(BodyTerm):
+    """Operators and NumPy's functions in place of those of Math.
+
+    Formula: F = a·(sums of NumPy's functions)
+    """
+
+    name: ClassVar[str] = "with_numpy"
+    sources: ClassVar[tuple[str, ...]] = (_MADE_UP,)
+
+    a: float = quantity(2.0, "N", low=0.5, high=20.0, source=_MADE_UP, meaning="strength")
+    p: float = quantity(1.7, "1", low=1.0, high=3.0, source=_MADE_UP, meaning="exponent")
+
+    def force(self, math: Math, state: BodyState) -> Vector:
+        x, y, z = state.velocity
+        first = np.sqrt(1.0 + x**2) + np.sin(y) * np.cos(z) + np.arctan(x * y) - np.exp(0.1 * z) + np.log(2.0 + y**2)
+        switches = np.where(x > 0.0, x * y, x * z) + np.maximum(y, z) * np.minimum(x, y) + np.where(z <= y, z - y, 0.0)
+        powers = np.float64(2.0) * (0.1 + np.abs(x)) ** self.p + np.square(y) / (1.0 + y**4) + np.hypot(x, 1.0 + z**2)
+        rest = (1.0 + x**2) ** -0.5 + np.clip(z, -0.3, 0.3) / (2.0 + np.tanh(state.t)) + abs(y) ** 3 * np.power(1.5, 2)
+        return self.a * first, self.a * switches, -(self.a * powers) + rest * state.l
+
+
+EXAMPLES = (UniformWind, Ridge, Everything, WithNumpy)

@@ -6,7 +6,7 @@ import itertools
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from term_examples import EXAMPLES, UniformWind
@@ -283,7 +283,7 @@ class ComplexMath:
     """
 
     sqrt, sin, cos = staticmethod(np.sqrt), staticmethod(np.sin), staticmethod(np.cos)
-    atan, exp, tanh = staticmethod(np.arctan), staticmethod(np.exp), staticmethod(np.tanh)
+    atan, exp, tanh, log = staticmethod(np.arctan), staticmethod(np.exp), staticmethod(np.tanh), staticmethod(np.log)
 
     def sign(self, x: Number) -> Number:
         return np.sign(np.real(x))
@@ -310,6 +310,38 @@ class ComplexMath:
         return v / np.sqrt(v * v + eps * eps)
 
 
+class _ByRealPart(np.ndarray[Any, Any]):
+    """Complex numbers on which NumPy's functions branch by the real part, as ``ComplexMath`` does."""
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+        plain = [np.asarray(x) for x in inputs]
+        if method == "__call__" and ufunc.__name__ in _COMPARED:
+            return _COMPARED[ufunc.__name__](*plain).view(_ByRealPart)
+        found = getattr(ufunc, method)(*plain, **options)
+        return found.view(_ByRealPart) if isinstance(found, np.ndarray) else found
+
+    def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        found = super().__array_function__(func, types, args, kwargs)
+        return found.view(_ByRealPart) if type(found) is np.ndarray else found
+
+
+_COMPARED: Final[Mapping[str, Any]] = {
+    "absolute": lambda x: np.sign(np.real(x)) * x,
+    "fabs": lambda x: np.sign(np.real(x)) * x,
+    "sign": lambda x: np.asarray(np.sign(np.real(x))),
+    "hypot": lambda x, y: np.sqrt(x * x + y * y),
+    "clip": lambda x, low, high: np.where(
+        np.real(x) < np.real(low), low, np.where(np.real(x) > np.real(high), high, x)
+    ),
+    "maximum": lambda a, b: np.where(np.real(a) > np.real(b), a, b),
+    "minimum": lambda a, b: np.where(np.real(a) < np.real(b), a, b),
+    "greater": lambda a, b: np.real(a) > np.real(b),
+    "greater_equal": lambda a, b: np.real(a) >= np.real(b),
+    "less": lambda a, b: np.real(a) < np.real(b),
+    "less_equal": lambda a, b: np.real(a) <= np.real(b),
+}
+
+
 def complex_step(term: Any, states: Sequence[State], variable: str) -> Array:
     """(states, components) derivatives of what the term gives by one of the state's numbers."""
     return _imaginary(term, states, {variable: 1e-30j})
@@ -321,9 +353,12 @@ def complex_parameter_step(term: Any, states: Sequence[State], parameter: str) -
 
 
 def _imaginary(term: Any, states: Sequence[State], steps: Mapping[str, complex]) -> Array:
-    columns = {name: np.array([state[name] for state in states]) + steps.get(name, 0.0) for name in states[0]}
+    columns = {
+        name: (np.array([state[name] for state in states]) + steps.get(name, 0.0)).astype(complex).view(_ByRealPart)
+        for name in states[0]
+    }
     given = ask(ComplexMath(), term, columns)
-    return np.stack([np.broadcast_to(np.imag(x), len(states)) for x in given], axis=1) / 1e-30
+    return np.stack([np.broadcast_to(np.asarray(np.imag(x)), len(states)) for x in given], axis=1) / 1e-30
 
 
 def assert_close(actual: Array, expected: Array) -> None:
@@ -334,20 +369,11 @@ def assert_close(actual: Array, expected: Array) -> None:
 
 def printed_by_exudyn() -> str:
     """JSON: for every class and every instance, the grid in Exudyn's symbols.  To be run in a process of its own."""
-    import exudyn
-
-    from sssi_exudyn.contact.backends.symbolic import SymbolicMath
-
-    exudyn.symbolic.SetRecording(True)
+    from sssi_exudyn.contact.backends.symbolic import _Recorded
 
     def values(term: Any) -> list[list[float]]:
-        symbols = {name: exudyn.symbolic.Real(name, 0.0) for name in GRIDS[term.kind]}
-        expressions = ask(SymbolicMath(), term, symbols)
-        rows = []
-        for state in grid(term.kind):
-            for name, symbol in symbols.items():
-                symbol.SetValue(state[name])
-            rows.append([x if isinstance(x, float) else x.Evaluate() for x in expressions])
-        return rows
+        names = list(GRIDS[term.kind])
+        law = _Recorded(len(names), 1, lambda math, *a: ask(math, term, dict(zip(names, a, strict=True))))
+        return [law(*state.values())[0].tolist() for state in grid(term.kind)]
 
     return json.dumps({cls.name: [values(term) for term in instances(cls)] for cls in CLASSES})
