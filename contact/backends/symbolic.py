@@ -94,11 +94,13 @@ class SymbolicLaws:
             v_f, v_l, v_n = velocity
             return places.body_force(math, terms, places.BodyState(t, f, l, (v_f, v_l, v_n)))
 
-        self._point = _Recorded(3, _POINTS, lambda math, *a: (places.point_force(math, terms, places.PointState(*a)),))
-        self._foot = _Recorded(9, 2, lambda math, *a: places.foot_force(math, terms, places.FootState(*a)))
-        self._segment = _Recorded(7, _SEGMENTS, segment)
-        self._body = _Recorded(6, 1, body)
-        self._terrain = _Recorded(2, _POINTS, lambda math, *a: places.terrain_height(math, terms, *a))
+        self._point = RecordedLaw(
+            3, _POINTS, lambda math, *a: (places.point_force(math, terms, places.PointState(*a)),)
+        )
+        self._foot = RecordedLaw(9, 2, lambda math, *a: places.foot_force(math, terms, places.FootState(*a)))
+        self._segment = RecordedLaw(7, _SEGMENTS, segment)
+        self._body = RecordedLaw(6, 1, body)
+        self._terrain = RecordedLaw(2, _POINTS, lambda math, *a: places.terrain_height(math, terms, *a))
         self._flat = not any(isinstance(term, places.TerrainTerm) for term in terms)
 
     def point(self, depth: Array, rate: Array, length: Array) -> Array:
@@ -147,7 +149,7 @@ _OPERATORS: Final[dict[str, Callable[[Number, Number], Number]]] = {
 }
 
 
-class _Recorded:
+class RecordedLaw:
     """A law written down once for each row of a block, which Exudyn then evaluates in one call.
 
     The arguments are a matrix's columns: setting one matrix and reading one vector takes 0.1 µs a row for the

@@ -16,7 +16,6 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from term_examples import Everything, Ridge, UniformWind
-from term_places import ComplexMath, assert_close
 
 from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.backends.compiled import (
@@ -34,6 +33,7 @@ from sssi_exudyn.contact.backends.compiled import (
     parameter_index,
     place_parameters,
 )
+from sssi_exudyn.contact.conformance_states import ComplexMath, assert_close
 from sssi_exudyn.contact.maths import FloatMath, Math, Number, Vector
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.term import FootState, PlaceState, PointState, SegmentState, Term, WindTerm

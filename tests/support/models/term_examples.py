@@ -5,34 +5,19 @@ They go through the same conformance tests as the registry's terms.
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from sssi_exudyn.contact.conformance_states import GRIDS, UniformWind, ask, grid, instances
 from sssi_exudyn.contact.maths import Math, Number, Vector
-from sssi_exudyn.contact.term import BodyState, BodyTerm, PlaceState, TerrainTerm, WindTerm
+from sssi_exudyn.contact.registry import TERMS
+from sssi_exudyn.contact.term import BodyState, BodyTerm, TerrainTerm
 from sssi_exudyn.core.quantity import quantity
 
 _MADE_UP = "made up for the tests"
-
-
-@dataclass(frozen=True)
-class UniformWind(WindTerm):
-    """The same wind everywhere.
-
-    Formula: w = (w_f, w_l, w_n)
-    """
-
-    name: ClassVar[str] = "uniform_wind"
-    sources: ClassVar[tuple[str, ...]] = (_MADE_UP,)
-
-    w_f: float = quantity(0.0, "m/s", low=-20.0, high=20.0, source=_MADE_UP, meaning="wind down the fall line")
-    w_l: float = quantity(0.0, "m/s", low=-20.0, high=20.0, source=_MADE_UP, meaning="wind to the left")
-    w_n: float = quantity(0.0, "m/s", low=-20.0, high=20.0, source=_MADE_UP, meaning="wind away from the snow")
-
-    def velocity(self, math: Math, state: PlaceState) -> Vector:
-        return self.w_f, self.w_l, self.w_n
 
 
 @dataclass(frozen=True)
@@ -101,3 +86,16 @@ class WithNumpy(BodyTerm):
 
 
 EXAMPLES = (UniformWind, Ridge, Everything, WithNumpy)
+CLASSES: tuple[type[Any], ...] = (*TERMS, *EXAMPLES)
+
+
+def printed_by_exudyn() -> str:
+    """JSON: for every class and every instance, the grid in Exudyn's symbols.  To be run in a process of its own."""
+    from sssi_exudyn.contact.backends.symbolic import RecordedLaw
+
+    def values(term: Any) -> list[list[float]]:
+        names = list(GRIDS[term.kind])
+        law = RecordedLaw(len(names), 1, lambda math, *a: ask(math, term, dict(zip(names, a, strict=True))))
+        return [law(*(np.array([x]) for x in state.values()))[0].tolist() for state in grid(term.kind)]
+
+    return json.dumps({cls.name: [values(term) for term in instances(cls)] for cls in CLASSES})

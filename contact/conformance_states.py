@@ -3,24 +3,40 @@
 from __future__ import annotations
 
 import itertools
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
-from term_examples import EXAMPLES, UniformWind
 
 from sssi_exudyn.contact.backends import compiled
 from sssi_exudyn.contact.backends.compiled import law_parameters, parameter_index
-from sssi_exudyn.contact.maths import ArrayMath, FloatMath, Math, Number
-from sssi_exudyn.contact.registry import TERMS
-from sssi_exudyn.contact.term import BodyState, EdgeState, FootState, PlaceState, PointState, SegmentState
+from sssi_exudyn.contact.maths import ArrayMath, FloatMath, Math, Number, Vector
+from sssi_exudyn.contact.term import BodyState, EdgeState, FootState, PlaceState, PointState, SegmentState, WindTerm
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.quantity import quantities
+from sssi_exudyn.core.quantity import quantities, quantity
 
 State = Mapping[str, Number]
-CLASSES: tuple[type[Any], ...] = (*TERMS, *EXAMPLES)
+_MADE_UP: Final = "made up, to ask terms"
+
+
+@dataclass(frozen=True)
+class UniformWind(WindTerm):
+    """The same wind everywhere, which blows on segments when they are asked.
+
+    Formula: w = (w_f, w_l, w_n)
+    """
+
+    name: ClassVar[str] = "uniform_wind"
+    sources: ClassVar[tuple[str, ...]] = (_MADE_UP,)
+
+    w_f: float = quantity(0.0, "m/s", low=-20.0, high=20.0, source=_MADE_UP, meaning="wind down the fall line")
+    w_l: float = quantity(0.0, "m/s", low=-20.0, high=20.0, source=_MADE_UP, meaning="wind to the left")
+    w_n: float = quantity(0.0, "m/s", low=-20.0, high=20.0, source=_MADE_UP, meaning="wind away from the snow")
+
+    def velocity(self, math: Math, state: PlaceState) -> Vector:
+        return self.w_f, self.w_l, self.w_n
+
 
 _ABOUT_ZERO = (-3.0, -0.1, -1e-9, 0.0, 1e-9, 0.1, 3.0)
 GRIDS: dict[str, dict[str, Sequence[float]]] = {
@@ -205,7 +221,7 @@ class SwitchMath(Switches, FloatMath):
     """Plain floats with their switches."""
 
 
-class ArraySwitches(Switches, ArrayMath):
+class ArraySwitches(Switches, ArrayMath):  # type: ignore[misc]  # functions of NumPy where methods stand
     """Arrays with their switches."""
 
 
@@ -365,15 +381,3 @@ def assert_close(actual: Array, expected: Array) -> None:
     """To 10⁻¹² of each number, or 10⁻¹³ of the greatest: where two parts nearly cancel, only the whole is exact."""
     scale = float(np.max(np.abs(expected), initial=0.0))
     np.testing.assert_allclose(actual, expected, rtol=1e-12, atol=1e-13 * scale)
-
-
-def printed_by_exudyn() -> str:
-    """JSON: for every class and every instance, the grid in Exudyn's symbols.  To be run in a process of its own."""
-    from sssi_exudyn.contact.backends.symbolic import _Recorded
-
-    def values(term: Any) -> list[list[float]]:
-        names = list(GRIDS[term.kind])
-        law = _Recorded(len(names), 1, lambda math, *a: ask(math, term, dict(zip(names, a, strict=True))))
-        return [law(*state.values())[0].tolist() for state in grid(term.kind)]
-
-    return json.dumps({cls.name: [values(term) for term in instances(cls)] for cls in CLASSES})
