@@ -60,7 +60,7 @@ def check_term(cls: type[Term]) -> tuple[str, ...]:
     --------
     >>> sssi_exudyn.check_term(MyFriction)
     """
-    if not (inspect.isclass(cls) and issubclass(cls, Term)) or inspect.isabstract(cls):
+    if not (inspect.isclass(cls) and issubclass(cls, Term) and hasattr(cls, "kind")) or inspect.isabstract(cls):
         raise BrokenRule(f"{cls!r} is no force term: derive it from FootTerm, PointTerm, SegmentTerm, WindTerm …")
     kept = []
     for rule in RULES:
