@@ -48,12 +48,33 @@ PAPER_TERMS: Final[tuple[Term, ...]] = (HuntCrossley(), AnisotropicFriction(), A
 """The terms of the published model, with their default parameters."""
 
 
+_ADDED: Final[dict[str, type[Term]]] = {}
+"""Terms of plug-ins, by their names."""
+
+
+def add_term(cls: type[Term]) -> None:
+    """Let files and commands know a term of a plug-in by its name; a class that is defined anew takes the place of the
+    old one.
+
+    Raises ValueError where the name is another term's.
+    """
+    other = _ADDED.get(cls.name) or next((each for each in TERMS if each.name == cls.name), None)
+    if other is not None and (other.__module__, other.__qualname__) != (cls.__module__, cls.__qualname__):
+        raise ValueError(f"there is a force term named {cls.name!r} already")
+    _ADDED[cls.name] = cls
+
+
+def known_terms() -> tuple[type[Term], ...]:
+    """The terms of the list above, and those of plug-ins."""
+    return (*TERMS, *_ADDED.values())
+
+
 def term_named(name: str) -> type[Term]:
     """The term of that name.  Raises KeyError with the names there are."""
-    for cls in TERMS:
+    for cls in known_terms():
         if cls.name == name:
             return cls
-    raise KeyError(f"no force term is named {name!r}; there are: {', '.join(cls.name for cls in TERMS)}")
+    raise KeyError(f"no force term is named {name!r}; there are: {', '.join(cls.name for cls in known_terms())}")
 
 
 def read_term(name: str, values: Mapping[str, object], file: str | Path, place: str) -> Term:
@@ -61,7 +82,7 @@ def read_term(name: str, values: Mapping[str, object], file: str | Path, place: 
 
     Raises InputError for an unknown name, an unknown parameter, or a value that is no number within its bounds.
     """
-    names = [cls.name for cls in TERMS]
+    names = [cls.name for cls in known_terms()]
     if name not in names:
         raise InputError(file, place, f"no force term is named {name!r}", did_you_mean(name, names))
     return build_checked(term_named(name), values, file, place)
@@ -92,6 +113,6 @@ def terms_table() -> list[dict[str, str | float]]:
             "meaning": about.meaning,
             "formula": formula(cls),
         }
-        for cls in TERMS
+        for cls in known_terms()
         for about in quantities(cls).values()
     ]

@@ -33,30 +33,47 @@ from sssi_exudyn.api.functions import (
     simulate,
     sweep,
     terms,
+    use_plugin,
     validate,
 )
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
     from sssi_exudyn.api.sweep_result import SweepResult
+    from sssi_exudyn.contact.conformance import check_term
+    from sssi_exudyn.contact.term import BodyTerm, FootTerm, PointTerm, SegmentTerm, TerrainTerm, WindTerm
     from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
+    from sssi_exudyn.core.quantity import quantity
     from sssi_exudyn.importing.assemble import Answers
+    from sssi_exudyn.importing.motion_formats import MotionReader
     from sssi_exudyn.model.model import Model
+    from sssi_exudyn.recording.instruments.gps import FixReader
     from sssi_exudyn.recording.recording import Recording
     from sssi_exudyn.results.summary import Summary
+    from sssi_exudyn.validation.diagnosis.hypothesis import SteadyLaw
     from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 __all__ = [
     "Answers",
+    "BodyTerm",
     "Diagnosis",
+    "FixReader",
+    "FootTerm",
     "InputError",
     "Model",
+    "MotionReader",
+    "PointTerm",
     "Recording",
     "Result",
+    "SegmentTerm",
     "SimulationDiverged",
     "SssiError",
+    "SteadyLaw",
     "Summary",
     "SweepResult",
+    "TerrainTerm",
+    "WindTerm",
+    "check_term",
     "diagnose",
     "diagnose_day",
     "fit",
@@ -66,6 +83,7 @@ __all__ = [
     "load_sweep",
     "model_of",
     "muscles",
+    "quantity",
     "read_model",
     "read_recording",
     "report",
@@ -73,26 +91,38 @@ __all__ = [
     "simulate",
     "sweep",
     "terms",
+    "use_plugin",
     "validate",
 ]
-_CLASSES: Final = {
+_ELSEWHERE: Final = {
     "Answers": "importing.assemble",
+    "BodyTerm": "contact.term",
     "Diagnosis": "validation.diagnosis.result",
+    "FixReader": "recording.instruments.gps",
+    "FootTerm": "contact.term",
     "InputError": "core.errors",
     "Model": "model.model",
+    "MotionReader": "importing.motion_formats",
+    "PointTerm": "contact.term",
     "Recording": "recording.recording",
     "Result": "api.result",
+    "SegmentTerm": "contact.term",
     "SimulationDiverged": "core.errors",
     "SssiError": "core.errors",
+    "SteadyLaw": "validation.diagnosis.hypothesis",
     "Summary": "results.summary",
     "SweepResult": "api.sweep_result",
+    "TerrainTerm": "contact.term",
+    "WindTerm": "contact.term",
+    "check_term": "contact.conformance",
+    "quantity": "core.quantity",
 }
-"""Modules of the classes, which are loaded when they are first asked for: they need NumPy and pandas."""
+"""Modules of what is loaded when it is first asked for, since it needs NumPy, pandas or SciPy."""
 
 
 def __getattr__(name: str) -> Any:
-    if name in _CLASSES:
-        found = getattr(import_module(f"{__name__}.{_CLASSES[name]}"), name)
+    if name in _ELSEWHERE:
+        found = getattr(import_module(f"{__name__}.{_ELSEWHERE[name]}"), name)
     elif name == "__version__":
         found = import_module("importlib.metadata").version("sssi-exudyn")
     else:

@@ -72,7 +72,10 @@ def parser() -> argparse.ArgumentParser:
     """The arguments that ``sssi`` takes."""
     top = argparse.ArgumentParser(prog="sssi", description="Skier, ski and snow, simulated from a recorded run.")
     top.add_argument("--version", action="version", version=f"sssi {metadata.version('sssi-exudyn')}")
+    plugin_help = "a file of Python, or an installed package, with force terms, hypotheses or readers; its code is run"
+    top.add_argument("--plugin", action="append", default=[], metavar="FILE.py", help=plugin_help)
     common = argparse.ArgumentParser(add_help=False)
+    common.add_argument("--plugin", action="append", default=[], dest="more_plugins", help=argparse.SUPPRESS)
     common.add_argument("--debug", action="store_true", help="show where in the program an error came from")
     common.add_argument("--json", action="store_true", help="print the result as JSON")
     recorded = argparse.ArgumentParser(add_help=False)
@@ -91,11 +94,21 @@ def parser() -> argparse.ArgumentParser:
     _add_import(commands.add_parser("import", parents=[common], help="make a recording from files of other formats"))
     simulate = commands.add_parser("simulate", parents=[common, recorded, written], help="simulate one run")
     simulate.add_argument("--model", type=Path, metavar="TOML", help="the model, such as a result's model.toml")
+    _add_terms(simulate)
     simulate.add_argument("--backend", choices=BACKENDS, default=BACKENDS[0], help="how the force terms are evaluated")
     fit = commands.add_parser("fit", parents=[common, recorded, written], help="fit friction to the GPS track")
     fit.add_argument("--method", choices=METHODS, default=METHODS[0], help="default: %(default)s")
     fit.add_argument(
         "--model", type=Path, metavar="TOML", help="further force terms, such as those that a diagnosis found"
+    )
+    _add_terms(fit)
+    fit.add_argument(
+        "--parameter",
+        action="append",
+        default=[],
+        dest="parameters",
+        metavar="TERM.NUMBER",
+        help="a number of a force term to fit along; may be given several times",
     )
     validate = commands.add_parser(
         "validate", parents=[common, recorded, written], help="compare a result with GPS and insoles"
@@ -140,6 +153,18 @@ def parser() -> argparse.ArgumentParser:
     identify.add_argument("folder", type=Path, metavar="FOLDER", help="folder with bench.toml and its tables")
     identify.add_argument("--out", type=Path, metavar="TOML", help="file for the ski, which recordings can name")
     return top
+
+
+def _add_terms(command: argparse.ArgumentParser) -> None:
+    """The option for further force terms."""
+    command.add_argument(
+        "--term",
+        action="append",
+        default=[],
+        dest="terms",
+        metavar="NAME",
+        help="a force term to add, with its default numbers (sssi terms); may be given several times",
+    )
 
 
 def _add_import(command: argparse.ArgumentParser) -> None:
@@ -246,6 +271,11 @@ def _call(options: argparse.Namespace) -> str:
         else:
             getattr(commands, _FUNCTIONS.get(options.command, options.command), None)  # loads what the command needs
 
+    named = [*options.plugin, *options.more_plugins]
+    if named:
+        from sssi_exudyn.plugins import use_plugins
+
+        use_plugins(named)
     if not options.debug:
         warnings.simplefilter("ignore")  # of libraries, about figures that are checked here: the error line says it
 
@@ -290,11 +320,22 @@ def _call(options: argparse.Namespace) -> str:
             return to_json(counts) if options.json else format_table([counts])
         case "simulate":
             summary = commands.simulate(
-                options.folder, options.out, model=options.model, backend=options.backend, progress=progress
+                options.folder,
+                options.out,
+                model=options.model,
+                terms=options.terms,
+                backend=options.backend,
+                progress=progress,
             )
         case "fit":
             summary = commands.fit(
-                options.folder, options.out, method=options.method, model=options.model, progress=progress
+                options.folder,
+                options.out,
+                method=options.method,
+                model=options.model,
+                terms=options.terms,
+                parameters=options.parameters,
+                progress=progress,
             )
         case "benchmark" if options.about == "recordings":
             compared = commands.diagnose_known(options.folder, options.out, progress=progress)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
     from sssi_exudyn.api.sweep_result import SweepResult
     from sssi_exudyn.contact.backends.backend import Backend
+    from sssi_exudyn.contact.term import Term
     from sssi_exudyn.fitting.fit import Method
     from sssi_exudyn.model.model import Model
     from sssi_exudyn.recording.inspection import Inspection
@@ -108,8 +109,13 @@ def model_of(recording: RecordingOrFolder) -> Model:
     return make(*read_folder(_recording(recording), SILENT))
 
 
-def read_model(file: AnyPath) -> Model:
+def read_model(file: AnyPath, *, plugins: Sequence[AnyPath] = ()) -> Model:
     """The model in a ``model.toml``, such as a result's.
+
+    Parameters
+    ----------
+    file : the model's file, with what it names beside it
+    plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
 
     Raises InputError for whatever is missing, unknown or outside its bounds.
 
@@ -119,6 +125,7 @@ def read_model(file: AnyPath) -> Model:
     """
     from sssi_exudyn.model.toml import read_model as read
 
+    _use(plugins)
     return read(Path(file))
 
 
@@ -127,7 +134,9 @@ def simulate(
     out: AnyPath | None = None,
     *,
     model: ModelOrFile | None = None,
+    terms: Sequence[Term] = (),
     backend: Backend = "fastest",
+    plugins: Sequence[AnyPath] = (),
     progress: ProgressWanted = False,
 ) -> Result:
     """Simulate a recorded run once.
@@ -137,7 +146,9 @@ def simulate(
     recording : the recording, or its folder
     out : folder for the result; left out, nothing is written
     model : the model, or its ``model.toml``; default friction where it is left out
+    terms : force terms to add to it, such as one of your own
     backend : how the force terms are evaluated
+    plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
     Raises InputError for bad input and SimulationDiverged when the solver gives up.
@@ -151,8 +162,15 @@ def simulate(
     from sssi_exudyn.api.result import result_of
     from sssi_exudyn.commands.runs import make_simulation
 
-    shown = progress_of(progress)
-    made = make_simulation(_recording(recording), _path(out), model=_model(model), backend=backend, progress=shown)
+    _use(plugins)
+    made = make_simulation(
+        _recording(recording),
+        _path(out),
+        model=_model(model),
+        terms=terms,
+        backend=backend,
+        progress=progress_of(progress),
+    )
     return result_of(made, _path(out))
 
 
@@ -162,6 +180,9 @@ def fit(
     *,
     method: Method = "joint",
     model: ModelOrFile | None = None,
+    terms: Sequence[Term] = (),
+    parameters: Sequence[str] = (),
+    plugins: Sequence[AnyPath] = (),
     progress: ProgressWanted = False,
 ) -> Result:
     """Fit friction to the GPS track, with all else that is uncertain, and simulate with it.
@@ -171,7 +192,10 @@ def fit(
     recording : the recording, or its folder
     out : folder for the result; with one, an interrupted fit goes on when it is called again
     method : ``"joint"``, or ``"paper"`` for the paper's two parameters alone
-    model : what else acts, such as the model of a diagnosis or one with a law of your own
+    model : what else acts, such as the model of a diagnosis
+    terms : force terms to add, such as one of your own
+    parameters : numbers of force terms to fit along, such as ``"my_friction.c"``
+    plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
     Raises InputError for bad input, such as a recording without GPS, and SimulationDiverged when the solver gives up.
@@ -185,8 +209,16 @@ def fit(
     from sssi_exudyn.api.result import result_of
     from sssi_exudyn.commands.runs import make_fit
 
-    shown = progress_of(progress)
-    made = make_fit(_recording(recording), _path(out), method=method, model=_model(model), progress=shown)
+    _use(plugins)
+    made = make_fit(
+        _recording(recording),
+        _path(out),
+        method=method,
+        model=_model(model),
+        terms=terms,
+        parameters=parameters,
+        progress=progress_of(progress),
+    )
     return result_of(made, _path(out))
 
 
@@ -212,13 +244,20 @@ def run(recording: RecordingOrFolder, out: AnyPath | None = None, *, progress: P
     return result_of(made, _path(out))
 
 
-def diagnose(recording: RecordingOrFolder, out: AnyPath | None = None, *, progress: ProgressWanted = False) -> Result:
+def diagnose(
+    recording: RecordingOrFolder,
+    out: AnyPath | None = None,
+    *,
+    plugins: Sequence[AnyPath] = (),
+    progress: ProgressWanted = False,
+) -> Result:
     """Find what physics the model lacks, or which instrument is at fault.
 
     Parameters
     ----------
     recording : the recording, or its folder
     out : folder for the extended model's run; with one, an interrupted diagnosis goes on when it is called again
+    plugins : files of Python or installed packages whose hypotheses are weighed too; their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
     The result's ``diagnosis`` has the findings with their probabilities, its ``model`` is the extended one.
@@ -232,6 +271,7 @@ def diagnose(recording: RecordingOrFolder, out: AnyPath | None = None, *, progre
     from sssi_exudyn.api.result import result_of
     from sssi_exudyn.commands.diagnosis import make_diagnosis
 
+    _use(plugins)
     made = make_diagnosis(_recording(recording), _path(out), progress=progress_of(progress))
     return result_of(made, _path(out))
 
@@ -336,8 +376,13 @@ def report(results: ResultOrFolder | Sequence[ResultOrFolder], out: AnyPath) -> 
     return write_report(named, Path(out))
 
 
-def load(folder: AnyPath) -> Result:
+def load(folder: AnyPath, *, plugins: Sequence[AnyPath] = ()) -> Result:
     """The result in a folder that ``run``, ``fit``, ``simulate`` or ``diagnose`` has written.
+
+    Parameters
+    ----------
+    folder : the result's
+    plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
 
     Raises InputError where there is none, or where a file of it cannot be read.
 
@@ -348,6 +393,7 @@ def load(folder: AnyPath) -> Result:
     """
     from sssi_exudyn.api.result import load_result
 
+    _use(plugins)
     return load_result(Path(folder))
 
 
@@ -358,6 +404,7 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     cluster: Cluster | None = None,
+    plugins: Sequence[AnyPath] = (),
     progress: ProgressWanted = False,
 ) -> SweepResult:
     """Do a sweep of many parameter values, or continue the one in ``out``.
@@ -369,6 +416,7 @@ def sweep(
     workers : processes, one a core where it is left out; 1 works in this process, without starting any
     scheduler : address of a Dask scheduler
     cluster : a Dask cluster to start, ``"local"`` or ``"slurm"``
+    plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
     Several workers import the calling script: call it below ``if __name__ == "__main__":``.
@@ -382,6 +430,7 @@ def sweep(
     from sssi_exudyn.api.sweep_result import SweepResult
     from sssi_exudyn.sweeps.sweep import sweep as do
 
+    _use(plugins)
     given = file if isinstance(file, Mapping) else Path(file)
     do(
         given,
@@ -420,6 +469,30 @@ def terms() -> list[dict[str, str | float]]:
     from sssi_exudyn import commands
 
     return commands.terms()
+
+
+def use_plugin(plugin: AnyPath | object) -> None:
+    """Put other people's force terms, hypotheses and readers to use; their code is run.
+
+    Parameters
+    ----------
+    plugin : a file that ends in .py, the name of an installed package with entry points, or a class that was defined
+        here, in a notebook or a script
+
+    Raises InputError where its code fails, where it offers nothing, or where a name is taken.
+
+    Examples
+    --------
+    >>> sssi_exudyn.use_plugin("examples/my_snow.py")
+    """
+    from sssi_exudyn.plugins import use_plugin as use
+
+    use(os.fspath(plugin) if isinstance(plugin, os.PathLike) else plugin)
+
+
+def _use(plugins: Sequence[AnyPath]) -> None:
+    for plugin in plugins:
+        use_plugin(plugin)
 
 
 def _path(path: AnyPath | None) -> Path | None:

@@ -18,12 +18,15 @@ import pandas as pd
 from sssi_exudyn.analysis.biomechanics import biomechanics, label_turns, residual_moment, turn_figures
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.contact.backends.backend import Backend
+from sssi_exudyn.contact.registry import read_run_term
+from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.estimate import estimate
 from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
 from sssi_exudyn.fitting.fit import fit as fit_problem
 from sssi_exudyn.fitting.gps_observation import correct_fixes
+from sssi_exudyn.fitting.more_parameters import seek_too
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.writing import folder_lock, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
@@ -53,6 +56,7 @@ from sssi_exudyn.results.summary import (
 )
 from sssi_exudyn.results.uncertainty import uncertainty_figures
 from sssi_exudyn.runtime.cache import Cache
+from sssi_exudyn.runtime.plugins import origins_of
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full import simulate as simulate_model
@@ -84,13 +88,15 @@ def simulate(
     out: Path,
     *,
     model: Path | None = None,
+    terms: Sequence[str] = (),
     backend: Backend = "fastest",
     progress: Progress = SILENT,
 ) -> Summary:
     """Simulate a recording once, with ``model`` (a ``model.toml``) or with default friction, into ``out``; its
-    summary.
+    summary.  ``terms`` are names of force terms to add.
     """
-    return make_simulation(folder, out, model=model, backend=backend, progress=progress).run.summary
+    added = terms_named(terms)
+    return make_simulation(folder, out, model=model, terms=added, backend=backend, progress=progress).run.summary
 
 
 def make_simulation(
@@ -98,13 +104,14 @@ def make_simulation(
     out: Path | None,
     *,
     model: Path | Model | None = None,
+    terms: Sequence[Term] = (),
     backend: Backend = "fastest",
     progress: Progress = SILENT,
 ) -> Made:
     """``simulate`` of a recording or its folder; without ``out`` nothing is written."""
     with held(out):
         recording, motion = read_folder(source, progress)
-        chosen = _chosen(model) or model_of(recording, motion)
+        chosen = add_terms(_chosen(model) or model_of(recording, motion), terms)
         settings = {"command": "simulate", "backend": backend}
         return _simulate_into(out, recording, motion, chosen, Outcome(settings), progress, backend)
 
@@ -115,12 +122,23 @@ def fit(
     *,
     method: Method = "joint",
     model: Path | None = None,
+    terms: Sequence[str] = (),
+    parameters: Sequence[str] = (),
     progress: Progress = SILENT,
 ) -> Summary:
     """Fit friction (and, with ``joint``, start and heading) to the GPS track, into ``out``; the summary of the fitted
-    run.  ``model`` (a ``model.toml``) has what else acts, such as what a diagnosis found.
+    run.  ``model`` (a ``model.toml``) has what else acts, such as what a diagnosis found; ``terms`` are names of force
+    terms to add, ``parameters`` numbers of terms to fit along.
     """
-    return make_fit(folder, out, method=method, model=model, progress=progress).run.summary
+    return make_fit(
+        folder,
+        out,
+        method=method,
+        model=model,
+        terms=terms_named(terms),
+        parameters=parameters,
+        progress=progress,
+    ).run.summary
 
 
 def make_fit(
@@ -129,6 +147,8 @@ def make_fit(
     *,
     method: Method = "joint",
     model: Path | Model | None = None,
+    terms: Sequence[Term] = (),
+    parameters: Sequence[str] = (),
     progress: Progress = SILENT,
 ) -> Made:
     """``fit`` of a recording or its folder; without ``out`` nothing is written, and an interrupted fit is lost."""
@@ -136,10 +156,10 @@ def make_fit(
         recording, motion = read_folder(source, progress)
         if recording.gps is None:
             raise InputError(recording.folder / FILE, "[gps]", "there is no GPS to fit to", "add it, or use simulate")
-        chosen = _chosen(model) or model_of(recording, motion)
+        chosen = add_terms(_chosen(model) or model_of(recording, motion), terms)
         if method == "joint" and model is None:
             chosen = on_snow_surface(chosen, recording, motion)
-        problem = problem_of(recording, motion, chosen, method)
+        problem = seek_too(problem_of(recording, motion, chosen, method), parameters)
         posture, predicted, uncertainty = None, None, None
         cache = cache_in(out)
         with progress.stage("fit") as stage:
@@ -155,7 +175,8 @@ def make_fit(
                 posture = posture_figures(recording.completed, fitted.names, shares, half)
                 predicted = second_half_table(half)
                 fitted = replace(fitted, covariance=shares.covariance)
-        outcome = Outcome({"command": "fit", "method": method}, fit_figures(fitted), posture, predicted, uncertainty)
+        settings = {"command": "fit", "method": method, **({"parameters": list(parameters)} if parameters else {})}
+        outcome = Outcome(settings, fit_figures(fitted), posture, predicted, uncertainty)
         made = _simulate_into(out, recording, motion, fitted.model, outcome, progress)
         if cache is not None:
             cache.remove()
@@ -172,6 +193,16 @@ def make_run(source: Path | Recording, out: Path | None, *, progress: Progress =
     recording = source if isinstance(source, Recording) else read_recording(source)
     make = make_simulation if recording.gps is None else make_fit
     return make(recording, out, progress=progress)
+
+
+def terms_named(names: Sequence[str]) -> tuple[Term, ...]:
+    """Force terms by their names, with their default numbers.  Raises InputError for an unknown one."""
+    return tuple(read_run_term(name, {}, "--term", "") for name in names)
+
+
+def add_terms(model: Model, terms: Sequence[Term]) -> Model:
+    """The model with further force terms."""
+    return replace(model, terms=(*model.terms, *terms))
 
 
 def held(out: Path | None) -> AbstractContextManager[None]:
@@ -305,7 +336,7 @@ def write_outcome(
             ),
             "turns": turn_figures(found),
             "residual_moment": residual_moment(result),
-            "provenance": provenance(recording.hashes, outcome.settings, seed=0),
+            "provenance": provenance(recording.hashes, {**outcome.settings, **_plugins_of(model)}, seed=0),
             "capture": {"round_trip": round_trip_table(motion)},
             "diverged": outcome.diverged,
             "posture": outcome.posture,
@@ -325,6 +356,12 @@ def write_outcome(
     if out is not None:
         write_run(out, run, made.opensim)
     return made
+
+
+def _plugins_of(model: Model) -> dict[str, Any]:
+    """The plug-ins that a model's laws come from, for the result's origin; nothing where there are none."""
+    found = [plugin.as_table() for plugin in origins_of(type(term) for term in model.terms)]
+    return {"plugins": found} if found else {}
 
 
 def _height_of_track(recording: Recording, result: SimulationResult) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -72,3 +72,22 @@ MOTION_READERS: Final[dict[str, Callable[[Path, float | None], Read]]] = {
     ".mot": _joint_angles,
     ".c3d": _markers,
 }
+
+
+@dataclass(frozen=True)
+class MotionReader:
+    """A plug-in's reader of motion captures.
+
+    suffix : of its files, with the dot
+    read : of a file and the skier's height (m, None where it is not known), the capture and the UTC of its time 0 (s
+        since 1970, None where the file does not have it)
+    """
+
+    suffix: str
+    read: Callable[[Path, float | None], Read]
+
+
+def add_motion_reader(reader: MotionReader) -> None:
+    """Let imports read another format of motion capture.  Raises ValueError where the suffix has a reader."""
+    if MOTION_READERS.setdefault(reader.suffix.lower(), reader.read) is not reader.read:
+        raise ValueError(f"files {reader.suffix} have a reader already")

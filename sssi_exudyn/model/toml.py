@@ -20,12 +20,13 @@ from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.motion.correction_file import correction_bytes, correction_to_dict, read_correction
 from sssi_exudyn.recording.equipment import read_equipped_ski
 from sssi_exudyn.recording.recording import Equipment, Skier, Slope
+from sssi_exudyn.runtime.plugins import origins_of, require, tables_of
 from sssi_exudyn.terrain.file import FILE as SURFACE
 from sssi_exudyn.terrain.file import read_surface, surface_bytes, surface_to_dict
 
 _TABLES: Final = (
     *("format", "name", "skier", "equipment", "slope", "term", "sensor", "start", "solver"),
-    *("surface", "posture"),
+    *("surface", "posture", "plugin"),
 )
 _KEYS: Final = {
     "skier": ("mass_kg", "height_m", "sex"),
@@ -45,6 +46,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
     start["heading_offset_deg"] = float(np.degrees(start.pop("heading_offset")))
     surface = {} if model.surface is None else {"surface": surface_to_dict(model.surface)}
     posture = {} if model.posture is None else {"posture": correction_to_dict(model.posture)}
+    plugins = [plugin.as_table() for plugin in origins_of(type(term) for term in model.terms)]
     return {
         "format": 1,
         "name": model.name,
@@ -65,6 +67,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
         "solver": asdict(model.solver),
         **surface,
         **posture,
+        **({"plugin": plugins} if plugins else {}),
     }
 
 
@@ -83,6 +86,7 @@ def read_model(path: Path) -> Model:
     check_keys(data, _TABLES, path, "")
     if data.get("format", 1) != 1 or isinstance(data.get("format"), bool):
         raise InputError(path, "format", f"{data['format']!r} is not known", "write format = 1")
+    require(tables_of(data, path), path)
     for name, keys in _KEYS.items():
         check_keys(table_of(data, name, path), keys, path, f"[{name}]")
 

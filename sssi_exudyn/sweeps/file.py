@@ -28,6 +28,7 @@ from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.fitting.fit import METHODS, Method
 from sssi_exudyn.io.settings import Settings, check_keys, read_toml, table_of, text_of
+from sssi_exudyn.runtime.plugins import Plugin, origins_of, require, tables_of
 from sssi_exudyn.sweeps.design import INDEXED, KINDS, LISTED, Design
 
 Task = Literal["simulate", "fit"]
@@ -36,7 +37,7 @@ TASKS: Final[tuple[Task, ...]] = ("simulate", "fit")
 TIERS: Final[tuple[Tier, ...]] = ("reduced", "full")
 _KEYS: Final = (
     "format", "name", "recordings", "model", "task", "tier", "method", "duration_s", "series", "outputs",
-    "design", "parameter", "term",
+    "design", "parameter", "term", "plugin",
 )  # fmt: skip
 LARGEST: Final = 10_000_000
 """Points of a design at most."""
@@ -77,7 +78,14 @@ class SweepFile:
         copy["recordings"] = [_relative(found, folder) for found in self.folders]
         if self.model is not None:
             copy["model"] = _relative(self.model, folder)
+        if self.plugins:
+            copy["plugin"] = [plugin.as_table() for plugin in self.plugins]
         return copy
+
+    @property
+    def plugins(self) -> tuple[Plugin, ...]:
+        """Those that its terms come from."""
+        return origins_of(type(term) for term in self.terms)
 
 
 def read_sweep(path: Path) -> SweepFile:
@@ -90,6 +98,7 @@ def sweep_from(settings: Settings, path: Path) -> SweepFile:
     check_keys(settings, _KEYS, path, "")
     if settings.get("format") != 1 or isinstance(settings["format"], bool):
         raise InputError(path, "format", f"{settings.get('format')!r} is not known", "write format = 1")
+    require(tables_of(settings, path), path)
     folders = _folders(settings.get("recordings"), path)
     model = text_of(settings, "model", path, "") if "model" in settings else None
     if model is not None:

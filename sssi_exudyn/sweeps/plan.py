@@ -13,6 +13,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.runtime.cache import fingerprint
+from sssi_exudyn.runtime.plugins import Plugin, origins_of
 from sssi_exudyn.runtime.provenance import versions
 from sssi_exudyn.sweeps.axes import axes_of
 from sssi_exudyn.sweeps.design import Axis, points_of
@@ -35,6 +36,7 @@ class Job:
     terms : force terms besides the model's
     duration : s of each run from its start, None for whole runs
     series : whether each run's time series is kept
+    plugins : that the user has named, of which the terms are
     """
 
     identity: str
@@ -48,6 +50,7 @@ class Job:
     method: Method
     duration: float | None
     series: bool
+    plugins: tuple[Plugin, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -117,6 +120,7 @@ def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
     Raises InputError for whatever is wrong with the file, SssiError where a package is missing.
     """
     model = None if file.model is None else read_model(file.model)
+    plugins = origins_of(type(term) for term in (*file.terms, *(() if model is None else model.terms)))
     axes = axes_of(file, _declared_parameters(file, model))
     points = points_of(file.design, axes)
     columns = columns_of(file.task, file.tier, file.method)
@@ -124,6 +128,7 @@ def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
     shared = (
         "sweep", file.task, file.tier, file.method if file.task == "fit" else "", file.duration, model,
         [(term.name, parameters(term)) for term in file.terms], [axis.name for axis in axes],
+        *([plugin.as_table() for plugin in plugins],) * bool(plugins),
     )  # fmt: skip
     hashes = tuple(
         fingerprint(
@@ -145,6 +150,7 @@ def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
         method=file.method,
         duration=file.duration,
         series=file.series,
+        plugins=plugins,
     )
     return Plan(file, job, axes, points, keys, columns, outputs, dict(files))
 

@@ -19,9 +19,11 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.plugins import use_plugins
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import fingerprint
+from sssi_exudyn.runtime.plugins import require
 from sssi_exudyn.runtime.provenance import versions
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import Prepared, prepare, simulate_reduced
@@ -117,6 +119,8 @@ def _check_process(folder: Path, job: Job) -> None:
     differing = [f"{name} {theirs}" for name, theirs in job.versions if versions().get(name) != theirs]
     if differing:
         raise SssiError(f"a worker has other versions than the sweep began with: {', '.join(differing)}")
+    use_plugins(plugin.source for plugin in job.plugins if plugin.source)  # that the user named where the sweep began
+    require(job.plugins, folder / "sweep.toml")
 
 
 def _compute(job: Job, run: SweepRun) -> tuple[Figures, AnyRun | None]:

@@ -182,6 +182,12 @@ def _do_sweep(
     out = out.resolve()
     pool = this_process if in_this_process else pool_of(scheduler, cluster, out)
     plan = plan_sweep(file)
+    for plugin in plan.job.plugins if not in_this_process else ():
+        if not plugin.source:
+            problem = f"worker processes cannot load the law of {plugin.name!r}, which is in no file of its own"
+            raise InputError(
+                file.path, "[[term]]", problem, "put it into a plug-in's file, or give workers=1 in Python"
+            )
     with folder_lock(out):
         origin = _open_folder(plan, out)
         for stale in out.glob(f"{CREDENTIALS}*"):  # of a sweep that was killed

@@ -8,6 +8,7 @@ from pathlib import Path
 import matplotlib as mpl
 import pytest
 from notebook import run_notebook
+from plugged import as_it_was
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -50,6 +51,15 @@ def test_first_run_notebook(copied: Path) -> None:
         assert len(repr(value)) < 5000
         assert len(getattr(value, "_repr_html_", str)()) < 20_000
     assert not (copied / "results").exists()  # nothing was asked to be written
+
+
+@pytest.mark.long
+def test_own_law_notebook(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with as_it_was():
+        names, _ = run_notebook(copied / "own_law.ipynb")
+    assert {"does_not_branch", "linearisation_is_exact"} <= set(names["kept"])
+    assert names["slower"] < -0.05  # wet snow holds the skier up
+    assert "needs the plug-in" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.ipynb")), ids=lambda path: path.name)

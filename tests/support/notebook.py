@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import ast
 import json
+import sys
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 
 def run_notebook(path: Path) -> tuple[dict[str, Any], list[Any]]:
     """Do the code cells in the working directory; the names that they leave, and what each cell would show."""
-    names: dict[str, Any] = {"__name__": "__main__"}
+    module = ModuleType(f"notebook_{path.stem}")
+    sys.modules[module.__name__] = module  # as Jupyter's __main__ is, so that classes can be found by their names
+    names: dict[str, Any] = vars(module)
     shown: list[Any] = []
     for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
         if cell["cell_type"] != "code":

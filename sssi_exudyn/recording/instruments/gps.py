@@ -78,6 +78,23 @@ READERS: Final[dict[str, Callable[[Path], Fixes]]] = {
 }
 
 
+@dataclass(frozen=True)
+class FixReader:
+    """A plug-in's reader of a receiver's fixes.
+
+    suffix : of its files, with the dot;  read : of a file, its fixes
+    """
+
+    suffix: str
+    read: Callable[[Path], Fixes]
+
+
+def add_fix_reader(reader: FixReader) -> None:
+    """Let recordings and imports read another format of fixes.  Raises ValueError where the suffix has a reader."""
+    if READERS.setdefault(reader.suffix.lower(), reader.read) is not reader.read:
+        raise ValueError(f"files {reader.suffix} have a reader already")
+
+
 def read_fixes(path: Path) -> Fixes:
     """Fixes as a file has them, by the reader of its suffix; raises InputError for a suffix that has none."""
     try:

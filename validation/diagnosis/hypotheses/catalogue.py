@@ -27,7 +27,7 @@ from sssi_exudyn.validation.diagnosis.hypothesis import Hypothesis, SteadyLaw
 
 LATENT_FORCE: Final = LatentForce()
 """The one whose responses also locate the missing force."""
-HYPOTHESES: Final[tuple[Hypothesis, ...]] = (
+HYPOTHESES: Final[list[Hypothesis]] = [
     SteadyWind(),
     PassingGust(),
     OtherDragArea(),
@@ -47,11 +47,30 @@ HYPOTHESES: Final[tuple[Hypothesis, ...]] = (
     WrongInsoleGain(),
     LoadOnCuffs(),
     LATENT_FORCE,
-)
-"""The list of them, written out."""
-STEADY_LAWS: Final = tuple(each for each in HYPOTHESES if isinstance(each, SteadyLaw))
+]
+"""The list of them, written out; those of plug-ins are added."""
+STEADY_LAWS: Final = [each for each in HYPOTHESES if isinstance(each, SteadyLaw)]
 """What acts on all runs of a day alike."""
 BY_NAME: Final[dict[str, Hypothesis]] = {hypothesis.name: hypothesis for hypothesis in HYPOTHESES}
+
+
+def add_hypothesis(hypothesis: Hypothesis) -> None:
+    """Let the diagnosis weigh a hypothesis of a plug-in too; one that is defined anew takes the place of the old one.
+
+    Raises ValueError where the name is another one's.
+    """
+    old = BY_NAME.get(hypothesis.name)
+    if old is not None:
+        first, second = type(old), type(hypothesis)
+        if (first.__module__, first.__qualname__) != (second.__module__, second.__qualname__):
+            raise ValueError(f"there is a hypothesis named {hypothesis.name!r} already")
+        HYPOTHESES.remove(old)
+        if isinstance(old, SteadyLaw):
+            STEADY_LAWS.remove(old)
+    HYPOTHESES.insert(-1, hypothesis)  # what nothing explains stays the last
+    BY_NAME[hypothesis.name] = hypothesis
+    if isinstance(hypothesis, SteadyLaw):
+        STEADY_LAWS.append(hypothesis)
 
 
 def distinguishing_measurement(one: str, other: str) -> str | None:

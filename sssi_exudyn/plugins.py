@@ -1,0 +1,84 @@
+"""Other people's force terms, hypotheses and readers: put to use when the user names them.
+
+A plug-in is a file of Python that defines them (classes derived from the terms' places, classes derived from those of
+hypotheses, ``MotionReader`` and ``FixReader``), or an installed package whose entry points ``sssi_exudyn.terms``,
+``sssi_exudyn.hypotheses`` and ``sssi_exudyn.readers`` are such objects.
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from sssi_exudyn.contact.registry import add_term
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.runtime.plugins import Plugin, load, note
+
+
+def use_plugin(what: str | Path | object) -> Plugin:
+    """Run a plug-in and put what it offers to use.
+
+    Parameters
+    ----------
+    what : a file that ends in .py, the name of an installed package, or a class or reader of a notebook
+
+    Raises InputError where its code fails, where it offers nothing, or where a name is taken.
+    """
+    if isinstance(what, str | Path):
+        plugin, offered = load(what)
+        if sum(_add(each, str(what)) for each in offered) == 0:
+            problem = "it offers no force term, hypothesis or reader"
+            raise InputError(what, "", problem, "derive a class from FootTerm or SteadyLaw, or make a MotionReader")
+        return plugin
+    if not _add(what, repr(what)):
+        problem = "neither a force term nor a hypothesis nor a reader"
+        raise InputError(repr(what), "", problem, "derive it from FootTerm or SteadyLaw, or make a MotionReader")
+    return note(what if inspect.isclass(what) else type(what))
+
+
+def use_plugins(several: Iterable[str | Path]) -> None:
+    """``use_plugin`` of each."""
+    for what in several:
+        use_plugin(what)
+
+
+def _add(offered: object, source: str) -> bool:
+    """Put one object to use; False where it is nothing of ours."""
+    try:
+        if inspect.isclass(offered):
+            return _add_class(offered)
+        return _add_reader(offered)
+    except ValueError as error:
+        raise InputError(source, getattr(offered, "__name__", ""), str(error), "choose another name") from None
+
+
+def _add_class(cls: type) -> bool:
+    if inspect.isabstract(cls):
+        return False
+    if issubclass(cls, Term) and hasattr(cls, "kind") and hasattr(cls, "name"):
+        add_term(cls)
+        return True
+    # what derives from a hypothesis has loaded it; nobody else has to wait for that
+    module = sys.modules.get("sssi_exudyn.validation.diagnosis.hypothesis")
+    if module is not None and issubclass(cls, module.Hypothesis) and hasattr(cls, "name"):
+        from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import add_hypothesis
+
+        add_hypothesis(cls())
+        return True
+    return False
+
+
+def _add_reader(offered: object) -> bool:
+    from sssi_exudyn.importing.motion_formats import MotionReader, add_motion_reader
+    from sssi_exudyn.recording.instruments.gps import FixReader, add_fix_reader
+
+    if isinstance(offered, MotionReader):
+        add_motion_reader(offered)
+        return True
+    if isinstance(offered, FixReader):
+        add_fix_reader(offered)
+        return True
+    return False

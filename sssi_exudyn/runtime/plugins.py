@@ -1,0 +1,190 @@
+"""Plug-ins: other people's code, run only when the user names it; files that need one say which, and nothing more.
+
+A plug-in is a file of Python, or an installed package with entry points.  What is in it is put to use by
+``sssi_exudyn.plugins``; here is which are loaded, and which one a class comes from.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import inspect
+import marshal
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any, Final
+
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.text import one_line
+
+GROUPS: Final = ("sssi_exudyn.terms", "sssi_exudyn.hypotheses", "sssi_exudyn.readers")
+"""Entry points of installed packages."""
+_OWN: Final = "sssi_exudyn"
+_MOST: Final = 50
+"""Plug-ins that a file may need."""
+
+
+@dataclass(frozen=True)
+class Plugin:
+    """A plug-in as files record it.
+
+    name : of the file, of the installed package, or of the module in which a class was defined
+    digest : hash of the file, version of the package, or hash of the class's code
+    source : what loads it: the file's whole path, the package's name; "" for classes of a notebook or a script
+    """
+
+    name: str
+    digest: str
+    source: str = ""
+
+    def as_table(self) -> dict[str, str]:
+        """What a file records of it: no path of this machine."""
+        return {"name": self.name, "digest": self.digest}
+
+
+_by_module: dict[str, Plugin] = {}
+"""Of the modules that were loaded."""
+
+
+def load(what: str | Path) -> tuple[Plugin, list[object]]:
+    """Run a plug-in's code, once; it, and what it offers: the classes and objects of the file, or those of the
+    package's entry points.
+
+    Raises InputError where there is no such file or package, and where its code fails.
+    """
+    if str(what).endswith(".py"):
+        return _load_file(Path(what))
+    return _load_package(str(what))
+
+
+def _load_file(path: Path) -> tuple[Plugin, list[object]]:
+    try:
+        digest = f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
+    except OSError as error:
+        raise InputError(path, "", (error.strerror or str(error)).lower(), "give the plug-in's file") from None
+    plugin = Plugin(path.name, digest, str(path.resolve()))
+    name = f"sssi_plugin_{path.stem}_{hashlib.sha256(f'{path.resolve()} {digest}'.encode()).hexdigest()[:12]}"
+    module = sys.modules.get(name)
+    if module is None:
+        spec = importlib.util.spec_from_file_location(name, path)
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        try:
+            spec.loader.exec_module(module)
+        except BaseException as error:
+            del sys.modules[name]
+            if not isinstance(error, Exception | SystemExit):
+                raise
+            raise InputError(path, _line_of(error, path), f"{type(error).__name__}: {error}", "correct it") from error
+    _by_module[name] = plugin
+    return plugin, _offered(module)
+
+
+def _load_package(name: str) -> tuple[Plugin, list[object]]:
+    try:
+        plugin = Plugin(name, metadata.version(name), name)
+    except (metadata.PackageNotFoundError, ValueError):
+        fix = "give a file that ends in .py, or the name of an installed package"
+        raise InputError(name, "", "no package of this name is installed", fix) from None
+    entries = [each for each in metadata.distribution(name).entry_points if each.group in GROUPS]
+    if not entries:
+        raise InputError(name, "", "the package has no entry points for this program", f"declare {', '.join(GROUPS)}")
+    found: list[object] = []
+    for entry in entries:
+        try:
+            found.append(entry.load())
+        except Exception as error:
+            raise InputError(
+                name, entry.name, f"{type(error).__name__}: {error}", "ask the package's author"
+            ) from error
+        _by_module[entry.module] = plugin
+        defined = getattr(found[-1], "__module__", None)
+        if isinstance(defined, str) and not defined.startswith(_OWN):
+            _by_module[defined] = plugin
+    return plugin, found
+
+
+def _line_of(error: BaseException, path: Path) -> str:
+    """The line of the plug-in's file at which it failed, as far as it shows."""
+    if isinstance(error, SyntaxError):
+        return f"line {error.lineno}"
+    frame, line = error.__traceback__, 0
+    while frame is not None:
+        if frame.tb_frame.f_code.co_filename == str(path):
+            line = frame.tb_lineno
+        frame = frame.tb_next
+    return f"line {line}" if line else ""
+
+
+def _offered(module: ModuleType) -> list[object]:
+    """What a file defines itself, in order: its classes, and objects of other classes under public names."""
+    return [
+        value
+        for name, value in vars(module).items()
+        if not name.startswith("_")
+        and not isinstance(value, ModuleType | FunctionType)
+        and (not inspect.isclass(value) or value.__module__ == module.__name__)
+    ]
+
+
+def origin_of(cls: type) -> Plugin | None:
+    """The plug-in that a class comes from; None for a class of this program."""
+    module = cls.__module__
+    if module.partition(".")[0] == _OWN:
+        return None
+    known = _by_module.get(module)
+    return known or Plugin(module.rpartition(".")[2] if module.startswith("sssi_plugin_") else module, _code_hash(cls))
+
+
+def origins_of(classes: Iterable[type]) -> tuple[Plugin, ...]:
+    """The plug-ins of classes, each once, in the order of their names."""
+    found = {plugin.name: plugin for plugin in map(origin_of, classes) if plugin is not None}
+    return tuple(found[name] for name in sorted(found))
+
+
+def _code_hash(cls: type) -> str:
+    """sha256 of the code of a class's functions, for one that no file is known of."""
+    functions = [(name, value) for name, value in vars(cls).items() if isinstance(value, FunctionType)]
+    code = b"".join(name.encode() + marshal.dumps(value.__code__) for name, value in sorted(functions))
+    return f"sha256:{hashlib.sha256(code).hexdigest()}"
+
+
+def tables_of(settings: Mapping[str, Any], path: Path) -> tuple[Plugin, ...]:
+    """The plug-ins that a file's tables ``[[plugin]]`` name.  Raises InputError for other tables."""
+    tables = settings.get("plugin", [])
+    if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables) or len(tables) > _MOST:
+        raise InputError(path, "[[plugin]]", "these must be tables", 'write [[plugin]] with name = "…" below')
+    found = []
+    for count, table in enumerate(tables, 1):
+        name, digest = table.get("name"), table.get("digest", "")
+        if not isinstance(name, str) or not isinstance(digest, str) or not set(table) <= {"name", "digest"}:
+            raise InputError(path, f"[[plugin]] {count}", "no name and digest", 'write name = "my_snow.py"')
+        found.append(Plugin(one_line(name), one_line(digest)))
+    return tuple(found)
+
+
+def require(needed: Iterable[Plugin], path: Path) -> None:
+    """Raise InputError where a plug-in that the file ``path`` needs is not loaded, or is another than it was."""
+    for plugin in needed:
+        loaded = [each for each in _by_module.values() if each.name == plugin.name]
+        if not loaded:
+            problem = f"this needs the plug-in {plugin.name!r}, which is not loaded"
+            fix = f"if you trust its code, name it: --plugin {plugin.name}"
+            raise InputError(path, "[[plugin]]", problem, fix)
+        if plugin.digest and loaded[-1].source and plugin.digest != loaded[-1].digest:
+            problem = f"the plug-in {plugin.name!r} is not what it was when this was written"
+            raise InputError(path, "[[plugin]]", problem, "take that one, or take away its digest here")
+
+
+def note(cls: type) -> Plugin:
+    """Take a class of a notebook or a script for loaded, so that files that need it can be read in this process."""
+    plugin = origin_of(cls)
+    if plugin is None:
+        raise InputError(cls.__qualname__, "", "this class is the program's own", "define a class of your own")
+    return _by_module.setdefault(cls.__module__, plugin)
