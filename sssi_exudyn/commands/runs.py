@@ -34,6 +34,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.motion.from_recording import round_trip_table
 from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.plugins import use_plugin
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.reports.report import render, render_folder, render_pdf, write_run
@@ -56,7 +57,7 @@ from sssi_exudyn.results.summary import (
 )
 from sssi_exudyn.results.uncertainty import uncertainty_figures
 from sssi_exudyn.runtime.cache import Cache
-from sssi_exudyn.runtime.plugins import origins_of
+from sssi_exudyn.runtime.plugins import origin_of, origins_of
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full import simulate as simulate_model
@@ -201,7 +202,14 @@ def terms_named(names: Sequence[str]) -> tuple[Term, ...]:
 
 
 def add_terms(model: Model, terms: Sequence[Term]) -> Model:
-    """The model with further force terms."""
+    """The model with further force terms; classes of the caller's own are known by their names from here on, as their
+    results are read back.
+
+    Raises InputError where such a name is another term's.
+    """
+    for term in (*model.terms, *terms):
+        if origin_of(type(term)) is not None:
+            use_plugin(type(term))
     return replace(model, terms=(*model.terms, *terms))
 
 
