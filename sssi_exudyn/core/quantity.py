@@ -44,6 +44,10 @@ def quantity(
     """Declare a dataclass field that is a number with unit, bounds and source.
 
     Raises ValueError when the default lies outside its own bounds.
+
+    Examples
+    --------
+    >>> c = quantity(0.0, "s/m", low=0.0, high=0.05, source="chosen", meaning="rise of friction with speed")
     """
     if not low <= default <= high:
         raise ValueError(f"default {default} outside [{low}, {high}]")
