@@ -33,6 +33,7 @@ METHODS = ("joint", "paper")
 
 _FUNCTIONS = {"import": "import_files", "ski": "identify", "benchmark": "diagnose"}
 """Functions of ``commands`` where they are not called as the command."""
+_MOST_WORKERS = 10_000
 SWEEP_VERBS = ("start", "resume", "retry", "status")
 
 
@@ -78,6 +79,9 @@ def parser() -> argparse.ArgumentParser:
     common.add_argument("--plugin", action="append", default=[], dest="more_plugins", help=argparse.SUPPRESS)
     common.add_argument("--debug", action="store_true", help="show where in the program an error came from")
     common.add_argument("--json", action="store_true", help="print the result as JSON")
+    said = common.add_mutually_exclusive_group()
+    said.add_argument("--quiet", action="store_true", help="show no progress")
+    said.add_argument("--verbose", action="store_true", help="show every step, a line each")
     recorded = argparse.ArgumentParser(add_help=False)
     recorded.add_argument("folder", type=Path, metavar="FOLDER", help="the recording: a folder with recording.toml")
     written = argparse.ArgumentParser(add_help=False)
@@ -120,12 +124,16 @@ def parser() -> argparse.ArgumentParser:
     diagnose.add_argument(
         "folders", type=Path, nargs="+", metavar="FOLDER", help="the recording, or several of one day"
     )
+    diagnose.add_argument(
+        "--reduced", action="store_true", help="search by the reduced model alone: quicker, and said in the result"
+    )
     benchmark = commands.add_parser("benchmark", help="test the diagnosis on cases with known answers")
     of = benchmark.add_subparsers(dest="about", metavar="WHAT", required=True)
     blind = of.add_parser("diagnosis", parents=[common, written], help="on sealed cases")
     blind.add_argument("folders", type=Path, nargs="+", metavar="FOLDER", help="recordings to take the movements from")
     blind.add_argument("--cases", type=int, default=200, help="default: %(default)s")
     blind.add_argument("--seed", type=int, default=1, help="default: %(default)s")
+    blind.add_argument("--workers", type=_count, metavar="N", help="processes (default: one a core)")
     blind.add_argument("--full", type=int, default=30, help="cases for the full model (%(default)s)")
     of.add_parser("recordings", parents=[common, recorded, written], help="on recordings with a truth.json")
     commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
@@ -153,6 +161,13 @@ def parser() -> argparse.ArgumentParser:
     identify.add_argument("folder", type=Path, metavar="FOLDER", help="folder with bench.toml and its tables")
     identify.add_argument("--out", type=Path, metavar="TOML", help="file for the ski, which recordings can name")
     return top
+
+
+def _count(text: str) -> int:
+    """A number of processes."""
+    if not text.isdecimal() or not 1 <= int(text) <= _MOST_WORKERS:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of processes, 1 to {_MOST_WORKERS}")
+    return int(text)
 
 
 def _add_terms(command: argparse.ArgumentParser) -> None:
@@ -208,7 +223,7 @@ def _add_sweep(commands: Any, common: argparse.ArgumentParser) -> None:
     )
     about = sweep.add_subparsers(dest="about", metavar="COMMAND", required=True, prog="sssi sweep")
     running = argparse.ArgumentParser(add_help=False)
-    running.add_argument("--workers", type=int, metavar="N", help="processes or cluster jobs (default: one a core)")
+    running.add_argument("--workers", type=_count, metavar="N", help="processes or cluster jobs (default: one a core)")
     running.add_argument("--scheduler", metavar="tcp://HOST:PORT", help="run on the workers of this Dask scheduler")
     running.add_argument("--cluster", choices=("local", "slurm"), help="start a Dask cluster and run there")
     started = argparse.ArgumentParser(add_help=False)
@@ -279,7 +294,7 @@ def _call(options: argparse.Namespace) -> str:
     if not options.debug:
         warnings.simplefilter("ignore")  # of libraries, about figures that are checked here: the error line says it
 
-    progress = progress_on_stderr()
+    progress = progress_on_stderr(quiet=options.quiet, verbose=options.verbose)
     match options.command:
         case "inspect":
             from sssi_exudyn.recording.inspection import format_inspection
@@ -347,15 +362,17 @@ def _call(options: argparse.Namespace) -> str:
                 cases=options.cases,
                 seed=options.seed,
                 full=options.full,
+                workers=options.workers,
                 progress=progress,
             )
             return to_json(scores)
         case "diagnose":
             if len(options.folders) > 1:
-                day = commands.diagnose_day(options.folders, options.out, progress=progress)
+                day = commands.diagnose_day(options.folders, options.out, reduced=options.reduced, progress=progress)
                 return to_json(day) if options.json else f"{day.sentence}\n"
-            diagnosis = commands.diagnose(options.folders[0], options.out, progress=progress)
-            return to_json(diagnosis) if options.json else f"{diagnosis.verdict}: {diagnosis.sentence}\n"
+            diagnosis = commands.diagnose(options.folders[0], options.out, reduced=options.reduced, progress=progress)
+            by = " (by the reduced model alone)" if diagnosis.tier == "reduced" else ""
+            return to_json(diagnosis) if options.json else f"{diagnosis.verdict}{by}: {diagnosis.sentence}\n"
         case "report":
             written = commands.report(options.results, options.out)
             return to_json({"report": str(written)}) if options.json else f"{written}\n"
@@ -378,8 +395,6 @@ def _sweep(options: argparse.Namespace, progress: Progress) -> Mapping[str, obje
 
     if options.about == "status":
         return sweeps.status(options.folder)
-    if options.workers is not None and options.workers < 1:
-        raise InputError("--workers", "", f"{options.workers} is not at least 1", "give a number of processes")
     where = {name: getattr(options, name) for name in ("workers", "scheduler", "cluster")}
     match options.about:
         case "start":

@@ -18,6 +18,7 @@ from sssi_exudyn import cli
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.io.typed import convert
 from sssi_exudyn.results.summary import Summary, summary_from_dict, summary_to_dict
+from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.validation.benchmark.known_answers import Comparison
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
@@ -78,6 +79,40 @@ def test_a_report_says_where_it_is(behind: Callable[..., None], capsys: pytest.C
     assert capsys.readouterr().out == "2-page.html\n"
     assert status(["report", "one", "--out", "page.html", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"report": "1-page.html"}
+
+
+def test_a_reduced_diagnosis_says_so(behind: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
+    seen: list[object] = []
+
+    def diagnose(*_: object, reduced: bool, **__: object) -> Diagnosis:
+        seen.append(reduced)
+        return replace(diagnosis_of(), tier="reduced" if reduced else "full")
+
+    behind("diagnose", diagnose)
+    assert status(["diagnose", "rec", "--out", "res", "--reduced"]) == 0
+    assert "by the reduced model alone" in capsys.readouterr().out
+    assert status(["diagnose", "rec", "--out", "res"]) == 0
+    assert "reduced" not in capsys.readouterr().out
+    assert seen == [True, False]
+
+
+@pytest.mark.parametrize("option", [[], ["--quiet"], ["--verbose"]])
+def test_how_much_is_said_is_chosen(
+    option: list[str], behind: Callable[..., None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run(*_: object, progress: Progress) -> Summary:
+        with progress.stage("fit") as stage:
+            stage.advance(0.5, "half")
+        return SUMMARY
+
+    behind("run", run)
+    assert status(["run", "rec", "--out", "res", *option]) == 0
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == {"": 1, "--quiet": 0, "--verbose": 2}[option[0] if option else ""]
+
+
+def test_quiet_and_verbose_exclude_each_other() -> None:
+    assert status(["run", "rec", "--out", "res", "--quiet", "--verbose"]) == 2
 
 
 def test_arguments_arrive_as_paths_and_words(behind: Callable[..., None]) -> None:

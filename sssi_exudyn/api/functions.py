@@ -248,6 +248,7 @@ def diagnose(
     recording: RecordingOrFolder,
     out: AnyPath | None = None,
     *,
+    reduced: bool = False,
     plugins: Sequence[AnyPath] = (),
     progress: ProgressWanted = False,
 ) -> Result:
@@ -257,6 +258,7 @@ def diagnose(
     ----------
     recording : the recording, or its folder
     out : folder for the extended model's run; with one, an interrupted diagnosis goes on when it is called again
+    reduced : search by the reduced model alone: quicker, and said in the result
     plugins : files of Python or installed packages whose hypotheses are weighed too; their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
@@ -272,7 +274,7 @@ def diagnose(
     from sssi_exudyn.commands.diagnosis import make_diagnosis
 
     _use(plugins)
-    made = make_diagnosis(_recording(recording), _path(out), progress=progress_of(progress))
+    made = make_diagnosis(_recording(recording), _path(out), reduced=reduced, progress=progress_of(progress))
     return result_of(made, _path(out))
 
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.commands.expected import expected_seconds
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.commands.runs import CACHE, Made, Outcome, cache_in, held, write_outcome
 from sssi_exudyn.core.errors import InputError
@@ -23,6 +26,7 @@ from sssi_exudyn.results.uncertainty import uncertainty_figures
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
+from sssi_exudyn.simulation.full import simulate as simulate_model
 from sssi_exudyn.validation.benchmark.known_answers import Comparison, compare, read_truth
 from sssi_exudyn.validation.benchmark.run import base_of, run_benchmark
 from sssi_exudyn.validation.benchmark.scores import Scores
@@ -31,24 +35,32 @@ from sssi_exudyn.validation.diagnosis.diagnose import diagnose as find_missing
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
+_BY_REDUCED: Final = (
+    "diagnosed by the reduced model alone: no fit was confirmed by the full one, of which only the run shown is"
+)
 
-def diagnose(folder: Path, out: Path, *, progress: Progress = SILENT) -> Diagnosis:
-    """Find what physics is missing, or which instrument is at fault; ``out`` holds the extended model's run."""
-    made = make_diagnosis(folder, out, progress=progress)
+
+def diagnose(folder: Path, out: Path, *, reduced: bool = False, progress: Progress = SILENT) -> Diagnosis:
+    """Find what physics is missing, or which instrument is at fault; ``out`` holds the extended model's run.  With
+    ``reduced`` the full model confirms nothing, and the result says so.
+    """
+    made = make_diagnosis(folder, out, reduced=reduced, progress=progress)
     assert made.run.diagnosis is not None
     return made.run.diagnosis
 
 
-def make_diagnosis(source: Path | Recording, out: Path | None, *, progress: Progress = SILENT) -> Made:
+def make_diagnosis(
+    source: Path | Recording, out: Path | None, *, reduced: bool = False, progress: Progress = SILENT
+) -> Made:
     """``diagnose`` of a recording or its folder; without ``out`` nothing is written, and an interrupted one is lost."""
-    made = _search(source, out, progress)[0]
+    made = _search(source, out, reduced, progress)[0]
     cache = cache_in(out)
     if cache is not None:
         cache.remove()
     return made
 
 
-def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SILENT) -> Day:
+def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, progress: Progress = SILENT) -> Day:
     """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and compare them
     together; ``out`` holds the answer in ``day.json``.
 
@@ -59,7 +71,9 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SIL
         if names.count(name) > 1:
             raise InputError(out / name, "", "two recordings would leave their results here", "rename one's folder")
     with folder_lock(out):
-        found = {name: _search(folder, out / name, progress) for folder, name in zip(folders, names, strict=True)}
+        found = {
+            name: _search(folder, out / name, reduced, progress) for folder, name in zip(folders, names, strict=True)
+        }
         with progress.stage("compare together"):
             explanations = compare_for_day([each.separate_fit() for _, each in found.values()])
         sentence = sentence_of_day(explanations, len(names), found[names[0]][1].model)
@@ -77,7 +91,7 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, progress: Progress = SIL
         return day
 
 
-def _search(source: Path | Recording, out: Path | None, progress: Progress) -> tuple[Made, SearchResult]:
+def _search(source: Path | Recording, out: Path | None, reduced: bool, progress: Progress) -> tuple[Made, SearchResult]:
     """Diagnose into ``out``, the cache stays; the run of the extended model, and the answer."""
     with held(out):
         recording, motion = read_folder(source, progress)
@@ -85,19 +99,25 @@ def _search(source: Path | Recording, out: Path | None, progress: Progress) -> t
             raise InputError(
                 recording.folder / FILE, "[gps]", "there is no GPS to hold the simulation against", "add it"
             )
-        with progress.stage("diagnose") as stage:
-            found = find_missing(
-                recording, motion, model_of(recording, motion), cache=cache_in(out), progress=stage.advance
-            )
-        assert found.result is not None
+        model, cache = model_of(recording, motion), cache_in(out)
+        expected = expected_seconds("diagnose reduced" if reduced else "diagnose", recording, motion)
+        with progress.stage("diagnose", expected) as stage:
+            found = find_missing(recording, motion, model, full=not reduced, cache=cache, progress=stage.advance)
+        result, diagnosis = found.result, found.diagnosis
+        if reduced:
+            with progress.stage("simulate") as stage:
+                result = simulate_model(found.model, motion, progress=stage.advance)
+            diagnosis = replace(diagnosis, tier="reduced")
+            recording = replace(recording, notices=(*recording.notices, _BY_REDUCED))
+        assert result is not None
         posterior = found.posterior
         outcome = Outcome(
-            {"command": "diagnose"},
+            {"command": "diagnose", **({"reduced": True} if reduced else {})},
             Fit(method="diagnosis", converged=True, parameters=_parameters(found)),
             uncertainty=None if posterior is None else uncertainty_figures(posterior),
-            diagnosis=found.diagnosis,
+            diagnosis=diagnosis,
         )
-        return write_outcome(out, recording, motion, found.model, found.result, outcome), found
+        return write_outcome(out, recording, motion, found.model, result, outcome), found
 
 
 def _parameters(found: SearchResult) -> dict[str, Estimate]:
@@ -128,7 +148,14 @@ def diagnose_known(folder: Path, out: Path, *, progress: Progress = SILENT) -> l
 
 
 def benchmark(
-    recordings: Sequence[Path], out: Path, *, cases: int, seed: int, full: int, progress: Progress = SILENT
+    recordings: Sequence[Path],
+    out: Path,
+    *,
+    cases: int,
+    seed: int,
+    full: int,
+    workers: int | None = None,
+    progress: Progress = SILENT,
 ) -> Scores:
     """Test the diagnosis blindly on ``cases`` made from the movements of ``recordings``, the first ``full`` of them
     with the full model, into ``out``; the scores.
@@ -141,5 +168,7 @@ def benchmark(
                 raise InputError(folder / FILE, "[gps]", "there is no GPS to start from", "add it")
             bases.append(base_of(recording, motion, model_of(recording, motion)))
         with progress.stage("benchmark") as stage:
-            workers = os.cpu_count() or 1
-            return run_benchmark(out, bases, count=cases, seed=seed, full=full, workers=workers, progress=stage.advance)
+            processes = workers or os.cpu_count() or 1
+            return run_benchmark(
+                out, bases, count=cases, seed=seed, full=full, workers=processes, progress=stage.advance
+            )

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from sssi_exudyn.analysis.biomechanics import biomechanics, label_turns, residual_moment, turn_figures
+from sssi_exudyn.commands.expected import expected_seconds
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.contact.backends.backend import Backend
 from sssi_exudyn.contact.registry import read_run_term
@@ -163,7 +164,7 @@ def make_fit(
         problem = seek_too(problem_of(recording, motion, chosen, method), parameters)
         posture, predicted, uncertainty = None, None, None
         cache = cache_in(out)
-        with progress.stage("fit") as stage:
+        with progress.stage("fit", expected_seconds("fit", recording, motion)) as stage:
             if method == "joint" and recording.completed is None:
                 found = estimate(problem, recording, motion, cache=cache, progress=stage.advance)
                 fitted, uncertainty = found.fitted, uncertainty_figures(found.posterior)
@@ -311,7 +312,7 @@ def _simulate_into(
     backend: Backend = "fastest",
 ) -> Made:
     """Run the model and write all that a result folder holds; a run that diverges leaves what it has, and raises."""
-    with progress.stage("simulate") as stage:
+    with progress.stage("simulate", expected_seconds("simulate", recording, motion)) as stage:
         try:
             result = simulate_model(model, motion, backend=backend, progress=stage.advance)
         except SimulationDiverged as error:

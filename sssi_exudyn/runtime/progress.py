@@ -1,19 +1,29 @@
-"""Progress of long steps: one line a stage on stderr, so that stdout stays a result.
+"""Progress of long steps, on stderr, so that stdout stays a result.
 
-On a terminal the line of the running stage is rewritten in place; elsewhere (a log, a pipe) only its end is written.
+On a terminal the line of the running stage is rewritten in place.  Elsewhere (a log, a pipe) a line is written every
+half minute: the stage, how much is done, the time left; and one at its end.
 """
 
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TextIO
+from typing import Final, TextIO
 
-_REWRITE_EVERY = 0.2
+_REWRITE_EVERY: Final = 0.2
 """s; a terminal need not be written more often than an eye follows."""
+_WRITE_EVERY: Final = 30.0
+"""s between lines of a log."""
+_VERBOSE_EVERY: Final = 1.0
+"""s between lines of those who want to see more."""
+_LEAST_SHARE: Final = 0.02
+"""Of a stage, from which its speed tells the time left."""
+_LONG: Final = 10.0
+"""s; a stage that takes longer says so when it begins."""
 _CLEAR_LINE = "\r\x1b[K"
 Listener = Callable[[str, float | None, str], None]
 """Called with a stage's name, the share done in [0, 1] (None where it is not known) and a detail such as the error."""
@@ -21,18 +31,31 @@ Listener = Callable[[str, float | None, str], None]
 
 @dataclass
 class Stage:
-    """One long step.  Its work calls ``advance`` as often as it likes."""
+    """One long step.  Its work calls ``advance`` as often as it likes.
+
+    expected : s that it will take, roughly; None where nobody knows
+    verbose : whether a line is written, not rewritten, every second
+    """
 
     name: str
     stream: TextIO | None
     clock: Callable[[], float]
     listener: Listener | None = None
+    expected: float | None = None
+    verbose: bool = False
     detail: str = ""
+    fraction: float | None = None
     _begin: float = field(init=False)
     _written: float = field(init=False, default=-float("inf"))
 
     def __post_init__(self) -> None:
         self._begin = self.clock()
+        if self.expected is not None and self.expected >= _LONG and not self._rewrites:
+            self._write(f"{self.name}: begins, {about(self.expected)}\n")
+
+    @property
+    def _rewrites(self) -> bool:
+        return self.stream is not None and self.stream.isatty() and not self.verbose
 
     def advance(self, fraction: float | None, detail: str = "") -> None:
         """Report how far it is.
@@ -42,23 +65,47 @@ class Stage:
         fraction : share done in [0, 1]; None where it cannot be known
         detail : such as the current error, with its unit
         """
-        self.detail = detail
+        self.fraction, self.detail = fraction, detail
         if self.listener is not None:
             self.listener(self.name, fraction, detail)
-        if self.stream is None or not self.stream.isatty() or self.clock() - self._written < _REWRITE_EVERY:
+        if self.stream is None or not (self._rewrites or self.verbose):
+            return
+        if self.clock() - self._written >= (_VERBOSE_EVERY if self.verbose else _REWRITE_EVERY):
+            self.write()
+
+    def write(self) -> None:
+        """Write how far it is."""
+        if self.stream is None:
             return
         self._written = self.clock()
-        share = "" if fraction is None else f" {100.0 * fraction:3.0f} %"
-        self.stream.write(f"{_CLEAR_LINE}{self.name}{share} {detail}".rstrip())
-        self.stream.flush()
+        since = self._written - self._begin
+        share = "" if self.fraction is None else f" {100.0 * self.fraction:3.0f} %"
+        left = self._left(self.fraction, since)
+        if self._rewrites:
+            self._write(f"{_CLEAR_LINE}{self.name}{share} {self.detail}{left and f' ({left})'}".rstrip())
+        else:
+            detail = self.detail and f" ({self.detail})"
+            self._write(f"{self.name}:{share} after {duration(since)}{left and f', {left}'}{detail}\n")
+
+    def _left(self, fraction: float | None, since: float) -> str:
+        """The time left in words; "" where nothing tells it."""
+        if fraction is not None and fraction >= _LEAST_SHARE:
+            return f"{about(since * (1.0 - fraction) / fraction)} left" if since >= _LONG else ""
+        if self.expected is None or self.expected < _LONG:
+            return ""
+        return f"{about(self.expected - since)} left" if since < self.expected else "longer than expected"
 
     def end(self, word: str) -> None:
         """Write the stage's last line: its name, ``word``, how long it took and the last detail."""
         if self.stream is None:
             return
         detail = f" ({self.detail})" if self.detail else ""
-        clear = _CLEAR_LINE if self.stream.isatty() else ""
-        self.stream.write(f"{clear}{self.name}: {word} after {self.clock() - self._begin:.1f} s{detail}\n")
+        clear = _CLEAR_LINE if self._rewrites else ""
+        self._write(f"{clear}{self.name}: {word} after {self.clock() - self._begin:.1f} s{detail}\n")
+
+    def _write(self, text: str) -> None:
+        assert self.stream is not None
+        self.stream.write(text)
         self.stream.flush()
 
 
@@ -69,20 +116,59 @@ class Progress:
     stream: TextIO | None = None
     clock: Callable[[], float] = time.monotonic
     listener: Listener | None = None
+    verbose: bool = False
 
     @contextmanager
-    def stage(self, name: str) -> Iterator[Stage]:
-        """One stage; left by an error or an interrupt it ends with "stopped"."""
-        stage = Stage(name, self.stream, self.clock, self.listener)
+    def stage(self, name: str, expected: float | None = None) -> Iterator[Stage]:
+        """One stage, which takes about ``expected`` s; left by an error or an interrupt it ends with "stopped"."""
+        shown = None if self.stream is None else expected
+        stage = Stage(name, self.stream, self.clock, self.listener, shown, self.verbose)
         stage.advance(None)
-        try:
-            yield stage
-        except BaseException:
-            stage.end("stopped")
-            raise
-        stage.end("done")
+        with _written_regularly(stage):
+            try:
+                yield stage
+            except BaseException:
+                stage.end("stopped")
+                raise
+            stage.end("done")
 
 
-def progress_on_stderr() -> Progress:
+@contextmanager
+def _written_regularly(stage: Stage) -> Iterator[None]:
+    """Every half minute a line where none is rewritten, also while the work is silent (compiling, one long step)."""
+    if stage.stream is None or stage.stream.isatty():
+        yield
+        return
+    ended = threading.Event()
+
+    def write() -> None:
+        while not ended.wait(_WRITE_EVERY):
+            try:
+                stage.write()
+            except (OSError, ValueError):  # the reader of stderr has gone, or it is closed
+                return
+
+    threading.Thread(target=write, daemon=True).start()
+    try:
+        yield
+    finally:
+        ended.set()
+
+
+def progress_on_stderr(*, quiet: bool = False, verbose: bool = False) -> Progress:
     """The progress that the command line shows."""
-    return Progress(sys.stderr)
+    return Progress(None if quiet else sys.stderr, verbose=verbose)
+
+
+def duration(seconds: float) -> str:
+    """A time in words, to the second below an hour."""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s" if minutes else f"{rest} s"
+
+
+def about(seconds: float) -> str:
+    """A time that is known roughly, in words."""
+    if seconds < 90.0:
+        return f"about {10 * max(1, round(seconds / 10.0))} s"
+    return f"about {round(seconds / 60.0)} min" if seconds < 5400.0 else f"about {seconds / 3600.0:.1f} h"

@@ -20,7 +20,7 @@ import tomli_w
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import convert, read_json
 from sssi_exudyn.io.writing import folder_lock, is_locked, to_json, write_atomically
-from sssi_exudyn.runtime.progress import Progress, Stage
+from sssi_exudyn.runtime.progress import Progress, Stage, duration
 from sssi_exudyn.sweeps.file import SweepFile, read_sweep, sweep_from
 from sssi_exudyn.sweeps.outputs import Column
 from sssi_exudyn.sweeps.page import PAGE, render_sweep
@@ -269,7 +269,7 @@ class _Report:
         failed = ended - self.ended[DONE]
         self.stage.advance(
             ended / self.count,
-            f"{ended} of {self.count} runs, {failed} failed, {60.0 * rate:.0f} a minute, {_duration(left)} left",
+            f"{ended} of {self.count} runs, {failed} failed, {60.0 * rate:.0f} a minute, {duration(left)} left",
         )
 
 
@@ -293,9 +293,3 @@ def _rate(records: Mapping[str, Record]) -> float | None:
     if len(ends) < 2 or ends[-1] <= ends[0]:
         return None
     return float((len(ends) - 1) / (ends[-1] - ends[0]))
-
-
-def _duration(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s" if minutes else f"{rest} s"

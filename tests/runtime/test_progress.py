@@ -2,18 +2,26 @@
 
 import io
 import itertools
+import time
 from importlib import metadata
 from pathlib import Path
 
 import pytest
 
-from sssi_exudyn.runtime.progress import Progress
+from sssi_exudyn.runtime.progress import Progress, Stage, about, progress_on_stderr
 from sssi_exudyn.runtime.provenance import provenance, versions
 
 
 class Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
 
 
 def seconds() -> itertools.count:
@@ -43,6 +51,64 @@ def test_a_terminal_is_not_flooded() -> None:
         for k in range(1000):
             stage.advance(k / 1000)
     assert terminal.getvalue().count("\r") == 2  # the first line and the last
+
+
+def test_a_log_gets_a_line_now_and_then_with_share_and_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sssi_exudyn.runtime.progress._WRITE_EVERY", 0.001)
+    log, clock = io.StringIO(), Clock()
+    with Progress(log, clock).stage("fit", expected=300.0) as stage:
+        clock.now = 60.0
+        stage.advance(0.25, "error 3 m")
+        while "25 %" not in log.getvalue():  # written beside the work, which may be silent for minutes
+            time.sleep(0.001)
+    lines = log.getvalue().splitlines()
+    assert lines[0] == "fit: begins, about 5 min"
+    assert "fit:  25 % after 1 min 0 s, about 3 min left (error 3 m)" in lines
+    assert lines[-1] == "fit: done after 60.0 s (error 3 m)"
+
+
+def test_what_was_expected_tells_the_time_left_where_no_share_does() -> None:
+    log, clock = io.StringIO(), Clock()
+    stage = Stage("fit", log, clock, expected=100.0)
+    for now in (40.0, 200.0):
+        clock.now = now
+        stage.write()
+    assert log.getvalue().splitlines() == [
+        "fit: begins, about 2 min",
+        "fit: after 40 s, about 60 s left",
+        "fit: after 3 min 20 s, longer than expected",
+    ]
+
+
+def test_short_stages_say_nothing_of_their_time() -> None:
+    log = io.StringIO()
+    with Progress(log, lambda: 0.0).stage("read", expected=2.0):
+        pass
+    assert log.getvalue() == "read: done after 0.0 s\n"
+
+
+def test_those_who_want_it_see_every_second() -> None:
+    terminal, clock = Terminal(), Clock()
+    with Progress(terminal, clock, verbose=True).stage("fit") as stage:
+        for k in range(30):
+            clock.now = 0.1 * k
+            stage.advance(None, f"step {k}")
+    assert "\r" not in terminal.getvalue()
+    assert [line.rpartition("(")[2] for line in terminal.getvalue().splitlines()[1:-1]] == ["step 10)", "step 20)"]
+
+
+def test_the_command_line_is_quiet_where_it_shall_be(capsys: pytest.CaptureFixture[str]) -> None:
+    with progress_on_stderr(quiet=True).stage("fit", expected=100.0) as stage:
+        stage.advance(0.5)
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(3.0, "about 10 s"), (47.0, "about 50 s"), (100.0, "about 2 min"), (5000.0, "about 83 min"), (9e3, "about 2.5 h")],
+)
+def test_rough_times_are_rough(seconds: float, words: str) -> None:
+    assert about(seconds) == words
 
 
 def test_a_stage_left_by_an_error_stopped() -> None:

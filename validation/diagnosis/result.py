@@ -233,6 +233,7 @@ class Diagnosis:
     smallest_noticed : by hypothesis, from which size on it would have been noticed with all findings in the model
     weighed : every hypothesis by its probability, the most probable first, in each round of the search
     stands_out : when a force was missing before anything was added
+    tier : "reduced" where no fit was confirmed by the full model
     """
 
     format: Literal[1]
@@ -249,6 +250,7 @@ class Diagnosis:
     smallest_noticed: dict[str, Smallest] | None = None
     adequacy: Adequacy | None = None
     version: Version | None = None
+    tier: Literal["full", "reduced"] = "full"
 
     def __repr__(self) -> str:
         return f"<Diagnosis {self.recording}: {self.verdict}, {len(self.findings)} findings>"
