@@ -160,6 +160,7 @@ def parser() -> argparse.ArgumentParser:
     )
     identify.add_argument("folder", type=Path, metavar="FOLDER", help="folder with bench.toml and its tables")
     identify.add_argument("--out", type=Path, metavar="TOML", help="file for the ski, which recordings can name")
+    _add_turn(about)
     return top
 
 
@@ -212,6 +213,22 @@ def _add_import(command: argparse.ArgumentParser) -> None:
         ("--gps-offset-s", "from the capture's first frame to the first fix, where the files' clocks do not give it"),
     ):
         command.add_argument(option, type=float, metavar=option.rsplit("-", 1)[1], help=meaning)
+
+
+def _add_turn(about: Any) -> None:
+    """The arguments of ``sssi ski turn``, whose ``--json`` names a file."""
+    turn = about.add_parser("turn", help="compare skis in steady turns: radius, side reserve, losses")
+    turn.add_argument("--debug", action="store_true", help="show where in the program an error came from")
+    turn.add_argument("skis", nargs="+", metavar="SKI", help="a ski of the catalogue, or a file with one")
+    turn.add_argument(
+        "--edge", default="30:70", metavar="DEG", help="60, or 30,45,60, or FROM:TO[:STEP] (default: %(default)s)"
+    )
+    turn.add_argument("--speed", type=float, default=10.0, metavar="M/S", help="default: %(default)s")
+    turn.add_argument(
+        "--load", type=float, default=700.0, metavar="N", help="along the snow's normal (default: %(default)s)"
+    )
+    turn.add_argument("--json", type=Path, metavar="FILE", help="write the figures there instead of a table")
+    turn.add_argument("--out", type=Path, metavar="PAGE", help="a page that sets the skis side by side (.html)")
 
 
 def _add_sweep(commands: Any, common: argparse.ArgumentParser) -> None:
@@ -327,6 +344,17 @@ def _call(options: argparse.Namespace) -> str:
             about = {name: groups[name] for name in ("recording", "muscles")}
             weak = format_table(about["muscles"]["lacking"])
             return to_json(about) if options.json else format_summary(about) + weak
+        case "ski" if options.about == "turn":
+            turns = commands.turn(
+                options.skis,
+                options.edge,
+                options.speed,
+                load=options.load,
+                json=options.json,
+                page=options.out,
+                progress=progress,
+            )
+            return format_table(turns) if options.json is None else ""
         case "ski":
             found = commands.identify(options.folder, options.out)
             return to_json(found) if options.json else format_table(found)

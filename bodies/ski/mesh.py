@@ -55,6 +55,20 @@ class BeamMesh:
         """Index of the node at the boot centre, which the binding holds."""
         return int(np.argmin(np.abs(self.node_position[:, 0])))
 
+    @property
+    def edge_tangents(self) -> Array:
+        """(m, 2, 3) unit vectors forward along the edges (left, right) at the contact points, unloaded.
+
+        The sidecut turns an edge by half the change of the width along the ski.
+        """
+        ski, s = self.ski, self.contact_s
+        rise, widening = ski.height.slope(s) / ski.length, ski.width.slope(s) / ski.length
+        pitch = np.arctan(rise)
+        forward = np.stack([np.cos(pitch), np.zeros_like(s), np.sin(pitch)], axis=1)
+        sideways = 0.5 * widening[:, None, None] * np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+        along = forward[:, None] + sideways
+        return np.asarray(along / np.linalg.norm(along, axis=2, keepdims=True))
+
     def contact_positions(self, position: Array, rotation: Array) -> Array:
         """Where the contact points are, (m, 2, 3) m by edge, for node positions (n + 1, 3) and frames (n + 1, 3, 3).
 

@@ -192,6 +192,14 @@ def _rigid_motions(mesh: BeamMesh) -> Array:
     return field.reshape(-1, 6)
 
 
+def edge_turning(mesh: BeamMesh, ski: ModalSki) -> Array:
+    """(k, m, 2, 3) change of ``BeamMesh.edge_tangents`` a unit of each mode, as their sections turn."""
+    pair = np.stack([mesh.contact_element, mesh.contact_element + 1], axis=1)
+    weight = np.stack([1.0 - mesh.contact_weight, mesh.contact_weight], axis=1)
+    turned = np.einsum("mk,cmki->cmi", weight, ski.shape[:, pair, 3:])
+    return np.asarray(np.cross(turned[:, :, None], mesh.edge_tangents))
+
+
 def _contact_shape(mesh: BeamMesh, nodal: Array) -> Array:
     """Displacement of the contact points: the derivative of ``BeamMesh.contact_positions``."""
     pair = np.stack([mesh.contact_element, mesh.contact_element + 1], axis=1)

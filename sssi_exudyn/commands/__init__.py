@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.commands.muscles_command import muscles, muscles_list
     from sssi_exudyn.commands.recordings import import_files, inspect, terrain
     from sssi_exudyn.commands.runs import fit, report, run, simulate, validate
+    from sssi_exudyn.commands.ski_turn import turn
 
 __all__ = [
     "benchmark",
@@ -28,6 +29,7 @@ __all__ = [
     "simulate",
     "terms",
     "terrain",
+    "turn",
     "validate",
 ]
 _MODULES = {
@@ -35,6 +37,7 @@ _MODULES = {
     "diagnosis": ("benchmark", "diagnose", "diagnose_day", "diagnose_known"),
     "muscles_command": ("muscles", "muscles_list"),
     "recordings": ("import_files", "inspect", "terrain"),
+    "ski_turn": ("turn",),
     "runs": ("fit", "report", "run", "simulate", "validate"),
 }
 

@@ -13,6 +13,7 @@ from sssi_exudyn.bodies.skier.chain import PRESCRIBED, average_geometry
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
+from sssi_exudyn.simulation.steady_turn import TurnCase, edges_of, start_rolling, steady_turn
 
 
 def compile_full() -> None:
@@ -22,11 +23,12 @@ def compile_full() -> None:
 
 
 def compile_reduced() -> None:
-    """The reduced model with its tangents."""
+    """The reduced model with its tangents, and a ski in a turn."""
     skier = model()
     prepared = prepare(skier, standing(0.1))
     simulate_reduced(skier, prepared)
     sensitivities(skier, prepared, ["friction.mu_t"], lambda _, run: run.pelvis)
+    steady_turn(TurnCase(0.5), start_rolling(edges_of(skier.ski)))
 
 
 WHAT = {"reduced": compile_reduced, "full": compile_full}

@@ -1,0 +1,262 @@
+"""The snow's forces on the edges of one ski, and the snow's memory: a template that ``compiled`` joins with the laws.
+
+A ski has the coordinates x, y, z of its foot, small turns of the foot about the snow's axes, and its modes; the snow is
+the plane z = 0, or the plane that the caller has turned the ski into the frame of.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.runtime.jit import njit
+
+edge_derivatives: Callable[..., tuple[float, ...]]
+edge_memory: Callable[..., tuple[float, float]]
+edge_capacity: Callable[..., float]
+
+LOWER, UPPER, RATE, ALONG, ACROSS, SWING = range(6)
+"""By what the derivatives of an edge's force are taken: both depths, the rate, and the velocity along t and n; and how
+the tangent turns, which changes the last two."""
+
+
+class EdgeSki(NamedTuple):
+    """A ski's edges in the foot's frame: m stations from tail to tip, both edges (left, right), k modes.
+
+    points, tangents : (m, 2, 3) m and unit vectors forward along the edge, unloaded
+    shape, turning : (m, 2, 3, k) change of both a unit of the mode
+    width, length, station : (m,) m: of the ski, of the edge that the point stands for, and place along the ski
+    omega, ratio : (k,) rad/s, share of critical damping
+    """
+
+    points: Array
+    tangents: Array
+    shape: Array
+    turning: Array
+    width: Array
+    length: Array
+    station: Array
+    omega: Array
+    ratio: Array
+
+
+class Groove(NamedTuple):
+    """The snow's memory along both edges: depth of the groove and offset from its wall, each (2, m) m.
+
+    groove, offset : as the last step left them
+    speed : (2, m) m/s of the points along their edges then
+    arrived_groove, arrived_offset : as they arrive at the points by the end of this step
+    next_groove, next_offset, next_speed : as this step would leave them
+    """
+
+    groove: Array
+    offset: Array
+    speed: Array
+    arrived_groove: Array
+    arrived_offset: Array
+    next_groove: Array
+    next_offset: Array
+    next_speed: Array
+
+
+class EdgeWork(NamedTuple):
+    """Arrays in which the forces are found.
+
+    by, lines : rows (6, 6 + k) of what a point's force depends on, and (4, 6 + k) of the directions that it acts in
+    towards, slopes : (4m, 6 + k) of all points, the directions, and the derivatives of the forces in them
+
+    seen : (m, 12) of each station at its deeper edge: normal, along, across (N), the wall's greatest force (N), depth
+        of the edge and of the groove left (m), offset (m), v_t, v_n (m/s), edge (rad), rise (1), rate (m/s)
+    """
+
+    by: Array
+    lines: Array
+    towards: Array
+    slopes: Array
+    seen: Array
+
+
+@njit(cache=True, error_model="numpy")
+def advect(ski, memory, step):
+    """Bring the memory from where the last step left it to where the points are ``step`` (s) later; what comes from
+    ahead of the ski, or from a point that went backwards, is fresh snow.
+    """
+    station = ski.station
+    last = station.shape[0] - 1
+    for edge in range(2):
+        for i in range(last + 1):
+            speed = memory.speed[edge, i]
+            place = station[i] + step * speed
+            groove, offset = 0.0, 0.0
+            if speed >= 0.0 and place <= station[last]:
+                ahead = i
+                while ahead < last and station[ahead + 1] < place:
+                    ahead += 1
+                beyond = min(ahead + 1, last)
+                share = (place - station[ahead]) / (station[beyond] - station[ahead]) if beyond > ahead else 0.0
+                groove = memory.groove[edge, ahead] + share * (memory.groove[edge, beyond] - memory.groove[edge, ahead])
+                offset = memory.offset[edge, ahead] + share * (memory.offset[edge, beyond] - memory.offset[edge, ahead])
+            memory.arrived_groove[edge, i] = groove
+            memory.arrived_offset[edge, i] = offset
+
+
+@njit(cache=True, error_model="numpy")
+def accept(memory):
+    """Take what the step would leave as what it left."""
+    for edge in range(2):
+        for i in range(memory.groove.shape[1]):
+            memory.groove[edge, i] = memory.next_groove[edge, i]
+            memory.offset[edge, i] = memory.next_offset[edge, i]
+            memory.speed[edge, i] = memory.next_speed[edge, i]
+
+
+@njit(cache=True, error_model="numpy")
+def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rate, force, matrix, work):
+    """Add a ski's snow forces to ``force`` (6 + k,), and to ``matrix`` their derivatives, the sign turned.
+
+    foot : height of its place over the snow, its velocity (tuple), rotation (3, 3) and spin (tuple), on the snow
+    eta, rate : (k,) of the modes
+    by_place, by_rate : (6 + k,) how the coordinates and their rates follow from what is sought
+
+    Left out of the derivatives: how the directions of the forces turn, and the change of the edge angle.
+    """
+    height, velocity, frame, spin = foot
+    modes = ski.omega.shape[0]
+    size = 6 + modes
+    by, lines, towards, slopes, seen = work.by, work.lines, work.towards, work.slopes, work.seen
+    seen[:] = 0.0
+    towards[:] = 0.0
+    for i in range(ski.width.shape[0]):
+        left_arm = bent_vector(frame, ski.points, ski.shape, eta, i, 0)
+        right_arm = bent_vector(frame, ski.points, ski.shape, eta, i, 1)
+        left_depth, right_depth = -height - left_arm[2], -height - right_arm[2]
+        low = 1 if right_depth > left_depth else 0
+        lower, upper = (right_depth, left_depth) if low == 1 else (left_depth, right_depth)
+        memory.next_groove[low, i], memory.next_offset[low, i], memory.next_speed[low, i] = 0.0, 0.0, 0.0
+        # the other edge presses too where the ski is flat, and has no wall
+        memory.next_groove[1 - low, i] = max(upper, memory.arrived_groove[1 - low, i]) if upper > 0.0 else 0.0
+        memory.next_offset[1 - low, i] = 0.0
+        sine = max(-1.0, min(1.0, (right_depth - left_depth) / ski.width[i]))
+        edge = math.asin(sine)
+        arm, other = (right_arm, left_arm) if low == 1 else (left_arm, right_arm)
+        tangent = bent_vector(frame, ski.tangents, ski.turning, eta, i, low)
+        length = math.sqrt(dot(tangent, tangent))
+        flat = math.sqrt(tangent[0] * tangent[0] + tangent[1] * tangent[1])
+        t = (tangent[0] / flat, tangent[1] / flat, 0.0)
+        n = (-t[1], t[0], 0.0)
+        moving = plus(plus(velocity, cross(spin, arm)), bending_velocity(frame, ski.shape, rate, i, low))
+        v_t, v_n, sinking = dot(moving, t), dot(moving, n), -moving[2]
+        memory.next_speed[low, i], memory.next_speed[1 - low, i] = v_t, v_t
+        if lower <= 0.0:
+            continue
+        groove, offset = memory.arrived_groove[low, i], memory.arrived_offset[low, i]
+        rise = tangent[2] / length
+        found = edge_derivatives(
+            parameters, lower, upper, sinking, ski.width[i], groove, offset, step, v_t, v_n, rise, edge, ski.length[i]
+        )
+        memory.next_groove[low, i], memory.next_offset[low, i] = edge_memory(
+            parameters, lower, upper, sinking, ski.width[i], groove, offset, step, v_t, v_n, rise, edge, ski.length[i]
+        )
+        seen[i, 0], seen[i, 1], seen[i, 2] = found[0], found[1], found[2]
+        seen[i, 3] = edge_capacity(
+            parameters, lower, upper, sinking, ski.width[i], groove, offset, step, v_t, v_n, rise, edge, ski.length[i]
+        )
+        seen[i, 4], seen[i, 5], seen[i, 6] = lower, memory.next_groove[low, i], memory.next_offset[low, i]
+        seen[i, 7], seen[i, 8], seen[i, 9], seen[i, 10], seen[i, 11] = v_t, v_n, edge, rise, sinking
+        # of each coordinate: the directions, and what it changes of depth, rate and velocity
+        for c in range(6):
+            axis = (1.0 if c % 3 == 0 else 0.0, 1.0 if c % 3 == 1 else 0.0, 1.0 if c % 3 == 2 else 0.0)
+            moved, over, turned = (axis, axis, (0.0, 0.0, 0.0)) if c < 3 else (
+                cross(axis, arm), cross(axis, other), cross(axis, tangent)
+            )  # fmt: skip
+            lines[0, c], lines[1, c], lines[2, c], lines[3, c] = moved[2], dot(moved, t), dot(moved, n), over[2]
+            by[SWING, c] = dot(turned, n)
+        inwards, along, across = into(frame, (0.0, 0.0, 1.0)), into(frame, t), into(frame, n)
+        for k in range(modes):
+            a, b, c = ski.shape[i, low, 0, k], ski.shape[i, low, 1, k], ski.shape[i, low, 2, k]
+            lines[0, 6 + k] = inwards[0] * a + inwards[1] * b + inwards[2] * c
+            lines[1, 6 + k] = along[0] * a + along[1] * b + along[2] * c
+            lines[2, 6 + k] = across[0] * a + across[1] * b + across[2] * c
+            a, b, c = ski.shape[i, 1 - low, 0, k], ski.shape[i, 1 - low, 1, k], ski.shape[i, 1 - low, 2, k]
+            lines[3, 6 + k] = inwards[0] * a + inwards[1] * b + inwards[2] * c
+            a, b, c = ski.turning[i, low, 0, k], ski.turning[i, low, 1, k], ski.turning[i, low, 2, k]
+            by[SWING, 6 + k] = across[0] * a + across[1] * b + across[2] * c
+        for c in range(size):
+            by[LOWER, c], by[UPPER, c] = -lines[0, c] * by_place[c], -lines[3, c] * by_place[c]
+            by[RATE, c] = -lines[0, c] * by_rate[c]
+            swing = by[SWING, c] * by_place[c] / flat
+            by[ALONG, c] = lines[1, c] * by_rate[c] + v_n * swing
+            by[ACROSS, c] = lines[2, c] * by_rate[c] - v_t * swing
+            lines[3, c] -= lines[0, c]
+        for part in range(4):
+            for c in range(size):
+                force[c] += found[part] * lines[part, c]
+        for part in range(4):
+            at, row = 4 + 5 * part, 4 * i + part
+            for c in range(size):
+                towards[row, c] = lines[part, c]
+                slopes[row, c] = (
+                    found[at] * by[LOWER, c]
+                    + found[at + 1] * by[UPPER, c]
+                    + found[at + 2] * by[RATE, c]
+                    + found[at + 3] * by[ALONG, c]
+                    + found[at + 4] * by[ACROSS, c]
+                )
+    matrix -= np.dot(towards.T, slopes)
+
+
+@njit(cache=True, error_model="numpy")
+def bent_vector(frame, unloaded, shape, eta, i, edge):
+    """A vector of an edge point in the bent ski, turned out of the foot's frame."""
+    a, b, c = unloaded[i, edge, 0], unloaded[i, edge, 1], unloaded[i, edge, 2]
+    for k in range(eta.shape[0]):
+        a += shape[i, edge, 0, k] * eta[k]
+        b += shape[i, edge, 1, k] * eta[k]
+        c += shape[i, edge, 2, k] * eta[k]
+    return out_of(frame, (a, b, c))
+
+
+@njit(cache=True, error_model="numpy")
+def bending_velocity(frame, shape, rate, i, edge):
+    """Velocity of an edge point by the modes' rates."""
+    a, b, c = 0.0, 0.0, 0.0
+    for k in range(rate.shape[0]):
+        a += shape[i, edge, 0, k] * rate[k]
+        b += shape[i, edge, 1, k] * rate[k]
+        c += shape[i, edge, 2, k] * rate[k]
+    return out_of(frame, (a, b, c))
+
+
+@njit(cache=True, error_model="numpy")
+def eliminate(matrix, right):
+    """Solve a linear system in place of its right side (n,), with row pivoting.  False where it is singular."""
+    n = right.shape[0]
+    for i in range(n):
+        best = i
+        for r in range(i + 1, n):
+            if abs(matrix[r, i]) > abs(matrix[best, i]):
+                best = r
+        if not abs(matrix[best, i]) > 0.0:
+            return False
+        if best != i:
+            for c in range(i, n):
+                matrix[i, c], matrix[best, c] = matrix[best, c], matrix[i, c]
+            right[i], right[best] = right[best], right[i]
+        inverse = 1.0 / matrix[i, i]
+        for r in range(i + 1, n):
+            factor = matrix[r, i] * inverse
+            if factor != 0.0:
+                for c in range(i + 1, n):
+                    matrix[r, c] -= factor * matrix[i, c]
+                right[r] -= factor * right[i]
+    for i in range(n - 1, -1, -1):
+        total = right[i]
+        for c in range(i + 1, n):
+            total -= matrix[i, c] * right[c]
+        right[i] = total / matrix[i, i]
+    return True

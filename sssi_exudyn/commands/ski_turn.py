@@ -1,0 +1,121 @@
+"""``sssi ski turn``: skis side by side in steady turns."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.bodies.ski.ski import Ski, catalogue, read_ski
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.quantity import build_checked
+from sssi_exudyn.io.writing import to_json, write_atomically
+from sssi_exudyn.reports.turn_page import turn_page
+from sssi_exudyn.runtime.progress import Progress
+from sssi_exudyn.simulation.steady_turn import TurnCase
+from sssi_exudyn.simulation.turn_rig import RigPoint, rig_points
+
+_COMMAND: Final = "sssi ski turn"
+_LEAST, _MOST, _STEP = 5.0, 75.0, 10.0
+"""Degrees: the edge angles that the rig takes, and the step of a range without one."""
+_MOST_ANGLES, _MOST_SKIS = 50, 10
+
+
+def turn(
+    skis: Sequence[str],
+    edge: str = "30:70",
+    speed: float = 10.0,
+    *,
+    load: float = 700.0,
+    json: Path | None = None,
+    page: Path | None = None,
+    progress: Progress,
+) -> list[dict[str, str | float | None]]:
+    """Radius and side reserve of skis in steady turns, a row a ski and edge angle; written to the file ``json`` and as
+    a page that sets the skis side by side to ``page``, where they are given.
+
+    Parameters
+    ----------
+    skis : names of the catalogue, or paths of files with one ski each
+    edge : edge angles in degrees: one, several with commas between, or a range ``from:to`` or ``from:to:step``
+    speed : m/s
+    load : N along the snow's normal
+
+    Raises InputError for what is no ski or no edge angle.
+    """
+    if len(skis) > _MOST_SKIS:
+        raise InputError(_COMMAND, "SKI", f"{len(skis)} skis are too many for a page", f"give {_MOST_SKIS} at most")
+    found = [_ski(name) for name in skis]
+    angles = edge_angles(edge)
+    case = build_checked(TurnCase, {"edge": 0.0, "speed": speed, "load": load}, _COMMAND, "")
+    with progress.stage("turns") as stage:
+        points = rig_points(found, [float(np.radians(angle)) for angle in angles], case, stage.advance)
+    rows = [_row(point) for point in points]
+    if json is not None:
+        write_atomically(json, to_json(rows))
+    if page is not None:
+        write_atomically(page, turn_page(found, points, case))
+    return rows
+
+
+def _row(point: RigPoint) -> dict[str, str | float | None]:
+    """Figures to the digits that mean something; ``null`` for a radius where the ski does not turn."""
+
+    def rounded(value: float | None, digits: int) -> float | None:
+        return None if value is None else round(value, digits)
+
+    return {
+        "ski": point.ski,
+        "edge_deg": round(float(np.degrees(point.edge)), 6),
+        "radius_m": rounded(point.radius, 3),
+        "radius_low_m": rounded(point.radius_low, 3),
+        "radius_high_m": rounded(point.radius_high, 3),
+        "side_reserve": rounded(point.side_reserve, 4),
+    }
+
+
+def _ski(name: str) -> Ski:
+    """A ski of the catalogue, or the one ski in a file.  Raises InputError."""
+    if name in catalogue():
+        return read_ski(name, Path())
+    if not name.endswith(".toml"):
+        raise InputError(
+            _COMMAND,
+            "SKI",
+            f"no ski is called {name!r}",
+            f"use one of {', '.join(catalogue())}, or the path of a .toml file",
+        )
+    path = Path(name)
+    return read_ski(path.name, path.parent, path)
+
+
+def edge_angles(text: str) -> list[float]:
+    """The edge angles (degrees, rising) that a text stands for: ``60``, ``30,45,60``, ``30:70`` or ``30:70:5``.
+
+    Raises InputError for anything else, and for angles that the rig does not take.
+    """
+    if not re.fullmatch(r"[0-9.]+(,[0-9.]+)*|[0-9.]+(:[0-9.]+){1,2}", text):
+        raise _no_angle(text, "is no edge angle")
+    try:
+        numbers = [float(part) for part in re.split("[,:]", text)]
+    except ValueError:
+        raise _no_angle(text, "is no edge angle") from None
+    if ":" in text:
+        first, last, step = (*numbers, _STEP)[:3]
+        if not (last >= first and step > 0.0):
+            raise _no_angle(text, "is no range that rises")
+        count = int(np.floor((last - first) / step + 1e-9)) + 1
+        if count > _MOST_ANGLES:
+            raise _no_angle(text, f"has {count} angles, more than {_MOST_ANGLES}")
+        numbers = [first + k * step for k in range(count)]
+    if not all(_LEAST <= number <= _MOST for number in numbers):
+        raise _no_angle(text, f"goes beyond {_LEAST:g} to {_MOST:g} degrees")
+    return sorted(set(numbers))
+
+
+def _no_angle(text: str, problem: str) -> InputError:
+    fix = "give degrees as 60, as 30,45,60, or as a range 30:70 or 30:70:5"
+    return InputError(_COMMAND, "--edge", f"{text[:60]!r} {problem}", fix)

@@ -1,0 +1,53 @@
+"""Skis and snow for which a turn's radius is known in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from sssi_exudyn.bodies.ski.ski import Profile, Ski
+from sssi_exudyn.contact.maths import Math, Number
+from sssi_exudyn.contact.term import EdgeState
+from sssi_exudyn.contact.terms.carving import Carving
+
+SIDECUT = 12.0
+"""m; radius of the parabolic sidecut."""
+LENGTH = 1.6
+FIRM = Carving(strength=1e7)
+"""Snow whose wall holds an edge by a small part of its strength."""
+
+
+def bent_ski(edge: float, deeper: float = 0.0, *, stiffness: float = 1e14) -> Ski:
+    """A rigid ski with a parabolic sidecut, made with such a bow that its edge lies in the snow's plane at the edge
+    angle ``edge`` (rad), but for its middle, which is ``deeper`` (m) along the snow's normal than its ends.
+    """
+    half, waist = 0.5 * LENGTH, 0.066
+    rise = 0.5 * half**2 / SIDECUT * np.tan(edge).item() + deeper / np.cos(edge).item()
+    parabola = ("flat_at_end", "flat_at_start")
+    return Ski(
+        name="bent",
+        source="made up",
+        width=Profile((0.0, 0.5, 1.0), (waist + half**2 / SIDECUT, waist, waist + half**2 / SIDECUT), parabola),
+        thickness=Profile((0.0, 1.0), (0.012, 0.012), ("linear",)),
+        height=Profile((0.0, 0.5, 1.0), (rise, 0.0, rise), parabola),
+        length=LENGTH,
+        boot_centre=half,
+        mass=1.5,
+        young_modulus=stiffness,
+        shear_modulus=stiffness,
+    )
+
+
+@dataclass(frozen=True)
+class WithoutGroove(Carving):
+    """Snow that springs back whole behind every point, and a wall that remembers.
+
+    Formula: as carving, with G = 0
+    """
+
+    name: ClassVar[str] = "without_groove"
+
+    def remember(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
+        return 0.0, super().remember(math, state)[1]
