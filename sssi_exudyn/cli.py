@@ -75,13 +75,14 @@ def parser() -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"sssi {metadata.version('sssi-exudyn')}")
     plugin_help = "a file of Python, or an installed package, with force terms, hypotheses or readers; its code is run"
     top.add_argument("--plugin", action="append", default=[], metavar="FILE.py", help=plugin_help)
-    common = argparse.ArgumentParser(add_help=False)
-    common.add_argument("--plugin", action="append", default=[], dest="more_plugins", help=argparse.SUPPRESS)
-    common.add_argument("--debug", action="store_true", help="show where in the program an error came from")
-    common.add_argument("--json", action="store_true", help="print the result as JSON")
-    said = common.add_mutually_exclusive_group()
+    every = argparse.ArgumentParser(add_help=False)
+    every.add_argument("--plugin", action="append", default=[], dest="more_plugins", help=argparse.SUPPRESS)
+    every.add_argument("--debug", action="store_true", help="show where in the program an error came from")
+    said = every.add_mutually_exclusive_group()
     said.add_argument("--quiet", action="store_true", help="show no progress")
     said.add_argument("--verbose", action="store_true", help="show every step, a line each")
+    common = argparse.ArgumentParser(add_help=False, parents=[every])
+    common.add_argument("--json", action="store_true", help="print the result as JSON")
     recorded = argparse.ArgumentParser(add_help=False)
     recorded.add_argument("folder", type=Path, metavar="FOLDER", help="the recording: a folder with recording.toml")
     written = argparse.ArgumentParser(add_help=False)
@@ -160,7 +161,7 @@ def parser() -> argparse.ArgumentParser:
     )
     identify.add_argument("folder", type=Path, metavar="FOLDER", help="folder with bench.toml and its tables")
     identify.add_argument("--out", type=Path, metavar="TOML", help="file for the ski, which recordings can name")
-    _add_turn(about)
+    _add_turn(about, every)
     return top
 
 
@@ -215,10 +216,9 @@ def _add_import(command: argparse.ArgumentParser) -> None:
         command.add_argument(option, type=float, metavar=option.rsplit("-", 1)[1], help=meaning)
 
 
-def _add_turn(about: Any) -> None:
+def _add_turn(about: Any, every: argparse.ArgumentParser) -> None:
     """The arguments of ``sssi ski turn``, whose ``--json`` names a file."""
-    turn = about.add_parser("turn", help="compare skis in steady turns: radius, side reserve, losses")
-    turn.add_argument("--debug", action="store_true", help="show where in the program an error came from")
+    turn = about.add_parser("turn", parents=[every], help="compare skis in steady turns: radius, side reserve, losses")
     turn.add_argument("skis", nargs="+", metavar="SKI", help="a ski of the catalogue, or a file with one")
     turn.add_argument(
         "--edge", default="30:70", metavar="DEG", help="60, or 30,45,60, or FROM:TO[:STEP] (default: %(default)s)"
