@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.contact.term import BodyTerm, FootTerm, PointTerm, SegmentTerm, TerrainTerm, WindTerm
     from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
     from sssi_exudyn.core.quantity import quantity
-    from sssi_exudyn.importing.assemble import Answers
+    from sssi_exudyn.importing.answers import Answers
     from sssi_exudyn.importing.motion_formats import MotionReader
     from sssi_exudyn.model.model import Model
     from sssi_exudyn.recording.instruments.gps import FixReader
@@ -95,7 +95,7 @@ __all__ = [
     "validate",
 ]
 _ELSEWHERE: Final = {
-    "Answers": "importing.assemble",
+    "Answers": "importing.answers",
     "BodyTerm": "contact.term",
     "Diagnosis": "validation.diagnosis.result",
     "FixReader": "recording.instruments.gps",

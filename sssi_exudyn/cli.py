@@ -24,6 +24,7 @@ from sssi_exudyn.runtime.interrupts import INTERRUPTED, end_on_interrupt
 from sssi_exudyn.runtime.progress import Progress, progress_on_stderr
 
 if TYPE_CHECKING:
+    from sssi_exudyn.importing.many import ImportedRun
     from sssi_exudyn.results.summary import Summary
 
 BACKENDS = ("fastest", "compiled", "numpy", "symbolic", "python")
@@ -191,9 +192,10 @@ def _add_import(command: argparse.ArgumentParser) -> None:
         type=Path,
         nargs="+",
         metavar="FILE",
-        help="a motion capture, or PLACE=FILE of single sensors; and files of fixes and insoles",
+        help="a motion capture, or PLACE=FILE of sensors; and files of fixes and insoles; or a folder of many runs",
     )
     command.add_argument("--out", type=Path, metavar="FOLDER", required=True, help="the recording's folder")
+    command.add_argument("--defaults", type=Path, metavar="TOML", help="a file of answers, such as mass_kg = 71")
     command.add_argument("--name", help="the recording's; default: the capture's file name")
     command.add_argument("--sex", choices=("male", "female"), help="chooses the anthropometric table")
     command.add_argument("--skis", help="a ski of the catalogue")
@@ -324,11 +326,16 @@ def _call(options: argparse.Namespace) -> str:
             figures = commands.terrain(options.folder, options.dem, options.out)
             return to_json(figures) if options.json else f"{format_surface(figures)}\n"
         case "import":
-            from sssi_exudyn.importing.assemble import Answers
+            from sssi_exudyn.importing.answers import Answers
             from sssi_exudyn.recording.inspection import format_inspection
 
             given = {entry.name: getattr(options, entry.name) for entry in fields(Answers)}
-            inspection = commands.import_files(options.files, options.out, Answers(**given))
+            if len(options.files) == 1 and options.files[0].is_dir():
+                imported = commands.import_folder(
+                    options.files[0], options.out, Answers(**given), options.defaults, progress=progress
+                )
+                return _of_many(imported, options)
+            inspection = commands.import_files(options.files, options.out, Answers(**given), options.defaults)
             return to_json(inspection) if options.json else format_inspection(inspection)
         case "terms":
             rows = commands.terms()
@@ -410,6 +417,22 @@ def _call(options: argparse.Namespace) -> str:
             summary = commands.run(options.folder, options.out, progress=progress)
     groups = _groups_of(summary)
     return to_json(groups) if options.json else format_summary(groups)
+
+
+def _of_many(rows: Sequence[ImportedRun], options: argparse.Namespace) -> str:
+    """The rows as text; raises once they are shown where a run failed."""
+    from sssi_exudyn.io.writing import to_json, to_plain
+    from sssi_exudyn.terminal import format_table
+
+    brief = [{name: row[name] for name in row if name not in ("assumed", "notes")} for row in to_plain(rows)]
+    text = to_json(rows) if options.json else format_table(brief)
+    failed = sum(row.status == "failed" for row in rows)
+    if failed:
+        sys.stdout.write(text)
+        raise SssiError(
+            f"{failed} of {len(rows)} runs could not be imported; {options.out / 'recordings.csv'} says why"
+        )
+    return text
 
 
 def _groups_of(summary: Summary) -> dict[str, Any]:

@@ -68,16 +68,20 @@ def inspect(recording: AnyPath, picture: AnyPath | None = None) -> Inspection:
     return commands.inspect(Path(recording), None if picture is None else Path(picture))
 
 
-def import_files(files: AnyPath | Sequence[AnyPath], out: AnyPath, **answers: Any) -> Recording:
+def import_files(
+    files: AnyPath | Sequence[AnyPath], out: AnyPath, *, defaults: AnyPath | None = None, **answers: Any
+) -> Recording:
     """Make a recording's folder out of files of other formats (MVNX, C3D, .mot, BVH, GPX, FIT, NMEA, phone CSV).
 
     Parameters
     ----------
     files : a motion capture, or ``"PLACE=FILE"`` of single sensors; and files of fixes and insoles
     out : the recording's folder, made here
+    defaults : TOML file of answers, by the same names
     answers : what no file holds, by the names of ``Answers``, such as ``mass_kg`` or ``antenna_joint``
 
-    Raises InputError for files that cannot be used, for answers that are missing, and where ``out`` holds a recording.
+    What nobody says is assumed where something is usual; the recording's notices say what.  Raises InputError for files
+    that cannot be used, for other answers that are missing, and where ``out`` holds a recording.
 
     Examples
     --------
@@ -85,14 +89,19 @@ def import_files(files: AnyPath | Sequence[AnyPath], out: AnyPath, **answers: An
     """
     from sssi_exudyn.core.errors import InputError
     from sssi_exudyn.core.text import did_you_mean
-    from sssi_exudyn.importing.assemble import Answers, import_recording
+    from sssi_exudyn.importing.answers import Answers
+    from sssi_exudyn.importing.assemble import import_recording
+    from sssi_exudyn.importing.defaults import fill, read_defaults
 
     names = list(Answers.__dataclass_fields__)
     for name in answers:
         if name not in names:
             raise InputError("import_files", name, "no answer has that name", did_you_mean(name, names))
     given = [files] if isinstance(files, str | os.PathLike) else files
-    return import_recording([Path(file) for file in given], Path(out), Answers(**answers))
+    known = Answers(**answers)
+    if defaults is not None:
+        known = fill(known, read_defaults(Path(defaults)))
+    return import_recording([Path(file) for file in given], Path(out), known)
 
 
 def model_of(recording: RecordingOrFolder) -> Model:

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.commands.catalogue import identify, terms
     from sssi_exudyn.commands.diagnosis import benchmark, diagnose, diagnose_day, diagnose_known
     from sssi_exudyn.commands.muscles_command import muscles, muscles_list
-    from sssi_exudyn.commands.recordings import import_files, inspect, terrain
+    from sssi_exudyn.commands.recordings import import_files, import_folder, inspect, terrain
     from sssi_exudyn.commands.runs import fit, report, run, simulate, validate
     from sssi_exudyn.commands.ski_turn import turn
 
@@ -21,6 +21,7 @@ __all__ = [
     "fit",
     "identify",
     "import_files",
+    "import_folder",
     "inspect",
     "muscles",
     "muscles_list",
@@ -36,7 +37,7 @@ _MODULES = {
     "catalogue": ("identify", "terms"),
     "diagnosis": ("benchmark", "diagnose", "diagnose_day", "diagnose_known"),
     "muscles_command": ("muscles", "muscles_list"),
-    "recordings": ("import_files", "inspect", "terrain"),
+    "recordings": ("import_files", "import_folder", "inspect", "terrain"),
     "ski_turn": ("turn",),
     "runs": ("fit", "report", "run", "simulate", "validate"),
 }

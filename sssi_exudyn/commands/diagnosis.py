@@ -100,7 +100,7 @@ def _search(source: Path | Recording, out: Path | None, reduced: bool, progress:
                 recording.folder / FILE, "[gps]", "there is no GPS to hold the simulation against", "add it"
             )
         model, cache = model_of(recording, motion), cache_in(out)
-        expected = expected_seconds("diagnose reduced" if reduced else "diagnose", recording, motion)
+        expected = expected_seconds("diagnose reduced" if reduced else "diagnose", motion)
         with progress.stage("diagnose", expected) as stage:
             found = find_missing(recording, motion, model, full=not reduced, cache=cache, progress=stage.advance)
         result, diagnosis = found.result, found.diagnosis

@@ -16,7 +16,8 @@ from sssi_exudyn.recording.recording import FILE, Elevations, Recording
 from sssi_exudyn.runtime.progress import Progress
 
 if TYPE_CHECKING:
-    from sssi_exudyn.importing.assemble import Answers
+    from sssi_exudyn.importing.answers import Answers
+    from sssi_exudyn.importing.many import ImportedRun
     from sssi_exudyn.motion.motion import Motion
     from sssi_exudyn.terrain.profile import SurfaceFigures
     from sssi_exudyn.terrain.surface import Surface
@@ -81,11 +82,29 @@ def _snow(recording: Recording) -> tuple[Surface, Array, float, int] | None:
     return found and (found[0], found[1].places, model.inclination, 1 + len(found[1].others))
 
 
-def import_files(files: Sequence[Path], out: Path, answers: Answers) -> Inspection:
-    """Make a recording's folder ``out`` out of files of other formats; what is in it."""
+def import_files(files: Sequence[Path], out: Path, answers: Answers, defaults: Path | None = None) -> Inspection:
+    """Make a recording's folder ``out`` out of files of other formats; what is in it.  What ``answers`` leave open is
+    taken from the file ``defaults``.
+    """
     from sssi_exudyn.importing.assemble import import_recording  # here: no other command needs it
 
-    return inspect_recording(import_recording(files, out, answers))
+    return inspect_recording(import_recording(files, out, _filled(answers, defaults)))
+
+
+def import_folder(
+    folder: Path, out: Path, answers: Answers, defaults: Path | None = None, *, progress: Progress = SILENT
+) -> list[ImportedRun]:
+    """Make recordings in ``out`` of all runs in ``folder``, with a table of them; its rows."""
+    from sssi_exudyn.importing.many import import_many
+
+    with progress.stage("import") as stage:
+        return import_many(folder, out, _filled(answers, defaults), stage)
+
+
+def _filled(answers: Answers, defaults: Path | None) -> Answers:
+    from sssi_exudyn.importing.defaults import fill, read_defaults
+
+    return answers if defaults is None else fill(answers, read_defaults(defaults))
 
 
 def read_folder(source: Path | Recording, progress: Progress) -> tuple[Recording, Motion]:

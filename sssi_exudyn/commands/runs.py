@@ -164,7 +164,7 @@ def make_fit(
         problem = seek_too(problem_of(recording, motion, chosen, method), parameters)
         posture, predicted, uncertainty = None, None, None
         cache = cache_in(out)
-        with progress.stage("fit", expected_seconds("fit", recording, motion)) as stage:
+        with progress.stage("fit", expected_seconds("fit", motion)) as stage:
             if method == "joint" and recording.completed is None:
                 found = estimate(problem, recording, motion, cache=cache, progress=stage.advance)
                 fitted, uncertainty = found.fitted, uncertainty_figures(found.posterior)
@@ -312,7 +312,7 @@ def _simulate_into(
     backend: Backend = "fastest",
 ) -> Made:
     """Run the model and write all that a result folder holds; a run that diverges leaves what it has, and raises."""
-    with progress.stage("simulate", expected_seconds("simulate", recording, motion)) as stage:
+    with progress.stage("simulate", expected_seconds("simulate", motion)) as stage:
         try:
             result = simulate_model(model, motion, backend=backend, progress=stage.advance)
         except SimulationDiverged as error:

@@ -1,7 +1,8 @@
 """Files as instruments and apps write them, made into a recording's folder.
 
-What no file holds (who skied, on what, where the antenna sat) comes as ``Answers``; what is missing of it is an
-InputError that names the option to give.  The folder appears only once it reads as a recording.
+What no file holds (who skied, on what, where the antenna sat) comes as ``Answers``.  What nobody says is assumed as
+usual, and said to be, but for clocks and for a slope without fixes: those are an InputError that names the option to
+give.  The folder appears only once it reads as a recording.
 """
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ import tomli_w
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import one_line
+from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.bvh_writer import bvh_text
+from sssi_exudyn.importing.defaults import PLACES, UNCERTAIN, USUAL
 from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
 from sssi_exudyn.importing.sensor_logs import BAROMETER, PRESSURE, split_place, write_pressure, write_sensors
 from sssi_exudyn.io.files import read_bytes
@@ -30,43 +33,12 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Recording
 
 MOTION, GPS, INSOLES, SENSORS = "motion.bvh", "gps.csv", "insoles.csv", "sensors"
-_NEEDED: Final = ("mass_kg", "height_m", "skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m")
+_EQUIPMENT: Final = ("skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m")
+_OF_FIXES: Final = ("antenna_joint", "antenna_offset_m", "gps_sigma_m")
 _DAY: Final = 86400.0
+_LONGEST_NOTE: Final = 500
 _DIGITS: Final = {"time_s": 6, "latitude_deg": 9, "longitude_deg": 9}
 """Of the columns of fixes; nine of a degree are 0.1 mm.  Others have four."""
-
-
-@dataclass(frozen=True)
-class Answers:
-    """What files do not hold, in the units of ``recording.toml``; None where it is not known.
-
-    The command line has an option of the same name for each, such as ``--mass-kg``.
-
-    Attributes
-    ----------
-    slope_deg, fall_line_deg : inclination, and azimuth of the fall line clockwise from north; estimated if left out
-    heading_deg : azimuth of the capture's forward axis, clockwise from north; estimated if left out
-    antenna_joint, antenna_offset_m : the joint the receiver moves with, and its place in that joint's axes (x left,
-        y up, z forward)
-    gps_sigma_m : standard deviation of a horizontal fix
-    gps_offset_s : how long after the capture's first frame the first fix was taken
-    """
-
-    name: str | None = None
-    mass_kg: float | None = None
-    height_m: float | None = None
-    sex: str | None = None
-    skis: str | None = None
-    ski_mass_kg: float | None = None
-    boot_mass_kg: float | None = None
-    ankle_to_ski_base_m: float | None = None
-    slope_deg: float | None = None
-    fall_line_deg: float | None = None
-    heading_deg: float | None = None
-    antenna_joint: str | None = None
-    antenna_offset_m: tuple[float, float, float] | None = None
-    gps_sigma_m: float | None = None
-    gps_offset_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -150,11 +122,13 @@ def _kind(path: Path) -> str:
 
 
 def _write(made: Path, sources: _Sources, answers: Answers) -> None:
-    began = None
+    fixes = None if sources.gps is None else read_fixes(sources.gps)
+    answers, assumed = _with_usual(answers, fixes)
+    began, notes = None, () if fixes is None else fixes.notes
     if sources.motion is not None:
         bvh, began = read_motion(sources.motion, answers.height_m)
+        notes += bvh.notes
         (made / MOTION).write_text(bvh_text(bvh), encoding="utf-8")
-    fixes = None if sources.gps is None else read_fixes(sources.gps)
     _check_answers(sources, fixes, began, answers)
     given = (sources.motion, *(path for _, path in sources.sensors), sources.gps, sources.insoles)
     settings: dict[str, Any] = {
@@ -162,8 +136,13 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
         "name": one_line(answers.name or sources.first.stem),
         "note": f"imported from {', '.join(one_line(path.name) for path in given if path is not None)}",
         "skier": _without_none({"mass_kg": answers.mass_kg, "height_m": answers.height_m, "sex": answers.sex}),
-        "equipment": {name: getattr(answers, name) for name in _NEEDED[2:]},
+        "equipment": {name: getattr(answers, name) for name in _EQUIPMENT},
     }
+    if assumed:
+        settings["assumed"] = [".".join(PLACES[name]) for name in assumed]
+        settings["uncertainty"] = {key: sigma for name in assumed for key, sigma in UNCERTAIN.get(name, {}).items()}
+    if notes:
+        settings["notes"] = [one_line(words, _LONGEST_NOTE) for words in dict.fromkeys(notes)]
     if sources.motion is not None:
         settings["motion"] = _without_none({"file": MOTION, "heading_deg": answers.heading_deg})
     else:
@@ -189,19 +168,23 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
     (made / FILE).write_text(tomli_w.dumps(settings), encoding="utf-8")
 
 
+def _with_usual(answers: Answers, fixes: Fixes | None) -> tuple[Answers, tuple[str, ...]]:
+    """The answers with what is usual where there are none, and the names of those."""
+    kept = fixes is not None and "sigma_m" in fixes.columns
+    unused = (() if fixes is not None else _OF_FIXES) + (("gps_sigma_m",) if kept else ())
+    assumed = tuple(name for name in USUAL if getattr(answers, name) is None and name not in unused)
+    return replace(answers, **{name: USUAL[name] for name in assumed}), assumed
+
+
 def _check_answers(sources: _Sources, fixes: Fixes | None, began: float | None, answers: Answers) -> None:
     """Raise InputError that names every option that is needed and not given."""
-    needed = list(_NEEDED)
+    needed: list[str] = []
     if answers.slope_deg is not None or answers.fall_line_deg is not None:
         needed += ["slope_deg", "fall_line_deg"]
     if fixes is None:
         needed += ["slope_deg", "fall_line_deg", *(["heading_deg"] if sources.motion else [])]
-    else:
-        needed += ["antenna_joint", "antenna_offset_m"]
-        if "sigma_m" not in fixes.columns:
-            needed.append("gps_sigma_m")
-        if not fixes.common_clock and (fixes.began is None or began is None):
-            needed.append("gps_offset_s")
+    elif not fixes.common_clock and (fixes.began is None or began is None):
+        needed.append("gps_offset_s")
     missing = [option_of(name) for name in dict.fromkeys(needed) if getattr(answers, name) is None]
     if missing:
         raise InputError(

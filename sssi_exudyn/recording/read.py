@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
@@ -57,7 +58,7 @@ from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.terrain.elevation_model import LARGEST
 
 _TABLES: Final = (
-    *("format", "name", "note", "skier", "equipment", "slope", "terrain", "uncertainty"),
+    *("format", "name", "note", "notes", "assumed", "skier", "equipment", "slope", "terrain", "uncertainty"),
     *("motion", "sensors", "barometer", "gps", "insoles"),
 )
 _DATUMS: Final = ("gps", "ellipsoid", "geoid", "other")
@@ -137,6 +138,7 @@ def _read_alone(folder: Path, settings: Settings) -> Recording:
     name = name_of(settings, "name", toml, "")
     hashes = {FILE: sha256(toml)}
     skier, notices = _read_skier(settings, toml)
+    notices += _read_notes(settings, toml)
     equipment = _read_equipment(folder, settings, toml, hashes)
     given_slope = _read_slope(settings, toml)
     if "sensors" in settings:
@@ -203,7 +205,7 @@ def _read_few_sensors(
         gps, done = use_barometer_heights(gps, barometer)
         notices += done
     try:
-        setting = SlopeAndHeading(None, None if given else ground_of(gps, barometer is not None))
+        setting = SlopeAndHeading(None, None if given else ground_of(gps, gps.barometric))
     except SssiError as error:
         setting = SlopeAndHeading(None, None, (str(error),))
     slope, slope_notices = _choose_slope(given, setting, toml)
@@ -256,6 +258,26 @@ def _read_skier(settings: Settings, toml: Path) -> tuple[Skier, tuple[str, ...]]
         raise InputError(toml, "[skier] sex", f"{sex!r} has no anthropometric table", 'write "male" or "female"')
     notices = () if "sex" in table else (f"{FILE}: [skier] sex is not given; the table for men is used",)
     return Skier(sex=sex, **numbers_of(Skier, table, toml, "[skier]")), notices
+
+
+def _read_notes(settings: Settings, toml: Path) -> tuple[str, ...]:
+    """What whoever made the folder assumed, and what the readers noted then."""
+    lists = {}
+    for key in ("assumed", "notes"):
+        lists[key] = settings.get(key, [])
+        if not isinstance(lists[key], list) or not all(isinstance(each, str) for each in lists[key]):
+            raise InputError(toml, key, "this is not a list of texts", f'write {key} = ["…"]')
+    if not lists["assumed"]:
+        return tuple(lists["notes"])
+    values = []
+    for name in lists["assumed"]:
+        table, _, key = name.partition(".")
+        place = settings.get(table)
+        if not isinstance(place, Mapping) or key not in place:
+            raise InputError(toml, "assumed", f"{name!r} is nowhere in this file", "take it off the list")
+        values.append(f"{name} = {place[key]}")
+    words = f"assumed, since nobody said it: {', '.join(values)}; correct it in {FILE} and take it off its list"
+    return (words, *lists["notes"])
 
 
 def _read_equipment(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> Equipment:

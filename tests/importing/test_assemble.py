@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from fix_files import START, nmea
 from mvnx_file import SEGMENTS, mvnx
@@ -14,11 +16,14 @@ from tiny import ANSWERS, OFFSET, Tiny
 from sssi_exudyn.cli import main
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import rotation_from_bvh
-from sssi_exudyn.importing.assemble import Answers, import_recording
+from sssi_exudyn.importing.answers import Answers
+from sssi_exudyn.importing.assemble import import_recording
+from sssi_exudyn.importing.defaults import read_defaults
 from sssi_exudyn.importing.mvnx import JOINT_OF_SEGMENT
 from sssi_exudyn.recording.instruments.bvh import read_bvh, world_rotations
 from sssi_exudyn.recording.instruments.gps import read_gps
 from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.uncertainty import Uncertainty
 
 FILES = ("motion.bvh", "gps.csv", "insoles.csv")
 
@@ -44,14 +49,102 @@ def test_imported_recording_is_the_recording(tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / "out").iterdir()} == {*FILES, "recording.toml", ".lock"}
 
 
-def test_everything_unknown_is_asked_for_at_once(tmp_path: Path) -> None:
-    with pytest.raises(InputError) as info:
-        import_recording(files(tmp_path), tmp_path / "out", Answers(mass_kg=70.0))
-    assert "--height-m" in info.value.problem
-    assert "--antenna-offset-m" in info.value.problem
-    assert "--gps-sigma-m" in info.value.problem
-    assert "--mass-kg" not in info.value.problem
-    assert "--slope-deg" not in info.value.problem  # estimated
+def test_what_nobody_says_is_assumed_and_said_to_be(tmp_path: Path) -> None:
+    found = import_recording(files(tmp_path), tmp_path / "out", Answers(mass_kg=70.0))
+    (words,) = [notice for notice in found.notices if notice.startswith("assumed")]
+    for name in ("skier.height_m = 1.75", "equipment.skis = slalom_165", "gps.segment = Spine2", "gps.sigma_m = 3.0"):
+        assert name in words
+    assert "mass" not in words.replace("ski_mass", "").replace("boot_mass", "")
+    assert found.uncertainty.antenna == 0.15  # a place that nobody measured
+    assert found.uncertainty.mass == Uncertainty().mass
+    again = read_recording(tmp_path / "out")
+    assert again.notices == found.notices
+    with pytest.raises(SystemExit) as end:
+        main(["inspect", str(tmp_path / "out"), "--json"])
+    assert end.value.code == 0
+
+
+def test_a_list_of_assumptions_that_names_nothing_is_refused(tmp_path: Path) -> None:
+    import_recording(files(tmp_path), tmp_path / "out", Answers())
+    path = tmp_path / "out" / "recording.toml"
+    text = path.read_text(encoding="utf-8")
+    for wrong in ("skier.mass_pounds", "skier", "nobody.mass_kg"):
+        path.write_text(text.replace('"skier.mass_kg"', f'"{wrong}"'), encoding="utf-8")
+        with pytest.raises(InputError, match="is nowhere in this file"):
+            read_recording(tmp_path / "out")
+
+
+def test_defaults_come_before_what_is_usual_and_answers_before_defaults(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    usual = tmp_path / "club.toml"
+    usual.write_text('mass_kg = 81\nheight_m = 1.81\nantenna_offset_m = [0, 0, 0]\nsex = "female"\n')
+    command = ["import", *map(str, files(tmp_path)), "--out", str(tmp_path / "out"), "--defaults", str(usual)]
+    with pytest.raises(SystemExit) as end:
+        main([*command, "--height-m", "1.66"])
+    assert end.value.code == 0
+    assert "assumed" in capsys.readouterr().out
+    found = read_recording(tmp_path / "out")
+    assert (found.skier.mass, found.skier.height, found.skier.sex) == (81.0, 1.66, "female")
+    assert found.gps is not None
+    assert not np.any(found.gps.offset)
+    assert found.uncertainty.antenna == Uncertainty().antenna
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("mass = 81", "did you mean 'mass_kg'"),
+        ('mass_kg = "81"', "not a number"),
+        ("skis = 3", "not a text"),
+        ("antenna_offset_m = [1, 2]", "not three numbers"),
+    ],
+)
+def test_faulty_defaults_are_one_clear_line(text: str, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "defaults.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        read_defaults(path)
+
+
+def test_notes_of_the_readers_are_kept(tmp_path: Path) -> None:
+    tiny = Tiny()
+    tiny.gps["satellites"] = np.full(len(tiny.gps["time_s"]), 9.0)
+    made = tiny.write(tmp_path / "tiny")
+    found = import_recording([made / "motion.bvh", made / "gps.csv"], tmp_path / "out", ANSWERS)
+    assert any("columns not used: satellites" in notice for notice in found.notices)
+    assert any("satellites" in notice for notice in read_recording(tmp_path / "out").notices)
+
+
+def test_a_folder_of_runs_becomes_recordings_and_a_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    season = tmp_path / "season"
+    for name in ("a", "b"):
+        made = Tiny().write(season / name)
+        (made / "recording.toml").unlink()
+        (made / "photo.jpg").write_bytes(b"")
+    shutil.copy(season / "a" / "motion.bvh", season / "c.bvh")  # a run of files in the folder itself, without fixes
+    command = ["import", str(season), "--out", str(tmp_path / "out"), "--mass-kg", "70", "--height-m", "1.65"]
+    with pytest.raises(SystemExit) as end:
+        main(command)
+    assert end.value.code == 1
+    said = capsys.readouterr()
+    assert "1 of 3 runs could not be imported" in said.err
+    assert said.out.count("imported") == 2
+    table = pd.read_csv(tmp_path / "out" / "recordings.csv", keep_default_na=False)
+    assert table["recording"].tolist() == ["a", "b", "c"]
+    assert table["status"].tolist() == ["imported", "imported", "failed"]
+    assert "--slope-deg" in table["error"][2]
+    assert "skis = slalom_165" in table["assumed"][0]
+    assert read_recording(tmp_path / "out" / "b").name == "b"
+    with pytest.raises(SystemExit) as end:
+        main([*command, "--slope-deg", "16", "--fall-line-deg", "70", "--heading-deg", "25"])
+    assert end.value.code == 0
+    table = pd.read_csv(tmp_path / "out" / "recordings.csv")
+    assert table["status"].tolist() == ["there already", "there already", "imported"]
+    (tmp_path / "nothing").mkdir()
+    with pytest.raises(SystemExit) as end:
+        main(["import", str(tmp_path / "nothing"), "--out", str(tmp_path / "out2")])
+    assert end.value.code == 2
 
 
 def test_without_fixes_slope_and_heading_are_asked_for(tmp_path: Path) -> None:
@@ -144,16 +237,16 @@ def test_clocks_that_files_share_are_laid_on_each_other(tmp_path: Path) -> None:
 
 
 def test_command_line_names_its_options(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    command = ["import", *map(str, files(tmp_path)), "--out", str(tmp_path / "out")]
+    command = ["import", str(files(tmp_path)[0]), "--out", str(tmp_path / "out")]
     with pytest.raises(SystemExit) as info:
         main(command)
     assert info.value.code == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
-    options = ["--mass-kg", "70", "--height-m", "1.65", "--skis", "slalom_165", "--ski-mass-kg", "2.4"]
-    options += ["--boot-mass-kg", "1.9", "--ankle-to-ski-base-m", "0.13", "--antenna-joint", "Spine2"]
-    options += ["--antenna-offset-m", "0", "0.1", "-0.16", "--gps-sigma-m", "0.02"]
+    options = ["--slope-deg", "16", "--fall-line-deg", "70", "--heading-deg", "25"]
     assert all(option in said for option in options if option.startswith("--"))
+    options += ["--mass-kg", "70", "--height-m", "1.65", "--skis", "slalom_165", "--ski-mass-kg", "2.4"]
+    options += ["--boot-mass-kg", "1.9", "--ankle-to-ski-base-m", "0.13"]
     with pytest.raises(SystemExit) as info:
         main([*command, *options])
     assert info.value.code == 0

@@ -11,7 +11,8 @@ from strapped import LAG, strapped, truth
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY
-from sssi_exudyn.importing.assemble import Answers, import_recording
+from sssi_exudyn.importing.answers import Answers
+from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.importing.sensor_logs import write_pressure
 from sssi_exudyn.recording.instruments.insoles import read_insoles
 from sssi_exudyn.recording.read import read_recording

@@ -14,7 +14,7 @@ import pymap3d
 from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.core.frames import GRAVITY, Array, slope_to_enu
-from sssi_exudyn.importing.assemble import Answers
+from sssi_exudyn.importing.answers import Answers
 
 INCLINATION_DEG, AZIMUTH_DEG, HEADING_DEG = 16.0, 70.0, 25.0
 ORIGIN = (46.8, 9.8, 2000.0)

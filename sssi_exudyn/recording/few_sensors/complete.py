@@ -168,18 +168,32 @@ def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Com
     )
 
 
+_FEWEST_COVERED: Final = 10
+"""Fixes that a barometer has to cover, for its heights to be joined to the receiver's."""
+_AROUND: Final = 10
+"""Fixes over which the two are laid on each other at an end."""
+
+
 def use_barometer_heights(gps: Gps, barometer: Barometer) -> tuple[Gps, tuple[str, ...]]:
-    """The fixes with the barometer's heights, which wander less, and what was done in words."""
+    """The fixes with the barometer's heights, which wander less, where it covers them, and what was done in words.
+
+    Elsewhere the receiver's heights stay, shifted so that both are the same on average around each end of the
+    barometer's stretch.
+    """
     inside = (gps.time >= barometer.time[0]) & (gps.time <= barometer.time[-1])
-    if not np.all(inside):
-        return gps, ("the barometer does not cover the fixes; their own heights are used",)
+    if np.count_nonzero(inside) < _FEWEST_COVERED:
+        return gps, ("the barometer covers hardly a fix; the receiver's own heights are used",)
+    first, last = (int(end) for end in np.flatnonzero(inside)[[0, -1]])
     height = np.interp(gps.time, barometer.time, barometer.altitude)
-    difference = gps.enu[:, 2] - height
-    scatter = float(np.std(difference))
+    difference = height - gps.enu[:, 2]
+    scatter = float(np.std(difference[inside]))
+    height[:first] = gps.enu[:first, 2] + np.mean(difference[first : first + _AROUND])
+    height[last + 1 :] = gps.enu[last + 1 :, 2] + np.mean(difference[max(first, last + 1 - _AROUND) : last + 1])
     enu = np.column_stack([gps.enu[:, :2], height - height[0]])
-    return replace(gps, enu=enu, barometric=True), (
-        f"heights are the barometer's; the receiver's scatter about them by {scatter:.1f} m",
-    )
+    words = f"heights are the barometer's; the receiver's scatter about them by {scatter:.1f} m"
+    if np.all(inside[first : last + 1]) and np.count_nonzero(inside) < len(inside):
+        words += f"; from {gps.time[first]:.0f} s to {gps.time[last]:.0f} s, before and after them the receiver's"
+    return replace(gps, enu=enu, barometric=bool(np.all(inside))), (words,)
 
 
 def ground_of(gps: Gps, barometric: bool) -> SlopeEstimate:

@@ -15,8 +15,10 @@ from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.few_sensors.attitude import align_sensor, attitude_of
+from sssi_exudyn.recording.few_sensors.complete import use_barometer_heights
 from sssi_exudyn.recording.few_sensors.course import find_lag, skiing_stretch
-from sssi_exudyn.recording.instruments.imu import Imu, read_barometer, read_imu
+from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.recording.instruments.imu import Barometer, Imu, read_barometer, read_imu
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 
@@ -151,6 +153,26 @@ def test_without_a_slope_the_plane_is_the_tracks(in_a_pocket: Path, tmp_path: Pa
     assert made.slope.sigma_inclination > 0.0
     apart = abs(made.slope.inclination - whole.slope.inclination)
     assert apart < 3.0 * made.slope.sigma_inclination
+
+
+def test_a_barometer_that_covers_a_part_is_used_there() -> None:
+    time = np.arange(0.0, 40.0, 1.0)
+    height = 2000.0 - 3.0 * time
+    noise = np.random.default_rng(3).normal(0.0, 2.0, len(time))
+    places = np.column_stack([time, time, height + 7.0 + noise])
+    gps = Gps(time, places, np.full(40, 3.0), (46.0, 8.0, 0.0), "Hips", np.zeros(3))
+    pressure = 101325.0 * (1.0 - height / 44330.8) ** (1.0 / 0.190263)  # the standard atmosphere
+    inside = (time >= 10.0) & (time <= 29.0)
+    made, (words,) = use_barometer_heights(gps, Barometer(time[inside], pressure[inside]))
+    assert "from 10 s to 29 s, before and after them the receiver's" in words
+    assert not made.barometric  # not everywhere as exact as one
+    np.testing.assert_allclose(np.diff(made.enu[inside, 2]), -3.0)
+    # at the joints the receiver's heights are shifted by the mean of ten differences: 2 m of noise leave 0.6 m
+    rest = made.enu[:, 2] - made.enu[10, 2] - (height - height[10])
+    assert np.max(np.abs(rest[~inside] - noise[~inside])) < 3.0 * 0.63
+    few, (words,) = use_barometer_heights(gps, Barometer(time[:5], pressure[:5]))
+    assert few is gps
+    assert "hardly a fix" in words
 
 
 def test_a_barometers_heights_are_used(in_a_pocket: Path, tmp_path: Path) -> None:

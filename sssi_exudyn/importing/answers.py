@@ -1,0 +1,39 @@
+"""What files do not hold of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What files do not hold, in the units of ``recording.toml``; None where it is not known.
+
+    The command line has an option of the same name for each, such as ``--mass-kg``.  What is usual is assumed for
+    skier, equipment, the receiver's place and its exactness, and said to be (``importing.defaults``).
+
+    Attributes
+    ----------
+    slope_deg, fall_line_deg : inclination, and azimuth of the fall line clockwise from north; estimated if left out
+    heading_deg : azimuth of the capture's forward axis, clockwise from north; estimated if left out
+    antenna_joint, antenna_offset_m : the joint the receiver moves with, and its place in that joint's axes (x left,
+        y up, z forward)
+    gps_sigma_m : standard deviation of a horizontal fix
+    gps_offset_s : how long after the capture's first frame the first fix was taken
+    """
+
+    name: str | None = None
+    mass_kg: float | None = None
+    height_m: float | None = None
+    sex: str | None = None
+    skis: str | None = None
+    ski_mass_kg: float | None = None
+    boot_mass_kg: float | None = None
+    ankle_to_ski_base_m: float | None = None
+    slope_deg: float | None = None
+    fall_line_deg: float | None = None
+    heading_deg: float | None = None
+    antenna_joint: str | None = None
+    antenna_offset_m: tuple[float, float, float] | None = None
+    gps_sigma_m: float | None = None
+    gps_offset_s: float | None = None

@@ -1,0 +1,74 @@
+"""What an import takes for given where nobody says it, and the file in which somebody may."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, Final
+
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.quantity import quantities
+from sssi_exudyn.importing.answers import Answers
+from sssi_exudyn.io.settings import check_keys, read_toml
+from sssi_exudyn.recording.recording import Equipment, Skier
+
+_BODY: Final = {
+    f"{about.name}_kg" if about.unit == "kg" else f"{about.name}_m": about.default
+    for cls in (Skier, Equipment)
+    for about in quantities(cls).values()
+}
+USUAL: Final[dict[str, Any]] = {
+    **_BODY,
+    "skis": Equipment().skis,
+    "antenna_joint": "Spine2",
+    "antenna_offset_m": (0.0, 0.1, -0.16),
+    "gps_sigma_m": 3.0,
+}
+"""An adult of medium size on slalom skis, a receiver in a vest between the shoulders, and what a receiver of one
+frequency is exact to."""
+PLACES: Final = {
+    "mass_kg": ("skier", "mass_kg"),
+    "height_m": ("skier", "height_m"),
+    "skis": ("equipment", "skis"),
+    "ski_mass_kg": ("equipment", "ski_mass_kg"),
+    "boot_mass_kg": ("equipment", "boot_mass_kg"),
+    "ankle_to_ski_base_m": ("equipment", "ankle_to_ski_base_m"),
+    "antenna_joint": ("gps", "segment"),
+    "antenna_offset_m": ("gps", "offset_m"),
+    "gps_sigma_m": ("gps", "sigma_m"),
+}
+"""Table and key of each in ``recording.toml``."""
+UNCERTAIN: Final = {"mass_kg": {"mass_kg": 12.0}, "antenna_offset_m": {"antenna_m": 0.15}}
+"""How wrong they may then be (``[uncertainty]``): adults' masses, places of receivers in vests, belts and rucksacks."""
+
+
+def read_defaults(path: Path) -> Answers:
+    """Answers of a TOML file, by the names of ``Answers``.
+
+    Raises InputError for unknown names and for values of another kind.
+    """
+    table = read_toml(path)
+    kinds = {entry.name: str(entry.type) for entry in fields(Answers)}
+    check_keys(table, kinds, path, "")
+    found: dict[str, Any] = {}
+    for name, value in table.items():
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if kinds[name].startswith("str"):
+            if not isinstance(value, str):
+                raise InputError(path, name, f"{value!r} is not a text", f'write {name} = "…"')
+            found[name] = value
+        elif kinds[name].startswith("float"):
+            if not number:
+                raise InputError(path, name, f"{value!r} is not a number", "give it without quotes")
+            found[name] = float(value)
+        else:
+            if not isinstance(value, list) or len(value) != 3 or not all(isinstance(x, int | float) for x in value):
+                raise InputError(path, name, f"{value!r} is not three numbers", "write [left, up, forward] in m")
+            found[name] = tuple(float(x) for x in value)
+    return Answers(**found)
+
+
+def fill(answers: Answers, others: Answers) -> Answers:
+    """The answers, and where they have none, those of ``others``."""
+    missing = [entry.name for entry in fields(Answers) if getattr(answers, entry.name) is None]
+    return replace(answers, **{name: getattr(others, name) for name in missing})

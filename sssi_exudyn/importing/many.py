@@ -1,0 +1,146 @@
+"""A folder of many runs, imported in one go: every run a recording, and one table of all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.core.errors import InputError, SssiError
+from sssi_exudyn.importing.answers import Answers
+from sssi_exudyn.importing.assemble import import_recording
+from sssi_exudyn.importing.motion_formats import MOTION_READERS
+from sssi_exudyn.importing.sensor_logs import BAROMETER
+from sssi_exudyn.io.writing import folder_lock, write_atomically
+from sssi_exudyn.recording.instruments.gps import READERS
+from sssi_exudyn.recording.instruments.imu import PLACES
+from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.recording.recording import FILE, Recording
+from sssi_exudyn.runtime.progress import Stage
+
+TABLE: Final = "recordings.csv"
+"""Every run with how its import went."""
+_MOST: Final = 10_000
+"""Runs of a folder at most."""
+
+
+@dataclass(frozen=True)
+class ImportedRun:
+    """A row of the table.
+
+    recording : its folder in ``out``
+    status : "imported", "there already" or "failed"
+    error : why it failed
+    assumed : what nobody said and was taken as usual
+    notes : all other notices
+    """
+
+    recording: str
+    status: str
+    duration_s: float | None = None
+    fixes: int | None = None
+    fix_sigma_m: float | None = None
+    inclination_deg: float | None = None
+    track_length_m: float | None = None
+    error: str = ""
+    assumed: str = ""
+    notes: str = ""
+
+
+def import_many(folder: Path, out: Path, answers: Answers, stage: Stage | None = None) -> list[ImportedRun]:
+    """Import every run in ``folder`` into a folder of its own in ``out``; a row a run, also in ``out/recordings.csv``.
+
+    A run is a folder with its files, or the files of one name in ``folder`` itself (``run_07.mvnx`` and
+    ``run_07.gpx``).  A file named after a sensor's place (``left_ski.csv``) is that sensor's.  One run's fault stops no
+    other; runs that are there already are left as they are.
+
+    Raises InputError where there is no run, or where ``out`` cannot be written.
+    """
+    runs = _runs_in(folder)
+    if not runs:
+        raise InputError(folder, "", "no run is in this folder", "put each run's files into a folder of its own")
+    with folder_lock(out):
+        rows = []
+        for count, (name, files) in enumerate(runs.items(), 1):
+            rows.append(_import_one(name, files, out / name, answers))
+            write_atomically(out / TABLE, _csv(rows))
+            if stage is not None:
+                stage.advance(count / len(runs), f"{count} of {len(runs)} runs, {_failed(rows)} failed")
+    return rows
+
+
+def _failed(rows: Sequence[ImportedRun]) -> int:
+    return sum(row.status == "failed" for row in rows)
+
+
+def _runs_in(folder: Path) -> dict[str, list[Path]]:
+    """The files of every run, by its name."""
+    found: dict[str, list[Path]] = {}
+    for path in sorted(folder.iterdir()):
+        if path.is_dir() and not path.name.startswith("."):
+            files = list(_usable(path))
+            if files:
+                found[path.name] = files
+    for path in _usable(folder):
+        found.setdefault(path.name.partition(".")[0], []).append(path)
+    if len(found) > _MOST:
+        raise InputError(folder, "", f"{len(found)} runs, more than {_MOST}", "import some of them")
+    return found
+
+
+def _usable(folder: Path) -> Iterator[Path]:
+    """The files that a reader takes, those of single sensors with their place before the name."""
+    for path in sorted(folder.iterdir()):
+        if path.is_file() and path.suffix.lower() in (*MOTION_READERS, *READERS):
+            place = path.stem.lower()
+            yield Path(f"{place}={path}") if place in (*PLACES, BAROMETER) else path
+
+
+def _import_one(name: str, files: Sequence[Path], out: Path, answers: Answers) -> ImportedRun:
+    try:
+        if (out / FILE).exists():
+            return _row(name, "there already", read_recording(out))
+        return _row(name, "imported", import_recording(files, out, _named(answers, name)))
+    except SssiError as error:
+        return ImportedRun(name, "failed", error=str(error))
+
+
+def _named(answers: Answers, name: str) -> Answers:
+    return Answers(**{entry.name: getattr(answers, entry.name) for entry in fields(Answers)} | {"name": name})
+
+
+def _row(name: str, status: str, recording: Recording) -> ImportedRun:
+    gps = recording.gps
+    assumed = [notice for notice in recording.notices if notice.startswith("assumed")]
+    return ImportedRun(
+        recording=name,
+        status=status,
+        duration_s=round(recording.stop - recording.start, 2),
+        fixes=None if gps is None else len(gps.time),
+        fix_sigma_m=None if gps is None else round(float(np.median(gps.sigma)), 3),
+        inclination_deg=round(float(np.degrees(recording.slope.inclination)), 2),
+        track_length_m=None if gps is None else round(float(_length(gps.enu)), 1),
+        assumed="; ".join(assumed),
+        notes="; ".join(notice for notice in recording.notices if notice not in assumed),
+    )
+
+
+def _length(places: np.ndarray) -> float:
+    return float(np.sum(np.linalg.norm(np.diff(places[:, :2], axis=0), axis=1)))
+
+
+def _csv(rows: Sequence[ImportedRun]) -> str:
+    import csv
+    import io
+
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    names = [entry.name for entry in fields(ImportedRun)]
+    writer.writerow(names)
+    for row in rows:
+        values: Mapping[str, object] = vars(row)
+        writer.writerow(["" if values[name] is None else values[name] for name in names])
+    return text.getvalue()
