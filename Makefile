@@ -1,11 +1,11 @@
-# demo, test, test-fast, check, format.  The first one used on a fresh machine makes .venv; stamps keep it to once.
+# demo, test, test-fast, check, format, docs.  The first one used on a fresh machine makes .venv; stamps keep it to once.
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 EXAMPLE ?= examples/beginner
 OUT ?= results/beginner
 
-.PHONY: demo test test-fast check format clean
+.PHONY: demo test test-fast check format docs clean
 
 demo: $(VENV)/.installed
 	$(BIN)/sssi run $(EXAMPLE) --out $(OUT)
@@ -37,8 +37,14 @@ format: $(VENV)/.installed-dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+# The site, in site/; pictures and notebooks are computed anew, which takes a minute.  Every warning is an error: a link
+# that leads nowhere, a name without a docstring.
+docs: $(VENV)/.installed-docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "Open site/index.html in a browser."
+
 clean:
-	rm -rf $(VENV) build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) site docs/generated build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -52,4 +58,8 @@ $(VENV)/.installed: pyproject.toml | $(BIN)/python
 
 $(VENV)/.installed-dev: pyproject.toml | $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	@touch $@
+
+$(VENV)/.installed-docs: pyproject.toml | $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
 	@touch $@

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, Final
 from sssi_exudyn.api.functions import (
     diagnose,
     diagnose_day,
+    example,
     fit,
     import_files,
     inspect,
@@ -76,6 +77,7 @@ __all__ = [
     "check_term",
     "diagnose",
     "diagnose_day",
+    "example",
     "fit",
     "import_files",
     "inspect",

@@ -90,6 +90,9 @@ def parser() -> argparse.ArgumentParser:
     written.add_argument("--out", type=Path, metavar="DIR", required=True, help="folder of the result")
     commands = top.add_subparsers(dest="command", metavar="COMMAND", required=True)
 
+    example = commands.add_parser("example", parents=[common], help="copy a recording that comes with the program")
+    example.add_argument("name", metavar="NAME", help="beginner or intermediate")
+    example.add_argument("--out", type=Path, metavar="FOLDER", help="default: a folder of that name")
     inspect = commands.add_parser(
         "inspect", parents=[common, recorded], help="the content of a recording, and its problems"
     )
@@ -315,6 +318,9 @@ def _call(options: argparse.Namespace) -> str:
 
     progress = progress_on_stderr(quiet=options.quiet, verbose=options.verbose)
     match options.command:
+        case "example":
+            copied = commands.example(options.name, options.out)
+            return to_json({"recording": str(copied)}) if options.json else f"{copied}\n"
         case "inspect":
             from sssi_exudyn.recording.inspection import format_inspection
 

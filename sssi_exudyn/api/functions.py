@@ -30,6 +30,25 @@ ModelOrFile: TypeAlias = "Model | AnyPath"
 ProgressWanted: TypeAlias = "bool | Callable[[str, float | None, str], None]"
 
 
+def example(name: str, out: AnyPath | None = None) -> Path:
+    """Copy a recording that comes with the program, ``"beginner"`` or ``"intermediate"``; the folder.
+
+    Parameters
+    ----------
+    name : of the recording
+    out : the folder to make; one of its name in the working directory where it is left out
+
+    Raises InputError for an unknown name and where something of that name is there.
+
+    Examples
+    --------
+    >>> recording = sssi_exudyn.read_recording(sssi_exudyn.example("beginner"))
+    """
+    from sssi_exudyn import commands
+
+    return commands.example(name, _path(out))
+
+
 def read_recording(folder: AnyPath) -> Recording:
     """Read a recording: the folder of one run with its ``recording.toml``, checked and on one clock.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from sssi_exudyn.commands.catalogue import identify, terms
     from sssi_exudyn.commands.diagnosis import benchmark, diagnose, diagnose_day, diagnose_known
+    from sssi_exudyn.commands.examples import example
     from sssi_exudyn.commands.muscles_command import muscles, muscles_list
     from sssi_exudyn.commands.recordings import import_files, import_folder, inspect, terrain
     from sssi_exudyn.commands.runs import fit, report, run, simulate, validate
@@ -18,6 +19,7 @@ __all__ = [
     "diagnose",
     "diagnose_day",
     "diagnose_known",
+    "example",
     "fit",
     "identify",
     "import_files",
@@ -36,6 +38,7 @@ __all__ = [
 _MODULES = {
     "catalogue": ("identify", "terms"),
     "diagnosis": ("benchmark", "diagnose", "diagnose_day", "diagnose_known"),
+    "examples": ("example",),
     "muscles_command": ("muscles", "muscles_list"),
     "recordings": ("import_files", "import_folder", "inspect", "terrain"),
     "ski_turn": ("turn",),

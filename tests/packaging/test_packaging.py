@@ -12,17 +12,19 @@ from typing import Any
 import pytest
 
 ROOT = Path(__file__).parents[2]
+EXAMPLES = {".md", ".ipynb", ".bvh", ".csv"}
 FOLDERS = ("bodies", "contact", "fitting", "validation")
 
 
 def installed() -> list[Path]:
     """Every file that is installed, relative to the package; the four model folders by their names in it."""
-    tops = {Path(): ROOT / "sssi_exudyn"} | {Path(name): ROOT / name for name in FOLDERS}
+    tops = {Path(): ROOT / "sssi_exudyn"} | {Path(name): ROOT / name for name in (*FOLDERS, "examples")}
+    kinds = {".py", ".toml", ".css", ".js", ".json"}
     return sorted(
         below / path.relative_to(top)
         for below, top in tops.items()
         for path in top.rglob("*")
-        if path.suffix in {".py", ".toml", ".css", ".js", ".json"} or path.name == "py.typed"
+        if path.suffix in (kinds | EXAMPLES if below == Path("examples") else kinds) or path.name == "py.typed"
         if below != Path() or path.relative_to(top).parts[0] not in FOLDERS
     )
 
@@ -38,7 +40,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("wheel")
     source = folder / "source"
     source.mkdir()
-    names = ("pyproject.toml", "README.md", "LICENSE", "sssi_exudyn", *FOLDERS)
+    names = ("pyproject.toml", "README.md", "LICENSE", "sssi_exudyn", "examples", *FOLDERS)
     subprocess.run(["cp", "-a", *(str(ROOT / name) for name in names), str(source)], check=True)
     command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
     subprocess.run([*command, "--wheel-dir", str(folder), str(source)], check=True, stdout=subprocess.DEVNULL)
@@ -107,6 +109,11 @@ def test_wheel_works_away_from_its_source(wheel: Path, tmp_path: Path) -> None:
         "from sssi_exudyn.bodies.ski.ski import read_ski\n"
         "from pathlib import Path\n"
         "read_ski('slalom_165', Path())\n"  # a table that has to travel with the code
+        "import contextlib\n"
+        "from sssi_exudyn.cli import main\n"
+        "with contextlib.suppress(SystemExit): main(['example', 'beginner'])\n"
+        "assert Path('beginner', 'motion.bvh').is_file()\n"
+        "assert sssi_exudyn.read_recording('beginner').name == 'beginner'\n"
         "modules = [module for name, module in sys.modules.items() if name.startswith('sssi_exudyn')]\n"
         f"assert all(Path(module.__file__).is_relative_to({str(target)!r}) for module in modules)\n"
     )

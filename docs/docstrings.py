@@ -1,0 +1,54 @@
+"""The docstrings of this program as the site's reader of docstrings takes them.
+
+Here ``name : meaning`` stands under Parameters; there a type would stand after the colon.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any, Final
+
+from griffe import Extension, Object
+
+_SECTIONS: Final = ("Parameters", "Attributes")
+_ENTRY: Final = re.compile(r"^(\*{0,2}\w[\w, *]*) : (.*)$")
+
+
+class PlainDocstrings(Extension):
+    """Turns every docstring into the form of numpydoc, without types, which the annotations give."""
+
+    def on_object(self, *, obj: Object, **_: Any) -> None:
+        if obj.docstring is not None:
+            obj.docstring.value = numpydoc(obj.docstring.value)
+
+
+def numpydoc(text: str) -> str:
+    """The docstring with its prose first, then its sections; entries outside a section become a list."""
+    prose: list[str] = []
+    sections: dict[str, list[str]] = {}
+    current, lines = "", text.split("\n")
+    for i, line in enumerate(lines):
+        below = lines[i + 1] if i + 1 < len(lines) else ""
+        if line in (*_SECTIONS, "Examples") and re.fullmatch(r"-{4,}", below):
+            current = line
+            sections[current] = []
+        elif re.fullmatch(r"-{4,}", line) and current and not sections[current]:
+            continue
+        elif current in _SECTIONS:
+            entry = _ENTRY.match(line)
+            if entry:
+                sections[current] += [entry[1], f"    {entry[2]}"]
+            elif line.startswith("    ") or not line.strip():
+                sections[current].append(line)
+            else:
+                current = ""
+                prose += ["", line]
+        elif current:
+            sections[current].append(line)
+        else:
+            entry = _ENTRY.match(line.strip())
+            prose += ["", f"- `{entry[1]}`: {entry[2]}"] if entry else [line]
+    parts = ["\n".join(prose).strip()]
+    for name, body in sections.items():
+        parts.append(f"{name}\n{'-' * len(name)}\n" + "\n".join(body).strip("\n"))
+    return "\n\n".join(parts)

@@ -1,0 +1,188 @@
+"""What the site gets besides the pages in this folder: the terms, the changelog, executed notebooks, pictures.
+
+``make docs`` has MkDocs call this before it reads the pages; all of it is written into ``docs/generated``.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import io
+import json
+import os
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Final
+
+ROOT: Final = Path(__file__).parents[1]
+MADE: Final = ROOT / "docs" / "generated"
+NOTEBOOKS: Final = ("first_run", "own_law")
+_KINDS: Final = {
+    "point": "The snow's push on a point of the edge",
+    "foot": "Friction on a foot",
+    "segment": "The air on a body segment",
+    "wind": "Motion of the air",
+    "terrain": "Shape of the snow",
+    "body": "Forces on the whole skier",
+    "edge": "The snow under an edge that carves",
+}
+
+
+def on_pre_build(**_: Any) -> None:
+    """MkDocs' call before a build."""
+    make_all()
+
+
+def make_all() -> None:
+    """Write all generated pages and pictures."""
+    shutil.rmtree(MADE, ignore_errors=True)
+    MADE.mkdir()
+    (MADE / "terms.md").write_text(terms_page(), encoding="utf-8")
+    (MADE / "changelog.md").write_text((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), encoding="utf-8")
+    make_gallery()
+    for name in NOTEBOOKS:
+        (MADE / f"{name}.md").write_text(notebook_page(name), encoding="utf-8")
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Put the terms where a page asks for them."""
+    mark = "<!-- every force term -->"
+    return markdown.replace(mark, (MADE / "terms.md").read_text(encoding="utf-8")) if mark in markdown else markdown
+
+
+def on_files(files: Any, **_: Any) -> Any:
+    """The terms are part of a page, not one of their own."""
+    from mkdocs.structure.files import Files
+
+    return Files([file for file in files if file.src_uri != "generated/terms.md"])
+
+
+def terms_page() -> str:
+    """Every force term: what it is, its formula, its numbers with units, bounds and sources."""
+    from sssi_exudyn.contact.registry import TERMS
+    from sssi_exudyn.contact.term import formula
+    from sssi_exudyn.core.quantity import quantities
+
+    lines: list[str] = []
+    for kind, title in _KINDS.items():
+        found = [cls for cls in TERMS if cls.kind == kind]
+        if found:
+            lines += [f"### {title}", ""]
+        for cls in found:
+            about = (cls.__doc__ or "").strip().split("\n")[0]
+            lines += [f"#### `{cls.name}`", "", about, "", f"> {formula(cls)}", ""]
+            lines += [f"Sources: {'; '.join(cls.sources)}", ""]
+            lines += ["| number | default | from | to | unit | meaning | source |", "|---|---|---|---|---|---|---|"]
+            for each in quantities(cls).values():
+                values = f"{each.default:g} | {each.low:g} | {each.high:g} | {each.unit}"
+                lines.append(f"| `{each.name}` | {values} | {_cell(each.meaning)} | {_cell(each.source)} |")
+            lines.append("")
+    return "\n".join(lines)
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+@contextlib.contextmanager
+def _in_folder(folder: Path) -> Iterator[None]:
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
+def notebook_page(name: str) -> str:
+    """A notebook of ``examples``, executed, as a page: its words, its code, and what each cell shows."""
+    import matplotlib as mpl
+
+    mpl.use("agg")
+    import matplotlib.pyplot as plt
+
+    work = MADE / "work"
+    shutil.copytree(ROOT / "examples", work, dirs_exist_ok=True)
+    module = ModuleType(name)
+    sys.modules[name] = module
+    parts: list[str] = []
+    with _in_folder(work):
+        for count, cell in enumerate(json.loads((work / f"{name}.ipynb").read_text(encoding="utf-8"))["cells"]):
+            source = "".join(cell["source"])
+            if cell["cell_type"] == "markdown":
+                parts.append(source)
+                continue
+            parts.append(f"```python\n{source}\n```")
+            tree = ast.parse(source)
+            silent = source.rstrip().endswith(";")
+            last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
+            said = io.StringIO()
+            with contextlib.redirect_stdout(said):
+                exec(compile(tree, name, "exec"), vars(module))
+                value = None if last is None else eval(compile(ast.Expression(last.value), name, "eval"), vars(module))
+            if said.getvalue():
+                parts.append(f"```text\n{said.getvalue().rstrip()}\n```")
+            if value is not None and not silent:
+                html = getattr(value, "_repr_html_", None)
+                parts.append(f"<div>{html()}</div>" if html else f"```text\n{value!r}\n```")
+            for number in plt.get_fignums():
+                picture = f"{name}_{count}_{number}.png"
+                plt.figure(number).savefig(MADE / picture, dpi=110, bbox_inches="tight")
+                parts.append(f"![What the cell draws]({picture})")
+            plt.close("all")
+    shutil.rmtree(work)
+    where = "this page was made from it by executing it"
+    return "\n\n".join([*parts, f"The notebook is `examples/{name}.ipynb`; {where}."]) + "\n"
+
+
+def make_gallery() -> None:
+    """The pictures of the gallery, from five seconds of the beginner."""
+    import matplotlib as mpl
+
+    mpl.use("agg")
+    import matplotlib.pyplot as plt
+
+    import sssi_exudyn
+    from sssi_exudyn import commands
+    from sssi_exudyn.reports import plots
+    from sssi_exudyn.reports.sections.curve_figures import figure_5, figure_8
+    from sssi_exudyn.reports.sections.track_figures import figure_6
+
+    example = ROOT / "examples" / "beginner"
+    recording = sssi_exudyn.read_recording(example)
+    short = replace(recording, stop=recording.start + 6.0)
+    model = sssi_exudyn.model_of(short).with_values({"friction.mu_t": 0.06, "friction.mu_n": 0.55})
+    run = sssi_exudyn.simulate(short, model=model)
+
+    def save(name: str, draw: Callable[[Any], object], size: tuple[float, float] = (7.0, 3.6)) -> None:
+        figure, axes = plt.subplots(figsize=size, layout="constrained")
+        draw(axes)
+        figure.savefig(MADE / f"{name}.png", dpi=110)
+        plt.close(figure)
+
+    sssi_exudyn.inspect(example, MADE / "inspect.png")
+    commands.terrain(example, None, MADE / "terrain.png")
+    save("track", run.plot_track)
+    save("loads", run.plot_loads)
+    for name, section in (("from_above", figure_6), ("angles", figure_5), ("moments", figure_8)):
+        panels = [block for block in section([run.stored]).blocks if hasattr(block, "panels")]
+        drawn = panels[0].panels[0]
+        save(name, drawn.draw, (5.0, 6.0) if name == "from_above" else (7.0, 3.6))
+
+    def speeds(axes: Any) -> None:
+        for colour, mu_t in zip(plots.COLOURS, (0.04, 0.08, 0.12), strict=False):
+            other = sssi_exudyn.simulate(short, model=model.with_values({"friction.mu_t": mu_t})).series
+            speed = (other[[f"com_velocity_{axis}_mps" for axis in ("east", "north", "up")]] ** 2).sum(axis=1) ** 0.5
+            axes.plot(other["time_s"], speed, color=colour, label=f"μ_t = {mu_t:.2f}")
+        axes.set(xlabel="time (s)", ylabel="speed (m/s)", title="the same movement on faster and slower snow")
+        axes.legend()
+
+    save("speeds", speeds)
+
+
+if __name__ == "__main__":
+    make_all()

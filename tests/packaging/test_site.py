@@ -1,0 +1,94 @@
+"""The site: every page is in its navigation, every link leads somewhere, every public name and every term is on it."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import sssi_exudyn
+from sssi_exudyn.contact.registry import TERMS
+from sssi_exudyn.contact.term import formula
+from sssi_exudyn.core.quantity import quantities
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = sorted(path for path in DOCS.rglob("*.md") if "generated" not in path.parts)
+NAVIGATION = re.findall(r"([\w/-]+\.md)", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def made() -> ModuleType:
+    """The module that makes the generated pages."""
+    spec = importlib.util.spec_from_file_location("site_pages", DOCS / "site_pages.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def generated(made: ModuleType) -> set[str]:
+    """What the build makes, by the names in its own code and of the notebooks."""
+    source = (DOCS / "site_pages.py").read_text(encoding="utf-8")
+    pictures = {f"{name}.png" for name in re.findall(r'"([a-z_]+)"', source)} | set(
+        re.findall(r'"([a-z_]+\.png)"', source)
+    )
+    return pictures | {f"{name}.md" for name in made.NOTEBOOKS} | {"changelog.md"}
+
+
+def test_every_page_is_in_the_navigation_once() -> None:
+    written = {page.relative_to(DOCS).as_posix() for page in PAGES}
+    shown = [page for page in NAVIGATION if not page.startswith("generated/")]
+    assert sorted(shown) == sorted(written)
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"], ids=lambda page: page.name)
+def test_links_lead_somewhere(page: Path, made: ModuleType) -> None:
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if re.match(r"[a-z]+:", target):
+            continue
+        file, _, anchor = target.partition("#")
+        found = (page.parent / file).resolve() if file else page
+        if found.parent == DOCS / "generated":
+            assert found.name in generated(made), target
+            continue
+        assert found.exists(), target
+        if anchor:
+            titles = re.findall(r"^#+ (.*)$", found.read_text(encoding="utf-8"), re.MULTILINE)
+            assert anchor in {re.sub(r"[^\w -]", "", title.lower()).strip().replace(" ", "-") for title in titles}, (
+                target
+            )
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_pages_that_are_named_exist(page: Path) -> None:
+    for name in re.findall(r"`docs/([\w/-]+\.md)`", page.read_text(encoding="utf-8")):
+        assert (DOCS / name).exists(), name
+
+
+def test_every_public_name_has_its_place_and_no_other() -> None:
+    shown = re.findall(r"^::: sssi_exudyn\.(\w+)$", (DOCS / "api.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert sorted(shown) == sorted(sssi_exudyn.__all__)
+
+
+def test_every_term_is_there_with_its_formula_and_its_numbers(made: ModuleType) -> None:
+    page = made.terms_page()
+    for cls in TERMS:
+        assert f"#### `{cls.name}`" in page
+        assert formula(cls) in page
+        for about in quantities(cls).values():
+            assert f"| `{about.name}` | {about.default:g} |" in page
+
+
+def test_commands_on_the_pages_exist() -> None:
+    from sssi_exudyn.cli import parser
+
+    known = set(next(action.choices for action in parser()._actions if action.dest == "command"))  # type: ignore[arg-type]
+    for page in PAGES:
+        for line in re.findall(r"^sssi (?:--plugin \S+ )?(\w+)", page.read_text(encoding="utf-8"), re.MULTILINE):
+            assert line in known, f"{page.name}: sssi {line}"
