@@ -78,6 +78,9 @@ edge that is not used.
 
 Bars are one standard deviation of {uncertain}; what they do to the curvature adds up as squares.
 
+`sssi sweep examples/sweep_ski_turn.toml --out DIR` changes sidecut, bending and twisting stiffness from turn to turn
+(`docs/sweeps.md`).
+
 ## What it was held against
 
 700 N along the snow's normal and the default snow unless said otherwise; θ is the edge angle, R the radius, R_sc that of the
@@ -361,7 +364,7 @@ def numbers() -> Iterator[tuple[str, str, str, str]]:
 def shop_table() -> str:
     skis = [read_ski(name, ".") for name in ("slalom_165", *SHOP)]
     edges = (30.0, 45.0, 60.0)
-    points = rig_points(skis, [np.radians(edge) for edge in edges], TurnCase(0.0), lambda *_: None)
+    points = rig_points(skis, [np.radians(edge) for edge in edges], TurnCase(), lambda *_: None)
     lines = [
         "\n## Skis\n",
         "Radius in metres with its bar, and side reserve, 700 N at 10 m/s (for the junior's ski more than its skier weighs).\n",

@@ -9,14 +9,13 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski.ski import Ski, catalogue, read_ski
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked
 from sssi_exudyn.io.writing import to_json, write_atomically
 from sssi_exudyn.reports.turn_page import turn_page
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.simulation.steady_turn import TurnCase
-from sssi_exudyn.simulation.turn_rig import RigPoint, rig_points
+from sssi_exudyn.simulation.turn_rig import RigPoint, rig_points, ski_named
 
 _COMMAND: Final = "sssi ski turn"
 _LEAST, _MOST, _STEP = 5.0, 75.0, 10.0
@@ -48,9 +47,9 @@ def turn(
     """
     if len(skis) > _MOST_SKIS:
         raise InputError(_COMMAND, "SKI", f"{len(skis)} skis are too many for a page", f"give {_MOST_SKIS} at most")
-    found = [_ski(name) for name in skis]
+    found = [ski_named(name, Path(), _COMMAND, "SKI") for name in skis]
     angles = edge_angles(edge)
-    case = build_checked(TurnCase, {"edge": 0.0, "speed": speed, "load": load}, _COMMAND, "")
+    case = build_checked(TurnCase, {"speed": speed, "load": load}, _COMMAND, "")
     with progress.stage("turns") as stage:
         points = rig_points(found, [float(np.radians(angle)) for angle in angles], case, stage.advance)
     rows = [_row(point) for point in points]
@@ -75,21 +74,6 @@ def _row(point: RigPoint) -> dict[str, str | float | None]:
         "radius_high_m": rounded(point.radius_high, 3),
         "side_reserve": rounded(point.side_reserve, 4),
     }
-
-
-def _ski(name: str) -> Ski:
-    """A ski of the catalogue, or the one ski in a file.  Raises InputError."""
-    if name in catalogue():
-        return read_ski(name, Path())
-    if not name.endswith(".toml"):
-        raise InputError(
-            _COMMAND,
-            "SKI",
-            f"no ski is called {name!r}",
-            f"use one of {', '.join(catalogue())}, or the path of a .toml file",
-        )
-    path = Path(name)
-    return read_ski(path.name, path.parent, path)
 
 
 def edge_angles(text: str) -> list[float]:

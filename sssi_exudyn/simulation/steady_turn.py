@@ -51,10 +51,13 @@ class NoSteadyTurn(SssiError):
 class TurnCase:
     """What is given.
 
-    edge : rad, of the sole against the snow, 0 to π/2;  law : the snow's
+    law : the snow's
     """
 
-    edge: float
+    edge: float = quantity(
+        np.pi / 4.0, "rad", low=np.radians(5.0).item(), high=np.radians(75.0).item(), source="chosen",
+        meaning="edge angle of the sole against the snow",
+    )  # fmt: skip
     law: EdgeTerm = field(default_factory=Carving)
     speed: float = quantity(10.0, "m/s", low=0.5, high=40.0, source="chosen", meaning="speed along the ski")
     load: float = quantity(

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski.ski import Ski
+from sssi_exudyn.bodies.ski.ski import Ski, catalogue, read_ski
 from sssi_exudyn.contact.terms.carving import Carving
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.simulation.steady_turn import (
     NoSteadyTurn,
     Rolling,
@@ -116,6 +118,20 @@ class RigPoint:
             changes.append(max(0.0, *(sign * (value - self.turn.curvature) for value in pair if value is not None)))
         end = self.turn.curvature + sign * float(np.linalg.norm(changes))
         return 1.0 / end if end > 0.0 else None
+
+
+def ski_named(name: str, folder: Path, file: str | Path, place: str) -> Ski:
+    """A ski of the catalogue, or the one ski in a .toml file, whose path counts from ``folder``.
+
+    Raises InputError, at ``place`` of ``file`` for a name that is neither.
+    """
+    if name in catalogue():
+        return read_ski(name, folder)
+    if not name.endswith(".toml"):
+        known = ", ".join(catalogue())
+        raise InputError(file, place, f"no ski is called {name!r}", f"use one of {known}, or the path of a .toml file")
+    path = folder / name
+    return read_ski(path.name, path.parent, path)
 
 
 def rig_points(

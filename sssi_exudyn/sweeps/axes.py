@@ -38,7 +38,7 @@ def axes_of(file: SweepFile, declared: Mapping[str, Parameter]) -> tuple[Axis, .
         name = text_of(table, "name", file.path, place)
         if name in (axis.name for axis in axes):
             raise InputError(file.path, f"{place} name", f"{name} is swept twice", "keep one of them")
-        if name == SKIS:
+        if name == SKIS and file.task != "turn":
             axes.append(_skis(table, file, place))
             continue
         if name not in declared:

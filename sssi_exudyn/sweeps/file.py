@@ -29,16 +29,19 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.fitting.fit import METHODS, Method
 from sssi_exudyn.io.settings import Settings, check_keys, read_toml, table_of, text_of
 from sssi_exudyn.runtime.plugins import Plugin, origins_of, require, tables_of
+from sssi_exudyn.simulation.turn_rig import ski_named
 from sssi_exudyn.sweeps.design import INDEXED, KINDS, LISTED, Design
 
-Task = Literal["simulate", "fit"]
+Task = Literal["simulate", "fit", "turn"]
 Tier = Literal["reduced", "full"]
-TASKS: Final[tuple[Task, ...]] = ("simulate", "fit")
+TASKS: Final[tuple[Task, ...]] = ("simulate", "fit", "turn")
 TIERS: Final[tuple[Tier, ...]] = ("reduced", "full")
 _KEYS: Final = (
     "format", "name", "recordings", "model", "task", "tier", "method", "duration_s", "series", "outputs",
-    "design", "parameter", "term", "plugin",
+    "design", "parameter", "term", "plugin", "skis",
 )  # fmt: skip
+_OF_RUNS: Final = ("recordings", "model", "tier", "method", "duration_s", "series", "term")
+"""Keys without a meaning for skis in turns."""
 LARGEST: Final = 10_000_000
 """Points of a design at most."""
 _LONGEST: Final = 1000
@@ -50,7 +53,8 @@ Word = TypeVar("Word", bound=str)
 class SweepFile:
     """A sweep's file; its parameters are not looked up yet, since the recordings' models declare them.
 
-    path : the file;  folders : of the recordings, in order;  model : a ``model.toml`` or None
+    path : the file;  model : a ``model.toml`` or None
+    folders : of the recordings, in order, or the skis of turns: names of the catalogue and files
     settings : the file's content
     duration : s of each run from its start, None for whole runs
     series : whether each run's time series is kept
@@ -75,7 +79,8 @@ class SweepFile:
         """The file's content for a copy in ``folder``, its paths relative to that."""
         copy = dict(self.settings)
         copy["name"] = self.name
-        copy["recordings"] = [_relative(found, folder) for found in self.folders]
+        places = [_relative(found, folder) if found.is_absolute() else str(found) for found in self.folders]
+        copy["skis" if self.task == "turn" else "recordings"] = places
         if self.model is not None:
             copy["model"] = _relative(self.model, folder)
         if self.plugins:
@@ -99,13 +104,14 @@ def sweep_from(settings: Settings, path: Path) -> SweepFile:
     if settings.get("format") != 1 or isinstance(settings["format"], bool):
         raise InputError(path, "format", f"{settings.get('format')!r} is not known", "write format = 1")
     require(tables_of(settings, path), path)
-    folders = _folders(settings.get("recordings"), path)
+    task = _one_of(settings, "task", TASKS, path)
+    _check_task(settings, task, path)
+    folders = _skis(settings.get("skis"), path) if task == "turn" else _folders(settings.get("recordings"), path)
     model = text_of(settings, "model", path, "") if "model" in settings else None
     if model is not None:
         _check_name(model, path, "model")
     if model is not None and len(folders) > 1:
         raise InputError(path, "model", "one model for several recordings", "sweep one recording, or leave it out")
-    task = _one_of(settings, "task", TASKS, path)
     method = _one_of(settings, "method", METHODS, path)
     if "method" in settings and task != "fit":
         raise InputError(path, "method", "nothing is fitted", 'write task = "fit", or leave it out')
@@ -121,12 +127,31 @@ def sweep_from(settings: Settings, path: Path) -> SweepFile:
         tier=_one_of(settings, "tier", TIERS, path),
         method=method,
         duration=_duration(settings.get("duration_s"), path),
-        series=series,
+        series=series and task != "turn",
         outputs=words_of(settings.get("outputs", []), path, "outputs"),
         terms=_terms(settings.get("term", []), path),
         design=_design(settings, path),
         settings=settings,
     )
+
+
+def _check_task(settings: Settings, task: Task, path: Path) -> None:
+    """Raise InputError for a key that means nothing to this task."""
+    for key in _OF_RUNS if task == "turn" else ("skis",):
+        if key in settings:
+            fix = 'leave it out; the skis are skis = ["slalom_165"]' if task == "turn" else 'write task = "turn"'
+            raise InputError(path, key, f'it means nothing to task = "{task}"', fix)
+
+
+def _skis(names: object, path: Path) -> tuple[Path, ...]:
+    found = []
+    for name in words_of(list_of(names, path, "skis"), path, "skis"):
+        _check_name(name, path, "skis")
+        ski_named(name, path.parent, path, "skis")
+        found.append((path.parent / name).resolve() if name.endswith(".toml") else Path(name))
+    if len({each.name for each in found}) < len(found):
+        raise InputError(path, "skis", "two skis have one name", "give each ski its own, once")
+    return tuple(found)
 
 
 def _design(settings: Settings, path: Path) -> Design:

@@ -16,6 +16,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.simulation.reduced import ReducedRun
 from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.simulation.steady_turn import SteadyTurn
 from sssi_exudyn.sweeps.file import Task, Tier
 from sssi_exudyn.validation.agreement import judge_loads
 from sssi_exudyn.validation.metrics import LOAD_FLOOR, path_length, pressure_ratio, trajectory_error
@@ -67,6 +68,20 @@ _FITTED_UNITS: Final = {
     "start.l": ("start_l_m", "m", 1.0),
     "start.heading_offset": ("heading_offset_deg", "deg", 180.0 / np.pi),
 }
+_OF_A_TURN: Final = (
+    Column("radius_m", "m", "of the boot centre's path; none where the ski slips out of the turn"),
+    Column("curvature_per_m", "1/m", "of the boot centre's path, > 0 to the inside"),
+    Column("wobble_per_m", "1/m", "standard deviation of the curvature where the turn never settles"),
+    Column("side_reserve", "1", "share of what the groove's wall bears that is not used"),
+    Column("sideslip_deg", "deg", "by how much the ski points into the turn"),
+    Column("drag_N", "N", "of the snow against the way"),
+    Column("friction_W", "W", "that friction takes"),
+    Column("compaction_W", "W", "that snow pressed by a climbing edge takes"),
+    Column("skid_W", "W", "that sideslip takes"),
+    Column("groove_m", "m", "deepest of the groove"),
+    Column("pitch_deg", "deg", "of the boot, > 0 tip down"),
+)
+_USUAL_TURN: Final = ("radius_m", "side_reserve", "drag_N")
 _USUAL: Final = ("mean_speed_mps", "max_load_N", "mean_edge_angle_deg", "gps_mean_error_m")
 _USUAL_FULL: Final = ("mean_speed_mps", "max_load_N", "max_knee_angle_r_moment_Nm", "gps_mean_error_m")
 _USUAL_FITTED: Final = ("fitted_mu_t", "fitted_mu_n", "gps_mean_error_m")
@@ -74,6 +89,8 @@ _USUAL_FITTED: Final = ("fitted_mu_t", "fitted_mu_n", "gps_mean_error_m")
 
 def columns_of(task: Task, tier: Tier, method: Method) -> tuple[Column, ...]:
     """The figures of every run of a sweep."""
+    if task == "turn":
+        return _OF_A_TURN
     if task == "simulate":
         return _OF_A_RUN + (_OF_A_FULL_RUN if tier == "full" else ())
     found = []
@@ -92,8 +109,8 @@ def columns_of(task: Task, tier: Tier, method: Method) -> tuple[Column, ...]:
 
 def usual_outputs(task: Task, tier: Tier) -> tuple[str, ...]:
     """The figures that plots and indices are about where the file names none."""
-    if task == "fit":
-        return _USUAL_FITTED
+    if task != "simulate":
+        return _USUAL_FITTED if task == "fit" else _USUAL_TURN
     return _USUAL_FULL if tier == "full" else _USUAL
 
 
@@ -145,6 +162,25 @@ def figures_of_fit(fitted: Fitted) -> Figures:
     figures["evaluations"] = float(fitted.optimum.evaluations)
     figures["converged"] = float(fitted.optimum.converged)
     return _complete(figures, columns_of("fit", "full", fitted.method))
+
+
+def figures_of_turn(turn: SteadyTurn) -> Figures:
+    """The figures of a ski in a turn."""
+    figures = {
+        "curvature_per_m": turn.curvature,
+        "wobble_per_m": turn.wobble,
+        "side_reserve": turn.side_reserve,
+        "sideslip_deg": float(np.degrees(turn.sideslip)),
+        "drag_N": turn.drag,
+        "friction_W": turn.friction,
+        "compaction_W": turn.compaction,
+        "skid_W": turn.skid,
+        "groove_m": float(turn.groove.max()),
+        "pitch_deg": float(np.degrees(turn.pitch)),
+    }
+    if turn.radius is not None:
+        figures["radius_m"] = turn.radius
+    return _complete(figures, _OF_A_TURN)
 
 
 def series_of_run(run: AnyRun) -> pd.DataFrame:

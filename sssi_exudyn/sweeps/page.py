@@ -55,12 +55,10 @@ def _section(title: str, html: str) -> Section:
 
 def _lead(plan: Plan, runs: pd.DataFrame) -> str:
     names = ", ".join(f"<code>{escape(axis.name)}</code>" for axis in plan.axes) or "only the recording"
-    what = "fits" if plan.job.task == "fit" else "simulations"
+    tier = f" with the {plan.job.tier} model"
+    what = {"fit": f"fits{tier}", "simulate": f"simulations{tier}", "turn": "steady turns of skis"}[plan.job.task]
     done = int((runs["status"] == DONE).sum())
-    return (
-        f"<p>{len(runs)} {what} with the {plan.job.tier} model, {done} of them complete. "
-        f"Changed from run to run: {names}.</p>\n"
-    )
+    return f"<p>{len(runs)} {what}, {done} of them complete. Changed from run to run: {names}.</p>\n"
 
 
 def _outcomes(plan: Plan, runs: pd.DataFrame) -> str:

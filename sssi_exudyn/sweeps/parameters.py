@@ -16,6 +16,7 @@ import numpy as np
 from sssi_exudyn.bodies.ski.ski import Profile, Ski
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.contact.term import Term
+from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.quantity import Quantity, quantities
 from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.from_recording import model_of
@@ -24,6 +25,7 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.equipment import read_equipped_ski
 from sssi_exudyn.recording.recording import FILE, Equipment, Recording, Skier, Slope
+from sssi_exudyn.simulation.steady_turn import TurnCase
 
 SKIS: Final = "equipment.skis"
 """The one parameter that is a name: a ski of the catalogue."""
@@ -33,6 +35,7 @@ _PROFILES: Final = {
     "thickness_scale": "factor on the ski's thickness all along",
     "height_scale": "factor on the height of camber and rocker all along",
 }
+_SCALES: Final = {**_PROFILES, "sidecut_scale": "factor on the depth of the ski's sidecut"}
 _AS_RECORDED: Final = ("skier", "equipment", "slope")
 """Parts that a recording declares; motion and start are computed anew from them."""
 _SHAPE: Final = (*_AS_RECORDED, "ski", "solver", "posture")
@@ -70,7 +73,7 @@ def parameters_of(several: Iterable[Term | Sensor]) -> dict[str, Parameter]:
         "solver": Solver,
     }
     found = [_parameter_of(part, about, cls) for part, cls in parts.items() for about in quantities(cls).values()]
-    found += [Parameter(f"ski.{name}", "1", 0.5, 2.0, meaning) for name, meaning in _PROFILES.items()]
+    found += _scales()
     found += [
         Parameter(f"posture.{name}_deg", "deg", -30.0, 30.0, f"added to the recorded {name} all along", _DEGREE)
         for name in PRESCRIBED
@@ -81,6 +84,17 @@ def parameters_of(several: Iterable[Term | Sensor]) -> dict[str, Parameter]:
         label = part_of.name if seen[part_of.name] == 1 else f"{part_of.name}#{seen[part_of.name]}"
         found += [_parameter_of(label, about, type(part_of)) for about in quantities(part_of).values()]
     return {parameter.name: parameter for parameter in found}
+
+
+def parameters_of_turn() -> dict[str, Parameter]:
+    """All numbers that a sweep may change of a ski in a turn, by name."""
+    parts: dict[str, Any] = {"ski": Ski, "turn": TurnCase, Carving.name: Carving}
+    found = [_parameter_of(part, about, cls) for part, cls in parts.items() for about in quantities(cls).values()]
+    return {parameter.name: parameter for parameter in (*found, *_scales())}
+
+
+def _scales() -> list[Parameter]:
+    return [Parameter(f"ski.{name}", "1", 0.5, 2.0, meaning) for name, meaning in _SCALES.items()]
 
 
 def _parameter_of(part: str, about: Quantity, cls: type) -> Parameter:
@@ -134,7 +148,7 @@ def change(
     solver = {key: int(value) if key in _WHOLE else value for key, value in given["solver"].items()}
     model = replace(
         model,
-        ski=_reshape(model.ski, given["ski"]),
+        ski=reshape(model.ski, given["ski"]),
         terms=model.terms + terms,
         solver=replace(model.solver, **solver),
     )
@@ -169,16 +183,37 @@ def _equip(base: Model, recording: Recording, given: Mapping[str, Mapping[str, A
     return replace(model, ski=read_equipped_ski(model.equipment, recording.folder, recording.folder / FILE))
 
 
-def _reshape(ski: Ski, numbers: Mapping[str, float]) -> Ski:
+def change_turn(ski: Ski, values: Values) -> tuple[Ski, TurnCase]:
+    """The ski and its turn with the numbers of a point, as ``numbers_of`` gives them.
+
+    Raises ValueError for numbers that contradict each other.
+    """
+    given: dict[str, dict[str, Any]] = {"ski": {}, "turn": {}, Carving.name: {}}
+    for name, value in values.items():
+        part, _, key = name.partition(".")
+        given[part][key] = value
+    return reshape(ski, given["ski"]), TurnCase(law=Carving(**given[Carving.name]), **given["turn"])
+
+
+def reshape(ski: Ski, numbers: Mapping[str, float]) -> Ski:
     """The ski with other numbers and scaled profiles.  Raises ValueError where the boot is off the ski."""
     shape: dict[str, Any] = {}
     for name, value in numbers.items():
         profile = name.removesuffix("_scale")
-        shape[profile] = _scale(getattr(ski, profile), value) if name in _PROFILES else value
+        if name == "sidecut_scale":
+            shape["width"] = _deepen(shape.get("width", ski.width), value)
+        else:
+            shape[profile] = _scale(shape.get(profile, getattr(ski, profile)), value) if name in _PROFILES else value
     found = replace(ski, **shape)
     if not 0.0 < found.boot_centre < found.length:
         raise ValueError(f"the boot centre at {found.boot_centre:g} m lies off a ski of {found.length:g} m")
     return found
+
+
+def _deepen(width: Profile, factor: float) -> Profile:
+    """The widths with that times the sidecut's depth: what they are wider than the waist."""
+    waist = min(width.value[1:-1] or width.value)  # the ends are rounded off
+    return replace(width, value=tuple(waist + factor * (value - waist) for value in width.value))
 
 
 def _scale(profile: Profile, factor: float) -> Profile:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
 
+from sssi_exudyn.bodies.ski.ski import ski_to_table
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
@@ -15,12 +18,15 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.plugins import Plugin, origins_of
 from sssi_exudyn.runtime.provenance import versions
+from sssi_exudyn.simulation.turn_rig import ski_named
 from sssi_exudyn.sweeps.axes import axes_of
 from sssi_exudyn.sweeps.design import Axis, points_of
 from sssi_exudyn.sweeps.file import SweepFile, Task, Tier
 from sssi_exudyn.sweeps.outputs import Column, columns_of, usual_outputs
-from sssi_exudyn.sweeps.parameters import Parameter, parameters_of
+from sssi_exudyn.sweeps.parameters import Parameter, parameters_of, parameters_of_turn
 
+SKI: Final = "ski"
+"""Under which a ski's hash stands among those of files."""
 TermValues = tuple[str, tuple[tuple[str, float], ...]]
 """A force term as its name and its numbers."""
 
@@ -31,7 +37,7 @@ class Job:
 
     identity : hash of the whole sweep
     versions : of the program and of the packages that it uses
-    recordings : folders;  hashes : of each recording's files
+    recordings : folders, or skis;  hashes : of each recording's files, or of the ski
     model : a ``model.toml``, None for the recorded skier's own model
     terms : force terms besides the model's
     duration : s of each run from its start, None for whole runs
@@ -96,11 +102,18 @@ class Plan:
         return SweepRun(row, self.keys[row], recording, tuple(zip(names, self.points[point], strict=True)))
 
 
+def fingerprint_ski(name: str) -> str:
+    """Hash of a ski of the catalogue, or of that of a file."""
+    return fingerprint(ski_to_table(ski_named(name, Path(), "sweep", "skis")))
+
+
 def plan_sweep(file: SweepFile) -> Plan:
     """The plan of a sweep: its recordings are read, its runs laid out.
 
     Raises InputError for whatever is wrong with the file or a recording, SssiError where a package is missing.
     """
+    if file.task == "turn":
+        return plan_of(file, {f"{each.name}/{SKI}": fingerprint_ski(str(each)) for each in file.folders})
     recordings = [read_recording(folder) for folder in file.folders]
     for recording in recordings:
         if file.task == "fit" and recording.gps is None:
@@ -163,6 +176,8 @@ def _files_below(recording: str, files: Mapping[str, str]) -> dict[str, str]:
 
 def _declared_parameters(file: SweepFile, model: Model | None) -> dict[str, Parameter]:
     """What the swept models declare; they all have the same parts."""
+    if file.task == "turn":
+        return parameters_of_turn()
     if model is None:
         return parameters_of((*PAPER_TERMS, *file.terms))
     return parameters_of((*model.terms, *file.terms, *model.sensors))

@@ -11,6 +11,7 @@ from typing import Any
 
 import pyarrow as pa
 
+from sssi_exudyn.bodies.ski.ski import Ski
 from sssi_exudyn.contact.registry import term_named
 from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
 from sssi_exudyn.fitting.fit import fit, problem_of
@@ -27,9 +28,18 @@ from sssi_exudyn.runtime.plugins import require
 from sssi_exudyn.runtime.provenance import versions
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import Prepared, prepare, simulate_reduced
-from sssi_exudyn.sweeps.outputs import AnyRun, Figures, figures_of_fit, figures_of_run, series_of_run
-from sssi_exudyn.sweeps.parameters import change, is_shape, numbers_of
-from sssi_exudyn.sweeps.plan import Job, SweepRun
+from sssi_exudyn.simulation.steady_turn import NoSteadyTurn, edges_of, start_rolling, steady_turn
+from sssi_exudyn.simulation.turn_rig import ski_named
+from sssi_exudyn.sweeps.outputs import (
+    AnyRun,
+    Figures,
+    figures_of_fit,
+    figures_of_run,
+    figures_of_turn,
+    series_of_run,
+)
+from sssi_exudyn.sweeps.parameters import change, change_turn, is_shape, numbers_of
+from sssi_exudyn.sweeps.plan import SKI, Job, SweepRun, fingerprint_ski
 from sssi_exudyn.sweeps.records import DONE, Record, claim, is_recorded, write_record, write_series
 
 BUSY = "busy"
@@ -47,7 +57,10 @@ def perform_run(folder: Path, job: Job, run: SweepRun) -> str:
     other versions of the program than the sweep began with.
     """
     _check_process(folder, job)
-    _read_recording(job.recordings[run.recording], job.hashes[run.recording])
+    if job.task == "turn":
+        _read_ski(job.recordings[run.recording], job.hashes[run.recording])
+    else:
+        _read_recording(job.recordings[run.recording], job.hashes[run.recording])
     with claim(folder, run.row) as mine:
         if not mine:
             return BUSY
@@ -68,7 +81,7 @@ def record_of(job: Job, run: SweepRun, folder: Path) -> Record:
         if simulated is not None and job.series:
             frame = series_of_run(simulated)
             write_series(folder, run.key, pa.Table.from_pandas(frame, preserve_index=False))
-    except SimulationDiverged as error:
+    except (SimulationDiverged, NoSteadyTurn) as error:
         status, message = "diverged", str(error)
     except InputError as error:
         if error.file.startswith(str(folder)):  # a full disk is no property of the run
@@ -124,8 +137,11 @@ def _check_process(folder: Path, job: Job) -> None:
 
 
 def _compute(job: Job, run: SweepRun) -> tuple[Figures, AnyRun | None]:
-    """The figures of the run, and the simulation unless it is a fit."""
+    """The figures of the run, and the simulation unless it is a fit or a turn."""
     numbers = numbers_of(dict(run.values))
+    if job.task == "turn":
+        ski, case = change_turn(_read_ski(job.recordings[run.recording], job.hashes[run.recording]), numbers)
+        return figures_of_turn(steady_turn(case, start_rolling(edges_of(ski)))[0]), None
     shape = tuple((name, value) for name, value in numbers.items() if is_shape(name))
     recording, motion, model = _changed_model(job, run.recording, shape)
     rest: dict[str, Any] = {name: value for name, value in numbers.items() if not is_shape(name)}
@@ -166,6 +182,13 @@ def _read_recording(folder: str, digest: str) -> tuple[Recording, Motion]:
     if fingerprint(recording.hashes) != digest:
         raise InputError(recording.folder, "", "the recording has changed since the sweep began", "begin a new sweep")
     return recording, motion_from_recording(recording)
+
+
+@lru_cache(maxsize=_KEPT)
+def _read_ski(name: str, digest: str) -> Ski:
+    if fingerprint({SKI: fingerprint_ski(name)}) != digest:
+        raise InputError(name, "", "the ski has changed since the sweep began", "begin a new sweep")
+    return ski_named(name, Path(), "sweep", "skis")
 
 
 def _resident() -> float:

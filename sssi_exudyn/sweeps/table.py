@@ -28,7 +28,7 @@ TIMINGS: Final = "timings.parquet"
 COLUMNS: Final = "columns.csv"
 _FIRST: Final = (
     Column("run", "1", "row of the design, through the recordings in order"),
-    Column("recording", "", "folder of the recording"),
+    Column("recording", "", "folder of the recording, or the ski of a turn"),
 )
 _LAST: Final = (
     Column("status", "", "done, diverged, failed or crashed"),
@@ -131,14 +131,15 @@ def table_of(plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:
 def origin_of(plan: Plan) -> dict[str, Any]:
     """Settings, hashes of the files read, versions and seed of the sweep; the same wherever its folder is."""
     file = plan.file
-    settings = {**file.settings, "name": file.name, "recordings": [folder.name for folder in file.folders]}
+    places = "skis" if file.task == "turn" else "recordings"
+    settings = {**file.settings, "name": file.name, places: [folder.name for folder in file.folders]}
     if file.model is not None:
         settings["model"] = file.model.name
     return {"identity": plan.job.identity, **provenance(plan.files, settings, plan.file.design.seed)}
 
 
 def _series(plan: Plan, record: Record) -> str | None:
-    if not plan.job.series or record.status != "done" or plan.job.task == "fit":
+    if not plan.job.series or record.status != "done" or plan.job.task != "simulate":
         return None
     return series_path(Path(), record.key).as_posix()
 
