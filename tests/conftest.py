@@ -13,7 +13,13 @@ COMPILE = Path(__file__).parent / "support" / "models" / "compile_kernels.py"
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Stop with one line where the package's links to the model folders are missing or no links."""
+    """Stop with one line where the package's links to the model folders are missing or no links; a source distribution,
+    which holds none, gets them.
+    """
+    if not (PACKAGE.parent / ".git").exists():
+        for name in ("bodies", "contact", "fitting", "validation"):
+            if not (PACKAGE / name).exists():
+                (PACKAGE / name).symlink_to(Path("..") / name, target_is_directory=True)
     broken = [name for name in ("bodies", "contact", "fitting", "validation") if not (PACKAGE / name).is_dir()]
     if broken:
         raise pytest.UsageError(

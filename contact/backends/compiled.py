@@ -410,7 +410,12 @@ def _module(source: str) -> ModuleType:
         # a name of its own and then a move: another process sees the whole file or none
         made = path.with_name(f".{name}.{os.getpid()}")
         made.write_bytes(source.encode())
-        made.replace(path)
+        try:
+            made.replace(path)
+        except PermissionError:  # on Windows, while another process has the same module open
+            made.unlink(missing_ok=True)
+            if path.read_bytes() != source.encode():
+                raise
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None

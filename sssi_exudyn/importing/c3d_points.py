@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import io
 import os
-import resource
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -21,6 +20,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.bounds import MAX_NUMBERS
 from sssi_exudyn.io.files import read_bytes
 from sssi_exudyn.runtime.optional import library
+from sssi_exudyn.runtime.posix import pages, posix_module
 
 _MEMORY: Final = 600_000_000
 """bytes of address space beyond what the process has at its start"""
@@ -73,13 +73,21 @@ def read_points(path: Path) -> Points:
     return Points(rate, bare, _UNITS[unit] * places, {name: _UNITS[unit] * size for name, size in sizes.items()})
 
 
-def _child(path: str) -> None:
-    """Read ``path`` within bounds of time and memory; what is in it to stdout."""
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
-    resource.setrlimit(resource.RLIMIT_AS, (used + _MEMORY, hard))
+def _limit() -> None:
+    """Bound this process's memory and time as far as the system can; the parent's patience bounds the rest."""
+    resource, used = posix_module("resource"), pages()
+    if resource is None:
+        return
+    if used is not None:
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(resource.RLIMIT_AS, (used[0] + _MEMORY, hard))
     resource.setrlimit(resource.RLIMIT_CPU, (_SECONDS, _SECONDS))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+def _child(path: str) -> None:
+    """Read ``path`` within bounds of time and memory; what is in it to stdout."""
+    _limit()
     file = library("ezc3d", Path(path)).c3d(path)
     point = file["parameters"]["POINT"]
     labels = [*point["LABELS"]["value"], *point.get("LABELS2", {"value": []})["value"]]

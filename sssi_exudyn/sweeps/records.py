@@ -3,23 +3,24 @@
 The worker that did the run writes its record under another name and moves it into place, so the record outlives the
 worker, the process that started it, and any scheduler between them.  While a run is computed, its byte of
 ``running.lock`` is locked: a worker whose parent is gone and a resumed sweep never do the same run at once, and the
-operating system releases the byte when its owner dies.  Of a retried run the last attempt counts.
+operating system releases the byte when its owner dies; without such locks, as on Windows, each run has a lock file.
+Of a retried run the last attempt counts.
 
-The folder has to be on one file system for all workers, with POSIX locks.
+The folder has to be on one file system for all workers, with POSIX locks where they are of that kind.
 """
 
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import uuid
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+import filelock
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -28,10 +29,12 @@ from sssi_exudyn.io.files import read_bytes
 from sssi_exudyn.io.parquet import read_texts
 from sssi_exudyn.io.typed import decode, encode
 from sssi_exudyn.io.writing import clear_errors
+from sssi_exudyn.runtime.posix import posix_module
 
 RECORDS: Final = "records"
 SERIES: Final = "series"
 _RUNNING: Final = "running.lock"
+_ROWS: Final = "running"
 DONE: Final = "done"
 STATUSES: Final = (DONE, "diverged", "failed", "crashed")
 """How a run may end: complete, stopped by the solver, by another error, by the death of its worker."""
@@ -67,6 +70,11 @@ class Record:
 @contextmanager
 def claim(folder: Path, row: int) -> Iterator[bool]:
     """Hold the run of ``row`` while inside; False where another process holds it."""
+    fcntl = posix_module("fcntl")
+    if fcntl is None:
+        with _claim_file(folder / _ROWS / f"{row}.lock") as mine:
+            yield mine
+        return
     with (folder / _RUNNING).open("ab") as file:
         try:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, row)
@@ -76,6 +84,24 @@ def claim(folder: Path, row: int) -> Iterator[bool]:
             yield False
             return
         yield True
+
+
+@contextmanager
+def _claim_file(path: Path) -> Iterator[bool]:
+    """A lock of its own for each run, where the system has none for single bytes."""
+    path.parent.mkdir(exist_ok=True)
+    lock = filelock.FileLock(path, timeout=0)
+    try:
+        lock.acquire()
+    except filelock.Timeout:
+        yield False
+        return
+    try:
+        yield True
+    finally:
+        lock.release()
+        with suppress(OSError):  # another process may have it already; whoever comes late finds the record
+            path.unlink()
 
 
 def write_record(folder: Path, record: Record) -> None:

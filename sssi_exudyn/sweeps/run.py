@@ -25,6 +25,7 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.plugins import require
+from sssi_exudyn.runtime.posix import pages
 from sssi_exudyn.runtime.provenance import versions
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import Prepared, prepare, simulate_reduced
@@ -100,7 +101,7 @@ def record_of(job: Job, run: SweepRun, folder: Path) -> Record:
         wall_s=clock.perf_counter() - begin,
         cpu_s=clock.process_time() - busy,
         worker=os.getpid(),
-        memory_MB=_resident() / 1e6,
+        memory_MB=_resident(),
         begin=start,
         end=clock.time(),
     )
@@ -191,7 +192,7 @@ def _read_ski(name: str, digest: str) -> Ski:
     return ski_named(name, Path(), "sweep", "skis")
 
 
-def _resident() -> float:
-    """Memory of this process now, bytes."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return float(pages * os.sysconf("SC_PAGE_SIZE"))
+def _resident() -> float | None:
+    """Memory of this process now, MB; None where the system does not tell."""
+    found = pages()
+    return None if found is None else found[1] / 1e6

@@ -2,8 +2,10 @@
 
 import ast
 import re
+import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
 import zipfile
 from pathlib import Path
@@ -97,6 +99,51 @@ def test_wheel_holds_every_module_and_table_and_nothing_else(wheel: Path) -> Non
     with zipfile.ZipFile(wheel) as archive:
         inside = {name for name in archive.namelist() if ".dist-info/" not in name}
     assert inside == {f"sssi_exudyn/{path}" for path in installed()}
+
+
+@pytest.mark.long
+def test_source_distribution_holds_tests_examples_and_site(tmp_path: Path) -> None:
+    source = tmp_path / "source"
+    left_out = shutil.ignore_patterns(
+        ".*", "*.egg-info", "__pycache__", "generated", "site", "build", "dist", "results"
+    )
+    shutil.copytree(ROOT, source, symlinks=True, ignore=left_out)
+    shutil.copytree(ROOT / "sssi_exudyn" / "results", source / "sssi_exudyn" / "results")  # a package of that name
+    shutil.copytree(ROOT / "tests" / "results", source / "tests" / "results")
+    script = "from setuptools.build_meta import build_sdist; build_sdist('made')"
+    subprocess.run([sys.executable, "-c", script], cwd=source, check=True, capture_output=True)
+    (built,) = (source / "made").glob("*.tar.gz")
+    with tarfile.open(built) as archive:
+        inside = {name.partition("/")[2] for name in archive.getnames()}
+    for wanted in (
+        *(
+            "tests/conftest.py",
+            "tests/support/tiny.py",
+            "tests/results/old_result/summary.json",
+            "mkdocs.yml",
+            "Makefile",
+        ),
+        *("examples/beginner/motion.bvh", "examples/first_run.ipynb", "docs/index.md", "docs/images/report.png"),
+        *("contact/terms/friction.py", "bodies/ski/skis.toml", "conda/meta.yaml", "CITATION.cff", "CHANGELOG.md"),
+    ):
+        assert wanted in inside, wanted
+
+
+def test_every_recipe_has_the_same_version_and_dependencies(declared: dict[str, Any]) -> None:
+    version = declared["project"]["version"]
+    recipe = (ROOT / "conda" / "meta.yaml").read_text(encoding="utf-8")
+    assert f'set version = "{version}"' in recipe
+    assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    run = recipe.partition("  run:\n")[2].partition("\n\n")[0]
+    there = {line.strip(" -").replace(" ", "").replace("matplotlib-base", "matplotlib") for line in run.splitlines()}
+    assert there == {f"python{declared['project']['requires-python']}", *declared["project"]["dependencies"]}
+
+
+def test_every_version_of_python_is_tried_on_every_platform(declared: dict[str, Any]) -> None:
+    workflow = (ROOT / ".github" / "workflows" / "platforms.yml").read_text(encoding="utf-8")
+    stated = [entry.rpartition(":: ")[2] for entry in declared["project"]["classifiers"] if "Python :: 3." in entry]
+    assert f"python: [{', '.join(repr(each) for each in stated)}]".replace("'", '"') in workflow
+    assert "[ubuntu-latest, windows-latest, macos-latest]" in workflow
 
 
 def test_wheel_works_away_from_its_source(wheel: Path, tmp_path: Path) -> None:
