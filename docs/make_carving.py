@@ -27,7 +27,7 @@ from sssi_exudyn.simulation.steady_turn import (
     start_rolling,
     steady_turn,
 )
-from sssi_exudyn.simulation.turn_rig import UNCERTAIN, rig_points
+from sssi_exudyn.simulation.turn_rig import UNCERTAIN, RigPoint, difference, rig_points
 
 SLALOM, GIANT = read_ski("slalom_165", "."), read_ski("giant_slalom_183", ".")
 SHOP = ("fischer_rc4_sc_165", "rossignol_9gs_174", "volkl_kendo_184", "voile_v6_183", "dynastar_team_stc_150")
@@ -378,9 +378,22 @@ def shop_table() -> str:
             if point.ski == ski.name
         ]
         lines.append(f"| {ski.name} | " + " | ".join(cells) + " |")
+    lines += ["\nThe same against slalom_165, whose snow and posture are the same:\n", lines[2], lines[3]]
+    for ski in skis[1:]:
+        pairs = [[p for p in points if p.ski == name] for name in (ski.name, "slalom_165")]
+        lines.append(f"| {ski.name} | " + " | ".join(_against(*pair) for pair in zip(*pairs, strict=True)) + " |")
     lines.append("\nSources:\n")
     lines += [f"- {ski.name}: {ski.source}" for ski in skis]
     return "\n".join(lines) + "\n"
+
+
+def _against(point: RigPoint, other: RigPoint) -> str:
+    found = difference(point, other)
+    return (
+        "one may slip"
+        if found is None
+        else f"{100.0 * found.share:+.1f} ± {100.0 * found.error:.1f} %".replace("-", "−")
+    )
 
 
 def _cell(radius: float | None, low: float | None, high: float | None, reserve: float | None) -> str:

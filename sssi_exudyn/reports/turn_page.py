@@ -17,7 +17,7 @@ from sssi_exudyn.reports.html import document
 from sssi_exudyn.reports.plots import COLOURS
 from sssi_exudyn.reports.section import Block, Drawing, Facts, Grid, Items, Section, Text
 from sssi_exudyn.simulation.steady_turn import SteadyTurn, TurnCase
-from sssi_exudyn.simulation.turn_rig import UNCERTAIN, RigPoint
+from sssi_exudyn.simulation.turn_rig import UNCERTAIN, RigPoint, difference
 
 _STYLES: Final = ("-", "--")
 """Of the lines: five skis, and five more."""
@@ -29,10 +29,11 @@ def turn_page(skis: Sequence[Ski], points: Sequence[RigPoint], case: TurnCase) -
     lead = (
         f"<p>{escape(', '.join(names))}: one ski with {case.load:g} N along the snow's normal at {case.speed:g} m/s, "
         "the resultant square to the base. Bars are one standard deviation of what is uncertain of snow and posture. "
-        "A difference between skis that is smaller than its bars is no claim.</p>\n"
+        "The skis' own figures are taken as they stand in the catalogue.</p>\n"
     )
     sections = [
         Section("Radius", (_over_edge(names, points, "radius (m)", _radius_bar), Grid(_radius_rows(names, points)))),
+        Section(f"Against {names[0]}", _differences(names, points)),
         Section("Side reserve", (Text(_RESERVE), _over_edge(names, points, "side reserve (1)", _reserve_bar))),
         Section("What the snow takes", (_over_edge(names, points, "drag (N)", _drag), Grid(_loss_rows(points)))),
         Section("Along the edge", _along(names, points)),
@@ -159,6 +160,29 @@ def _loss_rows(points: Sequence[RigPoint]) -> list[list[str]]:
             ]
         )
     return rows
+
+
+def _differences(names: Sequence[str], points: Sequence[RigPoint]) -> tuple[Block, ...]:
+    """The radius of every other ski against the first one's."""
+    edges = sorted({point.edge for point in points})
+    by = {(point.ski, point.edge): point for point in points}
+    rows = [["radius", *(f"{np.degrees(edge):.0f}°" for edge in edges)]]
+    rows += [[name, *(_difference_text(by[name, edge], by[names[0], edge]) for edge in edges)] for name in names[1:]]
+    return (Text(_ALIKE), Grid(rows)) if len(rows) > 1 else ()
+
+
+def _difference_text(point: RigPoint, other: RigPoint) -> str:
+    found = difference(point, other)
+    if found is None:
+        return "one may slip"
+    claim = "" if abs(found.share) > 2.0 * found.error else ", no claim"
+    return f"{100.0 * found.share:+.1f} ± {100.0 * found.error:.1f} %{claim}"
+
+
+_ALIKE: Final = (
+    "What is uncertain of snow and posture is the same for both skis, so the difference is known better than either "
+    "radius. Below two standard deviations it is no claim."
+)
 
 
 def _share_rows(points: Sequence[RigPoint]) -> list[list[str]]:

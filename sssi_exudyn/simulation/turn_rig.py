@@ -120,6 +120,38 @@ class RigPoint:
         return 1.0 / end if end > 0.0 else None
 
 
+@dataclass(frozen=True)
+class Difference:
+    """The radius of one ski against another's at the same edge angle, as a share: 0.1 is 10 % larger.
+
+    error : one standard deviation; what is uncertain is the same for both, so it is smaller than their bars
+    """
+
+    ski: str
+    other: str
+    edge: float
+    share: float
+    error: float
+
+
+def difference(point: RigPoint, other: RigPoint) -> Difference | None:
+    """The difference of two skis at one edge angle; None where one of them does not turn, whatever is uncertain."""
+    if point.radius is None or other.radius is None:
+        return None
+    assert point.turn is not None
+    assert other.turn is not None
+    share = other.turn.curvature / point.turn.curvature - 1.0
+    changes = []
+    for own, its in zip(point.curvatures, other.curvatures, strict=True):
+        either = []
+        for mine, theirs in zip(own, its, strict=True):
+            if mine is None or theirs is None or min(mine, theirs) <= 0.0:
+                return None
+            either.append(abs(theirs / mine - 1.0 - share))
+        changes.append(max(either))
+    return Difference(point.ski, other.ski, point.edge, share, float(np.linalg.norm(changes)))
+
+
 def ski_named(name: str, folder: Path, file: str | Path, place: str) -> Ski:
     """A ski of the catalogue, or the one ski in a .toml file, whose path counts from ``folder``.
 

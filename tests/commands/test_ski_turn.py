@@ -79,7 +79,14 @@ def test_two_skis_side_by_side(
         assert 0.0 < row["side_reserve"] < 1.0
     assert rows[0]["radius_m"] < rows[1]["radius_m"]
     page = Path("turns.html").read_text(encoding="utf-8")
-    for word in ("voile_v6_183", "backcountrymagazine.com", "side reserve", "pressure (kN/m)", "hardness", "no claim"):
+    for word in (
+        "voile_v6_183",
+        "backcountrymagazine.com",
+        "side reserve",
+        "pressure (kN/m)",
+        "hardness",
+        "Against slalom_165",
+    ):
         assert word in page
     with pytest.raises(SystemExit) as end:
         main(["ski", "turn", "slalom_165", "--edge", "45"])
