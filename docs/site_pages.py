@@ -76,10 +76,10 @@ def terms_page() -> str:
             about = (cls.__doc__ or "").strip().split("\n")[0]
             lines += [f"#### `{cls.name}`", "", about, "", f"> {formula(cls)}", ""]
             lines += [f"Sources: {'; '.join(cls.sources)}", ""]
-            lines += ["| number | default | from | to | unit | meaning | source |", "|---|---|---|---|---|---|---|"]
+            lines += ["| number | default | bounds | meaning; source |", "|---|---|---|---|"]
             for each in quantities(cls).values():
-                values = f"{each.default:g} | {each.low:g} | {each.high:g} | {each.unit}"
-                lines.append(f"| `{each.name}` | {values} | {_cell(each.meaning)} | {_cell(each.source)} |")
+                values = f"{each.default:g} {each.unit} | {each.low:g} … {each.high:g}"
+                lines.append(f"| `{each.name}` | {values} | {_cell(each.meaning)}; {_cell(each.source)} |")
             lines.append("")
     return "\n".join(lines)
 

@@ -43,7 +43,7 @@ _UNITS: Final = {
     "bodyweights": "body weight",
 }
 """Units by the last part of a column's name."""
-_LONGEST: Final = 300
+_LONGEST: Final = 1500
 """Characters of a sentence in a notebook's table."""
 
 

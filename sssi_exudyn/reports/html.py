@@ -27,8 +27,7 @@ def document(title: str, lead: str, sections: Sequence[Section]) -> str:
         for index, (headline, content) in enumerate(shown)
     )
     links = "".join(
-        f'<a href="#part-{index}">{escape(headline.partition(":")[0])}</a>\n'
-        for index, (headline, _) in enumerate(shown)
+        f'<a href="#part-{index}">{escape(_short(headline))}</a>\n' for index, (headline, _) in enumerate(shown)
     )
     script = _read_packaged("replay.js") if 'class="replay"' in body else ""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
@@ -42,6 +41,11 @@ def document(title: str, lead: str, sections: Sequence[Section]) -> str:
         + (f"<script>{script}</script>\n" if script else "")
         + "</body>\n</html>\n"
     )
+
+
+def _short(headline: str) -> str:
+    """A headline without what stands after a colon or in brackets."""
+    return headline.partition(":")[0].partition(" (")[0]
 
 
 def _read_packaged(name: str) -> str:

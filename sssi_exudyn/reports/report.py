@@ -1,7 +1,7 @@
 """The report of a result, or of several side by side, made from what their folders hold.
 
-A sentence of result comes first, then the run itself in 3D, then what the paper shows of its runs in the paper's order
-(Table 1, Figures 4 to 8), then what else is known, the solver's health and where it all comes from.
+A sentence of result comes first, what it rests on, then the run itself in 3D, then what the paper shows of its runs in
+the paper's order (Table 1, Figures 4 to 8), then what else is known, the solver's health and where it all comes from.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from sssi_exudyn.bodies.skier.chain import geometry_to_dict
 from sssi_exudyn.model.toml import model_files, model_to_dict
 from sssi_exudyn.reports.html import document
 from sssi_exudyn.reports.section import Runs, Section
-from sssi_exudyn.reports.sections import diagnosis, few_sensors, muscles, replay, tables, terms, turn_tables
+from sssi_exudyn.reports.sections import diagnosis, few_sensors, limits, muscles, replay, tables, terms, turn_tables
 from sssi_exudyn.reports.sections.curve_figures import figure_5, figure_7, figure_8
 from sssi_exudyn.reports.sections.snow_surface import snow_surface
 from sssi_exudyn.reports.sections.track_figures import figure_4, figure_6
@@ -25,6 +25,7 @@ from sssi_exudyn.results.folder import write_result
 from sssi_exudyn.results.stored import StoredRun, read_run
 
 SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
+    limits.limits,
     diagnosis.diagnosis,
     few_sensors.few_sensors,
     replay.the_run,

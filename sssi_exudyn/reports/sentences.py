@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Final, Literal
 
 from sssi_exudyn.analysis.biomechanics import Spread
 from sssi_exudyn.reports.section import Runs
 from sssi_exudyn.results.stored import StoredRun
-from sssi_exudyn.results.summary import Summary
+from sssi_exudyn.results.summary import Estimate, Summary
 
 WEDGE_DEG: Final = 5.0
 """Angle between the skis from which they make a wedge: between the paper's beginner (9°) and intermediate (2°)."""
@@ -16,6 +17,12 @@ SKIDDED_DEG: Final = 12.0
 """Mean steering angle from which a turn is skidded: between the paper's beginner (25°) and intermediate (6°)."""
 
 
+Known = tuple[float, float]
+"""A number and its standard error."""
+_NOTICEABLE: Final = 2.0
+"""Standard errors from which two numbers are said to differ."""
+_LEAST_TURNS: Final = 2
+"""Turns from which their spread is known."""
 Group = Literal["each", "control"]
 """Figures of whole turns, or of their control phase."""
 
@@ -24,7 +31,7 @@ def sentences(runs: Runs) -> list[str]:
     """The result in words: the skiing and the agreement of each recording, what was missing, and how two differ."""
     found = [
         f"{run.name}: {_early_stop(run.summary)}{_skiing(run.summary)}{_agreement(run.summary)}"
-        f"{_friction(run.summary)}{_missing(run.summary)}"
+        f"{_friction(run.summary)}{_residual(run.summary)}{_assumed(run.summary)}{_missing(run.summary)}"
         for run in runs
     ]
     if len(runs) == 2:
@@ -79,10 +86,28 @@ def _agreement(summary: Summary) -> str:
     if error is None or percent is None:
         return "The run was simulated; there is no GPS track to compare it with."
     words = f"The simulated track misses the GPS by {error:.3f} m on average, {percent:.2f}\u00a0% of its length"
-    correlation = summary.pressure_ratio.correlation
+    correlation, rmsd = summary.pressure_ratio.correlation, summary.pressure_ratio.rmsd
     if correlation is not None:
-        words += f"; the load's shift between the feet correlates {correlation:.3f} with the insoles"
+        off = "" if rmsd is None else f" and is {100.0 * rmsd:.0f}\u00a0% of the load off (rms)"
+        words += f"; the load's shift between the feet correlates {correlation:.3f} with the insoles{off}"
     return words + "."
+
+
+def _residual(summary: Summary) -> str:
+    """The moment at the pelvis that nothing explains."""
+    found = summary.residual_moment
+    if found.rms_Nm is None or found.verdict is None:
+        return ""
+    judged = {"good": "which is good", "okay": "which is okay", "bad": "which is bad"}[found.verdict]
+    return (
+        f" The moment left over at the pelvis is {found.rms_Nm:.0f} N\u00a0m (rms), {judged} by OpenSim's thresholds."
+    )
+
+
+def _assumed(summary: Summary) -> str:
+    """That something was assumed which nobody said."""
+    some = any(notice.startswith("assumed") for notice in summary.notices)
+    return " Part of what is stated of skier and equipment was assumed." if some else ""
 
 
 def _friction(summary: Summary) -> str:
@@ -104,17 +129,51 @@ def _friction(summary: Summary) -> str:
 
 
 def _difference(first: StoredRun, second: StoredRun) -> list[str]:
-    """How the second run differs from the first; nothing where either has no complete turns."""
-    pairs = {
-        name: (mean_of(first.summary, name), mean_of(second.summary, name))
-        for name in ("mean_speed_mps", "turn_radius_m", "steering_angle_mean_deg")
-    }
-    if any(a is None or b is None for a, b in pairs.values()):
+    """How the second run differs from the first, each difference with its standard error; what is within two of these
+    is not said to differ.
+    """
+    said, same = [], []
+    for what, (a, b), unit, more, less in _compared(first.summary, second.summary):
+        if a is None or b is None:
+            continue
+        difference, error = b[0] - a[0], math.hypot(a[1], b[1])
+        if abs(difference) <= _NOTICEABLE * error:
+            same.append(what)
+        else:
+            word = more if difference > 0.0 else less
+            digits = max(0, min(4, -math.floor(math.log10(max(error, 1e-4)))))
+            said.append(f"{what} is {word} by {abs(difference):.{digits}f} ± {error:.{digits}f}{unit}")
+    if not said and not same:
         return []
-    speed, radius, steering = ((float(a or 0.0), float(b or 0.0)) for a, b in pairs.values())
+    words = f"Against {first.name}, of {second.name} {', '.join(said)}" if said else ""
+    alike = f"no difference beyond its uncertainty in {', '.join(same)}"
+    if not same:
+        return [f"{words}."]
+    return [f"{words}; {alike}." if said else f"Between {first.name} and {second.name} there is {alike}."]
+
+
+def _compared(first: Summary, second: Summary) -> list[tuple[str, tuple[Known | None, Known | None], str, str, str]]:
+    """What is compared: its name, its number with its standard error in both runs, unit, words for more and less."""
+    speed, radius, skid = (
+        (_over_turns(first, name), _over_turns(second, name))
+        for name in ("mean_speed_mps", "turn_radius_m", "steering_angle_mean_deg")
+    )
+    mu_t = _with_error(first.friction.mu_t), _with_error(second.friction.mu_t)
     return [
-        f"Against {first.name}, {second.name} goes {abs(speed[1] - speed[0]):.1f} m/s "
-        f"{'faster' if speed[1] >= speed[0] else 'slower'}, on a radius {radius[1] / radius[0]:.1f} times as large, "
-        f"with the skis {abs(steering[1] - steering[0]):.0f}° "
-        f"{'farther off' if steering[1] >= steering[0] else 'closer to'} the way they go."
+        ("the mean speed", speed, " m/s", "higher", "lower"),
+        ("the turn radius", radius, " m", "larger", "smaller"),
+        ("the skid angle", skid, "°", "larger", "smaller"),
+        ("μ_t", mu_t, "", "higher", "lower"),
     ]
+
+
+def _over_turns(summary: Summary, name: str) -> Known | None:
+    """A figure's mean over the turns, and the standard error that their spread leaves; None for fewer than two."""
+    spread = spread_of(summary, name)
+    if spread.mean is None or spread.sd is None or spread.turns is None or spread.turns < _LEAST_TURNS:
+        return None
+    return spread.mean, spread.sd / math.sqrt(spread.turns)
+
+
+def _with_error(found: Estimate) -> Known | None:
+    return None if found.value is None or found.se is None else (found.value, found.se)

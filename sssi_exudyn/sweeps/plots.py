@@ -23,7 +23,9 @@ _HEAT: Final = "cividis"
 
 
 def response_svg(name: str, table: pd.DataFrame, axis: Axis, output: str, unit: str) -> str:
-    """The figure ``output`` of all runs against one parameter, recording by recording; a line joins groups' means."""
+    """The figure ``output`` of all runs against one parameter, recording by recording; a line joins groups' means where
+    the parameter is a number.
+    """
 
     def draw(axes: Axes) -> None:
         recordings = list(table["recording"].unique())
@@ -37,7 +39,10 @@ def response_svg(name: str, table: pd.DataFrame, axis: Axis, output: str, unit: 
             )
             groups = groups_of(runs[axis.name])
             means = pd.DataFrame({"x": place, "y": runs[output].to_numpy()}).groupby(groups.to_numpy()).mean()
-            axes.plot(means["x"], means["y"], color=colour, label=recording if len(recordings) > 1 else "mean")
+            label = recording if len(recordings) > 1 else "mean"
+            (drawn,) = axes.plot(means["x"], means["y"], color=colour, label=label)
+            if words:  # nothing lies between names
+                drawn.set(linestyle="", marker="_", markersize=18.0)
             if words:
                 axes.set_xticks(range(len(words)), words)
         axes.set(xlabel=_label(axis.name, axis.parameter.unit), ylabel=_label(output, unit))
@@ -112,10 +117,22 @@ def _word(value: object) -> str:
 
 
 def _label(name: str, unit: str) -> str:
-    """A name with its unit, where that is not a part of it."""
-    written = unit in ("", "1") or name.rpartition("_")[2] in _AS_WRITTEN
-    return name if written else f"{name} ({unit})"
+    """A name with its unit in brackets: ``mean_speed_mps`` is "mean speed (m/s)"; parameters keep their files' name."""
+    bare, _, last = name.rpartition("_")
+    written = bare if bare and last in _AS_WRITTEN else name
+    shown = _AS_WRITTEN.get(last, unit) if written == bare else _AS_WRITTEN.get(unit, unit)
+    words = written if "." in written else written.replace("_", " ")
+    return f"{words} ({shown})" if shown else words
 
 
-_AS_WRITTEN: Final = ("deg", "m", "mps", "N", "J", "Nm", "percent", "s")
-"""Units as they end names."""
+_AS_WRITTEN: Final = {
+    "deg": "°",
+    "m": "m",
+    "mps": "m/s",
+    "N": "N",
+    "J": "J",
+    "Nm": "N m",
+    "percent": "%",
+    "s": "s",
+}
+"""Units as they end names, and as they are shown."""

@@ -82,7 +82,7 @@ def test_every_term_is_there_with_its_formula_and_its_numbers(made: ModuleType) 
         assert f"#### `{cls.name}`" in page
         assert formula(cls) in page
         for about in quantities(cls).values():
-            assert f"| `{about.name}` | {about.default:g} |" in page
+            assert f"| `{about.name}` | {about.default:g} {about.unit} |" in page
 
 
 def test_commands_on_the_pages_exist() -> None:

@@ -36,7 +36,8 @@ def test_nothing_of_it_is_there() -> None:
     assert _resident() is None
 
 
-def test_memory_is_told_where_it_can_be() -> None:
+def test_memory_is_told_where_it_can_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("SSSI_WITHOUT_POSIX", raising=False)
     found = pages()
     if found is None:
         assert not Path("/proc/self/statm").exists()

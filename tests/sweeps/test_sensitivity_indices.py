@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.axes import Axes
 
+from sssi_exudyn.reports.plots import svg
 from sssi_exudyn.sweeps.file import sweep_from
 from sssi_exudyn.sweeps.page import render_sweep
 from sssi_exudyn.sweeps.plan import Plan, plan_sweep
+from sssi_exudyn.sweeps.plots import _label
 from sssi_exudyn.sweeps.run import crash_record
 from sssi_exudyn.sweeps.sensitivity_indices import groups_of, indices_of, rank_parameters
 from sssi_exudyn.sweeps.table import table_of
@@ -115,3 +118,29 @@ def test_page_of_a_sweep_of_which_nothing_is_done() -> None:
     page = render_sweep(plan, table, indices_of(plan, table), dict(plan.job.versions))
     assert "0 of them complete" in page
     assert "<svg" not in page
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "label"),
+    [
+        ("mean_speed_mps", "m/s", "mean speed (m/s)"),
+        ("edge_angle_max_deg", "deg", "edge angle max (°)"),
+        ("friction.mu_t", "1", "friction.mu_t (1)"),
+        ("posture.pelvis_list_deg", "deg", "posture.pelvis_list (°)"),
+        ("skier.mass", "kg", "skier.mass (kg)"),
+        ("equipment.skis", "", "equipment.skis"),
+    ],
+)
+def test_axes_have_names_with_units(name: str, unit: str, label: str) -> None:
+    assert _label(name, unit) == label
+
+
+def test_long_names_have_their_room() -> None:
+    def bars(axes: Axes) -> None:
+        axes.barh([0, 1], [1.0, 2.0])
+        axes.set_yticks([0, 1], ["friction.mu_t", "posture.pelvis_rotation_deg"])
+
+    drawn = svg("x", bars)
+    # the frame's left edge, in points of which an inch has 72: 27 letters of some 5.5 points
+    left = min(float(x) for x in re.findall(r'd="M ([\d.]+)', drawn) if float(x) > 0.0)
+    assert left > 27 * 5.5

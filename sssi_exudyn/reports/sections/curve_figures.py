@@ -57,7 +57,7 @@ def figure_5(runs: Runs) -> Section:
         ]
         panels.append(_curves(f"{words} (°)", series, cycles))
     return figure_section(
-        "Figure 5: joint angles over two linked turns",
+        "Joint angles over two linked turns (the paper's Figure 5)",
         f"Positive is what each panel is called. {_pairs_of_turns(runs, cycles)}",
         tuple(panels),
         (*_of_runs(runs), *_of_sides()),
@@ -82,7 +82,7 @@ def figure_7(runs: Runs) -> Section:
         ]
         panels.append(_curves(f"{run.name} (BW)", series, {index: cycle}, phases=True))
     return figure_section(
-        "Figure 7: ski-snow contact forces over two linked turns",
+        "Ground reaction force on each ski over two linked turns (the paper's Figure 7)",
         "The snow's normal force on each ski over the skier's body weight; vertical lines are transitions, dashed "
         f"ones the bounds of the phases. {_pairs_of_turns(runs, cycles)}",
         tuple(panels),
@@ -103,7 +103,7 @@ def figure_8(runs: Runs) -> Section:
         ]
         panels.append(_curves(f"{words} (N m/kg)", series, cycles, mark_spikes=True))
     return figure_section(
-        "Figure 8: joint moments over two linked turns",
+        "Joint moments over two linked turns (the paper's Figure 8)",
         "Positive is what each panel is called, a kilogram of the skier; diamonds are spikes at the transition between "
         f"the turns. {_pairs_of_turns(runs, cycles)}",
         tuple(panels),

@@ -32,7 +32,7 @@ def table_1(runs: Runs) -> Section:
         ]
         for run in runs
     ]
-    return table_section("Table 1: friction and error of the track", [head, *rows])
+    return table_section("Friction and error of the track (the paper's Table 1)", [head, *rows])
 
 
 def friction(summary: Summary, name: str) -> str:

@@ -30,7 +30,7 @@ def figure_4(runs: Runs) -> Section:
     by_run = [_panels_of(run) for run in runs]
     panels = [each[kind] for kind in _KINDS for each in by_run if kind in each]
     return figure_section(
-        "Figure 4: simulated and measured",
+        "Simulated and measured (the paper's Figure 4)",
         "Trajectory of the antenna in the slope's plane, its distance to the GPS fixes with the fixes' standard "
         "deviation as a band, and the left foot's share of the load",
         tuple(panels),
@@ -131,7 +131,7 @@ def figure_6(runs: Runs) -> Section:
         if run.geometry is not None
     ]
     return figure_section(
-        "Figure 6: trajectories in the slope's plane",
+        "Trajectories in the slope's plane (the paper's Figure 6)",
         "Seen from above, the fall line downwards: two linked turns from the middle of the run",
         tuple(panels),
         (

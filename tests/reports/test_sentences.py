@@ -1,0 +1,94 @@
+"""The result in words: the bad news too, and no difference that its uncertainty covers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from a_run import a_run
+
+from sssi_exudyn.analysis.biomechanics import ResidualMoment, Spread
+from sssi_exudyn.reports.sections.limits import limits
+from sssi_exudyn.reports.sentences import sentences
+from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.results.summary import Correction, Estimate, Fit, Friction, Interval, Noise, UncertaintyFigures
+
+
+@pytest.fixture(scope="module")
+def run() -> StoredRun:
+    return a_run()
+
+
+def with_figures(run: StoredRun, **figures: Any) -> StoredRun:
+    return replace(run, summary=replace(run.summary, **figures))
+
+
+def lines_of(run: StoredRun) -> str:
+    return " ".join(str(block) for block in limits([run]).blocks)
+
+
+def test_the_bad_news_is_said_too(run: StoredRun) -> None:
+    told = with_figures(
+        run,
+        residual_moment=ResidualMoment(210.0, 93.0, 75.0, 50.0, "bad"),
+        notices=("assumed, since nobody said it: skier.mass_kg = 75.0",),
+    )
+    (words,) = sentences([told])
+    rmsd = told.summary.pressure_ratio.rmsd
+    assert rmsd is not None
+    assert f"and is {100.0 * rmsd:.0f}\u00a0% of the load off" in words
+    assert "93 N\u00a0m (rms), which is bad by OpenSim's thresholds" in words
+    assert "was assumed" in words
+    assert "was assumed" not in sentences([run])[0]
+
+
+def friction(value: float, se: float | None) -> Friction:
+    return Friction(Estimate(value, se), Estimate(0.5, 0.01))
+
+
+def turns_of(run: StoredRun, speed: float, sd: float, turns: int = 9) -> StoredRun:
+    each = {"mean_speed_mps": Spread(speed, sd, turns)}
+    return with_figures(run, turns=replace(run.summary.turns, each=each))
+
+
+def test_a_difference_is_said_with_its_uncertainty(run: StoredRun) -> None:
+    first = with_figures(turns_of(run, 8.0, 0.3), friction=friction(0.06, 0.003))
+    second = with_figures(turns_of(run, 9.0, 0.3), friction=friction(0.062, 0.004), recording="other")
+    words = sentences([first, second])[2]
+    # 0.3 m/s over the root of 9 turns, in both: 0.14 m/s
+    assert "of other the mean speed is higher by 1.0 ± 0.1 m/s" in words
+    assert "no difference beyond its uncertainty in μ_t" in words
+    assert "radius" not in words  # unknown in one of them
+    apart = sentences([first, with_figures(second, friction=friction(0.09, 0.004))])[2]
+    assert "μ_t is higher by 0.030 ± 0.005" in apart
+
+
+def test_without_uncertainties_no_difference_is_said(run: StoredRun) -> None:
+    first = with_figures(turns_of(run, 8.0, 0.3, turns=1), friction=friction(0.06, None))
+    second = with_figures(turns_of(run, 9.0, 0.3, turns=1), friction=friction(0.19, None))
+    assert len(sentences([first, second])) == 2
+
+
+def test_what_every_run_assumes_and_what_holds_of_this_one(run: StoredRun) -> None:
+    assert "The movement is prescribed" in lines_of(run)
+    assert "Nothing was fitted" in lines_of(run)
+    fitted = with_figures(run, fit=Fit(method="paper", converged=False, reason="no progress"))
+    assert "did not converge: no progress" in lines_of(fitted)
+    assert "Standard errors count the track's residual alone" in lines_of(fitted)
+    found = UncertaintyFigures(
+        interval_90={"mu_t": Interval(0.05, 0.07)},
+        shares={"mu_t": {"posture": 1.0}},
+        posture_rms_deg={},
+        largest=(Correction("skier's mass", -4.2),),
+        noise={"x": Noise(1.0, 1.0)},
+        fits_priors=False,
+    )
+    sure = with_figures(run, fit=Fit(method="joint", converged=True), uncertainty=found)
+    assert "Skier's mass had to be corrected by 4.2 standard deviations" in lines_of(sure)
+    assert "residual alone" not in lines_of(sure)
+    assumed = with_figures(run, notices=("assumed, since nobody said it: a", "another notice"))
+    assert "assumed, since nobody said it: a" in lines_of(assumed)
+    assert "another notice" not in lines_of(assumed)
+    bad = with_figures(run, residual_moment=ResidualMoment(210.0, 40.0, 75.0, 50.0, "bad"))
+    assert "(40 N m rms, 210 N m at most) is bad" in lines_of(bad)
