@@ -123,8 +123,36 @@
       this.tell();
     }
 
+    // The slope as snow: cells that fade with their distance, and lines of equal height, a metre apart.
+    drawSnow(x, y, reach) {
+      const pen = this.pen, cell = 2, [first, last] = [-reach / cell, reach / cell - 1];
+      const [i, j] = [cell * Math.round(x / cell), cell * Math.round(y / cell)];
+      pen.fillStyle = this.colour("snow");
+      for (let a = first; a <= last; a++) {
+        for (let b = first; b <= last; b++) {
+          const away = Math.hypot((a + 0.5) * cell + i - x, (b + 0.5) * cell + j - y) / reach;
+          const corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(
+            ([k, l]) => this.project(this.onSnow(i + cell * (a + k), j + cell * (b + l))));
+          if (away >= 1 || corners.includes(null)) continue;
+          pen.globalAlpha = 1 - away * away;
+          pen.beginPath();
+          corners.forEach((at, k) => (k ? pen.lineTo(at.x, at.y) : pen.moveTo(at.x, at.y)));
+          pen.fill();
+        }
+      }
+      pen.globalAlpha = 1;
+      const slope = Math.tan(this.data.inclination);
+      if (slope < 0.02) return;
+      const top = this.onSnow(x, y)[2];
+      for (let z = Math.ceil(top - reach * slope); z <= top + reach * slope; z++) {
+        const at = x + (top - z) / slope;
+        this.line([-reach, 0, reach].map((r) => this.onSnow(at, y + r)), this.colour("contour"), z % 5 ? 1 : 2);
+      }
+    }
+
     drawGround() {
       const [x, y] = this.com(), reach = 14;
+      this.drawSnow(x, y, reach);
       const grid = this.colour("grid"), [i, j] = [Math.round(x), Math.round(y)];
       for (let k = -reach; k <= reach; k += 2) {
         const down = 2 * Math.round((i + k) / 2), across = 2 * Math.round((j + k) / 2);
@@ -324,5 +352,48 @@
     }
   }
 
-  for (const box of document.querySelectorAll(".replay")) new Replay(box);
+  // Several runs played as one: the same time since each run's start.
+  function playTogether(box, players) {
+    const button = box.querySelector("button"), slider = box.querySelector("input");
+    const longest = Math.max(...players.map(({ data }) => (data.frames - 1) / data.rate));
+    let seconds = 0, playing = false;
+    const show = () => {
+      for (const each of players) {
+        each.frame = Math.min(each.data.frames - 1, seconds * each.data.rate);
+        each.draw();
+      }
+      slider.value = seconds / longest;
+      slider.setAttribute("aria-valuetext", `${seconds.toFixed(2)} s since each start`);
+    };
+    const stop = () => {
+      playing = false;
+      button.textContent = "Play together";
+    };
+    button.addEventListener("click", () => {
+      if (playing) return stop();
+      for (const each of players) each.play(false);
+      if (seconds >= longest) seconds = 0;
+      playing = true;
+      button.textContent = "Pause both";
+      let before = performance.now();
+      const next = (now) => {
+        if (!playing) return;
+        seconds = Math.min(longest, seconds + (players[0].speed * Math.max(0, now - before)) / 1000);
+        before = now;
+        show();
+        if (seconds >= longest) stop();
+        else requestAnimationFrame(next);
+      };
+      requestAnimationFrame(next);
+    });
+    slider.addEventListener("input", () => {
+      stop();
+      seconds = slider.value * longest;
+      show();
+    });
+    box.hidden = false;
+  }
+
+  const players = [...document.querySelectorAll(".replay")].map((box) => new Replay(box));
+  for (const box of document.querySelectorAll(".together")) playTogether(box, players);
 })();

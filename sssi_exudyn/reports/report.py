@@ -17,6 +17,7 @@ from sssi_exudyn.reports.html import document
 from sssi_exudyn.reports.section import Runs, Section
 from sssi_exudyn.reports.sections import diagnosis, few_sensors, limits, muscles, replay, tables, terms, turn_tables
 from sssi_exudyn.reports.sections.curve_figures import figure_5, figure_7, figure_8
+from sssi_exudyn.reports.sections.overlay import overlay
 from sssi_exudyn.reports.sections.snow_surface import snow_surface
 from sssi_exudyn.reports.sections.track_figures import figure_4, figure_6
 from sssi_exudyn.reports.sections.uncertainty import uncertainty
@@ -29,6 +30,7 @@ SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
     diagnosis.diagnosis,
     few_sensors.few_sensors,
     replay.the_run,
+    overlay,
     tables.table_1,
     uncertainty,
     figure_4,

@@ -52,6 +52,11 @@ _KEY: Final = "".join(
         ("path", "path of the centre of mass"),
     )
 )
+_TOGETHER: Final = (
+    '<p class="together" hidden><button type="button">Play together</button>\n'
+    '<input type="range" min="0" max="1" step="any" value="0" aria-label="time since each start"></p>\n'
+)
+"""Controls of several replays at once: the same time since each start, at the first one's speed."""
 _LEAVES: Final = tuple(i for i in range(len(SEGMENTS)) if i not in PARENT)
 """Segments that carry no other: head, hands and toes are drawn to their far end."""
 _BULK: Final = {"pelvis": 0.1, "torso": 0.09, "femur": 0.075, "tibia": 0.055, "humerus": 0.045, "ulna": 0.04}
@@ -213,6 +218,8 @@ def the_run(runs: Runs) -> Section:
         if run.geometry is not None and len(run.time) > 1
     ]
     beside = f'<div class="beside">\n{"".join(players)}</div>\n'
+    if len(players) > 1:
+        beside = _TOGETHER + beside
     return Section("The run", (Markup(beside),) if players else ())
 
 
