@@ -191,6 +191,18 @@ def replay_works(browser: Browser) -> dict[str, bool]:
     return done
 
 
+def played_together(browser: Browser) -> bool:
+    """Whether the button of several replays moves them all, by the same time."""
+    browser.value("document.querySelector('.together button').click(); new Promise((done) => setTimeout(done, 500))")
+    browser.value("document.querySelector('.together button').click()")
+    seconds = browser.value(
+        "[...document.querySelectorAll('.replay')].map((box) => {"
+        " const data = JSON.parse(box.querySelector('script').textContent);"
+        " return box.querySelector('[name=time]').value * (data.frames - 1) / data.rate; })"
+    )
+    return min(seconds) > 0.1 and max(seconds) - min(seconds) < 1e-6
+
+
 def touched(browser: Browser) -> bool:
     """Whether a finger turns the replay."""
     look = "document.querySelector('.replay canvas').toDataURL().slice(-4000)"
@@ -221,6 +233,8 @@ def main() -> int:
             wide = browser.value("document.documentElement.scrollWidth - document.documentElement.clientWidth")
             done[f"{name} has nothing beside the screen"] = wide <= 0
             browser.picture(pictures / f"{name}.png")
+            if browser.value("document.querySelectorAll('.replay').length > 1"):
+                done[f"{name}: played together"] = played_together(browser)
             if browser.value("document.querySelector('.replay') !== null"):
                 done |= {f"{name}: {what}": well for what, well in replay_works(browser).items()}
                 if name == "phone":

@@ -19,19 +19,19 @@ LEFT: Final = "--"
 """Line styles of the sides, as the paper has them."""
 _TRUNK: Final = ("pelvis", "lumbar")
 ANGLES: Final = (
-    ("hip_flexion", 1.0, "hip flexion"),
-    ("hip_adduction", 1.0, "hip adduction"),
-    ("hip_rotation", 1.0, "hip internal rotation"),
-    ("knee_angle", -1.0, "knee extension"),
-    ("ankle_angle", 1.0, "ankle dorsiflexion"),
-    ("pelvis_tilt", 1.0, "pelvis backward tilt"),
-    ("pelvis_list", 1.0, "pelvis right list"),
-    ("pelvis_rotation", 1.0, "pelvis left rotation"),
-    ("lumbar_extension", 1.0, "lumbar extension"),
-    ("lumbar_bending", 1.0, "lumbar right bending"),
-    ("lumbar_rotation", 1.0, "lumbar left rotation"),
+    ("hip_flexion", "hip flexion"),
+    ("hip_adduction", "hip adduction"),
+    ("hip_rotation", "hip internal rotation"),
+    ("knee_angle", "knee flexion"),
+    ("ankle_angle", "ankle dorsiflexion"),
+    ("pelvis_tilt", "pelvis backward tilt"),
+    ("pelvis_list", "pelvis right list"),
+    ("pelvis_rotation", "pelvis left rotation"),
+    ("lumbar_extension", "lumbar extension"),
+    ("lumbar_bending", "lumbar right bending"),
+    ("lumbar_rotation", "lumbar left rotation"),
 )
-"""Figure 5: coordinate, sign that makes positive what the name says, name.  Knees are kept flexion positive."""
+"""Figure 5: coordinate, and what is positive.  The paper has knee extension."""
 MOMENTS: Final = (
     ("hip_flexion", "hip flexion"),
     ("hip_adduction", "hip adduction"),
@@ -39,7 +39,7 @@ MOMENTS: Final = (
     ("knee_angle", "knee flexion"),
     ("ankle_angle", "ankle dorsiflexion"),
 )
-"""Figure 8."""
+"""Figure 8: likewise."""
 _AROUND: Final = 0.2
 """Share of a turn before and after the transition in which a spike counts as the transition's."""
 _SPIKE: Final = 0.3
@@ -49,9 +49,9 @@ _SPIKE: Final = 0.3
 def figure_5(runs: Runs) -> Section:
     cycles = cycles_of(runs)
     panels = []
-    for name, sign, words in ANGLES:
+    for name, words in ANGLES:
         series = [
-            (index, style, f"{run.name}{side}", _degrees(run, coordinate, sign))
+            (index, style, f"{run.name}{side}", _degrees(run, coordinate))
             for index, run in enumerate(runs)
             for coordinate, style, side in _sides(name)
         ]
@@ -66,9 +66,8 @@ def figure_5(runs: Runs) -> Section:
     )
 
 
-def _degrees(run: StoredRun, coordinate: str, sign: float) -> Array:
-    values = run.series[f"{coordinate}_deg"].to_numpy(dtype=float)
-    return sign * np.unwrap(values, period=360.0)
+def _degrees(run: StoredRun, coordinate: str) -> Array:
+    return np.asarray(np.unwrap(run.series[f"{coordinate}_deg"].to_numpy(dtype=float), period=360.0))
 
 
 def figure_7(runs: Runs) -> Section:
