@@ -63,11 +63,15 @@ def _prepare_streams() -> None:
 
 
 def _with_verb(arguments: Sequence[str]) -> list[str]:
-    """``sssi sweep FILE`` is short for ``sssi sweep start FILE``."""
-    first, *rest = arguments or [""]
-    if first == "sweep" and rest and rest[0] not in (*SWEEP_VERBS, "-h", "--help"):
-        return [first, SWEEP_VERBS[0], *rest]
-    return list(arguments)
+    """``sssi sweep FILE`` is short for ``sssi sweep start FILE``, whatever plug-ins stand before."""
+    found = list(arguments)
+    at = 0
+    while at < len(found) and found[at].startswith("--plugin"):
+        at += 1 if "=" in found[at] else 2
+    rest = found[at + 1 :]
+    if found[at : at + 1] == ["sweep"] and rest and rest[0] not in (*SWEEP_VERBS, "-h", "--help"):
+        found.insert(at + 1, SWEEP_VERBS[0])
+    return found
 
 
 def parser() -> argparse.ArgumentParser:
