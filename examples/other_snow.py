@@ -1,4 +1,4 @@
-"""How far would the beginner have come in 5 s on slower snow?"""
+"""How far would the beginner have come in 3 s on slower snow?"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import sssi_exudyn
 
 recording = sssi_exudyn.read_recording(Path(__file__).parent / "beginner")
-short = replace(recording, stop=recording.start + 5.0)
+short = replace(recording, stop=recording.start + 3.0)
 model = sssi_exudyn.model_of(short)
 for mu_t in (0.04, 0.08, 0.12):
     run = sssi_exudyn.simulate(short, model=model.with_values({"friction.mu_t": mu_t}))

@@ -76,7 +76,11 @@ def _with_verb(arguments: Sequence[str]) -> list[str]:
 
 def parser() -> argparse.ArgumentParser:
     """The arguments that ``sssi`` takes."""
-    top = argparse.ArgumentParser(prog="sssi", description="Skier, ski and snow, simulated from a recorded run.")
+    top = argparse.ArgumentParser(
+        prog="sssi",
+        description="Skier, ski and snow, simulated from a recorded run.",
+        epilog="Begin with: sssi example beginner, then sssi run beginner --out result, and open result/report.html.",
+    )
     top.add_argument("--version", action="version", version=f"sssi {metadata.version('sssi-exudyn')}")
     plugin_help = "a file of Python, or an installed package, with force terms, hypotheses or readers; its code is run"
     top.add_argument("--plugin", action="append", default=[], metavar="FILE.py", help=plugin_help)
