@@ -24,6 +24,7 @@ from sssi_exudyn.contact.terms.wind import DragArea, Gust, Wind
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked, quantities
 from sssi_exudyn.core.text import did_you_mean
+from sssi_exudyn.runtime.plugins import same_part
 
 TERMS: Final[tuple[type[Term], ...]] = (
     HuntCrossley,
@@ -59,7 +60,7 @@ def add_term(cls: type[Term]) -> None:
     Raises ValueError where the name is another term's.
     """
     other = _ADDED.get(cls.name) or next((each for each in TERMS if each.name == cls.name), None)
-    if other is not None and (other.__module__, other.__qualname__) != (cls.__module__, cls.__qualname__):
+    if other is not None and not same_part(other, cls):
         raise ValueError(f"there is a force term named {cls.name!r} already")
     _ADDED[cls.name] = cls
 

@@ -24,6 +24,9 @@ from sssi_exudyn.core.text import one_line
 GROUPS: Final = ("sssi_exudyn.terms", "sssi_exudyn.hypotheses", "sssi_exudyn.readers")
 """Entry points of installed packages."""
 _OWN: Final = "sssi_exudyn"
+_PREFIX: Final = "sssi_plugin_"
+_HASH: Final = 12
+"""Letters of a file's hash that end its module's name."""
 _MOST: Final = 50
 """Plug-ins that a file may need."""
 
@@ -67,7 +70,7 @@ def _load_file(path: Path) -> tuple[Plugin, list[object]]:
     except OSError as error:
         raise InputError(path, "", (error.strerror or str(error)).lower(), "give the plug-in's file") from None
     plugin = Plugin(path.name, digest, str(path.resolve()))
-    name = f"sssi_plugin_{path.stem}_{hashlib.sha256(f'{path.resolve()} {digest}'.encode()).hexdigest()[:12]}"
+    name = f"{_PREFIX}{path.stem}_{digest[-_HASH:]}"  # another content is another module
     module = sys.modules.get(name)
     if module is None:
         spec = importlib.util.spec_from_file_location(name, path)
@@ -82,6 +85,7 @@ def _load_file(path: Path) -> tuple[Plugin, list[object]]:
             if not isinstance(error, Exception | SystemExit):
                 raise
             raise InputError(path, _line_of(error, path), f"{type(error).__name__}: {error}", "correct it") from error
+    _by_module.pop(name, None)  # the last one stands last
     _by_module[name] = plugin
     return plugin, _offered(module)
 
@@ -139,7 +143,17 @@ def origin_of(cls: type) -> Plugin | None:
     if module.partition(".")[0] == _OWN:
         return None
     known = _by_module.get(module)
-    return known or Plugin(module.rpartition(".")[2] if module.startswith("sssi_plugin_") else module, _code_hash(cls))
+    return known or Plugin(module, _code_hash(cls))
+
+
+def same_part(one: type, other: type) -> bool:
+    """Whether two classes are one part of a plug-in, perhaps before and after its file was changed."""
+    return _home(one) == _home(other) and one.__qualname__ == other.__qualname__
+
+
+def _home(cls: type) -> str:
+    module = cls.__module__
+    return module[:-_HASH] if module.startswith(_PREFIX) else module
 
 
 def origins_of(classes: Iterable[type]) -> tuple[Plugin, ...]:

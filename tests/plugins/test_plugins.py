@@ -138,6 +138,25 @@ def test_another_plugin_of_the_name_is_refused(snow: Path, tmp_path: Path) -> No
         sssi_exudyn.read_model(path, plugins=[snow])
 
 
+def test_a_file_that_was_changed_takes_the_place_of_what_it_was(snow: Path, tmp_path: Path) -> None:
+    text = snow.read_text(encoding="utf-8")
+    use_plugin(snow)
+    first = term_named("wet_snow")
+    snow.write_text(text.replace("-self.c", "-2.0 * self.c"), encoding="utf-8")
+    use_plugin(snow)
+    second = term_named("wet_snow")
+    assert second is not first
+    assert [each.name for each in HYPOTHESES].count("wet_snow") == 1
+    assert type(BY_NAME["wet_snow"]).__module__ == second.__module__
+    recording, _ = bundled("beginner")
+    path = tmp_path / "model.toml"
+    snow.write_text(text, encoding="utf-8")
+    use_plugin(snow)  # and back again
+    model = replace(sssi_exudyn.model_of(recording), terms=(term_named("wet_snow")(),))
+    path.write_text(tomli_w.dumps(model_to_dict(model)), encoding="utf-8")
+    assert type(read_model(path).terms[0]) is first
+
+
 def test_a_file_runs_nothing(snow: Path, tmp_path: Path) -> None:
     recording, _ = bundled("beginner")
     folder = tmp_path / "from_elsewhere"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from sssi_exudyn.runtime.plugins import same_part
 from sssi_exudyn.validation.diagnosis.hypotheses.air.drag_area import OtherDragArea
 from sssi_exudyn.validation.diagnosis.hypotheses.air.gust import PassingGust
 from sssi_exudyn.validation.diagnosis.hypotheses.air.wind import SteadyWind
@@ -61,8 +62,7 @@ def add_hypothesis(hypothesis: Hypothesis) -> None:
     """
     old = BY_NAME.get(hypothesis.name)
     if old is not None:
-        first, second = type(old), type(hypothesis)
-        if (first.__module__, first.__qualname__) != (second.__module__, second.__qualname__):
+        if not same_part(type(old), type(hypothesis)):
             raise ValueError(f"there is a hypothesis named {hypothesis.name!r} already")
         HYPOTHESES.remove(old)
         if isinstance(old, SteadyLaw):
