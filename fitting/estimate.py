@@ -45,7 +45,7 @@ def estimate(
     Raises SimulationDiverged when a simulation does.
     """
     begin = clock.perf_counter()
-    first = fit(problem, motion, "joint", full=False, cache=cache, progress=progress)
+    first = fit(problem, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
     counted = problem.with_counts(counts_of(problem.track, first.residual))
     posterior = estimate_from(first.model, counted, recording, motion, full=full, cache=cache, progress=progress)
     seen, setting = posterior.setting.seen, posterior.setting
@@ -71,14 +71,14 @@ def estimate_from(
     motion: Motion,
     *,
     more: Mapping[tuple[str, ...], Prior] | None = None,
-    sizes: Array | None = None,
+    known: Posterior | None = None,
     full: bool = True,
     cache: Cache | None = None,
     progress: Progress | None = None,
 ) -> Posterior:
     """Estimate all that is uncertain, from the numbers that the model has; with ``more`` numbers, or with other priors
-    of the usual ones, by their names (several move together).  ``sizes`` (m,) are the errors of posture and mass that
-    the model is corrected by already.
+    of the usual ones, by their names (several move together).  ``known`` is an estimate by whose errors of posture and
+    mass the model is corrected already.
 
     Raises SimulationDiverged when a simulation does.
     """
@@ -93,7 +93,7 @@ def estimate_from(
         return found
 
     judge = by_full_model if full else None
-    return find_posterior(model, setting, judge, lambda text: say(None, text), sizes)
+    return find_posterior(model, setting, judge, lambda text: say(None, text), known)
 
 
 def setting_of(

@@ -47,9 +47,9 @@ _FIRST_NOISE = ExponentialNoise(0.05, 2.0)
 _COARSE_NOISE = 1.0
 """m; what fixes of any receiver are wrong by against their neighbours, before the residual tells."""
 COARSE_STEP = 0.01
-"""s; steps of the reduced model where most of the posture is assumed: a centimetre of path is nothing there."""
+"""s; steps of the reduced model where a centimetre of path is nothing."""
 _COARSE_TOLERANCE = 0.1
-"""Of the objective, there."""
+"""Of the objective, there, before everything else that is uncertain is sought along."""
 _ROUNDS = 5
 """Searches by turns with weighing the fixes, at most."""
 _MEMORY = 1.0 / 6.0
@@ -146,17 +146,19 @@ def fit(
     method: Method = "joint",
     *,
     full: bool = True,
+    coarse: bool = False,
     cache: Cache | None = None,
     progress: Progress | None = None,
 ) -> Fitted:
-    """Solve the problem with the full model, or without ``full`` with the reduced one alone.  What the full one
-    simulated and the reduced one's searches found is kept in ``cache``, so that the same call goes on from there.
+    """Solve the problem with the full model, or without ``full`` with the reduced one alone; ``coarse`` with long steps
+    and a large tolerance, as always where most of the posture is assumed.  What the full model simulated and the
+    reduced one's searches found is kept in ``cache``, so that the same call goes on from there.
 
     Raises SimulationDiverged when a simulation does.
     """
     begin = clock.perf_counter()
     say = progress or (lambda _fraction, _detail: None)
-    coarse = motion.foot_sigma is not None
+    coarse = coarse or motion.foot_sigma is not None
     prepared = prepare(problem.model, motion, step=COARSE_STEP if coarse else STEP)
     enough = _COARSE_TOLERANCE if coarse else _tolerance(problem)
     reduced = _cached_search(cache, motion, problem, prepared, say, enough if coarse else 10.0 * enough)

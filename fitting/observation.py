@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array, level_to_enu, slope_to_level
-from sssi_exudyn.core.noise import ExponentialNoise, whiten
+from sssi_exudyn.core.noise import ExponentialNoise, student_weight, whiten
 from sssi_exudyn.fitting.balance import Balance
 from sssi_exudyn.fitting.gps_observation import predict_fixes
 from sssi_exudyn.fitting.measurements import averages, measurements_of, total_and_difference
@@ -94,6 +94,16 @@ class Observation:
         moving = [np.interp(at, time, column) for column in speed[:, :2].T]
         loads = insole_readings(model.sensors, averages(time, sole, self.times["load"]))
         return np.concatenate([*place.T, *moving, total_and_difference(loads)])
+
+    def weighed(self, residual: Array, levels: Mapping[str, ExponentialNoise]) -> Observation:
+        """The same where a row that a residual (N,) shows far off counts less, but for fixes, which have their counts:
+        a ski that strikes a bump, an insole that slips.
+        """
+        scale = self.scale.copy()
+        for name, place in self.blocks.items():
+            if name not in GROUPS["fixes"]:
+                scale[place] /= np.sqrt(student_weight((residual[place] / (scale[place] * levels[name].sigma)) ** 2, 1))
+        return replace(self, scale=scale)
 
     def whiten(self, levels: Mapping[str, ExponentialNoise], columns: Array) -> Array:
         """Columns (N, c) as they are in units of independent noise."""

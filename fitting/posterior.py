@@ -47,9 +47,11 @@ _SETTLED: Final = 0.15
 _STRAIGHT: Final = 1.0
 """Standard deviations of a last move within which a search has converged."""
 _BENT: Final = 2.0
-"""Standard deviations of a move after which the responses to the errors of the posture are found anew: angles of few
+"""Standard deviations by which the posture moves until the responses to its errors are found anew: angles of few
 degrees, which change them by some per cent, so that each round still takes away most of what is left.
 """
+_BENT_AT_THE_END: Final = 0.5
+"""The same for a search that has nearly settled: where no step lessens the misfit by old responses, new ones may."""
 _TOLERANCE: Final = 1e-6
 """Of J where its linear form is searched."""
 _BEFOREHAND: Final = 20.0
@@ -157,7 +159,7 @@ class Posterior:
     sizes : (m,) η, in standard deviations, the skier's mass last
     shares : standard deviation of each of θ (k,) by the group that it comes from; their squares add up
     levels : noise by block;  predicted : (N,) what would be measured of the model
-    beyond : (N,) what of that the full model adds to the reduced one
+    beyond : (N,) what of that the full model adds to the reduced one;  responses : of the last round
     optimum : how the last search ended, its objective that of the last point;  rounds : linearisations
     moved : standard deviations by which the last round moved
     """
@@ -171,6 +173,7 @@ class Posterior:
     levels: Levels
     predicted: Array
     beyond: Array
+    responses: Responses
     optimum: Optimum
     rounds: int
     moved: float
@@ -204,22 +207,26 @@ def find_posterior(
     setting: Setting,
     full: Callable[[Model], Array] | None = None,
     say: Say = lambda _text: None,
-    sizes: Array | None = None,
+    known: Posterior | None = None,
 ) -> Posterior:
-    """Estimate all that is uncertain, from the numbers that the model has; with ``sizes`` (m,) it is of posture and
-    mass as these say.
+    """Estimate all that is uncertain, from the numbers that the model has; it is of posture and mass as captured, or as
+    an estimate of a similar model already ``known`` has them.
 
     ``full`` predicts the measurements (N,) by the full model, the moments left at zero; where the rounds have settled,
     what it predicts beyond the reduced model is added, and they go on.
 
     Raises SimulationDiverged when a simulation does.
     """
-    point, responses = linearise_at(model, setting, sizes)
-    levels: Levels = setting.seen.usual
-    moved = np.inf
+    point, responses = linearise_at(model, setting, known)
+    seen = setting.seen
+    levels: Levels = seen.usual
+    linearised, moved = point.sizes, np.inf
     for rounds in range(1, ROUNDS + 1):
         if rounds > 1:
-            responses = _linearise(setting, point, None if moved > _BENT else responses)
+            again = _bend(point, linearised) > (_BENT if moved > _STRAIGHT else _BENT_AT_THE_END)
+            responses = _linearise(setting, point, None if again else responses)
+            linearised = point.sizes if again else linearised
+            setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
         levels = _weigh_noise(setting, point, responses, levels)
         found = _solve(setting, point, responses, levels)
         before = point
@@ -234,7 +241,7 @@ def find_posterior(
             surplus[setting.seen.moments] = 0.0
             point = replace(point, predicted=point.predicted - point.beyond + surplus, beyond=surplus)
             full = None
-        elif moved < _SETTLED:
+        elif moved < _SETTLED and _bend(point, linearised) < _BENT_AT_THE_END:
             break
     return Posterior(
         model=point.model,
@@ -246,21 +253,27 @@ def find_posterior(
         levels=levels,
         predicted=point.predicted,
         beyond=point.beyond,
+        responses=responses,
         optimum=_ending(found.optimum, misfit, moved),
         rounds=rounds,
         moved=moved,
     )
 
 
-def linearise_at(model: Model, setting: Setting, sizes: Array | None = None) -> tuple[Point, Responses]:
+def _bend(point: Point, linearised: Array) -> float:
+    """Standard deviations of the posture's errors from where the responses to them are known."""
+    return float(np.max(np.abs(point.sizes - linearised)[:-1], initial=0.0))
+
+
+def linearise_at(model: Model, setting: Setting, known: Posterior | None = None) -> tuple[Point, Responses]:
     """A model as a point of a search, and the measurements linearised there; no error of posture or mass is found yet,
-    or those of ``sizes`` (m,).
+    or those of an estimate already ``known``, whose responses to them are taken.
 
     Raises SimulationDiverged when its simulation does.
     """
-    found = np.zeros(len(setting.errors) + 1) if sizes is None else sizes
-    point = _point_at(setting, model, found, np.zeros(len(setting.seen.measured)))
-    return point, _linearise(setting, point, None)
+    sizes = np.zeros(len(setting.errors) + 1) if known is None else known.sizes
+    point = _point_at(setting, model, sizes, np.zeros(len(setting.seen.measured)))
+    return point, _linearise(setting, point, None if known is None else known.responses)
 
 
 def moved_point(setting: Setting, point: Point, responses: Responses, values: Array, sizes: Array) -> Point:

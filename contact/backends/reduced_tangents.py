@@ -84,8 +84,10 @@ def axes_tangent(normal, rotation, dn, turn):
 def ski_work(modes, parameters):
     """Arrays for ``linearise_ski``."""
     size = MODES + 2 * modes
+    step = np.zeros((2, size))
+    step[0, PLACE], step[1, PLACE + 1] = 1.0, 1.0
     return SkiWork(
-        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros((modes, 3)), np.zeros(modes),
+        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros((modes, 3)), np.zeros((3, 8 + modes)), step,
         np.zeros((1, 2)), np.zeros((1, parameters)), np.zeros((3, 2)), np.zeros((3, parameters)),
         np.zeros((2, 7)), np.zeros((2, parameters)), np.zeros((2, 7)), np.zeros((3, 5)), np.zeros((3, parameters)),
         np.zeros((3, parameters)), np.zeros((2, 6)),
@@ -114,26 +116,60 @@ def linearise_patch(under, f, l, by_state):
 
 
 @njit(cache=True, error_model="numpy")
-def add_ground_change(matrix, column, change, point, modes):
-    """Add to a ski's linearisation what a point feels of snow that is changed under it.
+def fill_pull(pull, force, arm, reach):
+    """Fill a row ``pull`` (6 + k or longer) with what a force (3) at a point does to the pelvis, the modes and the
+    moment about the foot.
 
-    change : of height and slopes;  point : slopes and their factor s, gap, push, its derivatives by depth and rate,
-    velocity, arm from the foot, the modes' reach (k, 3) and the edge's length
+    arm : from the foot;  reach : (k, 3) the modes' displacements there
     """
-    h_f, h_l, s, gap, push, by_depth, by_sinking, speed, arm, reach, length = point
-    normal = (-h_f * s, -h_l * s, s)
-    dn = normal_tangent(h_f, h_l, s, change[1], change[2])
-    deeper = change[0] * s + gap * dn[2]
-    found = by_depth * deeper - by_sinking * dot(speed, dn)
-    force = plus(times(found, normal), times(push, dn))
+    modes = reach.shape[0]
     turning = cross(arm, force)
-    for row in range(3):
-        matrix[row, column] += force[row]
-        matrix[MODAL + modes + MOMENT + row, column] += turning[row]
+    for j in range(3):
+        pull[j], pull[MODAL + modes + j] = force[j], turning[j]
     for k in range(modes):
-        matrix[MODAL + k, column] += dot(three(reach[k], 0), force)
-    matrix[MODAL + modes + LOAD, column] += found
-    matrix[MODAL + modes + GROOVE, column] += length * deeper
+        pull[MODAL + k] = reach[k, 0] * force[0] + reach[k, 1] * force[1] + reach[k, 2] * force[2]
+
+
+@njit(cache=True, error_model="numpy")
+def fill_ground_pulls(pulls, point, reach):
+    """Fill ``pulls`` (3, 8 + k) with what a point's force, load and groove gain where the snow is a metre higher, and
+    where its slopes along f and l are one more.
+
+    point : slopes and their factor s, gap, push, its derivatives by depth and rate, velocity, arm from the foot, and
+    the edge's length;  reach : (k, 3) the modes' displacements there
+    """
+    h_f, h_l, s, gap, push, by_depth, by_sinking, speed, arm, length = point
+    normal = (-h_f * s, -h_l * s, s)
+    for i in range(3):
+        dn = (0.0, 0.0, 0.0)
+        deeper = s
+        if i > 0:
+            dn = normal_tangent(h_f, h_l, s, 1.0 * (i == 1), 1.0 * (i == 2))
+            deeper = gap * dn[2]
+        found = by_depth * deeper - by_sinking * dot(speed, dn)
+        fill_pull(pulls[i], plus(times(found, normal), times(push, dn)), arm, reach)
+        pulls[i, MODAL + reach.shape[0] + 3], pulls[i, MODAL + reach.shape[0] + 4] = found, length * deeper
+
+
+@njit(cache=True, error_model="numpy")
+def add_ground_change(matrix, column, change, pulls, further):
+    """Add to a ski's linearisation what a point feels of snow whose height and slopes ``change`` under it."""
+    for row in range(further):
+        matrix[row, column] += pulls[0, row] * change[0] + pulls[1, row] * change[1] + pulls[2, row] * change[2]
+    for i in range(5):
+        row = further + (MOMENT + i if i < 3 else LOAD if i == 3 else GROOVE)
+        i += further
+        matrix[row, column] += pulls[0, i] * change[0] + pulls[1, i] * change[1] + pulls[2, i] * change[2]
+
+
+@njit(cache=True, error_model="numpy")
+def add_products(matrix, pull, slopes, further, last):
+    """Add to the columns before ``last`` of a ski's linearisation a point's ``pull`` times ``slopes`` (last,)."""
+    for row in range(further + 3):
+        factor = pull[row]
+        to_row = row if row < further else row + MOMENT
+        for column in range(last):
+            matrix[to_row, column] += factor * slopes[column]
 
 
 @njit(cache=True, error_model="numpy")
@@ -153,7 +189,7 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
     patch = fixed + columns.index.shape[0]
     further = MODAL + modes
     d_depth, d_rate, d_push = work.depth, work.rate, work.push
-    reach, lever = work.reach, work.lever
+    reach, pulls = work.reach, work.pulls
     matrix[:] = 0.0
     shaped = uneven(parameters)
     load = 0.0
@@ -214,51 +250,34 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
             for k in range(modes):
                 w = out_of(frame, (shape[m, edge, 0, k], shape[m, edge, 1, k], shape[m, edge, 2, k]))
                 reach[k, 0], reach[k, 1], reach[k, 2] = w
-                lever[k] = dot(w, normal)
                 d_depth[MODES + k] = dot(w, to_depth)
                 d_rate[MODES + k] = dot(w, to_rate) - dot(whirl, w)
-                d_rate[MODES + modes + k] = -lever[k]
+                d_rate[MODES + modes + k] = -dot(w, normal)
                 twist = cross(w, times(push, normal))  # the force stays where it is while the ski's frame turns
                 for j in range(3):
                     matrix[MODAL + k, TURN + j] += twist[j]
                     matrix[further + MOMENT + j, MODES + k] += twist[j]
             for column in range(fixed):
                 d_push[column] = by_depth * d_depth[column] + by_sinking * d_rate[column]
-            twisting = cross(arm, normal)
-            for row in range(3):
-                for column in range(fixed):
-                    matrix[row, column] += normal[row] * d_push[column]
-                    matrix[further + MOMENT + row, column] += twisting[row] * d_push[column]
+            fill_pull(pulls[0], normal, arm, reach)
+            add_products(matrix, pulls[0], d_push, further, fixed)
             for j in range(3):
                 swing = cross((1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2)), arm)
                 turned = cross(swing, times(push, normal))
                 for row in range(3):
                     matrix[further + MOMENT + row, TURN + j] += turned[row]
-            for k in range(modes):
-                for column in range(fixed):
-                    matrix[MODAL + k, column] += lever[k] * d_push[column]
             for column in range(fixed):
                 matrix[further + LOAD, column] += d_push[column]
                 matrix[further + GROOVE, column] += length[m] * d_depth[column]
             if curved:
-                for column in range(fixed):
-                    if column < 3:
-                        step_f, step_l = 1.0 * (column == 0), 1.0 * (column == 1)
-                    elif TURN <= column < SPIN:
-                        j = column - TURN
-                        swing = cross((1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2)), arm)
-                        step_f, step_l = swing[0], swing[1]
-                    elif MODES <= column < MODES + modes:
-                        step_f, step_l = reach[column - MODES, 0], reach[column - MODES, 1]
-                    else:
-                        continue
-                    turned = times(push, plus(times(step_f, by_f), times(step_l, by_l)))
-                    turning = cross(arm, turned)
-                    for row in range(3):
-                        matrix[row, column] += turned[row]
-                        matrix[further + MOMENT + row, column] += turning[row]
-                    for k in range(modes):
-                        matrix[MODAL + k, column] += dot(three(reach[k], 0), turned)
+                work.step[0, TURN + 1], work.step[0, TURN + 2] = arm[2], -arm[1]
+                work.step[1, TURN], work.step[1, TURN + 2] = -arm[2], arm[0]
+                for k in range(modes):
+                    work.step[0, MODES + k], work.step[1, MODES + k] = reach[k, 0], reach[k, 1]
+                fill_pull(pulls[1], times(push, by_f), arm, reach)
+                fill_pull(pulls[2], times(push, by_l), arm, reach)
+                add_products(matrix, pulls[1], work.step[0], further, MODES + modes)
+                add_products(matrix, pulls[2], work.step[1], further, MODES + modes)
             row_of_values = -1
             for i in range(columns.point.shape[0]):
                 column = columns.point[i]
@@ -270,13 +289,14 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                     )  # fmt: skip
                 found = work.point_parameter[0, columns.index[column]]
                 column += fixed
+                for row in range(further):
+                    matrix[row, column] += pulls[0, row] * found
                 for row in range(3):
-                    matrix[row, column] += normal[row] * found
-                    matrix[further + MOMENT + row, column] += twisting[row] * found
-                for k in range(modes):
-                    matrix[MODAL + k, column] += lever[k] * found
+                    matrix[further + MOMENT + row, column] += pulls[0, further + row] * found
                 matrix[further + LOAD, column] += found
-            felt = (h_f, h_l, s, gap, push, by_depth, by_sinking, speed, arm, reach, length[m])
+            if curving or columns.terrain.shape[0] > 0:
+                felt = (h_f, h_l, s, gap, push, by_depth, by_sinking, speed, arm, length[m])
+                fill_ground_pulls(pulls, felt, reach)
             row_of_values = -1
             for i in range(columns.terrain.shape[0]):
                 column = columns.terrain[i]
@@ -289,11 +309,11 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 p = columns.index[column]
                 column += fixed
                 change = (work.ground_parameter[0, p], work.ground_parameter[1, p], work.ground_parameter[2, p])
-                add_ground_change(matrix, column, change, felt, modes)
+                add_ground_change(matrix, column, change, pulls, further)
             if curving:
                 away_f, away_l = point[0] - middle_f, point[1] - middle_l
                 for i in range(PATCH):
-                    add_ground_change(matrix, patch + i, on_change(ONES[i], away_f, away_l), felt, modes)
+                    add_ground_change(matrix, patch + i, on_change(ONES[i], away_f, away_l), pulls, further)
     # friction, edge angle and the sole, at the foot's place
     at, speed = plus(x, place), plus(v, moving)
     _, h_f, h_l = heights(parameters, under, at[0], at[1])

@@ -302,17 +302,23 @@ class TangentState(NamedTuple):
 
 
 class SkiWork(NamedTuple):
-    """Arrays in which a ski is linearised: rows of one point's depth, rate and force, the modes' displacements there
-    (k, 3) and their share along the normal (k,); derivatives of the laws by state and by parameters, those by a foot's
-    state with other parameters too; patches (2, 6) by which the one under the ski changes as it moves along f and
-    along l.
+    """Arrays in which a ski is linearised.
+
+    depth, rate, push : (12 + 2k,) derivatives of one point's depth, rate and force;  reach : (k, 3) the modes'
+        displacements there
+    pulls : (3, 8 + k) what forces there do to the pelvis, the modes, the moment about the foot, load and groove
+    step : (2, 12 + 2k) the point's movement along f and l
+    point_…, ground_…, foot_…, air_…, body_… : derivatives of the laws by state and by parameters, foot_other those by a
+        foot's state with other parameters
+    patches : (2, 6) by which the one under the ski changes as it moves along f and along l
     """
 
     depth: Array
     rate: Array
     push: Array
     reach: Array
-    lever: Array
+    pulls: Array
+    step: Array
     point_state: Array
     point_parameter: Array
     ground_state: Array

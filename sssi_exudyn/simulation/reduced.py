@@ -195,8 +195,9 @@ class Prepared:
             # the segments' places are not kept: a drift's own share of their speed, millimetres a second, is left out
             "exposed_velocity": self.exposed_velocity,
         }
+        back = np.swapaxes(turn, 1, 2)
         changed: dict[str, Any] = {
-            name: np.einsum("nij,n...j->n...i", turn, vector) for name, vector in vectors.items()
+            name: (vector.reshape(len(turn), -1, 3) @ back).reshape(vector.shape) for name, vector in vectors.items()
         }
         changed["foot_rotation"] = turn[:, None] @ self.foot_rotation
         changed["antenna_frame"] = turn @ self.antenna_frame

@@ -132,7 +132,8 @@ def host_of(addition: Addition) -> Model:
 
 def with_classes_of(model: Model, terms: Sequence[Term]) -> Model:
     """The model with a term of every class of ``terms`` that it has none of: those, which must do nothing."""
-    lacking = {type(term): term for term in terms if type(term) not in {type(own) for own in model.terms}}
+    present = {type(term) for term in model.terms}
+    lacking = {type(term): term for term in terms if type(term) not in present}
     return replace(model, terms=(*model.terms, *lacking.values()))
 
 

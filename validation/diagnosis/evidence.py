@@ -69,6 +69,8 @@ _SPREAD: Final = np.array([0.35, 0.35, 0.45, 0.5, 0.5, 0.5, 0.5, 0.5, 0.35, AMPL
 """Standard deviations of the logarithms: within a factor of 2 for GPS in two of three recordings."""
 
 
+_UNSEEN: Final = 0.02
+"""Standard deviations of all noise together below which a direction of the posture's errors is left out."""
 _FARTHEST: Final = 3.0
 """Standard deviations from the usual within which a noise level is sought."""
 
@@ -244,6 +246,20 @@ def whitener(linear: LinearModel, levels: NoiseLevels, kept: Array | None = None
     if kept is not None:
         covariance += kept @ kept.T
     return Whitener(np.asarray(np.linalg.cholesky(covariance + 1e-12 * np.diag(np.diag(covariance)))))
+
+
+def fewer_columns(measurements: Measurements, columns: Array) -> Array:
+    """Fewer columns (N, d) with the covariance of ``columns`` (N, c), each of them of variance one: principal
+    directions without those that all measurements together see by less than ``_UNSEEN`` of their noise.
+    """
+    usual = usual_levels(measurements)
+    noise = np.ones(len(columns))
+    for name, place in measurements.blocks.items():
+        noise[place] = usual.of(name).sigma
+    noise *= measurements.scale
+    directions, sizes, _ = np.linalg.svd(columns / noise[:, None], full_matrices=False)
+    kept = sizes > _UNSEEN
+    return np.asarray(noise[:, None] * directions[:, kept] * sizes[kept])
 
 
 @dataclass(frozen=True)

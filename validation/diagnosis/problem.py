@@ -28,7 +28,7 @@ from sssi_exudyn.simulation.reduced import Prepared, prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.simulation.tangents import skier_mass_change
 from sssi_exudyn.terrain.from_heights import TILTS
-from sssi_exudyn.validation.diagnosis.evidence import Freedom
+from sssi_exudyn.validation.diagnosis.evidence import Freedom, fewer_columns
 from sssi_exudyn.validation.diagnosis.hypothesis import probes_by, responses_of
 from sssi_exudyn.validation.diagnosis.refit import Parameter
 
@@ -200,4 +200,4 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
     scales = [_HEIGHT, about.boot_cuff, *numbers.values(), about.mass, *[about.antenna] * 3, *[about.insole_gain] * 2]
     free = Freedom(np.column_stack([height, cuff, by_number, by_mass, by_instrument]), np.array(scales))
     mean = USUAL_CUFF * cuff - by_number @ moved - by_error @ sizes[:-1] - about.mass * sizes[-1] * by_mass[:, 0]
-    return Nuisances(free, by_error, by_wave, np.asarray(mean))
+    return Nuisances(free, fewer_columns(measurements, by_error), by_wave, np.asarray(mean))

@@ -6,7 +6,9 @@ noise as it is; the best are refitted with the real term or fault in the model, 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -104,15 +106,20 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
     levels, evidence = best_levels(linear, state.levels)
     nothing = Explanation("", evidence, 0.0, None, base, levels)
     responses = _responses_by_name(problem, fitted)
-    linearly, noticed = [], {}
-    for hypothesis in HYPOTHESES:
+
+    def compare(hypothesis: Hypothesis) -> tuple[Explanation, Smallest] | None:
         candidates = hypothesis.candidates(fitted, responses[hypothesis.name])
-        if candidates:
-            known = overlaps(linear, state.levels, [candidate.free for candidate in candidates])
-            linearly.append(_compare_candidates(state, linear, hypothesis, candidates, known, evidence))
-            noticed[hypothesis.name] = smallest_noticed(hypothesis, candidates, known[0])
+        if not candidates:
+            return None
+        known = overlaps(linear, state.levels, [candidate.free for candidate in candidates])
+        explanation = _compare_candidates(state, linear, hypothesis, candidates, known, evidence)
+        return explanation, smallest_noticed(hypothesis, candidates, known[0])
+
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        compared = [pair for pair in pool.map(compare, HYPOTHESES) if pair is not None]
+    noticed = {explanation.name: smallest for explanation, smallest in compared}
     explained = 0.0 if state.first_evidence is None else max(0.0, evidence - state.first_evidence)
-    found = [nothing, *_refit_best(problem, state, base, nothing, linearly)]
+    found = [nothing, *_refit_best(problem, state, base, nothing, [explanation for explanation, _ in compared])]
     return Round(_by_probability(found, explained), linear, base, fitted, responses, noticed)
 
 
@@ -183,14 +190,11 @@ def _refit_best(
     finalists = [each for each in ranked[:_FINALISTS] if each.log_evidence > least]
     if gain > _WORTHWHILE:
         finalists += [each for each in ranked if BY_NAME[each.name].moves_all and each not in finalists]
-    found = []
-    for i, explanation in enumerate(ranked):
-        if explanation not in finalists:
-            found.append(explanation)
-            continue
-        problem.progress(i / len(finalists), f"refitting with {explanation.name}")
-        found.append(_refit_with(problem, state, base, explanation))
-    return found
+    if finalists:
+        problem.progress(None, f"refitting with {', '.join(each.name for each in finalists)}")
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        fits = list(pool.map(lambda each: _refit_with(problem, state, base, each), finalists))
+    return [*fits, *(each for each in ranked if each not in finalists)]
 
 
 def _refit_with(problem: DiagnosisProblem, state: State, base: Refit, explanation: Explanation) -> Explanation:

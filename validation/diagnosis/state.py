@@ -105,7 +105,7 @@ def estimate_again(
     fitting = replace(problem.fitting, priors=usual | surface_priors(model))
     posterior = estimate_from(
         model, fitting, problem.recording, problem.motion, more={p.names: p.prior for p in found_by(problem, fit)},
-        sizes=state.estimate.sizes, full=full, cache=problem.cache, progress=problem.progress,
+        known=state.estimate, full=full, cache=problem.cache, progress=problem.progress,
     )  # fmt: skip
     problem, following, base = linearise_about(problem, posterior, fit.parameters)
     return problem, replace(following, first_evidence=state.first_evidence), base
