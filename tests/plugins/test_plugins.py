@@ -28,6 +28,7 @@ from sssi_exudyn.core.quantity import quantity
 from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.fitting.more_parameters import seek_too
 from sssi_exudyn.importing.assemble import import_recording
+from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.toml import model_to_dict, read_model
 from sssi_exudyn.plugins import use_plugin
 from sssi_exudyn.reports.sections.terms import terms as terms_section
@@ -109,11 +110,10 @@ def test_a_missing_plugin_and_a_name_that_is_taken(snow: Path, tmp_path: Path) -
 
 
 def test_a_model_records_it_and_without_it_says_so_and_stops(snow: Path, tmp_path: Path) -> None:
-    recording, _ = bundled("beginner")
     path = tmp_path / "model.toml"
     with as_it_was():
         use_plugin(snow)
-        model = sssi_exudyn.model_of(recording)
+        model = model_of(*bundled("beginner"))
         model = replace(model, terms=(*model.terms, term_named("wet_snow")(c=0.002)))  # type: ignore[call-arg]
         path.write_text(tomli_w.dumps(model_to_dict(model)), encoding="utf-8")
         again = read_model(path)
@@ -127,11 +127,10 @@ def test_a_model_records_it_and_without_it_says_so_and_stops(snow: Path, tmp_pat
 
 
 def test_another_plugin_of_the_name_is_refused(snow: Path, tmp_path: Path) -> None:
-    recording, _ = bundled("beginner")
     path = tmp_path / "model.toml"
     with as_it_was():
         use_plugin(snow)
-        model = replace(sssi_exudyn.model_of(recording), terms=(term_named("wet_snow")(),))
+        model = replace(model_of(*bundled("beginner")), terms=(term_named("wet_snow")(),))
         path.write_text(tomli_w.dumps(model_to_dict(model)), encoding="utf-8")
     snow.write_text(snow.read_text(encoding="utf-8").replace("-self.c", "-2.0 * self.c"), encoding="utf-8")
     with pytest.raises(InputError, match="not what it was when this was written"):
@@ -148,21 +147,19 @@ def test_a_file_that_was_changed_takes_the_place_of_what_it_was(snow: Path, tmp_
     assert second is not first
     assert [each.name for each in HYPOTHESES].count("wet_snow") == 1
     assert type(BY_NAME["wet_snow"]).__module__ == second.__module__
-    recording, _ = bundled("beginner")
     path = tmp_path / "model.toml"
     snow.write_text(text, encoding="utf-8")
     use_plugin(snow)  # and back again
-    model = replace(sssi_exudyn.model_of(recording), terms=(term_named("wet_snow")(),))
+    model = replace(model_of(*bundled("beginner")), terms=(term_named("wet_snow")(),))
     path.write_text(tomli_w.dumps(model_to_dict(model)), encoding="utf-8")
     assert type(read_model(path).terms[0]) is first
 
 
 def test_a_file_runs_nothing(snow: Path, tmp_path: Path) -> None:
-    recording, _ = bundled("beginner")
     folder = tmp_path / "from_elsewhere"
     folder.mkdir()
     (folder / "evil.py").write_text("import pathlib\npathlib.Path('run').touch()\n", encoding="utf-8")
-    table = model_to_dict(sssi_exudyn.model_of(recording)) | {"plugin": [{"name": "evil.py"}]}
+    table = model_to_dict(model_of(*bundled("beginner"))) | {"plugin": [{"name": "evil.py"}]}
     (folder / "model.toml").write_text(tomli_w.dumps(table), encoding="utf-8")
     with pytest.raises(InputError, match="not loaded"):
         read_model(folder / "model.toml")
@@ -172,9 +169,8 @@ def test_a_file_runs_nothing(snow: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("plugin", ["x", [1], [{"digest": "x"}], [{"name": "a", "path": "/tmp"}], [{"name": 3}]])
 def test_faulty_records_are_one_clear_line(plugin: object, tmp_path: Path) -> None:
-    recording, _ = bundled("beginner")
     path = tmp_path / "model.toml"
-    path.write_text(tomli_w.dumps(model_to_dict(sssi_exudyn.model_of(recording)) | {"plugin": plugin}))
+    path.write_text(tomli_w.dumps(model_to_dict(model_of(*bundled("beginner"))) | {"plugin": plugin}))
     with pytest.raises(InputError, match=r"\[\[plugin\]\]"):
         read_model(path)
 
@@ -239,9 +235,8 @@ class Sticky(FootTerm):
 
 
 def test_a_class_of_a_notebook_is_saved_and_read_where_it_was_defined(tmp_path: Path) -> None:
-    recording, _ = bundled("beginner")
     path = tmp_path / "model.toml"
-    model = replace(sssi_exudyn.model_of(recording), terms=(Sticky(c=0.1),))
+    model = replace(model_of(*bundled("beginner")), terms=(Sticky(c=0.1),))
     path.write_text(tomli_w.dumps(model_to_dict(model)), encoding="utf-8")
     with pytest.raises(InputError, match="needs the plug-in 'test_plugins'"):
         read_model(path)
@@ -253,7 +248,7 @@ def test_a_class_of_a_notebook_is_saved_and_read_where_it_was_defined(tmp_path: 
 
 def test_numbers_of_own_laws_are_sought_along() -> None:
     recording, motion = bundled("beginner")
-    model = sssi_exudyn.model_of(recording)
+    model = model_of(*bundled("beginner"))
     model = replace(model, terms=(*model.terms, Sticky(c=0.1)))
     problem = problem_of(recording, motion, model, "joint")
     more = seek_too(problem, ["sticky.c", "penetration.k"])
