@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -133,9 +135,6 @@ def _length(places: np.ndarray) -> float:
 
 
 def _csv(rows: Sequence[ImportedRun]) -> str:
-    import csv
-    import io
-
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     names = [entry.name for entry in fields(ImportedRun)]
