@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -90,13 +90,24 @@ def read_term(name: str, values: Mapping[str, object], file: str | Path, place: 
 
 
 def read_run_term(name: str, values: Mapping[str, object], file: str | Path, place: str) -> Term:
-    """``read_term`` of a term that acts in a simulated run.  Raises InputError for one that does not, too."""
+    """``read_term`` of a term that acts in every model.  Raises InputError for one that does not, too."""
     term = read_term(name, values, file, place)
-    if isinstance(term, EdgeTerm):
-        raise InputError(
-            file, place, f"{name} acts on a ski in a steady turn, not in a run", "use penetration and friction"
-        )
+    refuse_edges((term,), file, place)
     return term
+
+
+def refuse_edges(terms: Iterable[Term], file: str | Path, place: str) -> None:
+    """Raise InputError for terms of the edges, which act where runs are simulated on snow that edges cut alone."""
+    for term in terms:
+        if isinstance(term, EdgeTerm):
+            problem = f'{term.name} acts in `sssi ski turn` and in `sssi sweep` with tier = "reduced" alone'
+            raise InputError(file, place, problem, "use penetration and friction")
+
+
+def combine_terms(terms: Iterable[Term], more: Sequence[Term]) -> tuple[Term, ...]:
+    """The terms and more of them, those left out that stand in the place of."""
+    replaced = {name for term in more for name in term.replaces}
+    return (*(term for term in terms if term.name not in replaced), *more)
 
 
 def terms_table() -> list[dict[str, str | float]]:

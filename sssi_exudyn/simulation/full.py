@@ -20,6 +20,7 @@ import numpy as np
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.contact.backends.backend import Backend, choose_backend
 from sssi_exudyn.contact.backends.full_kernel import LOAD
+from sssi_exudyn.contact.registry import refuse_edges
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
 from sssi_exudyn.model.model import Model, along_snow
@@ -89,7 +90,11 @@ def integrate(
     backend: Backend = "fastest",
     progress: Progress | None = None,
 ) -> tuple[FullRun, str]:
-    """As ``simulate``, but gives the states that were recorded, and "" or what stopped the solver."""
+    """As ``simulate``, but gives the states that were recorded, and "" or what stopped the solver.
+
+    Raises InputError for terms of the edges.
+    """
+    refuse_edges(model.terms, "model", "[[term]]")
     parts = Parts(model, correct_motion(model, motion))
     t0 = motion.start if start is None else start
     t1 = motion.stop if stop is None else stop

@@ -23,7 +23,8 @@ from sssi_exudyn.contact.backends.structs import (
     PrescribedMotion,
     ReducedSeries,
 )
-from sssi_exudyn.contact.term import Term
+from sssi_exudyn.contact.registry import refuse_edges
+from sssi_exudyn.contact.term import EdgeTerm, Term
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
 from sssi_exudyn.core.rotations import rotations_about
@@ -38,6 +39,8 @@ MODES: Final = 12
 """Vibrations of each ski that are kept: up to 130 Hz for a slalom ski."""
 STEP: Final = 0.005
 """s"""
+CARVED_STEP: Final = 0.00125
+"""s; on snow that edges cut: in a step a ski goes on by no more than the distance of its contact points."""
 _LEAST_LOAD: Final = 0.2
 """Share of the weight on the slope that the skier stands with at the start at least, however the posture moves."""
 
@@ -207,11 +210,13 @@ class Prepared:
 
 
 def prepare(
-    model: Model, motion: Motion, *, start: float | None = None, stop: float | None = None, step: float = STEP
+    model: Model, motion: Motion, *, start: float | None = None, stop: float | None = None, step: float | None = None
 ) -> Prepared:
     """The tables for runs of ``model`` along ``motion``, its posture corrected, from ``start`` to ``stop`` (s; its ends
-    if None), heading as recorded.
+    if None), in steps (s) of ``STEP`` or, on snow that edges cut, ``CARVED_STEP``, heading as recorded.
     """
+    if step is None:
+        step = CARVED_STEP if any(isinstance(term, EdgeTerm) for term in model.terms) else STEP
     motion = correct_posture(motion, model.posture)
     parts = Parts(model, motion)
     t0, t1 = motion.start if start is None else start, motion.stop if stop is None else stop
@@ -256,7 +261,8 @@ def prepare(
 
 
 def reduced_module(terms: Sequence[Term]) -> Any:
-    """The compiled functions of the reduced model for ``terms``."""
+    """The compiled functions of the reduced model for ``terms``.  Raises InputError for terms of the edges."""
+    refuse_edges(terms, "model", "[[term]]")
     return compile_kernel(terms, ground_kernel, reduced_kernel, reduced_tangents)
 
 
@@ -327,7 +333,14 @@ def load_at_start(at: Prepared, share: Array) -> Any:
 
 
 def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
-    """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
+    """One run, on snow that edges cut where the model has such.
+
+    Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way.
+    """
+    if any(isinstance(term, EdgeTerm) for term in model.terms):
+        from sssi_exudyn.simulation.carved import simulate_carved  # which is made of what stands here
+
+        return simulate_carved(model, prepared).run
     at = prepared.correct_capture(model)
     kernel, contact = reduced_module(model.terms), at.kernel_contact(model.surface)
     parameters = law_parameters(model.terms)

@@ -152,20 +152,25 @@ def edges_of(ski: Ski, points: int = POINTS, modes: int = MODES) -> EdgeSki:
     )
 
 
-def start_rolling(ski: EdgeSki) -> Rolling:
-    """The ski on fresh snow, straight, little edged and just touching it."""
-    points, modes = len(ski.width), len(ski.omega)
-    state = TurnState(np.zeros(4 + modes), np.zeros(6 + modes))
-    state.sought[2] = 0.5 * float(ski.width.min()) * np.sin(_FIRST_EDGE)
-    memory = Groove(*np.zeros((8, 2, points)))
+def edge_work(points: int, modes: int) -> EdgeWork:
+    """Room for the forces on a ski of so many points an edge and vibrations."""
     size = 6 + modes
-    work = EdgeWork(
+    return EdgeWork(
         by=np.zeros((6, size)),
         lines=np.zeros((4, size)),
         towards=np.zeros((4 * points, size)),
         slopes=np.zeros((4 * points, size)),
         seen=np.zeros((points, 12)),
     )
+
+
+def start_rolling(ski: EdgeSki) -> Rolling:
+    """The ski on fresh snow, straight, little edged and just touching it."""
+    points, modes = len(ski.width), len(ski.omega)
+    state = TurnState(np.zeros(4 + modes), np.zeros(6 + modes))
+    state.sought[2] = 0.5 * float(ski.width.min()) * np.sin(_FIRST_EDGE)
+    memory = Groove(*np.zeros((8, 2, points)))
+    work = edge_work(points, modes)
     return Rolling(ski, state, memory, work, float(_FIRST_EDGE))
 
 

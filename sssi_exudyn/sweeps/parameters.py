@@ -15,6 +15,7 @@ import numpy as np
 
 from sssi_exudyn.bodies.ski.ski import Profile, Ski
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.quantity import Quantity, quantities
@@ -149,7 +150,7 @@ def change(
     model = replace(
         model,
         ski=reshape(model.ski, given["ski"]),
-        terms=model.terms + terms,
+        terms=combine_terms(model.terms, terms),
         solver=replace(model.solver, **solver),
     )
     return recording, offset(motion, given["posture"]), model

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from sssi_exudyn.bodies.ski.ski import ski_to_table
-from sssi_exudyn.contact.registry import PAPER_TERMS
+from sssi_exudyn.contact.registry import PAPER_TERMS, combine_terms
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.fitting.fit import Method
@@ -179,8 +179,8 @@ def _declared_parameters(file: SweepFile, model: Model | None) -> dict[str, Para
     if file.task == "turn":
         return parameters_of_turn()
     if model is None:
-        return parameters_of((*PAPER_TERMS, *file.terms))
-    return parameters_of((*model.terms, *file.terms, *model.sensors))
+        return parameters_of(combine_terms(PAPER_TERMS, file.terms))
+    return parameters_of((*combine_terms(model.terms, file.terms), *model.sensors))
 
 
 def _outputs(file: SweepFile, columns: tuple[Column, ...]) -> tuple[str, ...]:

@@ -94,5 +94,7 @@ def test_an_edge_that_climbs_compacts_snow() -> None:
 
 
 def test_a_run_refuses_it() -> None:
-    with pytest.raises(InputError, match=r"model.toml: \[\[term\]\] 1: carving acts on a ski in a steady turn"):
+    with pytest.raises(
+        InputError, match=r"model.toml: \[\[term\]\] 1: carving acts in `sssi ski turn` and in `sssi sweep`"
+    ):
         read_run_term("carving", {}, "model.toml", "[[term]] 1")

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import tomli_w
+from bundled import EXAMPLES
 
 from sssi_exudyn.bodies.ski.ski import read_ski, ski_to_table
 from sssi_exudyn.core.errors import InputError
@@ -81,3 +82,41 @@ def test_a_deeper_sidecut_keeps_the_waist() -> None:
     deeper = reshape(SLALOM, {"sidecut_scale": 1.5}).width
     assert min(deeper.value) == min(SLALOM.width.value)
     assert max(deeper.value) - min(deeper.value) == pytest.approx(1.5 * (117e-3 - 66e-3), rel=1e-12)
+
+
+@pytest.mark.long
+def test_two_skis_on_one_recorded_run_on_snow_that_edges_cut(tmp_path: Path) -> None:
+    settings = {
+        "format": 1,
+        "recordings": [str(EXAMPLES / "intermediate")],
+        "duration_s": 1.0,
+        "term": [{"name": "carving", "mu": 0.1}],
+        "parameter": [
+            {"name": "equipment.skis", "values": ["slalom_165", "volkl_kendo_184"]},
+            {"name": "carving.strength", "values": [3e5, 4e5]},
+        ],
+    }
+    out = tmp_path / "out"
+    assert sweep(settings, out, in_this_process=True)["done"] == 4
+    rows = pd.read_parquet(out / "runs.parquet")
+    assert np.all(rows["distance_m"].between(10.0, 14.0))
+    assert len(set(rows["left_m"])) == 4
+    assert (rows["gps_mean_error_m"] < 1.0).all()
+
+
+@pytest.mark.parametrize(
+    ("changed", "line"),
+    [
+        ({"tier": "full"}, "[[term]] 1: carving acts in `sssi ski turn` and in `sssi sweep`"),
+        ({"task": "fit"}, "[[term]] 1: carving acts in `sssi ski turn` and in `sssi sweep`"),
+        ({"term": [{"name": "carving"}] * 2}, "carving stands in the place of all other laws of the snow"),
+        (
+            {"term": [{"name": "carving"}, {"name": "snow_patch"}]},
+            "[[term]] 2: snow_patch: carving stands in the place",
+        ),
+    ],
+)
+def test_snow_that_edges_cut_is_for_the_reduced_model(changed: dict[str, Any], line: str, tmp_path: Path) -> None:
+    settings = {"format": 1, "recordings": [str(EXAMPLES / "beginner")], "term": [{"name": "carving"}]} | changed
+    with pytest.raises(InputError, match=re.escape(line)):
+        sweep_from(settings, tmp_path / "sweep.toml")

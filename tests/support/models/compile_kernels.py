@@ -10,6 +10,8 @@ from gliding import model, standing
 from sssi_exudyn.bodies.muscles.muscles import skier_muscles
 from sssi_exudyn.bodies.muscles.paths import muscle_paths
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED, average_geometry
+from sssi_exudyn.contact.terms.carving import Carving
+from sssi_exudyn.simulation.carved import simulate_carved
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
@@ -23,12 +25,14 @@ def compile_full() -> None:
 
 
 def compile_reduced() -> None:
-    """The reduced model with its tangents, and a ski in a turn."""
+    """The reduced model with its tangents, a ski in a turn, and a run on snow that edges cut."""
     skier = model()
     prepared = prepare(skier, standing(0.1))
     simulate_reduced(skier, prepared)
     sensitivities(skier, prepared, ["friction.mu_t"], lambda _, run: run.pelvis)
     steady_turn(TurnCase(0.5), start_rolling(edges_of(skier.ski)))
+    carving = model((Carving(),))
+    simulate_carved(carving, prepare(carving, standing(0.1)))
 
 
 WHAT = {"reduced": compile_reduced, "full": compile_full}

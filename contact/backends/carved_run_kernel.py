@@ -1,0 +1,330 @@
+"""The reduced model's loop over time on snow that edges cut: a template that ``compiled`` joins with the laws,
+``ground_kernel`` and ``carving_kernel``.
+
+Unknowns are the pelvis' place x (3) and, of each ski, its yaw ψ and roll φ against the foot and the amplitudes η of its
+vibrations; all else of the posture is prescribed.  With the ski's snow force F and moment about the foot's place
+
+    M ẍ + Σ R p η̈ = Σ F + air + body + M g − (masses times the posture's own accelerations)
+    I ψ̈ + 2ζ√(kI) ψ̇ + k ψ = moment about the foot's z axis, and so φ about the ski's long axis
+    η̈ + 2ζω η̇ + ω² η + pᵀ Rᵀ ẍ = Σ shape·F − pᵀ (what the foot's prescribed motion and gravity make the ski feel)
+
+The pelvis' steps are Newmark's average acceleration, those of the ski against the foot backward Euler's, which damps
+what is faster than a step.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from sssi_exudyn.contact.backends.carving_kernel import Groove
+from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus, three, times
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.terrain.surface import patch_under
+
+segment_derivatives: Callable[..., tuple[float, ...]]
+body_force: Callable[..., tuple[float, float, float]]
+ground: Callable[..., tuple[float, tuple[float, float, float]]]
+press_edges: Callable[..., None]
+advect: Callable[..., None]
+accept: Callable[..., None]
+eliminate: Callable[..., bool]
+
+ITERATIONS = 30
+"""Newton iterations at most."""
+SMALL = 1e-5
+"""m/s²: a change of the accelerations that moves the skier by 10⁻¹⁰ m in a step."""
+LOOSE = 1.0
+"""m/s²: where two branches of the law alternate, what may be left of it."""
+
+
+class Joint(NamedTuple):
+    """How a ski turns against its foot.
+
+    stiffness, damping, inertia : (2,) N m/rad, N m s/rad, kg m² in yaw and roll;  rest : (2, 2) rad by ski
+    """
+
+    stiffness: Array
+    damping: Array
+    inertia: Array
+    rest: Array
+
+
+class Coupling(NamedTuple):
+    """translation, rotation : (k, 3) the modes' participation in the foot's acceleration (kg) and turning (kg m)"""
+
+    translation: Array
+    rotation: Array
+
+
+class CarvedSeries(NamedTuple):
+    """What a run fills at t instants.
+
+    place, velocity : (t, 3) m, m/s of the pelvis;  turned : (t, 2, 2) rad, yaw and roll of the skis
+    loads, sole, edges : (t, 2) N, N, rad;  friction, force, moment : (t, 2, 3) N, N, N m as in ``ReducedSeries``
+    power : (t, 3) W that the snow takes from both skis by friction along and across the edges and by pressing
+    reserve : (t, 2, 2) N by ski, what the walls bear at most, and what they do bear
+    """
+
+    place: Array
+    velocity: Array
+    turned: Array
+    loads: Array
+    sole: Array
+    edges: Array
+    friction: Array
+    force: Array
+    moment: Array
+    power: Array
+    reserve: Array
+
+
+@njit(cache=True, error_model="numpy")
+def standing_on(parameters, at, surface, frame):
+    """Height of a place over the snow along its normal; fills ``frame`` with the snow's axes, rows, the normal last."""
+    height, normal = ground(parameters, patch_under(surface, at[0], at[1]), at[0], at[1])
+    first = plus((1.0, 0.0, 0.0), times(-normal[0], normal))
+    first = times(1.0 / math.sqrt(dot(first, first)), first)
+    second = cross(normal, first)
+    for c in range(3):
+        frame[0, c], frame[1, c], frame[2, c] = first[c], second[c], normal[c]
+    return (at[2] - height) * normal[2]
+
+
+@njit(cache=True, error_model="numpy")
+def turn_ski(foot, psi, phi, frame):
+    """Fill ``frame`` with a foot's rotation (3, 3) turned by ψ about its z axis and then by φ about its x axis."""
+    a, b, c, s = math.cos(psi), math.sin(psi), math.cos(phi), math.sin(phi)
+    for row in range(3):
+        x, y, z = foot[row, 0], foot[row, 1], foot[row, 2]
+        frame[row, 0] = a * x + b * y
+        side = -b * x + a * y
+        frame[row, 1], frame[row, 2] = c * side + s * z, -s * side + c * z
+
+
+@njit(cache=True, error_model="numpy")
+def of_ski(memory, ski):
+    """The memory of one ski out of that of both."""
+    return Groove(
+        memory.groove[ski], memory.offset[ski], memory.speed[ski], memory.arrived_groove[ski],
+        memory.arrived_offset[ski], memory.next_groove[ski], memory.next_offset[ski], memory.next_speed[ski],
+    )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def rest_height(parameters, ski, motion, surface, place, load, memory, work):
+    """Height of the pelvis (m) at which both unbent skis at the first instant carry ``load`` (N) in fresh snow.
+
+    Negative infinity where none is found.
+    """
+    modes = ski.omega.shape[0]
+    size = 6 + modes
+    still, nothing, ones = np.zeros(modes), np.zeros(size), np.ones(size)
+    snow, turned, matrix = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((size, size))
+    low, high = place[2] - 0.3, place[2] + 0.3
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        carried = 0.0
+        for side in range(2):
+            at = plus((place[0], place[1], middle), three(motion.foot_place[0, side], 0))
+            height = standing_on(parameters, at, surface, snow)
+            turned[:] = np.dot(snow, motion.foot_rotation[0, side])
+            nothing[:] = 0.0
+            foot = (height, (0.0, 0.0, 0.0), turned, (0.0, 0.0, 0.0))
+            press_edges(
+                parameters,
+                ski,
+                of_ski(memory, side),
+                foot,
+                still,
+                still,
+                0.0,
+                ones,
+                ones,
+                nothing,
+                matrix,
+                work,
+            )
+            carried += nothing[2]
+        if carried > load:
+            low = middle
+        else:
+            high = middle
+    return middle if high < place[2] + 0.3 else -np.inf
+
+
+@njit(cache=True, error_model="numpy")
+def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocity, memory, work, series):
+    """Integrate a run from its start; fills series.  The number of instants that were reached.
+
+    place, velocity : (3,) m, m/s of the pelvis at the start;  memory : ``Groove`` with a first axis for the skis
+    """
+    modes = ski.omega.shape[0]
+    own = 2 + modes
+    size, of_snow = 3 + 2 * own, 6 + modes
+    step, mass, gravity = motion.step, motion.mass, motion.gravity
+    x, v, acceleration = place.copy(), velocity.copy(), np.zeros(3)
+    q, rate = np.zeros((2, own)), np.zeros((2, own))
+    for side in range(2):
+        q[side, 0], q[side, 1] = joint.rest[side, 0], joint.rest[side, 1]
+    new_q, new_rate = q.copy(), rate.copy()
+    trial = np.zeros(size)
+    matrix, residual = np.zeros((size, size)), np.zeros(size)
+    by_place, by_rate = np.ones(of_snow), np.ones(of_snow)
+    pressed, stiff = np.zeros(of_snow), np.zeros((of_snow, of_snow))
+    columns = np.zeros((of_snow, 3 + own))  # how a ski's snow coordinates follow from what is sought
+    snow, frame, local = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
+    for n in range(motion.time.shape[0]):
+        # the first instant finds the accelerations of the start
+        h = step if n > 0 else 0.0
+        pelvis_place, pelvis_rate, own_place, own_rate = 0.25 * h * h, 0.5 * h, h * h, h
+        for side in range(2):
+            advect(ski, of_ski(memory, side), h)
+        done = False
+        for iteration in range(ITERATIONS):
+            new_x = (
+                x[0] + h * v[0] + pelvis_place * (acceleration[0] + trial[0]),
+                x[1] + h * v[1] + pelvis_place * (acceleration[1] + trial[1]),
+                x[2] + h * v[2] + pelvis_place * (acceleration[2] + trial[2]),
+            )
+            new_v = (
+                v[0] + pelvis_rate * (acceleration[0] + trial[0]),
+                v[1] + pelvis_rate * (acceleration[1] + trial[1]),
+                v[2] + pelvis_rate * (acceleration[2] + trial[2]),
+            )
+            for side in range(2):
+                for k in range(own):
+                    new_rate[side, k] = rate[side, k] + own_rate * trial[3 + side * own + k]
+                    new_q[side, k] = q[side, k] + h * new_rate[side, k]
+            matrix[:] = 0.0
+            for c in range(3):
+                residual[c] = mass * (trial[c] - gravity[c]) + motion.carried[n, c]
+                matrix[c, c] = mass
+            series.power[n, :] = 0.0
+            series.reserve[n, :, :] = 0.0
+            for side in range(2):
+                base = 3 + side * own
+                foot_frame = motion.foot_rotation[n, side]
+                turn_ski(foot_frame, new_q[side, 0], new_q[side, 1], frame)
+                at = plus(new_x, three(motion.foot_place[n, side], 0))
+                height = standing_on(parameters, at, surface, snow)
+                local[:] = np.dot(snow, frame)
+                upright = (foot_frame[0, 2], foot_frame[1, 2], foot_frame[2, 2])
+                long = (frame[0, 0], frame[1, 0], frame[2, 0])
+                spin = plus(
+                    three(motion.foot_spin[n, side], 0),
+                    plus(times(new_rate[side, 0], upright), times(new_rate[side, 1], long)),
+                )
+                moving = plus(new_v, three(motion.foot_velocity[n, side], 0))
+                foot = (height, out_of(snow, moving), local, out_of(snow, spin))
+                pressed[:] = 0.0
+                stiff[:] = 0.0
+                for c in range(of_snow):
+                    by_place[c] = pelvis_place if c < 3 else own_place
+                    by_rate[c] = pelvis_rate if c < 3 else own_rate
+                press_edges(
+                    parameters, ski, of_ski(memory, side), foot, new_q[side, 2:], new_rate[side, 2:], h,
+                    by_place, by_rate, pressed, stiff, work,
+                )  # fmt: skip
+                columns[:] = 0.0
+                turned = out_of(snow, upright), out_of(snow, long)
+                for c in range(3):
+                    for d in range(3):
+                        columns[c, d] = snow[c, d]
+                    columns[3 + c, 3], columns[3 + c, 4] = turned[0][c], turned[1][c]
+                for k in range(modes):
+                    columns[6 + k, 5 + k] = 1.0
+                force = np.dot(columns.T, pressed)
+                slopes = np.dot(columns.T, np.dot(stiff, columns))
+                for i in range(3 + own):
+                    row = i if i < 3 else base + i - 3
+                    if i < 3:
+                        residual[row] -= force[i]
+                    else:
+                        residual[row] = -force[i]
+                    for j in range(3 + own):
+                        matrix[row, j if j < 3 else base + j - 3] += slopes[i, j]
+                for i in range(2):
+                    residual[base + i] += (
+                        joint.inertia[i] * trial[base + i]
+                        + joint.damping[i] * new_rate[side, i]
+                        + joint.stiffness[i] * (new_q[side, i] - joint.rest[side, i])
+                    )
+                    matrix[base + i, base + i] += (
+                        joint.inertia[i] + joint.damping[i] * own_rate + joint.stiffness[i] * own_place
+                    )
+                pulled = into(frame, (trial[0], trial[1], trial[2]))
+                for k in range(modes):
+                    i = base + 2 + k
+                    p, w, ratio = three(coupling.translation[k], 0), ski.omega[k], ski.ratio[k]
+                    residual[i] += (
+                        trial[i] + 2.0 * ratio * w * new_rate[side, 2 + k] + w * w * new_q[side, 2 + k]
+                        + dot(p, plus(pulled, three(motion.ski_acceleration[n, side], 0)))
+                        + dot(three(coupling.rotation[k], 0), three(motion.ski_turning[n, side], 0))
+                    )  # fmt: skip
+                    matrix[i, i] += 1.0 + 2.0 * ratio * w * own_rate + w * w * own_place
+                    outwards = out_of(frame, p)
+                    for c in range(3):
+                        residual[c] += outwards[c] * trial[i]
+                        matrix[c, i] += outwards[c]
+                        matrix[i, c] += outwards[c]
+                normal = (snow[2, 0], snow[2, 1], snow[2, 2])
+                load = pressed[2]
+                series.loads[n, side] = load
+                left, up = (frame[0, 1], frame[1, 1], frame[2, 1]), (frame[0, 2], frame[1, 2], frame[2, 2])
+                series.edges[n, side] = math.atan2(dot(left, normal), dot(up, normal))
+                series.turned[n, side, 0], series.turned[n, side, 1] = new_q[side, 0], new_q[side, 1]
+                moment = into(snow, (pressed[3], pressed[4], pressed[5]))
+                for c in range(3):
+                    series.force[n, side, c] = force[c]
+                    series.friction[n, side, c] = force[c] - load * normal[c]
+                    series.moment[n, side, c] = moment[c]
+                series.sole[n, side] = (
+                    foot_frame[0, 2] * force[0] + foot_frame[1, 2] * force[1] + foot_frame[2, 2] * force[2]
+                )
+                for i in range(ski.width.shape[0]):
+                    series.power[n, 0] -= work.seen[i, 1] * work.seen[i, 7]
+                    series.power[n, 1] -= work.seen[i, 2] * work.seen[i, 8]
+                    series.power[n, 2] += work.seen[i, 0] * work.seen[i, 11]
+                    series.reserve[n, side, 0] += work.seen[i, 3]
+                    series.reserve[n, side, 1] += abs(work.seen[i, 2])
+            for k in range(motion.area.shape[0]):
+                moving = plus(new_v, three(motion.exposed_velocity[n, k], 0))
+                found = segment_derivatives(
+                    parameters, motion.time[n], new_x[0], new_x[1], moving[0], moving[1], moving[2], motion.area[k]
+                )
+                for c in range(3):
+                    residual[c] -= found[c]
+                    for d in range(3):
+                        matrix[c, d] -= pelvis_rate * found[3 + 3 * c + d]
+            at = plus(new_x, three(motion.com_place[n], 0))
+            moving = plus(new_v, three(motion.com_velocity[n], 0))
+            body = body_force(parameters, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2])
+            for c in range(3):
+                residual[c] -= body[c]
+            if not eliminate(matrix, residual):
+                return n
+            share = 1.0 if iteration < 12 else 0.5
+            largest = 0.0
+            for i in range(size):
+                trial[i] -= share * residual[i]
+                largest = max(largest, abs(residual[i]))
+            if not largest < 1e9:
+                return n
+            if largest < SMALL:
+                done = True
+                break
+        if not done and largest * max(h, 1e-3) ** 2 > LOOSE:
+            return n
+        for c in range(3):
+            x[c], v[c], acceleration[c] = new_x[c], new_v[c], trial[c]
+            series.place[n, c], series.velocity[n, c] = new_x[c], new_v[c]
+        for side in range(2):
+            for k in range(own):
+                q[side, k], rate[side, k] = new_q[side, k], new_rate[side, k]
+            accept(of_ski(memory, side))
+    return motion.time.shape[0]

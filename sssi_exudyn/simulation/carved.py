@@ -1,0 +1,153 @@
+"""The reduced model on snow that edges cut: the captured posture, and skis that yaw and roll against their feet.
+
+The skier's heading is the captured one; only the skis are free to find their own way below it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.bodies.ski.mesh import mesh
+from sssi_exudyn.bodies.ski.modes import modal_ski
+from sssi_exudyn.contact.backends import carved_run_kernel, carving_kernel, ground_kernel
+from sssi_exudyn.contact.backends.carved_run_kernel import CarvedSeries, Coupling, Joint
+from sssi_exudyn.contact.backends.carving_kernel import Groove
+from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.quantity import quantity
+from sssi_exudyn.model.model import Model, along_snow
+from sssi_exudyn.simulation.assembly import snow_grid
+from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, load_at_start
+from sssi_exudyn.simulation.steady_turn import MODES, POINTS, edge_work, edges_of
+
+_ESTIMATE: Final = "estimate"
+
+
+@dataclass(frozen=True)
+class BootJoint:
+    """How a ski turns against the captured foot: a spring with a damper in yaw and in roll."""
+
+    yaw_stiffness: float = quantity(
+        1e3,
+        "N m/rad",
+        low=20.0,
+        high=1e4,
+        source=f"{_ESTIMATE}: with a tenth, a ski that skids spins under the boot",
+        meaning="of the leg in yaw",
+    )
+    roll_stiffness: float = quantity(
+        600.0, "N m/rad", low=200.0, high=3e3, source=_ESTIMATE, meaning="of boot and ankle in roll"
+    )
+    yaw_inertia: float = quantity(0.5, "kg m^2", low=0.1, high=2.0, source=_ESTIMATE, meaning="of ski, boot and leg")
+    roll_inertia: float = quantity(0.05, "kg m^2", low=0.01, high=0.5, source=_ESTIMATE, meaning="of ski and boot")
+    damping_ratio: float = quantity(0.7, "1", low=0.0, high=2.0, source=_ESTIMATE, meaning="of critical, in both")
+
+    @property
+    def kernel(self) -> Joint:
+        """As the kernel takes it; at rest where the capture has the foot."""
+        stiffness = np.array([self.yaw_stiffness, self.roll_stiffness])
+        inertia = np.array([self.yaw_inertia, self.roll_inertia])
+        return Joint(stiffness, 2.0 * self.damping_ratio * np.sqrt(stiffness * inertia), inertia, np.zeros((2, 2)))
+
+
+@dataclass(frozen=True)
+class CarvedRun:
+    """A run on snow that edges cut, n instants.
+
+    run : as every run of the reduced model
+    yaw, roll : (n, 2) rad of the skis against the captured feet, > 0 to the left and to the right edge
+    friction, skid, pressing : (n,) W that the snow takes along the edges, across them, and by being pressed in
+    side_reserve : (n, 2) share of what the wall bears along a ski's edge that is not used; 0 off the snow
+    """
+
+    run: ReducedRun
+    yaw: Array
+    roll: Array
+    friction: Array
+    skid: Array
+    pressing: Array
+    side_reserve: Array
+
+
+def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> CarvedRun:
+    """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
+    at = prepared.correct_capture(model)
+    kernel = compile_kernel(model.terms, ground_kernel, carving_kernel, carved_run_kernel)
+    parameters, motion, surface = law_parameters(model.terms), at.kernel_motion(), snow_grid(model.surface)
+    edges = edges_of(model.ski, POINTS, MODES)
+    base = np.array([0.0, 0.0, -float(model.ski.height(model.ski.s_of_x(0.0)))])
+    ski = edges._replace(points=edges.points + base)
+    participation = modal_ski(mesh(model.ski), MODES).participation
+    coupling = Coupling(np.ascontiguousarray(participation[:, :3]), np.ascontiguousarray(participation[:, 3:]))
+    memory, work = Groove(*np.zeros((8, 2, 2, POINTS))), edge_work(POINTS, MODES)
+    place = np.array([model.start.f, model.start.l, 0.0]) - at.antenna[0]
+    velocity = np.array([model.start.velocity_f, model.start.velocity_l, 0.0]) - at.antenna_velocity[0]
+    place[2] = float(np.mean(model.snow(place + at.foot_place[0])[0] - at.foot_place[0, :, 2]))
+    share = np.array([0.5, 0.5])
+    load = float(load_at_start(at, share))
+    place[2] = kernel.rest_height(parameters, ski, motion, surface, place, load, memory, work)
+    if not np.isfinite(place[2]):
+        raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
+    velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], share)
+    series = _empty_series(len(at.time))
+    done = kernel.run_carved(
+        parameters, ski, coupling, (joint or BootJoint()).kernel, motion, surface, place, velocity, memory, work, series
+    )
+    if done < len(at.time):
+        raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge on snow that edges cut")
+    return _run_of(at, series)
+
+
+def _empty_series(count: int) -> CarvedSeries:
+    three, pair = np.zeros((2, count, 3)), np.zeros((5, count, 2))
+    by_ski = np.zeros((3, count, 2, 3))
+    return CarvedSeries(
+        place=three[0],
+        velocity=three[1],
+        turned=np.zeros((count, 2, 2)),
+        loads=pair[0],
+        sole=pair[1],
+        edges=pair[2],
+        friction=by_ski[0],
+        force=by_ski[1],
+        moment=by_ski[2],
+        power=np.zeros((count, 3)),
+        reserve=np.zeros((count, 2, 2)),
+    )
+
+
+def _run_of(at: Prepared, series: CarvedSeries) -> CarvedRun:
+    yaw = series.turned[..., 0]
+    foot = at.foot_rotation
+    forward = np.cos(yaw)[..., None] * foot[..., 0] + np.sin(yaw)[..., None] * foot[..., 1]
+    run = ReducedRun(
+        time=at.time,
+        pelvis=series.place,
+        pelvis_velocity=series.velocity,
+        antenna=series.place + at.antenna,
+        com=series.place + at.com_place,
+        com_velocity=series.velocity + at.com_velocity,
+        foot_load=series.loads,
+        sole_force=series.sole,
+        foot_friction=series.friction,
+        foot_position=series.place[:, None] + at.foot_place,
+        foot_velocity=series.velocity[:, None] + at.foot_velocity,
+        foot_forward=forward,
+        edge_angle=series.edges,
+        snow_force=series.force,
+        snow_moment=series.moment,
+    )
+    most, used = series.reserve[..., 0], series.reserve[..., 1]
+    return CarvedRun(
+        run=run,
+        yaw=yaw,
+        roll=series.turned[..., 1],
+        friction=series.power[:, 0],
+        skid=series.power[:, 1],
+        pressing=series.power[:, 2],
+        side_reserve=np.where(most > 0.0, 1.0 - used / np.where(most > 0.0, most, 1.0), 0.0),
+    )
