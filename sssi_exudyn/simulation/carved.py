@@ -5,7 +5,7 @@ The skier's heading is the captured one; only the skis are free to find their ow
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -16,12 +16,13 @@ from sssi_exudyn.contact.backends import carved_run_kernel, carving_kernel, grou
 from sssi_exudyn.contact.backends.carved_run_kernel import CarvedSeries, Coupling, Joint
 from sssi_exudyn.contact.backends.carving_kernel import Groove
 from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
+from sssi_exudyn.contact.backends.structs import ReducedSeries
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantity
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.assembly import snow_grid
-from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, load_at_start
+from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, load_at_start, reduced_run
 from sssi_exudyn.simulation.steady_turn import MODES, POINTS, edge_work, edges_of
 
 _ESTIMATE: Final = "estimate"
@@ -124,23 +125,11 @@ def _run_of(at: Prepared, series: CarvedSeries) -> CarvedRun:
     yaw = series.turned[..., 0]
     foot = at.foot_rotation
     forward = np.cos(yaw)[..., None] * foot[..., 0] + np.sin(yaw)[..., None] * foot[..., 1]
-    run = ReducedRun(
-        time=at.time,
-        pelvis=series.place,
-        pelvis_velocity=series.velocity,
-        antenna=series.place + at.antenna,
-        com=series.place + at.com_place,
-        com_velocity=series.velocity + at.com_velocity,
-        foot_load=series.loads,
-        sole_force=series.sole,
-        foot_friction=series.friction,
-        foot_position=series.place[:, None] + at.foot_place,
-        foot_velocity=series.velocity[:, None] + at.foot_velocity,
-        foot_forward=forward,
-        edge_angle=series.edges,
-        snow_force=series.force,
-        snow_moment=series.moment,
-    )
+    kept = ReducedSeries(
+        series.place, series.velocity, series.loads, series.sole, series.friction, series.edges, series.force,
+        series.moment,
+    )  # fmt: skip
+    run = replace(reduced_run(at, kept, len(at.time)), foot_forward=forward)
     most, used = series.reserve[..., 0], series.reserve[..., 1]
     return CarvedRun(
         run=run,
