@@ -34,6 +34,7 @@ from sssi_exudyn.api.functions import (
     simulate,
     sweep,
     terms,
+    turn,
     use_plugin,
     validate,
 )
@@ -93,6 +94,7 @@ __all__ = [
     "simulate",
     "sweep",
     "terms",
+    "turn",
     "use_plugin",
     "validate",
 ]

@@ -501,6 +501,41 @@ def terms() -> list[dict[str, str | float]]:
     return commands.terms()
 
 
+def turn(
+    skis: str | Sequence[str],
+    edge: str = "30:70",
+    speed: float = 10.0,
+    *,
+    load: float = 700.0,
+    page: AnyPath | None = None,
+    progress: ProgressWanted = False,
+) -> list[dict[str, str | float | None]]:
+    """Compare skis in steady turns on snow that their edges cut: radius with its bar, and side reserve, a row a ski and
+    edge angle.
+
+    Parameters
+    ----------
+    skis : a ski, or several: names of the catalogue, or paths of files
+    edge : edge angles in degrees: ``"60"``, ``"30,45,60"`` or a range ``"30:70:5"``
+    speed : m/s
+    load : N along the snow's normal
+    page : where a page that sets the skis side by side is written (.html)
+    progress : whether to show it, or a function that is told
+
+    Raises InputError for what is no ski or no edge angle.
+
+    Examples
+    --------
+    >>> rows = sssi_exudyn.turn(["slalom_165", "volkl_kendo_184"], "45,60")
+    """
+    from sssi_exudyn import commands
+    from sssi_exudyn.api.progress import progress_of
+
+    names = [skis] if isinstance(skis, str) else list(skis)
+    where = None if page is None else Path(page)
+    return commands.turn(names, edge, speed, load=load, page=where, progress=progress_of(progress))
+
+
 def use_plugin(plugin: AnyPath | object) -> None:
     """Put other people's force terms, hypotheses and readers to use; their code is run.
 
