@@ -21,13 +21,14 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.bvh_writer import bvh_text
-from sssi_exudyn.importing.defaults import PLACES, UNCERTAIN, USUAL
+from sssi_exudyn.importing.defaults import OF_TELEPHONES, PLACES, UNCERTAIN, USUAL
 from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
 from sssi_exudyn.importing.sensor_logs import BAROMETER, PRESSURE, split_place, write_pressure, write_sensors
 from sssi_exudyn.io.files import read_bytes
 from sssi_exudyn.io.writing import clear_errors, folder_lock
 from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes
 from sssi_exudyn.recording.instruments.gps import READERS, gps_from_fixes, read_fixes
+from sssi_exudyn.recording.instruments.imu import PLACES as IMU_PLACES
 from sssi_exudyn.recording.instruments.insoles import is_insoles, read_insoles
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Recording
@@ -123,7 +124,7 @@ def _kind(path: Path) -> str:
 
 def _write(made: Path, sources: _Sources, answers: Answers) -> None:
     fixes = None if sources.gps is None else read_fixes(sources.gps)
-    answers, assumed = _with_usual(answers, fixes)
+    answers, assumed = _with_usual(answers, sources, fixes)
     began, notes = None, () if fixes is None else fixes.notes
     if sources.motion is not None:
         bvh, began = read_motion(sources.motion, answers.height_m)
@@ -168,12 +169,18 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
     (made / FILE).write_text(tomli_w.dumps(settings), encoding="utf-8")
 
 
-def _with_usual(answers: Answers, fixes: Fixes | None) -> tuple[Answers, tuple[str, ...]]:
-    """The answers with what is usual where there are none, and the names of those."""
+def _with_usual(answers: Answers, sources: _Sources, fixes: Fixes | None) -> tuple[Answers, tuple[str, ...]]:
+    """The answers with what is usual where there are none, and the names of those.  A sensor alone, with fixes, is a
+    telephone, and the receiver is in it.
+    """
+    places = [place for place, _ in sources.sensors if place in IMU_PLACES]
+    usual = {**USUAL, **(OF_TELEPHONES.get(places[0], {}) if len(places) == 1 else {})}
+    if answers.antenna_joint is not None:
+        usual["antenna_offset_m"] = (0.0, 0.0, 0.0)  # at the joint that is named, not where another's would be
     kept = fixes is not None and "sigma_m" in fixes.columns
     unused = (() if fixes is not None else _OF_FIXES) + (("gps_sigma_m",) if kept else ())
-    assumed = tuple(name for name in USUAL if getattr(answers, name) is None and name not in unused)
-    return replace(answers, **{name: USUAL[name] for name in assumed}), assumed
+    assumed = tuple(name for name in usual if getattr(answers, name) is None and name not in unused)
+    return replace(answers, **{name: usual[name] for name in assumed}), assumed
 
 
 def _check_answers(sources: _Sources, fixes: Fixes | None, began: float | None, answers: Answers) -> None:

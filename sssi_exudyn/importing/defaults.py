@@ -26,6 +26,12 @@ USUAL: Final[dict[str, Any]] = {
 }
 """An adult of medium size on slalom skis, a receiver in a vest between the shoulders, and what a receiver of one
 frequency is exact to."""
+OF_TELEPHONES: Final[dict[str, dict[str, Any]]] = {
+    "pocket": {"antenna_joint": "Hips", "antenna_offset_m": (0.0, 0.0, 0.12)},
+    "pelvis": {"antenna_joint": "Hips", "antenna_offset_m": (0.0, 0.0, -0.12)},
+    "chest": {"antenna_joint": "Spine2", "antenna_offset_m": (0.0, 0.1, 0.14)},
+}
+"""Where the receiver of a telephone sits, by where that is: on the front of hip or chest, or in a belt behind."""
 PLACES: Final = {
     "mass_kg": ("skier", "mass_kg"),
     "height_m": ("skier", "height_m"),

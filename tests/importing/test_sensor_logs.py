@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +65,23 @@ def named(logs: dict[str, Path], *places: str) -> list[Path]:
 
 
 @pytest.mark.long
+def test_the_receiver_of_a_telephone_is_where_that_is(logs: dict[str, Path], tmp_path: Path) -> None:
+    answers = replace(ANSWERS, antenna_joint=None, antenna_offset_m=None)
+    alone = import_recording([Path(f"pocket={logs['left_ski']}"), logs["fixes"]], tmp_path / "alone", answers)
+    assert alone.gps is not None
+    assert alone.gps.segment == "Hips"
+    assert any("gps.segment = Hips" in notice for notice in alone.notices)
+    named = replace(answers, antenna_joint="Head")
+    placed = import_recording([Path(f"pocket={logs['left_ski']}"), logs["fixes"]], tmp_path / "named", named)
+    assert placed.gps is not None
+    assert placed.gps.segment == "Head"
+    assert not np.any(placed.gps.offset)
+    both = [Path(f"{place}={logs[place]}") for place in ("left_ski", "right_ski")]
+    several = import_recording([*both, logs["fixes"]], tmp_path / "several", answers)
+    assert several.gps is not None
+    assert several.gps.segment == "Spine2"
+
+
 def test_loggers_tables_become_a_recording(whole: Recording, logs: dict[str, Path], tmp_path: Path) -> None:
     made = import_recording(named(logs, "left_ski", "right_ski"), tmp_path / "made", ANSWERS)
     assert made.completed is not None
