@@ -98,10 +98,9 @@ def _residual(summary: Summary) -> str:
     found = summary.residual_moment
     if found.rms_Nm is None or found.verdict is None:
         return ""
-    judged = {"good": "which is good", "okay": "which is okay", "bad": "which is bad"}[found.verdict]
-    return (
-        f" The moment left over at the pelvis is {found.rms_Nm:.0f} N\u00a0m (rms), {judged} by OpenSim's thresholds."
-    )
+    most = "" if found.peak_Nm is None else f", {found.peak_Nm:.0f} N\u00a0m at most"
+    size = f"{found.rms_Nm:.0f} N\u00a0m (rms){most}"
+    return f" The moment left over at the pelvis is {size}, which is {found.verdict} by OpenSim's thresholds."
 
 
 def _assumed(summary: Summary) -> str:
