@@ -142,3 +142,17 @@ def test_a_constant_error_has_no_middle_and_a_wandering_one_has() -> None:
     assert min(starts) < setting.motion.start + 1.6
     assert max(starts) > setting.motion.stop - 1.6
     assert isinstance(linearised()[1].posture, PostureErrors)
+
+
+def test_single_samples_that_are_far_off_count_less_but_fixes_keep_their_counts() -> None:
+    _, setting = example()
+    seen = setting.seen
+    residual = np.zeros(len(seen.measured))
+    place = seen.blocks["moment_l"]
+    residual[place.start] = 10.0 * seen.usual["moment_l"].sigma
+    residual[seen.blocks["x"].start] = 10.0 * seen.usual["x"].sigma
+    share = seen.weighed(residual, seen.usual).scale / seen.scale
+    # Student's weight with four degrees of freedom, 5 / (4 + z²)
+    assert share[place.start] == pytest.approx(np.sqrt(104.0 / 5.0))
+    assert share[place.start + 1] == pytest.approx(np.sqrt(4.0 / 5.0))
+    assert np.all(share[: seen.blocks["y"].stop] == 1.0)

@@ -236,6 +236,7 @@ def _over_time(missing: MissingForce) -> ForceOverTime:
         force_N=tuple(_vector(each) for each in missing.force),
         band_N=tuple(_vector(each) for each in missing.band),
         stands_out=tuple((bool(along), bool(across), bool(normal)) for along, across, normal in missing.stands_out),
+        log_bayes_factor=missing.log_bayes_factor,
     )
 
 

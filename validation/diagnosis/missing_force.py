@@ -3,8 +3,10 @@
     residual = G u + X a + e,   u ~ N(0, K)
 
 u is the force at the centre of mass, along and across the skis and normal to the snow, in cells of time; K says that it
-is of some size and correlated over about a second; a is everything else that may vary (see ``evidence``).  What stands
-out is compared with what the same smoothing makes of noise alone, with the false discovery rate held over all cells.
+is of some size and keeps its direction for some time, those of a few under which the measurements are most probable; a
+is everything else that may vary (see ``evidence``).  How probable they are with some force against none is one number,
+the Bayes factor with u integrated out, averaged over sizes and times.  What stands out is compared with what the same
+smoothing makes of noise alone, with the false discovery rate held over all cells.
 
 Source: Rasmussen and Williams 2006, ch. 2; Benjamini and Hochberg 1995.
 """
@@ -24,9 +26,11 @@ from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 
 DIRECTIONS: Final = ("along", "across", "normal")
 _SIZE: Final = 60.0
-"""N; of a missing force, before the data speak."""
+_SIZES: Final = (20.0, _SIZE, 180.0)
+"""N; of a missing force, before the data speak: usual, and those that are tried."""
 _CORRELATION: Final = 0.8
-"""s over which it keeps its direction."""
+_CORRELATIONS: Final = (0.3, _CORRELATION, 2.0)
+"""s over which it keeps its direction, likewise."""
 FALSE_DISCOVERIES: Final = 0.05
 PLACEBOS: Final = 19
 """A finding that beats all of them is one that chance gives in one of twenty."""
@@ -41,6 +45,7 @@ class MissingForce:
     edges : (c + 1,) s of the cells;  force, band : (c, 3) N along, across and normal, with its standard deviation
     score : (c, 3) the force in standard deviations of what noise alone would show
     stands_out : (c, 3) true within a window whose mean stands out
+    log_bayes_factor : of some force against none
     """
 
     edges: Array
@@ -48,6 +53,7 @@ class MissingForce:
     band: Array
     score: Array
     stands_out: NDArray[np.bool_]
+    log_bayes_factor: float
 
     def impulse(self, window: tuple[float, float]) -> Array:
         """(3,) N s within a window of time (s)."""
@@ -79,14 +85,27 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     by_f, by_l, by_n = responses.reshape(len(responses), 3, cells).transpose(1, 0, 2)
     shaped = np.hstack([by_f * cosine + by_l * sine, by_l * cosine - by_f * sine, by_n])
     known, g = uncertain(linear, levels), whiten_columns(linear, levels, shaped)
-    prior = _usual(middles)
     gram, pull = g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual)
-    gain = np.linalg.solve(np.eye(len(prior)) + prior @ gram, prior)
+    gains, factors = zip(
+        *(_gain(_covariance(middles, size, time), gram, pull) for size in _SIZES for time in _CORRELATIONS),
+        strict=True,
+    )
+    gain = gains[int(np.argmax(factors))]
     mean = gain @ pull
     band = np.sqrt(np.maximum(np.diag(gain), 0.0))
     under_noise = gain @ gram @ gain.T
     score, out = _standing_out(mean.reshape(3, cells), under_noise, cells)
-    return MissingForce(edges, mean.reshape(3, cells).T, band.reshape(3, cells).T, score.T, out.T)
+    factor = float(np.logaddexp.reduce(factors) - np.log(len(factors)))
+    return MissingForce(edges, mean.reshape(3, cells).T, band.reshape(3, cells).T, score.T, out.T, factor)
+
+
+def _gain(prior: Array, gram: Array, pull: Array) -> tuple[Array, float]:
+    """Covariance afterwards of amplitudes of covariance ``prior``, and the log Bayes factor of them against none, from
+    what is known of them: information ``gram`` and ``pull`` (Rasmussen and Williams 2006, A.9 and A.10).
+    """
+    inner = np.eye(len(prior)) + prior @ gram
+    gain: Array = np.asarray(np.linalg.solve(inner, prior), dtype=np.float64)
+    return gain, 0.5 * float(pull @ gain @ pull) - 0.5 * float(np.linalg.slogdet(inner)[1])
 
 
 def placebos(fitted: FittedRun, responses: Array) -> Array:
@@ -94,15 +113,15 @@ def placebos(fitted: FittedRun, responses: Array) -> Array:
     ``responses`` as in ``missing_force``.
     """
     edges = fitted.time_edges
-    lower = np.linalg.cholesky(_usual(0.5 * (edges[1:] + edges[:-1])))
+    lower = np.linalg.cholesky(_covariance(0.5 * (edges[1:] + edges[:-1]), _SIZE, _CORRELATION))
     draws = np.random.default_rng(0).normal(size=(lower.shape[0], PLACEBOS))
     return np.asarray(responses @ (lower @ draws))
 
 
-def _usual(middles: Array) -> Array:
-    """(3·c, 3·c) covariance of a missing force in its three directions, before the data speak."""
+def _covariance(middles: Array, size: float, time: float) -> Array:
+    """(3·c, 3·c) N² of a missing force in its three directions, before the data speak."""
     apart = np.abs(middles[:, None] - middles[None, :])
-    return np.asarray(np.kron(np.eye(3), _SIZE**2 * np.exp(-apart / _CORRELATION)))
+    return np.asarray(np.kron(np.eye(3), size**2 * np.exp(-apart / time)))
 
 
 def _standing_out(force: Array, under_noise: Array, cells: int) -> tuple[Array, NDArray[np.bool_]]:

@@ -158,12 +158,14 @@ class ForceOverTime:
 
     edges_s : c + 1 instants;  force_N, band_N : c vectors, the force and its standard deviation
     stands_out : c times three, true where a direction stands out from what noise alone would show
+    log_bayes_factor : of some force against none, its course integrated out
     """
 
     edges_s: tuple[float, ...]
     force_N: tuple[Vector, ...]
     band_N: tuple[Vector, ...]
     stands_out: tuple[tuple[bool, bool, bool], ...]
+    log_bayes_factor: float | None = None
 
     def __post_init__(self) -> None:
         """Raise ValueError where the lengths differ."""

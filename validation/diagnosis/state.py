@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.estimate import estimate, estimate_from
+from sssi_exudyn.fitting.estimate import estimate, estimate_from, with_few_elements
 from sssi_exudyn.fitting.fit import surface_priors
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface, surface_process
@@ -224,7 +224,8 @@ def _full_surplus(problem: DiagnosisProblem, model: Model) -> Array:
     """(N,) what the full model predicts beyond the reduced one."""
 
     def run() -> Arrays:
-        return {"predicted": problem.measurements.predict(model, simulate(model, problem.motion))}
+        run = simulate(with_few_elements(model), problem.motion, tree=False)
+        return {"predicted": problem.measurements.predict(model, run)}
 
     key = fingerprint("full model", problem.key, model_to_dict(model))
     shapes = {"predicted": problem.measurements.measured.shape}

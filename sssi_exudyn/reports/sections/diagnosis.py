@@ -14,6 +14,7 @@ from sssi_exudyn.validation.diagnosis.result import (
     Diagnosis,
     Finding,
     ForceOverTime,
+    LatentForce,
     Noise,
     TrackDistance,
     Weighed,
@@ -43,11 +44,23 @@ def diagnosis_blocks(found: Diagnosis) -> tuple[Block, ...]:
         if found.findings:
             caption = f"The same with {_captions(found)} in the model"
             blocks.append(Drawing(caption, lambda axes: _draw_force(axes, after)))
+        rows = _force_rows(found.latent_force)
+        blocks += [Facts(rows)] if rows else []
     for finding in found.findings:
         blocks += [Heading(f"{finding.name.replace('_', ' ')} ({finding.probability:.0%})"), Facts(_finding(finding))]
     if found.weighed:
         blocks += [Heading("Probability of every hypothesis"), Facts(_hypotheses(found.weighed[0]))]
     return (*blocks, Heading("Noise of the instruments"), Facts(_noise_rows(found.noise)))
+
+
+def _force_rows(latent: LatentForce) -> list[Row]:
+    """How much more probable the measurements are with some force, whatever its course, than with none."""
+    named = (("some force missing, against none", latent.before), ("the same, with all findings", latent.after))
+    return [
+        (name, f"{each.log_bayes_factor:+.1f}", "log Bayes factor; above 3 there is one, below −3 there is none")
+        for name, each in named
+        if each.log_bayes_factor is not None
+    ]
 
 
 def _captions(diagnosis: Diagnosis) -> str:

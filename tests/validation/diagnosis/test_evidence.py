@@ -16,13 +16,16 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     NoiseLevels,
     _Evidence,
     best_levels,
+    fewer_columns,
     log_evidence,
     log_factors,
     overlaps,
+    uncertain,
     usual_levels,
+    whiten_columns,
     whitener,
 )
-from sssi_exudyn.validation.diagnosis.missing_force import discoveries
+from sssi_exudyn.validation.diagnosis.missing_force import _gain, discoveries
 
 LEVELS = NoiseLevels(
     ExponentialNoise(0.02, 2.0),
@@ -106,6 +109,33 @@ def test_factors_of_candidates_are_differences_of_evidence(width: int) -> None:
         for size in sizes
     ]
     np.testing.assert_allclose(found, expected, atol=1e-8)  # rounding
+
+
+def test_the_factor_of_some_force_is_a_difference_of_evidence() -> None:
+    given = linear_model()
+    rng = np.random.default_rng(6)
+    shapes = rng.normal(size=(len(given.residual), 6))
+    prior = np.kron(np.eye(3), 0.04 * np.array([[1.0, 0.6], [0.6, 1.0]]))
+    known, g = uncertain(given, LEVELS), whiten_columns(given, LEVELS, shapes)
+    gram, pull = g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual)
+    with_force = log_evidence(given, LEVELS, Freedom(shapes @ np.linalg.cholesky(prior), np.ones(6)))
+    gain, factor = _gain(prior, gram, pull)
+    assert factor == pytest.approx(with_force - log_evidence(given, LEVELS), abs=1e-8)  # rounding
+    np.testing.assert_allclose(gain, np.linalg.inv(np.linalg.inv(prior) + gram), rtol=1e-8, atol=1e-12)
+
+
+def test_fewer_columns_have_the_covariance_of_all() -> None:
+    given = linear_model()
+    rng = np.random.default_rng(8)
+    scale = given.residual.std()
+    columns = scale * rng.normal(size=(len(given.residual), 5)) @ rng.normal(size=(5, 40))
+    faint = np.hstack([columns, 1e-7 * columns[:, :9]])
+    fewer = fewer_columns(given.measurements, faint)
+    assert fewer.shape[1] == 5
+    # what is left out is at most 0.02 of the noise: 4e-4 of its variance
+    noise = np.diag(covariance(given))
+    bound = 4e-4 * np.sqrt(np.outer(noise, noise))
+    assert np.all(np.abs(fewer @ fewer.T - faint @ faint.T) < 10.0 * bound)  # usual noise for that of these levels
 
 
 @pytest.mark.parametrize("extra", [None, Freedom(np.ones((50, 1)), np.array([0.2]))], ids=["alone", "with more"])
