@@ -12,10 +12,9 @@ import numpy as np
 
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.modes import modal_ski
-from sssi_exudyn.contact.backends import carved_run_kernel, carving_kernel, ground_kernel
 from sssi_exudyn.contact.backends.carved_run_kernel import CarvedSeries, Coupling, Joint
 from sssi_exudyn.contact.backends.carving_kernel import Groove
-from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
+from sssi_exudyn.contact.backends.compiled import law_parameters
 from sssi_exudyn.contact.backends.structs import ReducedSeries
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
@@ -23,7 +22,7 @@ from sssi_exudyn.core.quantity import quantity
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.assembly import snow_grid
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, load_at_start, reduced_run
-from sssi_exudyn.simulation.steady_turn import MODES, POINTS, edge_work, edges_of
+from sssi_exudyn.simulation.steady_turn import MODES, POINTS, carving_module, edge_work, edges_of
 
 _ESTIMATE: Final = "estimate"
 
@@ -77,7 +76,7 @@ class CarvedRun:
 def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> CarvedRun:
     """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
     at = prepared.correct_capture(model)
-    kernel = compile_kernel(model.terms, ground_kernel, carving_kernel, carved_run_kernel)
+    kernel = carving_module(model.terms)
     parameters, motion, surface = law_parameters(model.terms), at.kernel_motion(), snow_grid(model.surface)
     edges = edges_of(model.ski, POINTS, MODES)
     base = np.array([0.0, 0.0, -float(model.ski.height(model.ski.s_of_x(0.0)))])

@@ -7,6 +7,7 @@ yaw rate and the ski's bend, by letting the ski run until its turn is steady.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -15,11 +16,11 @@ import numpy as np
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.modes import edge_turning, modal_ski
 from sssi_exudyn.bodies.ski.ski import Ski
-from sssi_exudyn.contact.backends import carving_kernel, turn_kernel
+from sssi_exudyn.contact.backends import carved_run_kernel, carving_kernel, ground_kernel, turn_kernel
 from sssi_exudyn.contact.backends.carving_kernel import EdgeSki, EdgeWork, Groove
 from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
 from sssi_exudyn.contact.backends.turn_kernel import Turn, TurnState
-from sssi_exudyn.contact.term import EdgeTerm
+from sssi_exudyn.contact.term import EdgeTerm, Term
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import Array
@@ -152,6 +153,11 @@ def edges_of(ski: Ski, points: int = POINTS, modes: int = MODES) -> EdgeSki:
     )
 
 
+def carving_module(terms: Sequence[Term]) -> Any:
+    """The compiled functions of skis on snow that edges cut, alone and under a skier: those that are called."""
+    return compile_kernel(terms, ground_kernel, carving_kernel, turn_kernel, carved_run_kernel)
+
+
 def edge_work(points: int, modes: int) -> EdgeWork:
     """Room for the forces on a ski of so many points an edge and vibrations."""
     size = 6 + modes
@@ -189,7 +195,7 @@ def steady_turn(case: TurnCase, rolling: Rolling, step_points: float = 1.0) -> t
     gap = float(ski.station[1] - ski.station[0])
     chunk = max(1, round(_CHUNK * len(ski.station) / step_points))
     step = step_points * gap / case.speed
-    kernel = compile_kernel((case.law,), carving_kernel, turn_kernel)
+    kernel = carving_module((case.law,))
     parameters = law_parameters((case.law,))
 
     def run(edge: Array) -> tuple[Array, int]:

@@ -11,14 +11,14 @@ from carving_skis import FIRM, LENGTH, SIDECUT, WithoutGroove, bent_ski
 from marched_turn import marched_forces
 
 from sssi_exudyn.bodies.ski.ski import Profile, Ski, read_ski
-from sssi_exudyn.contact.backends import carving_kernel, turn_kernel
-from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
+from sssi_exudyn.contact.backends.compiled import law_parameters
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.simulation.steady_turn import (
     NoSteadyTurn,
     Rolling,
     SteadyTurn,
     TurnCase,
+    carving_module,
     edges_of,
     start_rolling,
     steady_turn,
@@ -136,7 +136,7 @@ def test_snow_that_does_not_hold_gives_no_turn() -> None:
 def test_derivatives_of_the_edges_forces_are_those_of_differences() -> None:
     turn, rolling = slalom(60.0)
     on = rolling.copied()
-    kernel = compile_kernel((turn.case.law,), carving_kernel, turn_kernel)
+    kernel = carving_module((turn.case.law,))
     parameters = law_parameters((turn.case.law,))
     modes = len(on.ski.omega)
     size = 6 + modes
