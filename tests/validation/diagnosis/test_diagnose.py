@@ -68,6 +68,7 @@ KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "n
 @pytest.fixture(scope="module")
 def base() -> tuple[Recording, Motion, Model]:
     recording, motion = bundled("beginner")
+    motion = replace(motion, stop=motion.start + 7.0)  # two turns: what is hidden is seen as well as in 11 s
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
     return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 
