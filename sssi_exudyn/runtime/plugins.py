@@ -9,13 +9,12 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import inspect
-import marshal
 import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
-from types import FunctionType, ModuleType
+from types import CodeType, FunctionType, ModuleType
 from typing import Any, Final
 
 from sssi_exudyn.core.errors import InputError
@@ -165,8 +164,14 @@ def origins_of(classes: Iterable[type]) -> tuple[Plugin, ...]:
 def _code_hash(cls: type) -> str:
     """sha256 of the code of a class's functions, for one that no file is known of."""
     functions = [(name, value) for name, value in vars(cls).items() if isinstance(value, FunctionType)]
-    code = b"".join(name.encode() + marshal.dumps(value.__code__) for name, value in sorted(functions))
-    return f"sha256:{hashlib.sha256(code).hexdigest()}"
+    code = "".join(name + _text_of(value.__code__) for name, value in sorted(functions))
+    return f"sha256:{hashlib.sha256(code.encode()).hexdigest()}"
+
+
+def _text_of(code: CodeType) -> str:
+    """What a function does, as a text that is the same in every process."""
+    constants = [_text_of(value) if isinstance(value, CodeType) else repr(value) for value in code.co_consts]
+    return f"{code.co_code.hex()} {code.co_names} {code.co_varnames} {constants}"
 
 
 def tables_of(settings: Mapping[str, Any], path: Path) -> tuple[Plugin, ...]:
