@@ -41,18 +41,21 @@ def estimate(
     motion: Motion,
     *,
     full: bool = True,
+    heavy_tails: bool = True,
     cache: Cache | None = None,
     progress: Progress | None = None,
 ) -> Estimated:
     """Solve the problem with the reduced model, then estimate all that is uncertain, ``full`` or not judged by the full
-    model.  What was found on the way is kept in ``cache``.
+    model, single readings with ``heavy_tails`` or not.  What was found on the way is kept in ``cache``.
 
     Raises SimulationDiverged when a simulation does.
     """
     begin = clock.perf_counter()
     first = fit(problem, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
     counted = problem.with_counts(counts_of(problem.track, first.residual))
-    posterior = estimate_from(first.model, counted, recording, motion, full=full, cache=cache, progress=progress)
+    posterior = estimate_from(
+        first.model, counted, recording, motion, full=full, heavy_tails=heavy_tails, cache=cache, progress=progress
+    )
     seen, setting = posterior.setting.seen, posterior.setting
     x, y = (posterior.residual[seen.blocks[name]] for name in ("x", "y"))
     fitted = replace(
@@ -78,6 +81,7 @@ def estimate_from(
     more: Mapping[tuple[str, ...], Prior] | None = None,
     known: Posterior | None = None,
     full: bool = True,
+    heavy_tails: bool = True,
     cache: Cache | None = None,
     progress: Progress | None = None,
 ) -> Posterior:
@@ -98,7 +102,7 @@ def estimate_from(
         return found
 
     judge = by_full_model if full else None
-    return find_posterior(model, setting, judge, lambda text: say(None, text), known)
+    return find_posterior(model, setting, judge, lambda text: say(None, text), known, heavy_tails=heavy_tails)
 
 
 def setting_of(

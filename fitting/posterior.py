@@ -208,9 +208,12 @@ def find_posterior(
     full: Callable[[Model], Array] | None = None,
     say: Say = lambda _text: None,
     known: Posterior | None = None,
+    *,
+    heavy_tails: bool = True,
 ) -> Posterior:
     """Estimate all that is uncertain, from the numbers that the model has; it is of posture and mass as captured, or as
-    an estimate of a similar model already ``known`` has them.
+    an estimate of a similar model already ``known`` has them.  With ``heavy_tails`` single readings count less by how
+    far off they are.
 
     ``full`` predicts the measurements (N,) by the full model, the moments left at zero; where the rounds have settled,
     what it predicts beyond the reduced model is added, and they go on.
@@ -226,7 +229,8 @@ def find_posterior(
             again = _bend(point, linearised) > (_BENT if moved > _STRAIGHT else _BENT_AT_THE_END)
             responses = _linearise(setting, point, None if again else responses)
             linearised = point.sizes if again else linearised
-            setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
+            if heavy_tails:
+                setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
         levels = _weigh_noise(setting, point, responses, levels)
         found = _solve(setting, point, responses, levels)
         before = point
