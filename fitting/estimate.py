@@ -35,6 +35,15 @@ class Estimated:
     posterior: Posterior
 
 
+@dataclass(frozen=True)
+class JudgingRun:
+    """What instruments see of a run of the full model: times (n,) s, antenna (n, 3) m, the soles' forces (n, 2) N."""
+
+    time: Array
+    antenna: Array
+    sole_force: Array
+
+
 def estimate(
     problem: Problem,
     recording: Recording,
@@ -96,9 +105,9 @@ def estimate_from(
     seen = setting.seen
 
     def by_full_model(model: Model) -> Array:
-        time, antenna, sole = _full_run(model, motion, cache)
+        run = judging_run(model, motion, cache)
         found = np.zeros(len(seen.measured))
-        found[: seen.moments.start] = seen.predict_instruments(model, time, antenna, sole)
+        found[: seen.moments.start] = seen.predict_instruments(model, run.time, run.antenna, run.sole_force)
         return found
 
     judge = by_full_model if full else None
@@ -126,20 +135,16 @@ def setting_of(
     )
 
 
-def with_few_elements(model: Model) -> Model:
-    """The model with skis of no more elements than a track needs."""
-    return replace(model, solver=replace(model.solver, elements=min(model.solver.elements, _ELEMENTS)))
-
-
-def _full_run(model: Model, motion: Motion, cache: Cache | None) -> tuple[Array, Array, Array]:
-    """Times (n,) s, the antenna (n, 3) m and the soles' forces (n, 2) N by the full model."""
+def judging_run(model: Model, motion: Motion, cache: Cache | None) -> JudgingRun:
+    """A run of the full model, kept in ``cache``.  Raises SimulationDiverged when it does."""
+    model = replace(model, solver=replace(model.solver, elements=min(model.solver.elements, _ELEMENTS)))
 
     def run() -> dict[str, Array]:
-        result = simulate(with_few_elements(model), motion, tree=False)
+        result = simulate(model, motion, tree=False)
         assert result.antenna is not None
         return {"time": result.time, "antenna": result.antenna, "sole": result.sole_force}
 
-    key = fingerprint("full run", model_to_dict(with_few_elements(model)), motion)
+    key = fingerprint("full run", model_to_dict(model), motion)
     shapes = {"time": (None,), "antenna": (None, 3), "sole": (None, 2)}
     kept = cache.get_or_make(key, run, shapes) if cache else run()
-    return tuple(np.asarray(kept[name], dtype=np.float64) for name in shapes)  # type: ignore[return-value]
+    return JudgingRun(*(np.asarray(kept[name], dtype=np.float64) for name in shapes))

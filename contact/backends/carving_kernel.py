@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus
+from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus, three
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
 
@@ -132,8 +132,8 @@ def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rat
     seen[:] = 0.0
     towards[:] = 0.0
     for i in range(ski.width.shape[0]):
-        left_arm = bent_vector(frame, ski.points, ski.shape, eta, i, 0)
-        right_arm = bent_vector(frame, ski.points, ski.shape, eta, i, 1)
+        left_arm = bent_vector(frame, three(ski.points[i, 0], 0), ski.shape, eta, i, 0)
+        right_arm = bent_vector(frame, three(ski.points[i, 1], 0), ski.shape, eta, i, 1)
         left_depth, right_depth = -height - left_arm[2], -height - right_arm[2]
         low = 1 if right_depth > left_depth else 0
         lower, upper = (right_depth, left_depth) if low == 1 else (left_depth, right_depth)
@@ -144,12 +144,13 @@ def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rat
         sine = max(-1.0, min(1.0, (right_depth - left_depth) / ski.width[i]))
         edge = math.asin(sine)
         arm, other = (right_arm, left_arm) if low == 1 else (left_arm, right_arm)
-        tangent = bent_vector(frame, ski.tangents, ski.turning, eta, i, low)
+        tangent = bent_vector(frame, three(ski.tangents[i, low], 0), ski.turning, eta, i, low)
         length = math.sqrt(dot(tangent, tangent))
         flat = math.sqrt(tangent[0] * tangent[0] + tangent[1] * tangent[1])
         t = (tangent[0] / flat, tangent[1] / flat, 0.0)
         n = (-t[1], t[0], 0.0)
-        moving = plus(plus(velocity, cross(spin, arm)), bending_velocity(frame, ski.shape, rate, i, low))
+        bending = bent_vector(frame, (0.0, 0.0, 0.0), ski.shape, rate, i, low)
+        moving = plus(plus(velocity, cross(spin, arm)), bending)
         v_t, v_n, sinking = dot(moving, t), dot(moving, n), -moving[2]
         memory.next_speed[low, i], memory.next_speed[1 - low, i] = v_t, v_t
         if lower <= 0.0:
@@ -212,23 +213,15 @@ def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rat
 
 @njit(cache=True, error_model="numpy")
 def bent_vector(frame, unloaded, shape, eta, i, edge):
-    """A vector of an edge point in the bent ski, turned out of the foot's frame."""
-    a, b, c = unloaded[i, edge, 0], unloaded[i, edge, 1], unloaded[i, edge, 2]
+    """A vector of an edge point in the bent ski, or with the modes' rates its rate, turned out of the foot's frame.
+
+    unloaded : (3) of the ski as it was made
+    """
+    a, b, c = unloaded
     for k in range(eta.shape[0]):
         a += shape[i, edge, 0, k] * eta[k]
         b += shape[i, edge, 1, k] * eta[k]
         c += shape[i, edge, 2, k] * eta[k]
-    return out_of(frame, (a, b, c))
-
-
-@njit(cache=True, error_model="numpy")
-def bending_velocity(frame, shape, rate, i, edge):
-    """Velocity of an edge point by the modes' rates."""
-    a, b, c = 0.0, 0.0, 0.0
-    for k in range(rate.shape[0]):
-        a += shape[i, edge, 0, k] * rate[k]
-        b += shape[i, edge, 1, k] * rate[k]
-        c += shape[i, edge, 2, k] * rate[k]
     return out_of(frame, (a, b, c))
 
 

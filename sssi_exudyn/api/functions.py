@@ -520,7 +520,7 @@ def turn(
     speed : m/s
     load : N along the snow's normal
     page : where a page that sets the skis side by side is written (.html)
-    progress : whether to show it, or a function that is told
+    progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
     Raises InputError for what is no ski or no edge angle.
 

@@ -21,7 +21,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantity
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.assembly import snow_grid
-from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, load_at_start, reduced_run
+from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, first_place, load_at_start, reduced_run
 from sssi_exudyn.simulation.steady_turn import MODES, POINTS, carving_module, edge_work, edges_of
 
 _ESTIMATE: Final = "estimate"
@@ -84,9 +84,7 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
     participation = modal_ski(mesh(model.ski), MODES).participation
     coupling = Coupling(np.ascontiguousarray(participation[:, :3]), np.ascontiguousarray(participation[:, 3:]))
     memory, work = Groove(*np.zeros((8, 2, 2, POINTS))), edge_work(POINTS, MODES)
-    place = np.array([model.start.f, model.start.l, 0.0]) - at.antenna[0]
-    velocity = np.array([model.start.velocity_f, model.start.velocity_l, 0.0]) - at.antenna_velocity[0]
-    place[2] = float(np.mean(model.snow(place + at.foot_place[0])[0] - at.foot_place[0, :, 2]))
+    place, velocity = first_place(model, at)
     share = np.array([0.5, 0.5])
     load = float(load_at_start(at, share))
     place[2] = kernel.rest_height(parameters, ski, motion, surface, place, load, memory, work)

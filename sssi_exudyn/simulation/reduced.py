@@ -216,7 +216,7 @@ def prepare(
     if None), in steps (s) of ``STEP`` or, on snow that edges cut, ``CARVED_STEP``, heading as recorded.
     """
     if step is None:
-        step = CARVED_STEP if any(isinstance(term, EdgeTerm) for term in model.terms) else STEP
+        step = CARVED_STEP if _is_carved(model) else STEP
     motion = correct_posture(motion, model.posture)
     parts = Parts(model, motion)
     t0, t1 = motion.start if start is None else start, motion.stop if stop is None else stop
@@ -258,6 +258,11 @@ def prepare(
         held=cut.node_position[cut.clamped] + parts.ski_in_foot,
         ski_com=centre + parts.ski_in_foot,
     )
+
+
+def _is_carved(model: Model) -> bool:
+    """Whether the edges cut the snow."""
+    return any(isinstance(term, EdgeTerm) for term in model.terms)
 
 
 def reduced_module(terms: Sequence[Term]) -> Any:
@@ -305,10 +310,7 @@ def start_of_run(
     """Where and how a run starts, at rest on the snow but for its speed.  Raises SimulationDiverged where no rest is
     found.
     """
-    begin = model.start
-    pelvis = np.array([begin.f, begin.l, 0.0]) - at.antenna[0]
-    velocity = np.array([begin.velocity_f, begin.velocity_l, 0.0]) - at.antenna_velocity[0]
-    pelvis[2] = float(np.mean(model.snow(pelvis + at.foot_place[0])[0] - at.foot_place[0, :, 2]))
+    pelvis, velocity = first_place(model, at)
     share = np.array([0.5, 0.5])
     rests: list[Rest] = []
     eta = np.zeros((2, len(contact.omega)))
@@ -321,6 +323,17 @@ def start_of_run(
         share = rests[-1].share
     velocity[2] = along_snow(model, pelvis + at.foot_place[0], velocity, at.foot_velocity[0], share)
     return StartOfRun(pelvis, velocity, (rests[0], rests[1]))
+
+
+def first_place(model: Model, at: Prepared) -> tuple[Array, Array]:
+    """Place (m) and velocity (m/s) of the pelvis (3,) that put the antenna where the model's start says; the height is
+    a first guess, both feet's mean on the snow, and the velocity along the normal not found yet.
+    """
+    begin = model.start
+    place = np.array([begin.f, begin.l, 0.0]) - at.antenna[0]
+    velocity = np.array([begin.velocity_f, begin.velocity_l, 0.0]) - at.antenna_velocity[0]
+    place[2] = float(np.mean(model.snow(place + at.foot_place[0])[0] - at.foot_place[0, :, 2]))
+    return place, velocity
 
 
 def load_at_start(at: Prepared, share: Array) -> Any:
@@ -337,7 +350,7 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
 
     Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way.
     """
-    if any(isinstance(term, EdgeTerm) for term in model.terms):
+    if _is_carved(model):
         from sssi_exudyn.simulation.carved import simulate_carved  # which is made of what stands here
 
         return simulate_carved(model, prepared).run

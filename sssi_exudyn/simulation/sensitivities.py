@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Final
 
 import numpy as np
@@ -15,6 +13,7 @@ from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.runtime.threads import cores_used, side_by_side
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, reduced_module, reduced_run, run_batch, start_of_run
 from sssi_exudyn.simulation.tangents import (
     STEP,
@@ -91,8 +90,7 @@ def responses_to_additions(
             np.imag(observed(complex_model(*additions[i]), along(run, slopes, k))) / STEP for k, i in enumerate(group)
         ]
 
-    with ThreadPoolExecutor(cores or os.cpu_count() or 1) as pool:
-        found = list(pool.map(columns, parts))
+    found = side_by_side(columns, parts, cores=cores)
     seen = {
         i: column for (_, group), some in zip(parts, found, strict=True) for i, column in zip(group, some, strict=True)
     }
@@ -116,13 +114,12 @@ def simulate_each(
     groups: dict[object, list[int]] = {}
     for i, model in enumerate(models):
         groups.setdefault((_laws(model), _capture(model, prepared), id(model.surface)), []).append(i)
-    cores = cores or os.cpu_count() or 1
+    cores = cores_used(cores)
     parts = [(group[0], group[k::cores]) for group in groups.values() for k in range(min(cores, len(group)))]
     tables = {group[0]: prepared.correct_capture(models[group[0]]) for group in groups.values()}
     for first in tables:
         reduced_module(models[first].terms)  # once, before threads ask for it
-    with ThreadPoolExecutor(cores) as pool:
-        found = list(pool.map(lambda part: _runs([models[i] for i in part[1]], tables[part[0]]), parts))
+    found = side_by_side(lambda part: _runs([models[i] for i in part[1]], tables[part[0]]), parts, cores=cores)
     seen: dict[int, Array] = {}
     for (_, indices), runs in zip(parts, found, strict=True):
         seen |= {i: observed(models[i], run) for i, run in zip(indices, runs, strict=True)}

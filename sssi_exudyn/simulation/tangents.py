@@ -8,9 +8,7 @@ derivative, without the cancellation of a difference.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 from typing import Any, Final
 
@@ -38,6 +36,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import CaptureSensor
 from sssi_exudyn.model.model import Model, mode_index
 from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.runtime.threads import side_by_side
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.reduced import (
     Prepared,
@@ -107,8 +106,7 @@ def run_tangents(
     groups = [tabular[i : i + _TABLES] for i in range(0, len(tabular), _TABLES)] or [[]]
     groups[0] = groups[0] + plain
     reduced_module(model.terms)  # once, before threads ask for it
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        passes = list(pool.map(lambda group: _pass(model, at, [makers[i]() for i in group]), groups))
+    passes = side_by_side(lambda group: _pass(model, at, [makers[i]() for i in group]), groups)
     slopes: dict[str, Array] = {}
     for group, (_, found) in zip(groups, passes, strict=True):
         for name, array in found.items():

@@ -169,8 +169,8 @@ def ski_named(name: str, folder: Path, file: str | Path, place: str) -> Ski:
 def rig_points(
     skis: Sequence[Ski], edges: Sequence[float], case: TurnCase, advance: Callable[[float, str], None]
 ) -> list[RigPoint]:
-    """Every ski at every edge angle (rad, rising); ``case`` has the rest, ``advance`` is told the share done and what
-    comes next.
+    """Every ski at every edge angle (rad, rising); ``case`` has the rest, ``advance`` gets the share done and
+    what comes next.
     """
     points: list[RigPoint] = []
     for ski in skis:

@@ -29,13 +29,13 @@ def lines_of(run: StoredRun) -> str:
 
 
 def test_the_bad_news_is_said_too(run: StoredRun) -> None:
-    told = with_figures(
+    shown = with_figures(
         run,
         residual_moment=ResidualMoment(210.0, 93.0, 75.0, 50.0, "bad"),
         notices=("assumed, since nobody said it: skier.mass_kg = 75.0",),
     )
-    (words,) = sentences([told])
-    rmsd = told.summary.pressure_ratio.rmsd
+    (words,) = sentences([shown])
+    rmsd = shown.summary.pressure_ratio.rmsd
     assert rmsd is not None
     assert f"and is {100.0 * rmsd:.0f}\u00a0% of the load off" in words
     assert "93 N\u00a0m (rms), 210 N\u00a0m at most, which is bad by OpenSim's thresholds" in words

@@ -15,9 +15,9 @@ SKIS = [read_ski(name, ".") for name in ("slalom_165", "rossignol_9gs_174")]
 
 @pytest.fixture(scope="module")
 def points() -> list[RigPoint]:
-    told: list[float] = []
-    found = rig_points(SKIS, [np.radians(45.0).item()], TurnCase(), lambda share, _: told.append(share))
-    assert told == [0.0, 0.5]
+    shares: list[float] = []
+    found = rig_points(SKIS, [np.radians(45.0).item()], TurnCase(), lambda share, _: shares.append(share))
+    assert shares == [0.0, 0.5]
     return found
 
 

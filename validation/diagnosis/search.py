@@ -6,9 +6,7 @@ noise as it is; the best are refitted with the real term or fault in the model, 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -20,6 +18,7 @@ from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import fingerprint
+from sssi_exudyn.runtime.threads import side_by_side
 from sssi_exudyn.validation.diagnosis.evidence import (
     Freedom,
     LinearModel,
@@ -115,8 +114,7 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
         explanation = _compare_candidates(state, linear, hypothesis, candidates, known, evidence)
         return explanation, smallest_noticed(hypothesis, candidates, known[0])
 
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        compared = [pair for pair in pool.map(compare, HYPOTHESES) if pair is not None]
+    compared = [pair for pair in side_by_side(compare, HYPOTHESES) if pair is not None]
     noticed = {explanation.name: smallest for explanation, smallest in compared}
     explained = 0.0 if state.first_evidence is None else max(0.0, evidence - state.first_evidence)
     found = [nothing, *_refit_best(problem, state, base, nothing, [explanation for explanation, _ in compared])]
@@ -192,8 +190,7 @@ def _refit_best(
         finalists += [each for each in ranked if BY_NAME[each.name].moves_all and each not in finalists]
     if finalists:
         problem.progress(None, f"refitting with {', '.join(each.name for each in finalists)}")
-    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        fits = list(pool.map(lambda each: _refit_with(problem, state, base, each), finalists))
+    fits = side_by_side(lambda each: _refit_with(problem, state, base, each), finalists)
     return [*fits, *(each for each in ranked if each not in finalists)]
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.estimate import estimate, estimate_from, with_few_elements
+from sssi_exudyn.fitting.estimate import estimate, estimate_from, judging_run
 from sssi_exudyn.fitting.fit import surface_priors
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface, surface_process
@@ -22,7 +22,6 @@ from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import Shapes, fingerprint
-from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.validation.diagnosis.evidence import (
     Freedom,
@@ -227,15 +226,8 @@ def get_or_make(problem: DiagnosisProblem, key: str, make: Callable[[], Arrays],
 
 def _full_surplus(problem: DiagnosisProblem, model: Model) -> Array:
     """(N,) what the full model predicts beyond the reduced one."""
-
-    def run() -> Arrays:
-        run = simulate(with_few_elements(model), problem.motion, tree=False)
-        return {"predicted": problem.measurements.predict(model, run)}
-
-    key = fingerprint("full model", problem.key, model_to_dict(model))
-    shapes = {"predicted": problem.measurements.measured.shape}
-    found = np.asarray(get_or_make(problem, key, run, shapes)["predicted"], dtype=np.float64)
-    return found - problem.measurements.predict(model, simulate_reduced(model, problem.prepared))
+    full = problem.measurements.predict(model, judging_run(model, problem.motion, problem.cache))
+    return full - problem.measurements.predict(model, simulate_reduced(model, problem.prepared))
 
 
 def _nuisances(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[str]) -> Nuisances:
