@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from sssi_exudyn.contact.term import EdgeTerm, Term, formula
+from sssi_exudyn.contact.term import EdgeTerm, FootTerm, PointTerm, Term, formula
 from sssi_exudyn.contact.terms.air import AirDrag
 from sssi_exudyn.contact.terms.body_forces import PolePlant, UnexplainedForce
 from sssi_exudyn.contact.terms.carving import Carving
@@ -89,19 +89,18 @@ def read_term(name: str, values: Mapping[str, object], file: str | Path, place: 
     return build_checked(term_named(name), values, file, place)
 
 
-def read_run_term(name: str, values: Mapping[str, object], file: str | Path, place: str) -> Term:
-    """``read_term`` of a term that acts in every model.  Raises InputError for one that does not, too."""
-    term = read_term(name, values, file, place)
-    refuse_edges((term,), file, place)
-    return term
+def is_carved(terms: Iterable[Term]) -> bool:
+    """Whether edges cut the snow."""
+    return any(isinstance(term, EdgeTerm) for term in terms)
 
 
-def refuse_edges(terms: Iterable[Term], file: str | Path, place: str) -> None:
-    """Raise InputError for terms of the edges, which act where runs are simulated on snow that edges cut alone."""
-    for term in terms:
-        if isinstance(term, EdgeTerm):
-            problem = f'{term.name} acts in `sssi ski turn` and in `sssi sweep` with tier = "reduced" alone'
-            raise InputError(file, place, problem, "use penetration and friction")
+def check_together(terms: Sequence[Term], file: str | Path, place: str = "[[term]]") -> None:
+    """Raise InputError where terms do not act together: snow that edges cut has no other law under the skis."""
+    cutting = [term.name for term in terms if isinstance(term, EdgeTerm)]
+    for count, term in enumerate(terms, 1):
+        if cutting and (isinstance(term, PointTerm | FootTerm) or cutting != [cutting[0]]):
+            problem = f"{cutting[0]} stands in the place of all other laws of the snow under the skis"
+            raise InputError(file, f"{place} {count}", f"{term.name}: {problem}", "leave one of them out")
 
 
 def combine_terms(terms: Iterable[Term], more: Sequence[Term]) -> tuple[Term, ...]:

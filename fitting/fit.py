@@ -18,6 +18,7 @@ from typing import Final, Literal
 
 import numpy as np
 
+from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, fit_noise
 from sssi_exudyn.fitting.gps_observation import correct_fixes, track_of
@@ -40,6 +41,8 @@ FRICTION: Final = ("friction.mu_t", "friction.mu_n")
 NUISANCES: Final = ("start.velocity_f", "start.velocity_l", "start.f", "start.l", "start.heading_offset")
 START_VALUES: Final = {"friction.mu_t": 0.1, "friction.mu_n": 0.5}
 """Where the search starts (paper 2.4)."""
+CUTTING: Final = ("carving.mu",)
+"""Friction where edges cut; what else the track says of such snow is estimated with all that is uncertain."""
 _VELOCITY_SIGMA = 0.5
 """m/s; a smoothed track's derivative is about 0.3 m/s off in a turn."""
 _FIRST_NOISE = ExponentialNoise(0.05, 2.0)
@@ -116,7 +119,10 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     guess = first_guess(correct_fixes(recording.gps, model), motion, model.inclination, model.fall_line_azimuth)
     known = model.start
     start = replace(guess, heading_offset=known.heading_offset, clock_offset=known.clock_offset)
-    model = replace(model, start=start).with_values(START_VALUES)
+    cut = is_carved(model.terms)
+    model = replace(model, start=start)
+    model = model if cut else model.with_values(START_VALUES)
+    friction = CUTTING if cut else FRICTION
     if method == "paper":
         return Problem(model, track, FRICTION, {}, 1.0, np.ones(len(track.time)))
     sigma = float(np.median(track.sigma))
@@ -132,7 +138,7 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     modes = surface_priors(model)
     priors |= modes
     noise = replace(_FIRST_NOISE, sigma=float(np.clip(sigma, _FIRST_NOISE.sigma, _COARSE_NOISE)))
-    return Problem(model, track, FRICTION + NUISANCES + tuple(modes), priors, weight_of(noise, track), counts_of(track))
+    return Problem(model, track, friction + NUISANCES + tuple(modes), priors, weight_of(noise, track), counts_of(track))
 
 
 def surface_priors(model: Model) -> dict[str, Prior]:
@@ -311,5 +317,7 @@ def _tolerance(problem: Problem) -> float:
 def _description(problem: Problem, residual: Array, values: Array) -> str:
     found: Mapping[str, float] = dict(zip(problem.names, values, strict=True))
     error = float(np.mean(np.linalg.norm(residual, axis=1)))
-    friction = ", ".join(f"{name.partition('.')[2]} {value:.4f}" for name, value in found.items() if name in FRICTION)
+    friction = ", ".join(
+        f"{name.partition('.')[2]} {value:.4f}" for name, value in found.items() if name in FRICTION + CUTTING
+    )
     return f"mean error {error:.3f} m, {friction}"

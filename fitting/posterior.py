@@ -23,6 +23,7 @@ from typing import Final
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, log_divisors
@@ -305,6 +306,9 @@ def _ending(optimum: Optimum, misfit: float, moved: float) -> Optimum:
 
 
 def _description(model: Model) -> str:
+    if is_carved(model.terms):
+        numbers = (model.value(f"carving.{name}") for name in ("mu", "hardness", "strength"))
+        return "mu {:.4f}, hardness {:.3g} N/m³, strength {:.3g} Pa".format(*numbers)
     return f"mu_t {model.friction.mu_t:.4f}, mu_n {model.friction.mu_n:.4f}"
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.posture_errors import LEANS, TURNS, PostureError, supports
 from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm, Sensor
@@ -16,11 +17,18 @@ from sssi_exudyn.recording.uncertainty import Uncertainty
 
 FREE: Final = {"friction.mu_t": Prior(0.1, 0.1), "friction.mu_n": Prior(0.6, 0.4)}
 """Friction beforehand: published values of gliding and of skidding, widely."""
+CUTTING: Final = {
+    "carving.mu": Prior(0.1, 0.1),
+    "carving.hardness": Prior(1e8, 4e7),
+    "carving.strength": Prior(4e5, 1e5),
+}
+"""The same where edges cut: friction widely, hardness and strength about a firm piste's (``docs/carving.md``)."""
 USUAL_CUFF: Final = 0.06
 """Share of the load that a boot's cuff takes usually."""
 MASS: Final = "skier's mass"
 _GROUPS: Final = {
     "friction": "friction's own prior",
+    "carving": "snow's own prior",
     "penetration": "snow's stiffness",
     "air": "drag",
     "start": "start",
@@ -77,8 +85,10 @@ def with_instruments(model: Model, recording: Recording) -> Model:
 def unknown_numbers(model: Model, priors: Mapping[str, Prior], recording: Recording) -> tuple[Unknown, ...]:
     """The numbers that the model's laws, start and instruments know; ``priors`` are those of the fit to the track."""
     about = recording.uncertainty
-    found = {**FREE, **priors}
-    for name, share in (("penetration.k", about.snow_stiffness), ("air.c_d", about.drag)):
+    cut = is_carved(model.terms)
+    found = {**(CUTTING if cut else FREE), **priors}
+    shares = {"air.c_d": about.drag} if cut else {"penetration.k": about.snow_stiffness, "air.c_d": about.drag}
+    for name, share in shares.items():
         found[name] = Prior(model.value(name), share * model.value(name))
     found["start.clock_offset"] = Prior(model.value("start.clock_offset"), about.clock)
     for axis in ("forward", "left", "up"):

@@ -31,6 +31,8 @@ BACKENDS = ("fastest", "compiled", "numpy", "symbolic", "python")
 """How the force terms are evaluated: machine code, arrays, Exudyn's expressions, or the interpreter as reference."""
 METHODS = ("joint", "paper")
 """How friction is fitted: together with the recording's nuisance parameters, or the paper's two parameters alone."""
+SNOWS = ("paper", "carving")
+"""What lies under the skis: friction at the foot as in the paper, or snow that edges cut."""
 
 _FUNCTIONS = {"import": "import_files", "ski": "identify", "benchmark": "diagnose"}
 """Functions of ``commands`` where they are not called as the command."""
@@ -112,6 +114,7 @@ def parser() -> argparse.ArgumentParser:
     simulate = commands.add_parser("simulate", parents=[common, recorded, written], help="simulate one run")
     simulate.add_argument("--model", type=Path, metavar="TOML", help="the model, such as a result's model.toml")
     _add_terms(simulate)
+    _add_snow(simulate)
     simulate.add_argument("--backend", choices=BACKENDS, default=BACKENDS[0], help="how the force terms are evaluated")
     fit = commands.add_parser("fit", parents=[common, recorded, written], help="fit friction to the GPS track")
     fit.add_argument("--method", choices=METHODS, default=METHODS[0], help="default: %(default)s")
@@ -119,6 +122,7 @@ def parser() -> argparse.ArgumentParser:
         "--model", type=Path, metavar="TOML", help="further force terms, such as those that a diagnosis found"
     )
     _add_terms(fit)
+    _add_snow(fit)
     fit.add_argument(
         "--parameter",
         action="append",
@@ -149,7 +153,7 @@ def parser() -> argparse.ArgumentParser:
     blind.add_argument("--workers", type=_count, metavar="N", help="processes (default: one a core)")
     blind.add_argument("--full", type=int, default=30, help="cases for the full model (%(default)s)")
     of.add_parser("recordings", parents=[common, recorded, written], help="on recordings with a truth.json")
-    commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
+    _add_snow(commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report"))
     report = commands.add_parser("report", parents=[common], help="the report of a result, or of several side by side")
     report.add_argument("results", type=Path, nargs="+", metavar="DIR", help="folder of a result")
     report.add_argument("--out", type=Path, metavar="FILE", required=True, help="the report (.html or .pdf)")
@@ -193,6 +197,16 @@ def _add_terms(command: argparse.ArgumentParser) -> None:
         dest="terms",
         metavar="NAME",
         help="a force term to add, with its default numbers (sssi terms); may be given several times",
+    )
+
+
+def _add_snow(command: argparse.ArgumentParser) -> None:
+    """The option for the snow under the skis."""
+    command.add_argument(
+        "--snow",
+        choices=SNOWS,
+        default=SNOWS[0],
+        help="friction at the foot as in the paper, or snow that edges cut (default: %(default)s)",
     )
 
 
@@ -388,6 +402,7 @@ def _call(options: argparse.Namespace) -> str:
                 options.out,
                 model=options.model,
                 terms=options.terms,
+                snow=options.snow,
                 backend=options.backend,
                 progress=progress,
             )
@@ -399,6 +414,7 @@ def _call(options: argparse.Namespace) -> str:
                 model=options.model,
                 terms=options.terms,
                 parameters=options.parameters,
+                snow=options.snow,
                 progress=progress,
             )
         case "benchmark" if options.about == "recordings":
@@ -428,7 +444,7 @@ def _call(options: argparse.Namespace) -> str:
         case "validate":
             summary = commands.validate(options.folder, options.result, options.out, progress=progress)
         case _:
-            summary = commands.run(options.folder, options.out, progress=progress)
+            summary = commands.run(options.folder, options.out, snow=options.snow, progress=progress)
     groups = _groups_of(summary)
     return to_json(groups) if options.json else format_summary(groups)
 

@@ -18,12 +18,21 @@ import exudyn as exu
 import numpy as np
 from exudyn.itemInterface import ObjectGenericODE2
 
+from sssi_exudyn.contact.backends import carved_full_kernel, groove_kernel, ground_kernel
 from sssi_exudyn.contact.backends import full_kernel as kernel
-from sssi_exudyn.contact.backends import ground_kernel
 from sssi_exudyn.contact.backends.arrays import ArrayKernel, ArrayLaws
 from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
+from sssi_exudyn.contact.backends.groove_kernel import Groove
 from sssi_exudyn.contact.backends.interpreted import interpreted_kernel
-from sssi_exudyn.contact.backends.structs import Carrier, ForcePass, Instant, LawParameters, Sections, Triplets
+from sssi_exudyn.contact.backends.structs import (
+    Carrier,
+    CuttingEdges,
+    ForcePass,
+    Instant,
+    LawParameters,
+    Sections,
+    Triplets,
+)
 from sssi_exudyn.contact.backends.symbolic import SymbolicLaws
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import InputError
@@ -81,12 +90,18 @@ class Forces:
         ref: Array,
         backend: Backend = "fastest",
     ) -> None:
-        self._kernel, self._parameters = kernel_of(terms, backend)
+        self._kernel, parameters = kernel_of(terms, backend)
+        self._make_room(parameters, sections, carrier, ref, kernel.SEEN)
+
+    def _make_room(
+        self, parameters: LawParameters, sections: Sections, carrier: Carrier, ref: Array, columns: int
+    ) -> None:
+        self._parameters = parameters
         self._sections, self._carrier, self.ref = sections, carrier, ref
         self._found = ForcePass(
-            np.zeros(len(ref)), np.zeros((2, kernel.SEEN)), np.zeros((len(carrier.area), 4)), np.zeros(3)
+            np.zeros(len(ref)), np.zeros((2, columns)), np.zeros((len(carrier.area), 4)), np.zeros(3)
         )
-        entries = 2 * (17**2 * len(sections.share) + 64 * len(sections.damping)) + 3 * len(carrier.sign)
+        entries = 2 * (17**2 * len(sections.share) + 64 * len(sections.damping) + 2) + 3 * len(carrier.sign)
         self._triplets = Triplets(np.zeros(entries, np.int64), np.zeros(entries, np.int64), np.zeros(entries))
 
     @property
@@ -96,7 +111,7 @@ class Forces:
 
     @property
     def seen(self) -> Array:
-        """(2, 11) what the last pass saw of each ski, as ``kernel`` names the columns."""
+        """(2, columns) what the last pass saw of each ski, as the kernels name the columns."""
         return self._found.seen
 
     @property
@@ -130,13 +145,59 @@ class Forces:
         return np.column_stack([part[:count] for part in self._triplets])
 
 
+class CarvedForces(Forces):
+    """All forces on snow that edges cut, and what the snow remembers of the skis.
+
+    Parameters
+    ----------
+    terms, sections, carrier, ref : as for ``Forces``
+    edges : what of the skis edges that cut need besides
+    """
+
+    def __init__(
+        self, terms: Sequence[Term], sections: Sections, edges: CuttingEdges, carrier: Carrier, ref: Array
+    ) -> None:
+        self._kernel = compile_kernel(terms, ground_kernel, groove_kernel, kernel, carved_full_kernel)
+        self._make_room(law_parameters(terms), sections, carrier, ref, carved_full_kernel.CARVED_SEEN)
+        self._edges, self._step = edges, 0.0
+        self.memory = Groove(*np.zeros((8, 2, 2, len(sections.share))))
+
+    def evaluate(self, q: Array, v: Array, at: Instant) -> Array:
+        self._kernel.carved_forces(
+            self._parameters, q, v, self.ref, self._sections, self._edges, self._carrier, at, self.memory, self._step,
+            self._found,
+        )  # fmt: skip
+        return self.out
+
+    def triplets(self, q: Array, v: Array, at: Instant, by_place: float, by_rate: float) -> Array:
+        count = self._kernel.carved_jacobian(
+            self._parameters, q, v, self.ref, self._sections, self._edges, self._carrier, at, self.memory, self._step,
+            by_place, by_rate, self._triplets,
+        )  # fmt: skip
+        return np.column_stack([part[:count] for part in self._triplets])
+
+    def bring_memory(self, step: float) -> None:
+        """Bring what the skis left at the last accepted step to where they are ``step`` (s) later."""
+        self._step = step
+        for ski in range(2):
+            self._kernel.advect(self._edges, self._kernel.of_ski(self.memory, ski), step)
+
+    def accept(self) -> None:
+        """Take what the last pass would leave in the snow as what the step left."""
+        for ski in range(2):
+            self._kernel.accept(self._kernel.of_ski(self.memory, ski))
+
+
 class CoupledMass:
     """What the skis' masses add to the pelvis, and how they couple it with their nodes.
 
     A node moves with ẋ + … + R Ẋ: its mass m stands on the pelvis' diagonal, and m R between the pelvis and the node.
+
+    ``held`` is the node at the boot with the inertia of boot and leg that a ski takes along as it yaws and as it rolls
+    (kg m²), by 2 q_z and 2 q_x; None where it is clamped.
     """
 
-    def __init__(self, sections: Sections, size: int) -> None:
+    def __init__(self, sections: Sections, size: int, held: tuple[int, Array] | None = None) -> None:
         nodes = len(sections.node_mass)
         pelvis, axis = np.meshgrid(np.arange(3), np.arange(3), indexing="ij")
         start = size - kernel.NODE * np.arange(2 * nodes, 0, -1)
@@ -147,12 +208,16 @@ class CoupledMass:
         self._triplets[:3, :2], self._triplets[:3, 2] = np.arange(3)[:, None], 2.0 * sections.node_mass.sum()
         self._triplets[3:, 0] = np.concatenate([slope, node])
         self._triplets[3:, 1] = np.concatenate([node, slope])
+        self._coupled = slice(3, len(self._triplets))
+        if held is not None:
+            at = (start[held[0] + nodes * np.arange(2)][:, None] + [6, 4]).ravel()
+            self._triplets = np.vstack([self._triplets, np.column_stack([at, at, 4.0 * np.tile(held[1], 2)])])
 
     def matrix(self, foot_rotation: Array) -> Any:
         """The sparse matrix for the feet's rotations (2, 3, 3)."""
         values = (self._mass * foot_rotation[:, None]).ravel()
         values[values == 0.0] = np.finfo(np.float64).tiny  # Exudyn's sparse matrices take no zeros
-        self._triplets[3:, 2] = np.concatenate([values, values])
+        self._triplets[self._coupled, 2] = np.concatenate([values, values])
         matrix = exu.MatrixContainer()
         matrix.SetWithSparseMatrix(self._triplets, self._size, self._size)
         return matrix

@@ -1,5 +1,5 @@
 """The reduced model's loop over time on snow that edges cut: a template that ``compiled`` joins with the laws,
-``ground_kernel`` and ``carving_kernel``.
+``ground_kernel``, ``groove_kernel`` and ``carving_kernel``.
 
 Unknowns are the pelvis' place x (3) and, of each ski, its yaw ψ and roll φ against the foot and the amplitudes η of its
 vibrations; all else of the posture is prescribed.  With the ski's snow force F and moment about the foot's place
@@ -16,11 +16,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from sssi_exudyn.contact.backends.carving_kernel import Groove
 from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus, three, times
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
@@ -32,12 +31,16 @@ ground: Callable[..., tuple[float, tuple[float, float, float]]]
 press_edges: Callable[..., None]
 advect: Callable[..., None]
 accept: Callable[..., None]
+of_ski: Callable[..., Any]
 eliminate: Callable[..., bool]
 
 ITERATIONS = 30
 """Newton iterations at most."""
 SMALL = 1e-5
 """m/s²: a change of the accelerations that moves the skier by 10⁻¹⁰ m in a step."""
+REST_ITERATIONS = 200
+REST = 1e-7
+"""m by which the height of a skier at rest is known."""
 LOOSE = 1.0
 """m/s²: where two branches of the law alternate, what may be left of it."""
 
@@ -107,15 +110,6 @@ def turn_ski(foot, psi, phi, frame):
 
 
 @njit(cache=True, error_model="numpy")
-def of_ski(memory, ski):
-    """The memory of one ski out of that of both."""
-    return Groove(
-        memory.groove[ski], memory.offset[ski], memory.speed[ski], memory.arrived_groove[ski],
-        memory.arrived_offset[ski], memory.next_groove[ski], memory.next_offset[ski], memory.next_speed[ski],
-    )  # fmt: skip
-
-
-@njit(cache=True, error_model="numpy")
 def rest_height(parameters, ski, motion, surface, place, load, memory, work):
     """Height of the pelvis (m) at which both unbent skis at the first instant carry ``load`` (N) in fresh snow.
 
@@ -158,19 +152,84 @@ def rest_height(parameters, ski, motion, surface, place, load, memory, work):
 
 
 @njit(cache=True, error_model="numpy")
-def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocity, memory, work, series):
+def bend_at_rest(parameters, ski, coupling, joint, motion, surface, place, load, q, memory, work):
+    """Find yaw, roll and bend ``q`` (2, 2 + k) of both skis at rest in fresh snow at the first instant, and the height
+    ``place[2]`` (m) at which they carry ``load`` (N) then.  False where Newton's method finds none.
+    """
+    modes = ski.omega.shape[0]
+    own, of_snow = 2 + modes, 6 + modes
+    size = 1 + 2 * own
+    still, pressed, ones, zeros = np.zeros(modes), np.zeros(of_snow), np.ones(of_snow), np.zeros(of_snow)
+    snow, frame, stiff = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((of_snow, of_snow))
+    columns = np.zeros((of_snow, 1 + own))  # how a ski's snow coordinates follow from what is sought
+    matrix, residual = np.zeros((size, size)), np.zeros(size)
+    q[:] = 0.0
+    for _ in range(REST_ITERATIONS):
+        matrix[:] = 0.0
+        residual[:] = 0.0
+        residual[0] = load
+        for side in range(2):
+            base = 1 + side * own
+            foot_frame = motion.foot_rotation[0, side]
+            turn_ski(foot_frame, q[side, 0], q[side, 1], frame)
+            height = standing_on(parameters, plus(three(place, 0), three(motion.foot_place[0, side], 0)), surface, snow)
+            pressed[:] = 0.0
+            stiff[:] = 0.0
+            foot = (height, (0.0, 0.0, 0.0), np.dot(snow, frame), (0.0, 0.0, 0.0))
+            press_edges(
+                parameters, ski, of_ski(memory, side), foot, q[side, 2:], still, 0.0, ones, zeros, pressed, stiff, work
+            )
+            upright = (foot_frame[0, 2], foot_frame[1, 2], foot_frame[2, 2])
+            turned = out_of(snow, upright), out_of(snow, (frame[0, 0], frame[1, 0], frame[2, 0]))
+            columns[:] = 0.0
+            for c in range(3):
+                columns[c, 0] = snow[c, 2]
+                columns[3 + c, 1], columns[3 + c, 2] = turned[0][c], turned[1][c]
+            for k in range(modes):
+                columns[6 + k, 3 + k] = 1.0
+            force, slopes = np.dot(columns.T, pressed), np.dot(columns.T, np.dot(stiff, columns))
+            for i in range(1 + own):
+                row = 0 if i == 0 else base + i - 1
+                residual[row] -= force[i]
+                for j in range(1 + own):
+                    matrix[row, 0 if j == 0 else base + j - 1] += slopes[i, j]
+            for i in range(own):
+                held = joint.stiffness[i] if i < 2 else ski.omega[i - 2] ** 2
+                rest = joint.rest[side, i] if i < 2 else 0.0
+                residual[base + i] += held * (q[side, i] - rest)
+                matrix[base + i, base + i] += held
+            for k in range(modes):
+                felt = three(motion.ski_acceleration[0, side], 0), three(motion.ski_turning[0, side], 0)
+                residual[base + 2 + k] += dot(three(coupling.translation[k], 0), felt[0])
+                residual[base + 2 + k] += dot(three(coupling.rotation[k], 0), felt[1])
+        if not eliminate(matrix, residual):
+            return False
+        # a ski that is let down by more than it sinks leaves the snow
+        share = min(1.0, 2e-3 / max(abs(residual[0]), 1e-12))
+        place[2] -= share * residual[0]
+        for side in range(2):
+            for i in range(own):
+                q[side, i] -= share * residual[1 + side * own + i]
+        if not abs(residual[0]) < 1.0:
+            return False
+        if abs(residual[0]) < REST:
+            return True
+    return False
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocity, bent, memory, work, series):
     """Integrate a run from its start; fills series.  The number of instants that were reached.
 
-    place, velocity : (3,) m, m/s of the pelvis at the start;  memory : ``Groove`` with a first axis for the skis
+    place, velocity : (3,) m, m/s of the pelvis at the start;  bent : (2, 2 + k) yaw, roll and bend of the skis then
+    memory : ``Groove`` with a first axis for the skis
     """
     modes = ski.omega.shape[0]
     own = 2 + modes
     size, of_snow = 3 + 2 * own, 6 + modes
     step, mass, gravity = motion.step, motion.mass, motion.gravity
     x, v, acceleration = place.copy(), velocity.copy(), np.zeros(3)
-    q, rate = np.zeros((2, own)), np.zeros((2, own))
-    for side in range(2):
-        q[side, 0], q[side, 1] = joint.rest[side, 0], joint.rest[side, 1]
+    q, rate = bent.copy(), np.zeros((2, own))
     new_q, new_rate = q.copy(), rate.copy()
     trial = np.zeros(size)
     matrix, residual = np.zeros((size, size)), np.zeros(size)

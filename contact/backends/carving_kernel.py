@@ -45,25 +45,6 @@ class EdgeSki(NamedTuple):
     ratio: Array
 
 
-class Groove(NamedTuple):
-    """The snow's memory along both edges: depth of the groove and offset from its wall, each (2, m) m.
-
-    groove, offset : as the last step left them
-    speed : (2, m) m/s of the points along their edges then
-    arrived_groove, arrived_offset : as they arrive at the points by the end of this step
-    next_groove, next_offset, next_speed : as this step would leave them
-    """
-
-    groove: Array
-    offset: Array
-    speed: Array
-    arrived_groove: Array
-    arrived_offset: Array
-    next_groove: Array
-    next_offset: Array
-    next_speed: Array
-
-
 class EdgeWork(NamedTuple):
     """Arrays in which the forces are found.
 
@@ -79,40 +60,6 @@ class EdgeWork(NamedTuple):
     towards: Array
     slopes: Array
     seen: Array
-
-
-@njit(cache=True, error_model="numpy")
-def advect(ski, memory, step):
-    """Bring the memory from where the last step left it to where the points are ``step`` (s) later; what comes from
-    ahead of the ski, or from a point that went backwards, is fresh snow.
-    """
-    station = ski.station
-    last = station.shape[0] - 1
-    for edge in range(2):
-        for i in range(last + 1):
-            speed = memory.speed[edge, i]
-            place = station[i] + step * speed
-            groove, offset = 0.0, 0.0
-            if speed >= 0.0 and place <= station[last]:
-                ahead = i
-                while ahead < last and station[ahead + 1] < place:
-                    ahead += 1
-                beyond = min(ahead + 1, last)
-                share = (place - station[ahead]) / (station[beyond] - station[ahead]) if beyond > ahead else 0.0
-                groove = memory.groove[edge, ahead] + share * (memory.groove[edge, beyond] - memory.groove[edge, ahead])
-                offset = memory.offset[edge, ahead] + share * (memory.offset[edge, beyond] - memory.offset[edge, ahead])
-            memory.arrived_groove[edge, i] = groove
-            memory.arrived_offset[edge, i] = offset
-
-
-@njit(cache=True, error_model="numpy")
-def accept(memory):
-    """Take what the step would leave as what it left."""
-    for edge in range(2):
-        for i in range(memory.groove.shape[1]):
-            memory.groove[edge, i] = memory.next_groove[edge, i]
-            memory.offset[edge, i] = memory.next_offset[edge, i]
-            memory.speed[edge, i] = memory.next_speed[edge, i]
 
 
 @njit(cache=True, error_model="numpy")

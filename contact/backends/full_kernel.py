@@ -146,6 +146,45 @@ def ski_inertia(q, v, ref, base, sections, gravity, frame, spin_in, spin_rate, a
 
 
 @njit(cache=True, error_model="numpy")
+def bend_damping(q, v, ref, base, damping, out):
+    """Add the structural damping of one ski; the power (W) that it takes."""
+    power = 0.0
+    for e in range(damping.shape[0]):
+        i = base + NODE * e
+        j = i + NODE
+        q0, q1 = four(q, ref, i + 3), four(q, ref, j + 3)
+        relative = plus(spin(q1, v, j + 3), times(-1.0, spin(q0, v, i + 3)))
+        middle = middle_of(q0, q1)
+        local = rotate(conjugate(middle), relative)
+        torque = (damping[e, 0] * local[0], damping[e, 1] * local[1], damping[e, 2] * local[2])
+        power += dot(local, torque)
+        torque = rotate(middle, torque)
+        add_wrench(out, i, 1.0, q0, (0.0, 0.0, 0.0), torque)
+        add_wrench(out, j, -1.0, q1, (0.0, 0.0, 0.0), torque)
+    return power
+
+
+@njit(cache=True, error_model="numpy")
+def push_skier(parameters, carrier, at, pelvis, speed, found):
+    """Add what the air does to the skier's segments, and what else acts on the centre of mass."""
+    out, sign, t = found.out, carrier.sign, at.time
+    for k in range(carrier.area.shape[0]):
+        velocity = plus(speed, at.exposed_velocity[k])
+        force = segment_force(
+            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], carrier.area[k]
+        )
+        add_to_tree(out, sign, force, at.exposed_jacobian[k])
+        for c in range(3):
+            found.drag[k, c] = force[c]
+        found.drag[k, 3] = dot(force, velocity)
+    place, velocity = plus(pelvis, at.com_place), plus(speed, at.com_velocity)
+    force = body_force(parameters, t, place[0], place[1], velocity[0], velocity[1], velocity[2])
+    add_to_tree(out, sign, force, at.com_jacobian)
+    for c in range(3):
+        found.body[c] = force[c]
+
+
+@njit(cache=True, error_model="numpy")
 def forces(parameters, q, v, ref, sections, carrier, at, found):
     """Generalised forces of all terms, of the skis' structural damping and of their weight and inertia.
 
@@ -201,18 +240,7 @@ def forces(parameters, q, v, ref, sections, carrier, at, found):
         on_pelvis = out_of(frame, on_pelvis)
         for k in range(3):
             out[k] += on_pelvis[k]
-        for e in range(elements):
-            i = base + NODE * e
-            j = i + NODE
-            q0, q1 = four(q, ref, i + 3), four(q, ref, j + 3)
-            relative = plus(spin(q1, v, j + 3), times(-1.0, spin(q0, v, i + 3)))
-            middle = middle_of(q0, q1)
-            local = rotate(conjugate(middle), relative)
-            torque = (damping[e, 0] * local[0], damping[e, 1] * local[1], damping[e, 2] * local[2])
-            seen[ski, DAMPING_POWER] -= dot(local, torque)
-            torque = rotate(middle, torque)
-            add_wrench(out, i, 1.0, q0, (0.0, 0.0, 0.0), torque)
-            add_wrench(out, j, -1.0, q1, (0.0, 0.0, 0.0), torque)
+        seen[ski, DAMPING_POWER] -= bend_damping(q, v, ref, base, damping, out)
         spin_in, spin_rate = into(frame, at.foot_spin[ski]), into(frame, at.foot_spin_rate[ski])
         ski_inertia(
             q, v, ref, base, sections, carrier.gravity, frame, spin_in, spin_rate, at.foot_acceleration[ski], out
@@ -227,20 +255,7 @@ def forces(parameters, q, v, ref, sections, carrier, at, found):
         seen[ski, ALONG], seen[ski, ACROSS], seen[ski, EDGE] = f_t, f_n, edge_angle
         seen[ski, V_T], seen[ski, V_N] = v_t, v_n
         seen[ski, FRICTION_POWER] = f_t * v_t + f_n * v_n
-    for k in range(carrier.area.shape[0]):
-        velocity = plus(speed, at.exposed_velocity[k])
-        force = segment_force(
-            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], carrier.area[k]
-        )
-        add_to_tree(out, sign, force, at.exposed_jacobian[k])
-        for c in range(3):
-            found.drag[k, c] = force[c]
-        found.drag[k, 3] = dot(force, velocity)
-    place, velocity = plus(pelvis, at.com_place), plus(speed, at.com_velocity)
-    force = body_force(parameters, t, place[0], place[1], velocity[0], velocity[1], velocity[2])
-    add_to_tree(out, sign, force, at.com_jacobian)
-    for c in range(3):
-        found.body[c] = force[c]
+    push_skier(parameters, carrier, at, pelvis, speed, found)
 
 
 @njit(cache=True, error_model="numpy")
@@ -249,6 +264,49 @@ def put(rows, columns, values, count, row, column, value):
     if value != 0.0:
         rows[count], columns[count], values[count] = row, column, value
         return count + 1
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def damping_triplets(q, ref, base, damping, by_rate, triplets, count):
+    """Append what the structural damping of one ski gives; the new count."""
+    rows, columns, values = triplets
+    slope, block = np.zeros(8), np.zeros((8, 8))
+    for e in range(damping.shape[0]):
+        i = base + NODE * e
+        q0, q1 = four(q, ref, i + 3), four(q, ref, i + NODE + 3)
+        middle = middle_of(q0, q1)
+        block[:] = 0.0
+        for k in range(3):
+            axis = rotate(middle, (1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2)))
+            turn0, turn1 = on_quaternion(q0, axis), on_quaternion(q1, axis)
+            for c in range(4):
+                slope[c], slope[4 + c] = turn0[c], -turn1[c]
+            for a in range(8):
+                for b in range(8):
+                    block[a, b] += by_rate * damping[e, k] * slope[a] * slope[b]
+        for a in range(8):
+            for b in range(8):
+                row, column = i + 3 + a + 3 * (a // 4), i + 3 + b + 3 * (b // 4)
+                count = put(rows, columns, values, count, row, column, block[a, b])
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def skier_triplets(parameters, carrier, at, pelvis, speed, tree, by_rate, triplets, count):
+    """Append what acts on the skeleton by the pelvis' velocity: ``tree`` (3, s) and the air's forces; the new count."""
+    rows, columns, values = triplets
+    sign, t = carrier.sign, at.time
+    for k in range(carrier.area.shape[0]):
+        velocity = plus(speed, at.exposed_velocity[k])
+        pushed = segment_derivatives(
+            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], carrier.area[k]
+        )
+        for c in range(3):
+            add_to_tree(tree[c], sign, (pushed[3 + c], pushed[6 + c], pushed[9 + c]), at.exposed_jacobian[k])
+    for row in range(len(sign)):
+        for c in range(3):
+            count = put(rows, columns, values, count, row, c, -by_rate * tree[c, row])
     return count
 
 
@@ -317,23 +375,7 @@ def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_ra
                     for b in range(17):
                         column = i + b if b < 14 else b - 14
                         count = put(rows, columns, values, count, row, column, block[a, b])
-        for e in range(elements):
-            i = base + NODE * e
-            q0, q1 = four(q, ref, i + 3), four(q, ref, i + NODE + 3)
-            middle = middle_of(q0, q1)
-            block[:8, :8] = 0.0
-            for k in range(3):
-                axis = rotate(middle, (1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2)))
-                turn0, turn1 = on_quaternion(q0, axis), on_quaternion(q1, axis)
-                for c in range(4):
-                    slope[c], slope[4 + c] = turn0[c], -turn1[c]
-                for a in range(8):
-                    for b in range(8):
-                        block[a, b] += by_rate * damping[e, k] * slope[a] * slope[b]
-            for a in range(8):
-                for b in range(8):
-                    row, column = i + 3 + a + 3 * (a // 4), i + 3 + b + 3 * (b // 4)
-                    count = put(rows, columns, values, count, row, column, block[a, b])
+        count = damping_triplets(q, ref, base, damping, by_rate, triplets, count)
         along, across, edge_angle = foot_axes(parameters, sections.surface, place, frame)
         side = 1.0 - 2.0 * ski
         slopes = foot_derivatives(
@@ -344,14 +386,4 @@ def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_ra
             column_t = slopes[3] * along[k] + slopes[4] * across[k]
             column_n = slopes[6] * along[k] + slopes[7] * across[k]
             add_to_tree(tree[k], sign, plus(times(column_t, along), times(column_n, across)), at.foot_jacobian[ski])
-    for k in range(carrier.area.shape[0]):
-        velocity = plus(speed, at.exposed_velocity[k])
-        pushed = segment_derivatives(
-            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], carrier.area[k]
-        )
-        for c in range(3):
-            add_to_tree(tree[c], sign, (pushed[3 + c], pushed[6 + c], pushed[9 + c]), at.exposed_jacobian[k])
-    for row in range(len(sign)):
-        for c in range(3):
-            count = put(rows, columns, values, count, row, c, -by_rate * tree[c, row])
-    return count
+    return skier_triplets(parameters, carrier, at, pelvis, speed, tree, by_rate, triplets, count)

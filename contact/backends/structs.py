@@ -54,6 +54,23 @@ class Sections(NamedTuple):
     surface: SnowGrid
 
 
+class CuttingEdges(NamedTuple):
+    """What of the sections of a ski edges that cut need besides ``Sections``, and how the ski turns against its foot.
+
+    tangent : (m, 2, 3) unit vectors forward along the left and right edge in the section's frame
+    width, station : (m,) m, of the ski and along it
+    clamped : index of the node at the boot
+    stiffness, damping : (2,) N m/rad, N m s/rad of yaw and roll
+    """
+
+    tangent: Array
+    width: Array
+    station: Array
+    clamped: int
+    stiffness: Array
+    damping: Array
+
+
 class Carrier(NamedTuple):
     """What of the skier does not change along a run of the full model.
 

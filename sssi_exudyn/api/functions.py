@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
     from sssi_exudyn.api.sweep_result import SweepResult
+    from sssi_exudyn.commands.runs import Snow
     from sssi_exudyn.contact.backends.backend import Backend
     from sssi_exudyn.contact.term import Term
     from sssi_exudyn.fitting.fit import Method
@@ -163,6 +164,7 @@ def simulate(
     *,
     model: ModelOrFile | None = None,
     terms: Sequence[Term] = (),
+    snow: Snow = "paper",
     backend: Backend = "fastest",
     plugins: Sequence[AnyPath] = (),
     progress: ProgressWanted = False,
@@ -175,6 +177,7 @@ def simulate(
     out : folder for the result; left out, nothing is written
     model : the model, or its ``model.toml``; default friction where it is left out
     terms : force terms to add to it, such as one of your own
+    snow : ``"paper"``, friction at the foot, or ``"carving"``, snow that edges cut
     backend : how the force terms are evaluated
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
@@ -196,6 +199,7 @@ def simulate(
         _path(out),
         model=_model(model),
         terms=terms,
+        snow=snow,
         backend=backend,
         progress=progress_of(progress),
     )
@@ -210,6 +214,7 @@ def fit(
     model: ModelOrFile | None = None,
     terms: Sequence[Term] = (),
     parameters: Sequence[str] = (),
+    snow: Snow = "paper",
     plugins: Sequence[AnyPath] = (),
     progress: ProgressWanted = False,
 ) -> Result:
@@ -223,6 +228,7 @@ def fit(
     model : what else acts, such as the model of a diagnosis
     terms : force terms to add, such as one of your own
     parameters : numbers of force terms to fit along, such as ``"my_friction.c"``
+    snow : ``"paper"``, friction at the foot, or ``"carving"``, snow that edges cut
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
@@ -245,18 +251,26 @@ def fit(
         model=_model(model),
         terms=terms,
         parameters=parameters,
+        snow=snow,
         progress=progress_of(progress),
     )
     return result_of(made, _path(out))
 
 
-def run(recording: RecordingOrFolder, out: AnyPath | None = None, *, progress: ProgressWanted = False) -> Result:
+def run(
+    recording: RecordingOrFolder,
+    out: AnyPath | None = None,
+    *,
+    snow: Snow = "paper",
+    progress: ProgressWanted = False,
+) -> Result:
     """The whole chain: fit where there is a GPS, simulate, compare with the measurements.
 
     Parameters
     ----------
     recording : the recording, or its folder
     out : folder for the result and its report; left out, nothing is written
+    snow : ``"paper"``, friction at the foot, or ``"carving"``, snow that edges cut
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
     Examples
@@ -268,7 +282,7 @@ def run(recording: RecordingOrFolder, out: AnyPath | None = None, *, progress: P
     from sssi_exudyn.api.result import result_of
     from sssi_exudyn.commands.runs import make_run
 
-    made = make_run(_recording(recording), _path(out), progress=progress_of(progress))
+    made = make_run(_recording(recording), _path(out), snow=snow, progress=progress_of(progress))
     return result_of(made, _path(out))
 
 

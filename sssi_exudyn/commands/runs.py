@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 import pandas as pd
@@ -19,8 +19,9 @@ from sssi_exudyn.analysis.biomechanics import biomechanics, label_turns, residua
 from sssi_exudyn.commands.expected import expected_seconds
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.contact.backends.backend import Backend
-from sssi_exudyn.contact.registry import read_run_term
+from sssi_exudyn.contact.registry import check_together, combine_terms, is_carved, read_term
 from sssi_exudyn.contact.term import Term
+from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.estimate import estimate
@@ -39,6 +40,7 @@ from sssi_exudyn.plugins import use_plugin
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.reports.report import render, render_folder, render_pdf, write_run
+from sssi_exudyn.results.carving import carving_figures
 from sssi_exudyn.results.folder import MEASURED, amend_result, read_series, read_summary
 from sssi_exudyn.results.measured import measured_table
 from sssi_exudyn.results.opensim import opensim_texts
@@ -70,6 +72,9 @@ from sssi_exudyn.validation.agreement import judge_loads, judge_track
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.posture_uncertainty import second_half, shares_of
 
+Snow = Literal["paper", "carving"]
+SNOWS: Final[tuple[Snow, ...]] = ("paper", "carving")
+"""What lies under the skis: friction at the foot as in the paper, or snow that edges cut."""
 CACHE: Final = "cache"
 """Folder within a result that keeps what an interrupted command has computed."""
 
@@ -91,14 +96,16 @@ def simulate(
     *,
     model: Path | None = None,
     terms: Sequence[str] = (),
+    snow: Snow = "paper",
     backend: Backend = "fastest",
     progress: Progress = SILENT,
 ) -> Summary:
     """Simulate a recording once, with ``model`` (a ``model.toml``) or with default friction, into ``out``; its
-    summary.  ``terms`` are names of force terms to add.
+    summary.  ``terms`` are names of force terms to add, ``snow`` is what lies under the skis.
     """
     added = terms_named(terms)
-    return make_simulation(folder, out, model=model, terms=added, backend=backend, progress=progress).run.summary
+    made = make_simulation(folder, out, model=model, terms=added, snow=snow, backend=backend, progress=progress)
+    return made.run.summary
 
 
 def make_simulation(
@@ -107,14 +114,15 @@ def make_simulation(
     *,
     model: Path | Model | None = None,
     terms: Sequence[Term] = (),
+    snow: Snow = "paper",
     backend: Backend = "fastest",
     progress: Progress = SILENT,
 ) -> Made:
     """``simulate`` of a recording or its folder; without ``out`` nothing is written."""
     with held(out):
         recording, motion = read_folder(source, progress)
-        chosen = add_terms(_chosen(model) or model_of(recording, motion), terms)
-        settings = {"command": "simulate", "backend": backend}
+        chosen = add_terms(_chosen(model) or model_of(recording, motion), (*_snow(snow), *terms))
+        settings = {"command": "simulate", "backend": backend, **_setting_of(snow)}
         return _simulate_into(out, recording, motion, chosen, Outcome(settings), progress, backend)
 
 
@@ -126,11 +134,12 @@ def fit(
     model: Path | None = None,
     terms: Sequence[str] = (),
     parameters: Sequence[str] = (),
+    snow: Snow = "paper",
     progress: Progress = SILENT,
 ) -> Summary:
     """Fit friction (and, with ``joint``, start and heading) to the GPS track, into ``out``; the summary of the fitted
     run.  ``model`` (a ``model.toml``) has what else acts, such as what a diagnosis found; ``terms`` are names of force
-    terms to add, ``parameters`` numbers of terms to fit along.
+    terms to add, ``parameters`` numbers of terms to fit along, ``snow`` is what lies under the skis.
     """
     return make_fit(
         folder,
@@ -139,6 +148,7 @@ def fit(
         model=model,
         terms=terms_named(terms),
         parameters=parameters,
+        snow=snow,
         progress=progress,
     ).run.summary
 
@@ -151,6 +161,7 @@ def make_fit(
     model: Path | Model | None = None,
     terms: Sequence[Term] = (),
     parameters: Sequence[str] = (),
+    snow: Snow = "paper",
     progress: Progress = SILENT,
 ) -> Made:
     """``fit`` of a recording or its folder; without ``out`` nothing is written, and an interrupted fit is lost."""
@@ -158,13 +169,16 @@ def make_fit(
         recording, motion = read_folder(source, progress)
         if recording.gps is None:
             raise InputError(recording.folder / FILE, "[gps]", "there is no GPS to fit to", "add it, or use simulate")
-        chosen = add_terms(_chosen(model) or model_of(recording, motion), terms)
+        chosen = add_terms(_chosen(model) or model_of(recording, motion), (*_snow(snow), *terms))
+        if is_carved(chosen.terms):
+            _check_cutting(recording, method)
         if method == "joint" and model is None:
             chosen = on_snow_surface(chosen, recording, motion)
         problem = seek_too(problem_of(recording, motion, chosen, method), parameters)
         posture, predicted, uncertainty = None, None, None
         cache = cache_in(out)
-        with progress.stage("fit", expected_seconds("fit", motion)) as stage:
+        work = "fit carving" if is_carved(chosen.terms) else "fit"
+        with progress.stage("fit", expected_seconds(work, motion)) as stage:
             if method == "joint" and recording.completed is None:
                 found = estimate(problem, recording, motion, cache=cache, progress=stage.advance)
                 fitted, uncertainty = found.fitted, uncertainty_figures(found.posterior)
@@ -178,6 +192,7 @@ def make_fit(
                 predicted = second_half_table(half)
                 fitted = replace(fitted, covariance=shares.covariance)
         settings = {"command": "fit", "method": method, **({"parameters": list(parameters)} if parameters else {})}
+        settings |= _setting_of(snow)
         outcome = Outcome(settings, fit_figures(fitted), posture, predicted, uncertainty)
         made = _simulate_into(out, recording, motion, fitted.model, outcome, progress)
         if cache is not None:
@@ -185,33 +200,54 @@ def make_fit(
         return made
 
 
-def run(folder: Path, out: Path, *, progress: Progress = SILENT) -> Summary:
+def run(folder: Path, out: Path, *, snow: Snow = "paper", progress: Progress = SILENT) -> Summary:
     """The whole chain: fit where there is a GPS, simulate, validate, report, into ``out``; the summary."""
-    return make_run(folder, out, progress=progress).run.summary
+    return make_run(folder, out, snow=snow, progress=progress).run.summary
 
 
-def make_run(source: Path | Recording, out: Path | None, *, progress: Progress = SILENT) -> Made:
+def make_run(source: Path | Recording, out: Path | None, *, snow: Snow = "paper", progress: Progress = SILENT) -> Made:
     """``run`` of a recording or its folder; without ``out`` nothing is written."""
     recording = source if isinstance(source, Recording) else read_recording(source)
     make = make_simulation if recording.gps is None else make_fit
-    return make(recording, out, progress=progress)
+    return make(recording, out, snow=snow, progress=progress)
+
+
+def _snow(snow: Snow) -> tuple[Term, ...]:
+    """What is added to a model for that snow."""
+    return (Carving(),) if snow == "carving" else ()
+
+
+def _setting_of(snow: Snow) -> dict[str, str]:
+    """For the result's origin; nothing for the paper's."""
+    return {"snow": snow} if snow != "paper" else {}
+
+
+def _check_cutting(recording: Recording, method: Method) -> None:
+    """Raise InputError for a fit that edges that cut do not go with."""
+    if method != "joint":
+        raise InputError("--method", method, "the paper's method fits the paper's snow", "leave it out")
+    if recording.completed is not None:
+        problem = "edges that cut want a captured posture: what few sensors leave open is larger"
+        raise InputError(recording.folder / FILE, "[motion]", problem, "leave --snow carving out")
 
 
 def terms_named(names: Sequence[str]) -> tuple[Term, ...]:
     """Force terms by their names, with their default numbers.  Raises InputError for an unknown one."""
-    return tuple(read_run_term(name, {}, "--term", "") for name in names)
+    return tuple(read_term(name, {}, "--term", "") for name in names)
 
 
 def add_terms(model: Model, terms: Sequence[Term]) -> Model:
-    """The model with further force terms; classes of the caller's own are known by their names from here on, as their
-    results are read back.
+    """The model with further force terms, without those that they stand in the place of; classes of the caller's own
+    are known by their names from here on, as their results are read back.
 
-    Raises InputError where such a name is another term's.
+    Raises InputError where such a name is another term's, and for terms that do not act together.
     """
     for term in (*model.terms, *terms):
         if origin_of(type(term)) is not None:
             use_plugin(type(term))
-    return replace(model, terms=(*model.terms, *terms))
+    together = combine_terms(model.terms, terms)
+    check_together(together, "--term")
+    return replace(model, terms=together)
 
 
 def held(out: Path | None) -> AbstractContextManager[None]:
@@ -336,6 +372,7 @@ def write_outcome(
         {
             "recording": recording.name,
             "friction": _friction(model, outcome.fit),
+            "carving": carving_figures(model, result, outcome.fit.parameters or {}),
             "trajectory": judge_track(series, gps),
             "pressure_ratio": judge_loads(series, recording.insoles),
             "fit": outcome.fit,
@@ -383,6 +420,8 @@ def _height_of_track(recording: Recording, result: SimulationResult) -> Array:
 
 
 def _friction(model: Model, fit: Fit) -> Friction:
+    if is_carved(model.terms):
+        return Friction()
     fitted = fit.parameters or {}
 
     def estimate(name: str) -> Estimate:

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from sssi_exudyn.bodies.skier.anthropometry import SEXES
-from sssi_exudyn.contact.registry import read_run_term
+from sssi_exudyn.contact.registry import check_together, read_term
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked, quantities
@@ -104,9 +104,16 @@ def read_model(path: Path) -> Model:
     skier, gear, start = table("skier"), table("equipment"), dict(table("start"))
     start["heading_offset"] = radians("start", "heading_offset_deg")
     start.pop("heading_offset_deg", None)
-    terms = _tables(data, "term", path)
-    if not terms:
-        raise InputError(path, "[[term]]", "there is no term", "give at least penetration, friction and air")
+    tables = _tables(data, "term", path)
+    if not tables:
+        raise InputError(
+            path, "[[term]]", "there is no term", "give at least penetration, friction and air, or carving and air"
+        )
+    terms = tuple(
+        read_term(str(entry.get("name")), {k: v for k, v in entry.items() if k != "name"}, path, f"[[term]] {i + 1}")
+        for i, entry in enumerate(tables)
+    )
+    check_together(terms, path)
     sex = name_of(skier, "sex", path, "[skier]", default="male")
     if sex not in SEXES:
         raise InputError(path, "[skier] sex", f"{sex!r} has no anthropometric table", f"use of: {', '.join(SEXES)}")
@@ -146,12 +153,7 @@ def read_model(path: Path) -> Model:
         ski=read_equipped_ski(equipment, path.parent, path),
         inclination=slope.inclination,
         fall_line_azimuth=slope.fall_line_azimuth,
-        terms=tuple(
-            read_run_term(
-                str(entry.get("name")), {k: v for k, v in entry.items() if k != "name"}, path, f"[[term]] {i + 1}"
-            )
-            for i, entry in enumerate(terms)
-        ),
+        terms=terms,
         start=build_checked(Start, start, path, "[start]"),
         solver=build_checked(Solver, table("solver"), path, "[solver]"),
         sensors=tuple(

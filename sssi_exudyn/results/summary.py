@@ -1,7 +1,8 @@
 """The figures of a result, as ``summary.json`` holds them: each with its unit in its name, null where there is none.
 
 The groups ``posture``, ``diagnosis`` and ``muscles`` are in the file once the command that makes them was run,
-``surface`` where the snow is no plane, ``uncertainty`` where all that is uncertain was estimated.
+``surface`` where the snow is no plane, ``uncertainty`` where all that is uncertain was estimated, ``carving`` where
+edges cut the snow; there ``friction`` is null.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from sssi_exudyn.io.writing import to_plain
 from sssi_exudyn.terrain.profile import SurfaceFigures
 
 FORMAT: Final = 1
-_ON_REQUEST: Final = ("posture", "diagnosis", "muscles", "surface", "uncertainty")
+_ON_REQUEST: Final = ("posture", "diagnosis", "muscles", "surface", "uncertainty", "carving")
 """Groups that not every result has."""
 
 
@@ -112,8 +113,8 @@ class Correction:
 class UncertaintyFigures:
     """What a fit leaves uncertain.
 
-    interval_90 : of friction
-    shares : of each friction coefficient's variance, by where it comes from; they add up to one
+    interval_90 : of friction, and where edges cut of the snow's hardness (N/m³) and strength (Pa)
+    shares : of the variance of each of them, by where it comes from; they add up to one
     posture_rms_deg : corrections of the captured posture by joint coordinate, root mean square over time
     largest : the corrections that are largest against what is known beforehand
     noise : of the measurements, by kind
@@ -278,6 +279,31 @@ class MuscleFigures:
     contact_peak_bodyweights: Mapping[str, float]
 
 
+@dataclass(frozen=True)
+class CarvingFigures:
+    """A run on snow that edges cut.
+
+    tier : the model that ran, ``full`` or ``reduced``
+    mu, hardness_N_m3, strength_Pa : the snow's numbers
+    equivalent_mu_t : friction along the edges against the load, both summed over the run, as μ_t of the paper's law
+    equivalent_mu_n : the walls' force across the edges against the load, as μ_n
+    side_reserve_mean, side_reserve_least : share of what the wall bears that the more loaded ski does not use: over the
+        run, and where a twentieth of it has less
+    ski_yaw_rms_deg, ski_roll_rms_deg : of the skis against the captured feet
+    """
+
+    tier: str
+    mu: Estimate
+    hardness_N_m3: Estimate
+    strength_Pa: Estimate
+    equivalent_mu_t: float | None = None
+    equivalent_mu_n: float | None = None
+    side_reserve_mean: float | None = None
+    side_reserve_least: float | None = None
+    ski_yaw_rms_deg: float | None = None
+    ski_roll_rms_deg: float | None = None
+
+
 @dataclass(frozen=True, repr=False)
 class Summary:
     """All figures of a result.
@@ -306,6 +332,7 @@ class Summary:
     muscles: MuscleFigures | None = None
     surface: SurfaceFigures | None = None
     uncertainty: UncertaintyFigures | None = None
+    carving: CarvingFigures | None = None
 
     def __repr__(self) -> str:
         mu_t, mu_n = self.friction.mu_t.value, self.friction.mu_n.value

@@ -7,12 +7,14 @@ from typing import Final
 import numpy as np
 from scipy.stats import norm
 
+from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.fitting.posture_errors import PostureError
 from sssi_exudyn.fitting.unknowns import MASS
 from sssi_exudyn.results.summary import Correction, Interval, Noise, UncertaintyFigures
 
-_FRICTION: Final = ("mu_t", "mu_n")
+_FRICTION: Final = ("friction.mu_t", "friction.mu_n")
+_CUTTING: Final = ("carving.mu", "carving.hardness", "carving.strength")
 _SHOWN: Final = 8
 _FAR: Final = 3.0
 """Standard deviations beyond which a correction does not fit what is known beforehand."""
@@ -24,14 +26,15 @@ def uncertainty_figures(found: Posterior) -> UncertaintyFigures:
     setting = found.setting
     pulls = (found.values - setting.means) / setting.sigmas
     every = [Correction(name, float(pull)) for name, pull in zip(setting.names, pulls, strict=True)]
-    every = [each for each in every if not each.what.startswith("friction.")]
+    sought = _CUTTING if is_carved(found.model.terms) else _FRICTION
+    every = [each for each in every if each.what not in sought]
     what = [*(_words(error, setting.motion.start, setting.motion.stop) for error in setting.errors), MASS]
     every += [Correction(words, float(size)) for words, size in zip(what, found.sizes, strict=True)]
     every.sort(key=lambda each: -abs(each.sigmas))
     half = norm.ppf(0.95)
     intervals, shares = {}, {}
-    for key in _FRICTION:
-        name = f"friction.{key}"
+    for name in sought:
+        key = name.partition(".")[2]
         i = setting.names.index(name)
         value, spread = float(found.values[i]), float(np.sqrt(found.covariance[i, i]))
         low, high = found.model.bounds(name)

@@ -8,22 +8,30 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.bodies.ski.mesh import BeamMesh, mesh
+from sssi_exudyn.bodies.ski.mesh import CONTACTS, BeamMesh, mesh
 from sssi_exudyn.bodies.ski.modes import damping_time
 from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia, body_inertia
 from sssi_exudyn.contact.backends import vectors
-from sssi_exudyn.contact.backends.structs import Sections, SnowGrid
+from sssi_exudyn.contact.backends.structs import CuttingEdges, Sections, SnowGrid
+from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.contact.terms.air import FrontalAreas
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Antenna, Motion, turn_motion
+from sssi_exudyn.simulation.boot_joint import BootJoint
 from sssi_exudyn.simulation.posture_table import PostureTable, posture_at
 from sssi_exudyn.terrain.surface import Surface
 
 _STRETCH = 256
 """Instants whose posture is computed at once."""
+CUTTING_POINTS = 100
+"""Contact points on each edge where edges cut the snow."""
+CARVED_STEP = 0.00125
+"""s; on snow that edges cut: in a step a ski goes on by no more than the distance of its contact points."""
+COARSE_CARVED_STEP = 0.0025
+"""s; the longest step there, with half as many points: for fits."""
 
 
 def correct_motion(model: Model, motion: Motion) -> Motion:
@@ -46,7 +54,13 @@ class Parts:
 
     @cached_property
     def mesh(self) -> BeamMesh:
-        return mesh(self.model.ski, self.model.solver.elements)
+        points = CUTTING_POINTS if self.is_carved else CONTACTS
+        return mesh(self.model.ski, self.model.solver.elements, points)
+
+    @property
+    def is_carved(self) -> bool:
+        """Whether edges cut the snow."""
+        return is_carved(self.model.terms)
 
     @cached_property
     def inertias(self) -> tuple[SegmentInertia, ...]:
@@ -95,6 +109,28 @@ class Parts:
             surface=snow_grid(self.model.surface),
         )
 
+    @cached_property
+    def edges(self) -> CuttingEdges:
+        """The skis' edges where they cut the snow, and the joints at the boots."""
+        cut, joint = self.mesh, BootJoint()
+        frames = [_section_pose(cut, m)[1] for m in range(len(cut.contact_s))]
+        turned = [frame.inv().apply(pair) for frame, pair in zip(frames, cut.edge_tangents, strict=True)]
+        return CuttingEdges(
+            tangent=np.array(turned),
+            width=self.model.ski.width(cut.contact_s),
+            station=self.model.ski.x_of_s(cut.contact_s),
+            clamped=cut.clamped,
+            stiffness=joint.stiffness,
+            damping=joint.damping,
+        )
+
+    @cached_property
+    def leg_inertia(self) -> Array:
+        """(2,) kg m² of boot and leg in yaw and roll, which a ski that turns against its foot takes along."""
+        sections, place = self.sections, self.mesh.node_position[:, 0]
+        own = [sections.node_mass @ place**2 + sections.node_moment[:, 2].sum(), sections.node_moment[:, 0].sum()]
+        return np.asarray(np.maximum(BootJoint().inertia - np.array(own), 0.0))
+
     def posture(self, time: Array) -> PostureTable:
         """The posture at ``time`` (n,), a stretch at a time: the Jacobians on the way are far larger than what is
         kept.
@@ -118,17 +154,24 @@ def snow_grid(surface: Surface | None) -> SnowGrid:
 
 def _edge_offsets(cut: BeamMesh) -> Array:
     """(m, 2, 3) m: both edges of each contact section in the section's own frame, from the unloaded ski."""
-    frames = Rotation.from_matrix(cut.node_rotation).as_quat(scalar_first=True)
     s = cut.contact_s
     left = np.stack([cut.ski.x_of_s(s), 0.5 * cut.ski.width(s), cut.ski.height(s)], axis=1)
     offsets = np.empty((len(s), 2, 3))
-    for m, (element, xi) in enumerate(zip(cut.contact_element, cut.contact_weight, strict=True)):
-        first, second = ((tuple(cut.node_position[node]), tuple(frames[node])) for node in (element, element + 1))
-        place, frame = vectors.between(*first, *second, float(xi))
-        back = Rotation.from_quat(frame, scalar_first=True).inv()
+    for m in range(len(s)):
+        place, frame = _section_pose(cut, m)
+        back = frame.inv()
         for edge, sign in enumerate((1.0, -1.0)):
             offsets[m, edge] = back.apply(left[m] * [1.0, sign, 1.0] - place)
     return offsets
+
+
+def _section_pose(cut: BeamMesh, m: int) -> tuple[Array, Rotation]:
+    """Place (3,) m and frame of a contact section of the unloaded ski."""
+    frames = Rotation.from_matrix(cut.node_rotation).as_quat(scalar_first=True)
+    element = cut.contact_element[m]
+    first, second = ((tuple(cut.node_position[node]), tuple(frames[node])) for node in (element, element + 1))
+    place, frame = vectors.between(*first, *second, float(cut.contact_weight[m]))
+    return np.array(place), Rotation.from_quat(frame, scalar_first=True)
 
 
 def _lump(of_elements: Array) -> Array:

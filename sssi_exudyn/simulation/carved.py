@@ -13,45 +13,21 @@ import numpy as np
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.modes import modal_ski
 from sssi_exudyn.contact.backends.carved_run_kernel import CarvedSeries, Coupling, Joint
-from sssi_exudyn.contact.backends.carving_kernel import Groove
 from sssi_exudyn.contact.backends.compiled import law_parameters
+from sssi_exudyn.contact.backends.groove_kernel import Groove
 from sssi_exudyn.contact.backends.structs import ReducedSeries
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.quantity import quantity
 from sssi_exudyn.model.model import Model, along_snow
-from sssi_exudyn.simulation.assembly import snow_grid
+from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, snow_grid
+from sssi_exudyn.simulation.boot_joint import BootJoint
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, first_place, load_at_start, reduced_run
 from sssi_exudyn.simulation.steady_turn import MODES, POINTS, carving_module, edge_work, edges_of
 
-_ESTIMATE: Final = "estimate"
-
-
-@dataclass(frozen=True)
-class BootJoint:
-    """How a ski turns against the captured foot: a spring with a damper in yaw and in roll."""
-
-    yaw_stiffness: float = quantity(
-        1e3,
-        "N m/rad",
-        low=20.0,
-        high=1e4,
-        source=f"{_ESTIMATE}: with a tenth, a ski that skids spins under the boot",
-        meaning="of the leg in yaw",
-    )
-    roll_stiffness: float = quantity(
-        600.0, "N m/rad", low=200.0, high=3e3, source=_ESTIMATE, meaning="of boot and ankle in roll"
-    )
-    yaw_inertia: float = quantity(0.5, "kg m^2", low=0.1, high=2.0, source=_ESTIMATE, meaning="of ski, boot and leg")
-    roll_inertia: float = quantity(0.05, "kg m^2", low=0.01, high=0.5, source=_ESTIMATE, meaning="of ski and boot")
-    damping_ratio: float = quantity(0.7, "1", low=0.0, high=2.0, source=_ESTIMATE, meaning="of critical, in both")
-
-    @property
-    def kernel(self) -> Joint:
-        """As the kernel takes it; at rest where the capture has the foot."""
-        stiffness = np.array([self.yaw_stiffness, self.roll_stiffness])
-        inertia = np.array([self.yaw_inertia, self.roll_inertia])
-        return Joint(stiffness, 2.0 * self.damping_ratio * np.sqrt(stiffness * inertia), inertia, np.zeros((2, 2)))
+COARSE_POINTS: Final = 50
+"""Contact points on each edge where steps are coarse: a ski goes on by less than their distance, too."""
+COARSE_MODES: Final = 8
+"""Vibrations of each ski there: with step and points they move a run of 6 s by 0.1 to 0.2 m."""
 
 
 @dataclass(frozen=True)
@@ -78,26 +54,37 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
     at = prepared.correct_capture(model)
     kernel = carving_module(model.terms)
     parameters, motion, surface = law_parameters(model.terms), at.kernel_motion(), snow_grid(model.surface)
-    edges = edges_of(model.ski, POINTS, MODES)
+    coarse = at.step > 0.5 * (CARVED_STEP + COARSE_CARVED_STEP)
+    points, modes = (COARSE_POINTS, COARSE_MODES) if coarse else (POINTS, MODES)
+    edges = edges_of(model.ski, points, modes)
     base = np.array([0.0, 0.0, -float(model.ski.height(model.ski.s_of_x(0.0)))])
     ski = edges._replace(points=edges.points + base)
-    participation = modal_ski(mesh(model.ski), MODES).participation
+    participation = modal_ski(mesh(model.ski), modes).participation
     coupling = Coupling(np.ascontiguousarray(participation[:, :3]), np.ascontiguousarray(participation[:, 3:]))
-    memory, work = Groove(*np.zeros((8, 2, 2, POINTS))), edge_work(POINTS, MODES)
+    memory, work = Groove(*np.zeros((8, 2, 2, points))), edge_work(points, modes)
     place, velocity = first_place(model, at)
     share = np.array([0.5, 0.5])
     load = float(load_at_start(at, share))
     place[2] = kernel.rest_height(parameters, ski, motion, surface, place, load, memory, work)
-    if not np.isfinite(place[2]):
+    held = _kernel_joint(joint or BootJoint())
+    bent = np.zeros((2, 2 + modes))
+    if not np.isfinite(place[2]) or not kernel.bend_at_rest(
+        parameters, ski, coupling, held, motion, surface, place, load, bent, memory, work
+    ):
         raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
     velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], share)
     series = _empty_series(len(at.time))
     done = kernel.run_carved(
-        parameters, ski, coupling, (joint or BootJoint()).kernel, motion, surface, place, velocity, memory, work, series
+        parameters, ski, coupling, held, motion, surface, place, velocity, bent, memory, work, series
     )
     if done < len(at.time):
         raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge on snow that edges cut")
     return _run_of(at, series)
+
+
+def _kernel_joint(joint: BootJoint) -> Joint:
+    """The joint as the kernel takes it, at rest where the capture has the foot."""
+    return Joint(joint.stiffness, joint.damping, joint.inertia, np.zeros((2, 2)))
 
 
 def _empty_series(count: int) -> CarvedSeries:

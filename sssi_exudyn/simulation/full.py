@@ -18,14 +18,13 @@ import exudyn as exu
 import numpy as np
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
-from sssi_exudyn.contact.backends.backend import Backend, choose_backend
+from sssi_exudyn.contact.backends.backend import Backend, CarvedForces, choose_backend
 from sssi_exudyn.contact.backends.full_kernel import LOAD
-from sssi_exudyn.contact.registry import refuse_edges
-from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.motion.motion import Motion, antenna_offset
-from sssi_exudyn.simulation.assembly import Parts, correct_motion
+from sssi_exudyn.simulation.assembly import CARVED_STEP, Parts, correct_motion
 from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.recorder import Record
 from sssi_exudyn.simulation.result import SimulationResult
@@ -92,14 +91,19 @@ def integrate(
 ) -> tuple[FullRun, str]:
     """As ``simulate``, but gives the states that were recorded, and "" or what stopped the solver.
 
-    Raises InputError for terms of the edges.
+    Where edges cut the snow, steps are ``CARVED_STEP`` at most.  Raises InputError for another back end than the
+    fastest there.
     """
-    refuse_edges(model.terms, "model", "[[term]]")
     parts = Parts(model, correct_motion(model, motion))
     t0 = motion.start if start is None else start
     t1 = motion.stop if stop is None else stop
-    span = max(t1 - t0, model.solver.step)
-    count = math.ceil(span / model.solver.step - 1e-6)  # a little shorter steps, so that the last one ends with the run
+    step = model.solver.step
+    if parts.is_carved:
+        if backend not in ("fastest", "compiled"):
+            raise InputError("backend", backend, "edges that cut are compiled alone", "leave the back end out")
+        step = min(step, CARVED_STEP)
+    span = max(t1 - t0, step)
+    count = math.ceil(span / step - 1e-6)  # a little shorter steps, so that the last one ends with the run
     posture = parts.posture(np.linspace(t0, t0 + span, count + 1))
     pelvis, velocity = _start_of_pelvis(parts, posture)
     coordinates = settle(parts, posture, pelvis, velocity)
@@ -236,6 +240,7 @@ class FullRun:
         self.record = Record(self.system, len(self.posture.time))
         self._t0 = float(self.posture.time[0])
         self._step = float(self.posture.time[1]) - self._t0
+        self._accepted = self._t0
 
     def start_from(self, coordinates: Array, velocity: Array) -> None:
         """Set the initial state: as settled, the skis moving with the feet and the pelvis with ``velocity`` (3,).
@@ -254,6 +259,8 @@ class FullRun:
         data.SetODE2Coordinates(list(coordinates - system.ref), initial)
         data.SetODE2Coordinates_t(list(rates), initial)
         data.SetODE2Coordinates_tt(list(accelerations), initial)
+        if isinstance(system.forces, CarvedForces):
+            system.forces.accept()
 
     def solve(self) -> str:
         """Integrate to the end; "" or what went wrong."""
@@ -273,10 +280,16 @@ class FullRun:
             self.system.advance(self.posture, row)
         else:  # the solver has cut the step
             self.system.advance(self.parts.posture(np.array([t])), 0)
+        if isinstance(self.system.forces, CarvedForces):
+            self.system.forces.bring_memory(max(t - self._accepted, 0.0))
         return True
 
     def _after(self, _mbs: Any, t: float) -> bool:
         self.record.take(t)
+        if isinstance(self.system.forces, CarvedForces):
+            self.record.keep_forces(self.record.q[-1], self.record.v[-1], self.system.now)
+            self.system.forces.accept()
+            self._accepted = t
         if self.progress is not None:
             span = float(self.posture.time[-1]) - self._t0
             self.progress((t - self._t0) / span, f"{t:.1f} s")

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from sssi_exudyn.bodies.skier.skeleton import Skeleton
+from sssi_exudyn.contact.backends.structs import Instant
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.simulation.system import System
+from sssi_exudyn.simulation.system import FREE, System
 
 
 class Record:
@@ -19,13 +20,19 @@ class Record:
         skeleton = system.skeleton
         joints = self._data.GetObjectLTGAE(skeleton.constraint) if isinstance(skeleton, Skeleton) else []
         self._joints = np.array(joints, dtype=np.intp)
-        self._clamps = [[int(self._data.GetObjectLTGAE(c)[0]) for c in clamp] for clamp in system.clamps]
+        held = np.array(system.clamps)
+        self._held = held != FREE
+        self._clamps = np.array([int(self._data.GetObjectLTGAE(int(c))[0]) for c in held[self._held]], dtype=np.intp)
+        self._forces = system.forces
         self._sign = system.skeleton.sign[3:]
         self._states = np.empty((2, steps, len(system.ref)))
         self.time: list[float] = []
         self.moments: list[Array] = []
         self.pull: list[Array] = []
         self.clamps: list[Array] = []
+        self.feet: list[Array] = []
+        self.drag: list[Array] = []
+        self.body: list[Array] = []
         self.solver: dict[str, int | float | str] = {}
 
     @property
@@ -52,9 +59,21 @@ class Record:
         self.pull.append(np.array(self._data.GetODE2Coordinates_tt(copy=False)[:3]))
         multipliers = np.asarray(self._data.GetAECoordinates(copy=False))
         self.moments.append(-self._sign * multipliers[self._joints])
-        self.clamps.append(-multipliers[self._clamps])
+        clamps = np.zeros(self._held.shape)
+        clamps[self._held] = -multipliers[self._clamps]
+        self.clamps.append(clamps)
         if row == 1:  # the first state was set, not solved for, and came without multipliers
             self.moments[0], self.clamps[0] = self.moments[1], self.clamps[1]
+
+    def keep_forces(self, q: Array, v: Array, at: Instant) -> None:
+        """Keep what the skis and the air do at the state that was taken last, where it hangs on what was before."""
+        self._forces.evaluate(q, v, at)
+        for kept, found in (
+            (self.feet, self._forces.seen),
+            (self.drag, self._forces.drag),
+            (self.body, self._forces.body),
+        ):
+            kept.append(found.copy())
 
     def statistics(self, solver: Any) -> None:
         """Keep the solver's counts."""

@@ -23,8 +23,8 @@ from sssi_exudyn.contact.backends.structs import (
     PrescribedMotion,
     ReducedSeries,
 )
-from sssi_exudyn.contact.registry import refuse_edges
-from sssi_exudyn.contact.term import EdgeTerm, Term
+from sssi_exudyn.contact.registry import is_carved
+from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
 from sssi_exudyn.core.rotations import rotations_about
@@ -32,15 +32,13 @@ from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion, antenna_carrier, antenna_offset
-from sssi_exudyn.simulation.assembly import Parts, snow_grid
+from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, Parts, snow_grid
 from sssi_exudyn.terrain.surface import Surface
 
 MODES: Final = 12
 """Vibrations of each ski that are kept: up to 130 Hz for a slalom ski."""
 STEP: Final = 0.005
 """s"""
-CARVED_STEP: Final = 0.00125
-"""s; on snow that edges cut: in a step a ski goes on by no more than the distance of its contact points."""
 _LEAST_LOAD: Final = 0.2
 """Share of the weight on the slope that the skier stands with at the start at least, however the posture moves."""
 
@@ -213,10 +211,13 @@ def prepare(
     model: Model, motion: Motion, *, start: float | None = None, stop: float | None = None, step: float | None = None
 ) -> Prepared:
     """The tables for runs of ``model`` along ``motion``, its posture corrected, from ``start`` to ``stop`` (s; its ends
-    if None), in steps (s) of ``STEP`` or, on snow that edges cut, ``CARVED_STEP``, heading as recorded.
+    if None), in steps (s) of ``STEP``, heading as recorded.  On snow that edges cut steps are ``CARVED_STEP``, and
+    ``COARSE_CARVED_STEP`` at most.
     """
-    if step is None:
-        step = CARVED_STEP if _is_carved(model) else STEP
+    if is_carved(model.terms):
+        step = CARVED_STEP if step is None else min(step, COARSE_CARVED_STEP)
+    elif step is None:
+        step = STEP
     motion = correct_posture(motion, model.posture)
     parts = Parts(model, motion)
     t0, t1 = motion.start if start is None else start, motion.stop if stop is None else stop
@@ -260,14 +261,8 @@ def prepare(
     )
 
 
-def _is_carved(model: Model) -> bool:
-    """Whether the edges cut the snow."""
-    return any(isinstance(term, EdgeTerm) for term in model.terms)
-
-
 def reduced_module(terms: Sequence[Term]) -> Any:
-    """The compiled functions of the reduced model for ``terms``.  Raises InputError for terms of the edges."""
-    refuse_edges(terms, "model", "[[term]]")
+    """The compiled functions of the reduced model for ``terms`` without edges that cut."""
     return compile_kernel(terms, ground_kernel, reduced_kernel, reduced_tangents)
 
 
@@ -350,7 +345,7 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
 
     Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way.
     """
-    if _is_carved(model):
+    if is_carved(model.terms):
         from sssi_exudyn.simulation.carved import simulate_carved  # which is made of what stands here
 
         return simulate_carved(model, prepared).run

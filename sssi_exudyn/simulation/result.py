@@ -22,6 +22,22 @@ _FREE = ("pelvis_f", "pelvis_l", "pelvis_n")
 
 
 @dataclass(frozen=True)
+class EdgeSeries:
+    """What skis that cut the snow do besides, n instants, (n, 2) by ski.
+
+    yaw, roll : rad of the ski against the captured foot, > 0 to the left and to the right edge
+    side_reserve : share of what the groove's wall bears along the edge that is not used; 0 off the snow
+    along, across : N, sums over the edge of the friction's and of the wall's force, whatever their signs
+    """
+
+    yaw: Array
+    roll: Array
+    side_reserve: Array
+    along: Array
+    across: Array
+
+
+@dataclass(frozen=True)
 class SimulationResult:
     """One simulated run: n samples, c coordinates of which p are prescribed.
 
@@ -49,6 +65,7 @@ class SimulationResult:
     energy : cumulative J by name, each (n,): gravity, kinetic, posture (the prescribed joints' work), friction, …
     energy_closure : (n,) J, what the balance of those terms leaves over; zero for an exact integration
     statistics : about the solver: steps, wall_s, newton_iterations, jacobians, backend
+    edges : of skis that cut the snow; None by the paper's law
 
     Raises ValueError when an array's shape does not fit.
     """
@@ -76,6 +93,7 @@ class SimulationResult:
     energy: Mapping[str, Array]
     energy_closure: Array
     statistics: Mapping[str, int | float | str]
+    edges: EdgeSeries | None = None
 
     def __post_init__(self) -> None:
         n = len(self.time)
@@ -159,6 +177,10 @@ class SimulationResult:
             columns[f"{side}_penetration_m"] = self.penetration[:, index]
             columns[f"{side}_tip_deflection_m"] = self.ski_deflection[:, index, 0]
             columns[f"{side}_tail_deflection_m"] = self.ski_deflection[:, index, 1]
+            if self.edges is not None:
+                columns[f"{side}_ski_yaw_deg"] = np.degrees(self.edges.yaw[:, index])
+                columns[f"{side}_ski_roll_deg"] = np.degrees(self.edges.roll[:, index])
+                columns[f"{side}_side_reserve_1"] = self.edges.side_reserve[:, index]
         add_vector("drag", self.drag, "N")
         for index, name in enumerate(self.coordinate_names):
             values = self.coordinates[:, index]

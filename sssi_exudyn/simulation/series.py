@@ -11,14 +11,16 @@ from sssi_exudyn.bodies.ski.mesh import BeamMesh
 from sssi_exudyn.bodies.skier.chain import COORDINATES, PRESCRIBED
 from sssi_exudyn.bodies.skier.inverse_dynamics import joint_moments
 from sssi_exudyn.bodies.skier.skeleton import CarriedMass
+from sssi_exudyn.contact.backends import carved_full_kernel as carved_kernel
 from sssi_exudyn.contact.backends import full_kernel as kernel
+from sssi_exudyn.contact.backends.backend import CarvedForces
 from sssi_exudyn.contact.backends.full_kernel import NODE
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.motion.motion import antenna_offset
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.recorder import Record
-from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.simulation.result import EdgeSeries, SimulationResult
 from sssi_exudyn.simulation.system import System, instant
 
 
@@ -30,17 +32,17 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
     if not np.allclose(posture.time[np.minimum(rows, len(posture.time) - 1)], time, atol=1e-9):
         posture, rows = parts.posture(time), np.arange(len(time))
     n = len(time)
-    feet, drag = np.empty((n, 2, kernel.SEEN)), np.empty((n, len(parts.areas), 4))
-    along, across = np.empty((n, 2, 3)), np.empty((n, 2, 3))
-    body = np.empty((n, 3))
     forces = system.forces
+    cutting = isinstance(forces, CarvedForces)
+    along, across = np.empty((n, 2, 3)), np.empty((n, 2, 3))
     for i, row in enumerate(rows):
         at = instant(posture, row)
-        forces.evaluate(q[i], v[i], at)
-        feet[i], drag[i], body[i] = forces.seen, forces.drag, forces.body
+        if not cutting:
+            record.keep_forces(q[i], v[i], at)
         for side in range(2):
             place = q[i, :3] + at.foot_place[side]
             along[i, side], across[i, side], _ = forces.foot_axes(place, at.foot_rotation[side])
+    feet, drag, body = np.array(record.feet), np.array(record.drag), np.array(record.body)
     pelvis, speed = q[:, :3], v[:, :3]
     nodes = (q + system.ref)[:, system.first_node :].reshape(n, 2, -1, NODE)
     rates = v[:, system.first_node :].reshape(n, 2, -1, NODE)
@@ -59,9 +61,16 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
     friction = feet[:, :, kernel.ALONG, None] * along + feet[:, :, kernel.ACROSS, None] * across
     moments = np.array(record.moments)
     if isinstance(system.skeleton, CarriedMass):
-        outer = _of_points(posture, rows, friction, drag[..., :3], body)
+        on_feet = np.zeros_like(friction) if cutting else friction  # what cuts reaches the feet through the skis
+        outer = _of_points(posture, rows, on_feet, drag[..., :3], body)
         moments = _inverse_dynamics(parts, posture, rows, record) - outer
-    moments = moments - _through_clamps(parts, posture, rows, nodes, np.array(record.clamps))
+    clamps = np.array(record.clamps)
+    held = rates[:, :, cut.clamped, [6, 4]]
+    if cutting:
+        angles_of_skis = feet[..., [carved_kernel.YAW, carved_kernel.ROLL]]
+        edges = parts.edges
+        clamps[..., [5, 3]] = -2.0 * (edges.stiffness * angles_of_skis + edges.damping * 2.0 * held)
+    moments = moments - _through_clamps(parts, posture, rows, nodes, clamps)
     pushed = feet[:, :, kernel.LOAD, None] * np.cross(along, across)
     kinetic = (
         0.5 * parts.body_mass * np.sum(speed**2, axis=1)
@@ -71,11 +80,19 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         + _ski_spinning(parts, nodes, rates, np.einsum("nsji,nsj->nsi", frame, spin))
     )
     elastic = _ski_elastic(cut, nodes)
+    forward = frame[..., 0]
+    of_edges = None
+    if cutting:
+        kinetic = kinetic + 0.5 * np.sum(parts.leg_inertia * (2.0 * held) ** 2, axis=(1, 2))
+        elastic = elastic + 0.5 * np.sum(edges.stiffness * angles_of_skis**2, axis=(1, 2))
+        forward = np.einsum("nsij,nsj->nsi", frame, _first_axis(nodes[:, :, cut.clamped, 3:]))
+        of_edges = _series_of_edges(feet)
     body_power = np.sum(body * (speed + com_speed), axis=1)
     powers: dict[str, Array] = {
         "posture": np.sum(moments * posture.rates[rows], axis=1),
         "contact": feet[:, :, kernel.CONTACT_POWER].sum(axis=1),
         "friction": feet[:, :, kernel.FRICTION_POWER].sum(axis=1),
+        **({} if of_edges is None else {"skid": feet[:, :, carved_kernel.SKID_POWER].sum(axis=1)}),
         "air": drag[..., 3].sum(axis=1),
         "body": body_power,
         "damping": feet[:, :, kernel.DAMPING_POWER].sum(axis=1),
@@ -100,7 +117,7 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         foot_friction=friction,
         foot_position=foot,
         foot_velocity=foot_speed,
-        foot_forward=frame[..., 0],
+        foot_forward=forward,
         edge_angle=feet[:, :, kernel.EDGE],
         penetration=feet[:, :, kernel.DEPTH],
         drag=drag[..., :3].sum(axis=1),
@@ -109,7 +126,25 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         energy=energy,
         energy_closure=np.asarray(closure),
         statistics=record.solver,
+        edges=of_edges,
     )
+
+
+def _series_of_edges(feet: Array) -> EdgeSeries:
+    most, used = feet[..., carved_kernel.MOST], feet[..., carved_kernel.USED]
+    return EdgeSeries(
+        yaw=feet[..., carved_kernel.YAW],
+        roll=feet[..., carved_kernel.ROLL],
+        side_reserve=np.where(most > 0.0, 1.0 - used / np.where(most > 0.0, most, 1.0), 0.0),
+        along=feet[..., carved_kernel.DRAGGED],
+        across=used,
+    )
+
+
+def _first_axis(q: Array) -> Array:
+    """(…, 3) the first axis of quaternions (…, 4)."""
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    return np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)], axis=-1)
 
 
 def _integral(power: Array, time: Array) -> Array:

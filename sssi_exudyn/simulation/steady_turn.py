@@ -16,20 +16,21 @@ import numpy as np
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.modes import edge_turning, modal_ski
 from sssi_exudyn.bodies.ski.ski import Ski
-from sssi_exudyn.contact.backends import carved_run_kernel, carving_kernel, ground_kernel, turn_kernel
-from sssi_exudyn.contact.backends.carving_kernel import EdgeSki, EdgeWork, Groove
+from sssi_exudyn.contact.backends import carved_run_kernel, carving_kernel, groove_kernel, ground_kernel, turn_kernel
+from sssi_exudyn.contact.backends.carving_kernel import EdgeSki, EdgeWork
 from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
+from sssi_exudyn.contact.backends.groove_kernel import Groove
 from sssi_exudyn.contact.backends.turn_kernel import Turn, TurnState
 from sssi_exudyn.contact.term import EdgeTerm, Term
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantity
+from sssi_exudyn.simulation.assembly import CUTTING_POINTS
 
 MODES: Final = 20
 """Vibrations of the ski that are kept; 40 change the radius by 0.2 % where 12 change it by 7 %."""
-POINTS: Final = 100
-"""Contact points on each edge."""
+POINTS: Final = CUTTING_POINTS
 _FIRST_EDGE: Final = np.radians(10.0)
 """rad; from which a ski is edged further as it runs."""
 _ROLLING: Final = 0.1
@@ -155,7 +156,7 @@ def edges_of(ski: Ski, points: int = POINTS, modes: int = MODES) -> EdgeSki:
 
 def carving_module(terms: Sequence[Term]) -> Any:
     """The compiled functions of skis on snow that edges cut, alone and under a skier: those that are called."""
-    return compile_kernel(terms, ground_kernel, carving_kernel, turn_kernel, carved_run_kernel)
+    return compile_kernel(terms, ground_kernel, groove_kernel, carving_kernel, turn_kernel, carved_run_kernel)
 
 
 def edge_work(points: int, modes: int) -> EdgeWork:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import exudyn as exu
 import numpy as np
@@ -15,7 +15,7 @@ from exudyn.itemInterface import (
 
 from sssi_exudyn.bodies.ski.beam import add_ski_beam
 from sssi_exudyn.bodies.skier.skeleton import CarriedMass, Skeleton, add_carried_mass, add_skeleton
-from sssi_exudyn.contact.backends.backend import Backend, CoupledMass, Forces, add_forces
+from sssi_exudyn.contact.backends.backend import Backend, CarvedForces, CoupledMass, Forces, add_forces
 from sssi_exudyn.contact.backends.structs import Carrier, Instant
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.simulation.assembly import Parts
@@ -42,12 +42,19 @@ def instant(posture: PostureTable, row: int, *, standing: bool = False) -> Insta
     )
 
 
+HELD: Final = (0, 1, 2, 4, 5, 6)
+"""Coordinates of the node at the boot that are clamped."""
+TURNING: Final = (4, 6)
+"""Those that are not where edges cut the snow: roll and yaw."""
+FREE: Final = -1
+
+
 @dataclass
 class System:
     """An assembled Exudyn system, with the posture of the step that is being solved.
 
     clamps : (2, 6) item numbers of the constraints that hold each ski's node at the boot centre: three places, three
-        quaternion components
+        quaternion components; FREE where a ski that cuts the snow turns against its foot
     object : item number of the object through which the forces act
     ref : (n,) reference coordinates
     """
@@ -121,17 +128,24 @@ def build(
     frame[:3, 3] = parts.ski_in_foot
     for _ in range(2):
         ski = add_ski_beam(mbs, parts.mesh, frame, np.zeros(3), np.zeros(3), damped=False)
-        clamps.append(tuple(_fix(mbs, ground, ski.nodes[parts.mesh.clamped], c, 0.0) for c in (0, 1, 2, 4, 5, 6)))
+        middle = ski.nodes[parts.mesh.clamped]
+        turning = TURNING if parts.is_carved else ()
+        clamps.append(tuple(FREE if c in turning else _fix(mbs, ground, middle, c, 0.0) for c in HELD))
         nodes += ski.nodes
     if standing:
         for coordinate in range(2):
             _fix(mbs, ground, skeleton.node, coordinate, float(pelvis[coordinate]))
     ref = np.concatenate([np.asarray(mbs.GetNode(node)["referenceCoordinates"], dtype=np.float64) for node in nodes])
-    terms = [term for term in parts.model.terms if not standing or term.kind in ("point", "terrain")]
+    terms = [term for term in parts.model.terms if not standing or term.kind in ("point", "edge", "terrain")]
     carrier = Carrier(skeleton.sign, np.array(list(parts.areas.values())), gravity)
-    forces = Forces(terms, parts.sections, carrier, ref, backend)
+    forces: Forces
+    if parts.is_carved:
+        forces = CarvedForces(terms, parts.sections, parts.edges, carrier, ref)
+        mass = CoupledMass(parts.sections, len(ref), (parts.mesh.clamped, parts.leg_inertia))
+    else:
+        forces = Forces(terms, parts.sections, carrier, ref, backend)
+        mass = CoupledMass(parts.sections, len(ref))
     now = instant(posture, 0, standing=standing)
-    mass = CoupledMass(parts.sections, len(ref))
     system = System(container, mbs, skeleton, tuple(clamps), -1, forces, mass, ref, now)
     system.object = add_forces(mbs, nodes, forces, mass.matrix(now.foot_rotation), lambda: system.now)
     mbs.Assemble()

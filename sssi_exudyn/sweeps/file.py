@@ -23,8 +23,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal, TypeVar
 
-from sssi_exudyn.contact.registry import read_run_term, read_term
-from sssi_exudyn.contact.term import EdgeTerm, FootTerm, PointTerm, Term
+from sssi_exudyn.contact.registry import check_together, is_carved, read_term
+from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.fitting.fit import METHODS, Method
 from sssi_exudyn.io.settings import Settings, check_keys, read_toml, table_of, text_of
@@ -130,7 +130,7 @@ def sweep_from(settings: Settings, path: Path) -> SweepFile:
         duration=_duration(settings.get("duration_s"), path),
         series=series and task != "turn",
         outputs=words_of(settings.get("outputs", []), path, "outputs"),
-        terms=_terms(settings, path, edges=task == "simulate" and tier == "reduced"),
+        terms=_terms(settings, path, task),
         design=_design(settings, path),
         settings=settings,
     )
@@ -172,21 +172,19 @@ def _design(settings: Settings, path: Path) -> Design:
     return Design(kind, size, count_of(table.get("seed", 0), path, "[design] seed", least=0))
 
 
-def _terms(settings: Settings, path: Path, *, edges: bool) -> tuple[Term, ...]:
-    """The force terms; those of the edges where ``edges`` says that they act."""
+def _terms(settings: Settings, path: Path, task: Task) -> tuple[Term, ...]:
+    """The force terms; fits leave out those of the edges."""
     tables = settings.get("term", [])
     if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
         raise InputError(path, "[[term]]", "these must be tables", "write [[term]] with name and parameters below")
-    read = read_term if edges else read_run_term
     terms = tuple(
-        read(str(table.get("name")), {k: v for k, v in table.items() if k != "name"}, path, f"[[term]] {count}")
+        read_term(str(table.get("name")), {k: v for k, v in table.items() if k != "name"}, path, f"[[term]] {count}")
         for count, table in enumerate(tables, 1)
     )
-    cutting = [term.name for term in terms if isinstance(term, EdgeTerm)]
-    for count, term in enumerate(terms, 1):
-        if cutting and (isinstance(term, PointTerm | FootTerm) or cutting != [cutting[0]]):
-            problem = f"{cutting[0]} stands in the place of all other laws of the snow under the skis"
-            raise InputError(path, f"[[term]] {count}", f"{term.name}: {problem}", "leave one of them out")
+    check_together(terms, path)
+    if task == "fit" and is_carved(terms):
+        problem = "a sweep fits the paper's snow alone"
+        raise InputError(path, "[[term]]", problem, "fit one recording by sssi fit --snow carving, or simulate")
     return terms
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sssi_exudyn.contact.maths import FloatMath
-from sssi_exudyn.contact.registry import read_run_term
+from sssi_exudyn.contact.registry import PAPER_TERMS, check_together, combine_terms
 from sssi_exudyn.contact.term import EdgeState
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import InputError
@@ -93,8 +93,9 @@ def test_an_edge_that_climbs_compacts_snow() -> None:
     assert sinking[1] == level[1]
 
 
-def test_a_run_refuses_it() -> None:
+def test_it_stands_in_the_place_of_the_papers_laws() -> None:
+    assert [term.name for term in combine_terms(PAPER_TERMS, (LAW,))] == ["air", "carving"]
     with pytest.raises(
-        InputError, match=r"model.toml: \[\[term\]\] 1: carving acts in `sssi ski turn` and in `sssi sweep`"
+        InputError, match=r"model.toml: \[\[term\]\] 1: penetration: carving stands in the place of all"
     ):
-        read_run_term("carving", {}, "model.toml", "[[term]] 1")
+        check_together((*PAPER_TERMS, LAW), "model.toml")

@@ -107,8 +107,10 @@ def test_two_skis_on_one_recorded_run_on_snow_that_edges_cut(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("changed", "line"),
     [
-        ({"tier": "full"}, "[[term]] 1: carving acts in `sssi ski turn` and in `sssi sweep`"),
-        ({"task": "fit"}, "[[term]] 1: carving acts in `sssi ski turn` and in `sssi sweep`"),
+        (
+            {"task": "fit"},
+            "[[term]]: a sweep fits the paper's snow alone; fit one recording by sssi fit",
+        ),
         ({"term": [{"name": "carving"}] * 2}, "carving stands in the place of all other laws of the snow"),
         (
             {"term": [{"name": "carving"}, {"name": "snow_patch"}]},
@@ -116,7 +118,7 @@ def test_two_skis_on_one_recorded_run_on_snow_that_edges_cut(tmp_path: Path) -> 
         ),
     ],
 )
-def test_snow_that_edges_cut_is_for_the_reduced_model(changed: dict[str, Any], line: str, tmp_path: Path) -> None:
+def test_what_does_not_go_with_snow_that_edges_cut(changed: dict[str, Any], line: str, tmp_path: Path) -> None:
     settings = {"format": 1, "recordings": [str(EXAMPLES / "beginner")], "term": [{"name": "carving"}]} | changed
     with pytest.raises(InputError, match=re.escape(line)):
         sweep_from(settings, tmp_path / "sweep.toml")

@@ -1,0 +1,281 @@
+"""All forces of the full model on snow that edges cut: a template that ``compiled`` joins with the laws,
+``ground_kernel``, ``groove_kernel`` and ``full_kernel``, whose coordinates, frames and inertia these are.
+
+A section presses with its deeper edge, and where it lies flat with both: its forces act at the edges' points, along the
+snow's normal there, along the edge's own tangent and across it, and go to the nodes as those of the paper's law do.
+The node at the boot turns against the foot in yaw and roll: a spring and a damper hold each by 2 q_z and 2 q_x, the
+angles as long as they are small.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+
+from sssi_exudyn.contact.backends.vectors import (
+    cross,
+    dot,
+    into,
+    on_quaternion,
+    out_of,
+    plus,
+    rotate,
+    three,
+    times,
+)
+from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.terrain.surface import patch_under
+
+edge_force: Callable[..., tuple[float, float, float, float]]
+edge_derivatives: Callable[..., tuple[float, ...]]
+edge_memory: Callable[..., tuple[float, float]]
+edge_capacity: Callable[..., float]
+ground: Callable[..., tuple[float, tuple[float, float, float]]]
+foot_axes: Callable[..., Any]
+of_ski: Callable[..., Any]
+section: Callable[..., Any]
+edge_point: Callable[..., Any]
+add_wrench: Callable[..., None]
+ski_inertia: Callable[..., None]
+bend_damping: Callable[..., float]
+push_skier: Callable[..., None]
+put: Callable[..., int]
+damping_triplets: Callable[..., int]
+skier_triplets: Callable[..., int]
+NODE: Final = 7
+LOAD, DEPTH, ALONG, ACROSS, EDGE, V_T, V_N, CONTACT_POWER, FRICTION_POWER, DAMPING_POWER = 0, 2, 3, 4, 5, 6, 7, 8, 9, 10
+"""As in ``full_kernel``."""
+SKID_POWER, MOST, USED, YAW, ROLL, DRAGGED = range(11, 17)
+"""Further columns of ``seen``: W; N that the wall bears at most and does bear; rad; N of friction along the edges."""
+CARVED_SEEN = 17
+
+
+@njit(cache=True, error_model="numpy")
+def edge_on_snow(parameters, place, velocity, turning, frame, under, body, offset):
+    """An edge's point in the snow: its arm in the foot's frame, depth, velocity and the snow's normal.
+
+    body : place, quaternion, velocity and spin of its section in the foot's frame
+    """
+    p, r, moving, omega = body
+    arm, reach, point = edge_point(place, frame, p, r, offset)
+    height, normal = ground(parameters, under, point[0], point[1])
+    speed = plus(plus(velocity, cross(turning, reach)), out_of(frame, plus(moving, cross(omega, arm))))
+    return arm, (height - point[2]) * normal[2], speed, normal
+
+
+@njit(cache=True, error_model="numpy")
+def edge_frame(tangent, normal):
+    """Axes t, n of an edge in the snow's tangent plane, what is left of its tangent there, and how it climbs."""
+    rise = dot(tangent, normal)
+    along = plus(tangent, times(-rise, normal))
+    flat = math.sqrt(dot(along, along))
+    along = times(1.0 / flat, along)
+    return along, cross(normal, along), flat, rise
+
+
+@njit(cache=True, error_model="numpy")
+def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, step, found):
+    """Generalised forces of all terms, of the skis' structural damping, of their weight and inertia and of what holds
+    them at the boot.
+
+    edges : ``CuttingEdges``;  memory : ``Groove`` with a first axis for the skis, what the step would leave is written
+    step : s since the memory was brought here; all else as in ``full_kernel``
+    """
+    element, share, length = sections.element, sections.share, sections.length
+    sign = carrier.sign
+    out, seen = found.out, found.seen
+    out[:] = 0.0
+    seen[:] = 0.0
+    per_ski = NODE * (sections.damping.shape[0] + 1)
+    pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
+    for ski in range(2):
+        base = len(sign) + ski * per_ski
+        own = of_ski(memory, ski)
+        frame = at.foot_rotation[ski]
+        place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
+        turning = three(at.foot_spin[ski], 0)
+        under = patch_under(sections.surface, place[0], place[1])
+        total = (0.0, 0.0, 0.0)
+        for m in range(element.shape[0]):
+            xi = share[m]
+            i = base + NODE * element[m]
+            p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
+            body = (p, r, moving, omega)
+            left = edge_on_snow(
+                parameters, place, velocity, turning, frame, under, body, three(sections.offset[m, 0], 0)
+            )
+            right = edge_on_snow(
+                parameters, place, velocity, turning, frame, under, body, three(sections.offset[m, 1], 0)
+            )
+            low = 1 if right[1] > left[1] else 0
+            deep, other = (right, left) if low == 1 else (left, right)
+            arm, lower, moving_edge, normal = deep
+            upper = other[1]
+            t, n, _, rise = edge_frame(out_of(frame, rotate(r, three(edges.tangent[m, low], 0))), normal)
+            v_t, v_n, sinking = dot(moving_edge, t), dot(moving_edge, n), -dot(moving_edge, normal)
+            own.next_groove[low, m], own.next_offset[low, m], own.next_speed[low, m] = 0.0, 0.0, v_t
+            # the other edge presses too where the ski is flat, and has no wall
+            own.next_groove[1 - low, m] = max(upper, own.arrived_groove[1 - low, m]) if upper > 0.0 else 0.0
+            own.next_offset[1 - low, m], own.next_speed[1 - low, m] = 0.0, v_t
+            if lower <= 0.0:
+                continue
+            width, groove, offset = edges.width[m], own.arrived_groove[low, m], own.arrived_offset[low, m]
+            angle = math.asin(max(-1.0, min(1.0, (right[1] - left[1]) / width)))
+            push, along, across, at_upper = edge_force(
+                parameters, lower, upper, sinking, width, groove, offset, step, v_t, v_n, rise, angle, length[m]
+            )
+            own.next_groove[low, m], own.next_offset[low, m] = edge_memory(
+                parameters, lower, upper, sinking, width, groove, offset, step, v_t, v_n, rise, angle, length[m]
+            )
+            seen[ski, MOST] += edge_capacity(
+                parameters, lower, upper, sinking, width, groove, offset, step, v_t, v_n, rise, angle, length[m]
+            )
+            seen[ski, USED] += abs(across)
+            seen[ski, DRAGGED] += abs(along)
+            seen[ski, DEPTH] = max(seen[ski, DEPTH], lower)
+            force = plus(times(push - at_upper, normal), plus(times(along, t), times(across, n)))
+            pressed = times(at_upper, other[3])
+            seen[ski, FRICTION_POWER] += along * v_t
+            seen[ski, SKID_POWER] += across * v_n
+            seen[ski, CONTACT_POWER] += dot(pressed, other[2]) - (push - at_upper) * sinking
+            total = plus(total, plus(force, pressed))
+            force, pressed = into(frame, force), into(frame, pressed)
+            torque = plus(cross(arm, force), cross(other[0], pressed))
+            force = plus(force, pressed)
+            add_wrench(out, i, 1.0 - xi, q0, force, torque)
+            add_wrench(out, i + NODE, xi, q1, force, torque)
+        for k in range(3):
+            out[k] += total[k]
+        seen[ski, DAMPING_POWER] -= bend_damping(q, v, ref, base, sections.damping, out)
+        joint = base + NODE * edges.clamped + 3
+        for k in range(2):
+            i = joint + (3 if k == 0 else 1)
+            moment = -edges.stiffness[k] * 2.0 * q[i] - edges.damping[k] * 2.0 * v[i]
+            out[i] += 2.0 * moment
+            seen[ski, DAMPING_POWER] -= edges.damping[k] * 4.0 * v[i] * v[i]
+            seen[ski, YAW + k] = 2.0 * q[i]
+        spin_in, spin_rate = into(frame, at.foot_spin[ski]), into(frame, at.foot_spin_rate[ski])
+        ski_inertia(
+            q, v, ref, base, sections, carrier.gravity, frame, spin_in, spin_rate, at.foot_acceleration[ski], out
+        )
+        along, across, _ = foot_axes(parameters, sections.surface, place, frame)
+        upright = cross(along, across)
+        seen[ski, LOAD], seen[ski, ALONG], seen[ski, ACROSS] = (
+            dot(total, upright),
+            dot(total, along),
+            dot(total, across),
+        )
+        seen[ski, V_T], seen[ski, V_N] = dot(velocity, along), dot(velocity, across)
+        turn = (q[joint] + ref[joint], q[joint + 1], q[joint + 2] + ref[joint + 2], q[joint + 3])
+        left_axis, up_axis = rotate(turn, (0.0, 1.0, 0.0)), rotate(turn, (0.0, 0.0, 1.0))
+        on_snow = into(frame, upright)
+        seen[ski, EDGE] = math.atan2(dot(left_axis, on_snow), dot(up_axis, on_snow))
+    push_skier(parameters, carrier, at, pelvis, speed, found)
+
+
+@njit(cache=True, error_model="numpy")
+def spread(line, force, torque, xi, q0, q1, frame):
+    """What of the coordinates of a section's nodes and of the pelvis a force and torque in the foot's frame move.
+
+    line : (17,) the first node's seven, the second's, the pelvis' place; filled
+    """
+    turn0, turn1, outwards = on_quaternion(q0, torque), on_quaternion(q1, torque), out_of(frame, force)
+    for k in range(3):
+        line[k], line[7 + k], line[14 + k] = (1.0 - xi) * force[k], xi * force[k], outwards[k]
+    for k in range(4):
+        line[3 + k], line[10 + k] = (1.0 - xi) * turn0[k], xi * turn1[k]
+
+
+@njit(cache=True, error_model="numpy")
+def carved_jacobian(
+    parameters, q, v, ref, sections, edges, carrier, at, memory, step, by_place, by_rate, triplets
+):  # fmt: skip
+    """Triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; returns their number.
+
+    Left out, as they only cost iterations: how the directions of the forces turn, the change of the edge angle, and the
+    forces of inertia.
+    """
+    element, share, length = sections.element, sections.share, sections.length
+    sign = carrier.sign
+    rows, columns, values = triplets
+    count = 0
+    per_ski = NODE * (sections.damping.shape[0] + 1)
+    lines, by, block = np.zeros((4, 17)), np.zeros((5, 17)), np.zeros((17, 17))
+    swing, slopes = np.zeros(17), np.zeros(17)
+    pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
+    nothing = (0.0, 0.0, 0.0)
+    for ski in range(2):
+        base = len(sign) + ski * per_ski
+        own = of_ski(memory, ski)
+        frame = at.foot_rotation[ski]
+        place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
+        turning = three(at.foot_spin[ski], 0)
+        under = patch_under(sections.surface, place[0], place[1])
+        for m in range(element.shape[0]):
+            xi = share[m]
+            i = base + NODE * element[m]
+            p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
+            body = (p, r, moving, omega)
+            left = edge_on_snow(
+                parameters, place, velocity, turning, frame, under, body, three(sections.offset[m, 0], 0)
+            )
+            right = edge_on_snow(
+                parameters, place, velocity, turning, frame, under, body, three(sections.offset[m, 1], 0)
+            )
+            low = 1 if right[1] > left[1] else 0
+            deep, other = (right, left) if low == 1 else (left, right)
+            arm, lower, moving_edge, normal = deep
+            if lower <= 0.0:
+                continue
+            tangent = rotate(r, three(edges.tangent[m, low], 0))
+            t, n, flat, rise = edge_frame(out_of(frame, tangent), normal)
+            v_t, v_n = dot(moving_edge, t), dot(moving_edge, n)
+            width = edges.width[m]
+            angle = math.asin(max(-1.0, min(1.0, (right[1] - left[1]) / width)))
+            found = edge_derivatives(
+                parameters, lower, other[1], -dot(moving_edge, normal), width, own.arrived_groove[low, m],
+                own.arrived_offset[low, m], step, v_t, v_n, rise, angle, length[m],
+            )  # fmt: skip
+            inwards, upwards = into(frame, normal), into(frame, other[3])
+            t_in, n_in = into(frame, t), into(frame, n)
+            spread(lines[0], inwards, cross(arm, inwards), xi, q0, q1, frame)
+            spread(lines[1], t_in, cross(arm, t_in), xi, q0, q1, frame)
+            spread(lines[2], n_in, cross(arm, n_in), xi, q0, q1, frame)
+            spread(lines[3], upwards, cross(other[0], upwards), xi, q0, q1, frame)
+            spread(swing, nothing, cross(tangent, n_in), xi, q0, q1, frame)
+            for c in range(17):
+                turned = swing[c] * by_place / flat
+                by[0, c], by[1, c], by[2, c] = -by_place * lines[0, c], -by_place * lines[3, c], -by_rate * lines[0, c]
+                by[3, c] = by_rate * lines[1, c] + v_n * turned
+                by[4, c] = by_rate * lines[2, c] - v_t * turned
+                lines[3, c] -= lines[0, c]
+            block[:] = 0.0
+            for part in range(4):
+                k = 4 + 5 * part
+                for c in range(17):
+                    slopes[c] = (
+                        found[k] * by[0, c]
+                        + found[k + 1] * by[1, c]
+                        + found[k + 2] * by[2, c]
+                        + found[k + 3] * by[3, c]
+                        + found[k + 4] * by[4, c]
+                    )
+                for a in range(17):
+                    for b in range(17):
+                        block[a, b] -= lines[part, a] * slopes[b]
+            for a in range(17):
+                row = i + a if a < 14 else a - 14
+                for b in range(17):
+                    column = i + b if b < 14 else b - 14
+                    count = put(rows, columns, values, count, row, column, block[a, b])
+        count = damping_triplets(q, ref, base, sections.damping, by_rate, triplets, count)
+        joint = base + NODE * edges.clamped + 3
+        for k in range(2):
+            i = joint + (3 if k == 0 else 1)
+            held = 4.0 * (by_place * edges.stiffness[k] + by_rate * edges.damping[k])
+            count = put(rows, columns, values, count, i, i, held)
+    tree = np.zeros((3, len(sign)))
+    return skier_triplets(parameters, carrier, at, pelvis, speed, tree, by_rate, triplets, count)

@@ -1,0 +1,40 @@
+"""What a run on snow that edges cut tells, as a result's figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.results.summary import CarvingFigures, Estimate
+from sssi_exudyn.simulation.result import SimulationResult
+
+_FEW = 5.0
+"""% of the run in which the side reserve is less than the least that is given."""
+
+
+def carving_figures(model: Model, result: SimulationResult, fitted: Mapping[str, Estimate]) -> CarvingFigures | None:
+    """The figures of a run; None by the paper's law."""
+    edges = result.edges
+    if edges is None:
+        return None
+
+    def number(name: str) -> Estimate:
+        return Estimate(model.value(f"carving.{name}"), fitted.get(f"carving.{name}", Estimate()).se)
+
+    load = max(float(result.foot_load.sum()), 1.0)
+    outer = np.argmax(result.foot_load, axis=1)
+    reserve = edges.side_reserve[np.arange(len(outer)), outer]
+    return CarvingFigures(
+        tier="full",
+        mu=number("mu"),
+        hardness_N_m3=number("hardness"),
+        strength_Pa=number("strength"),
+        equivalent_mu_t=float(edges.along.sum()) / load,
+        equivalent_mu_n=float(edges.across.sum()) / load,
+        side_reserve_mean=float(reserve.mean()),
+        side_reserve_least=float(np.percentile(reserve, _FEW)),
+        ski_yaw_rms_deg=float(np.degrees(np.sqrt(np.mean(edges.yaw**2)))),
+        ski_roll_rms_deg=float(np.degrees(np.sqrt(np.mean(edges.roll**2)))),
+    )
