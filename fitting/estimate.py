@@ -9,6 +9,7 @@ from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import Fitted, Progress, fit
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
@@ -130,7 +131,7 @@ def setting_of(
         motion=motion,
         seen=observation_of(recording, model, motion, problem.counts),
         unknowns=tuple(Unknown(names, prior) for names, prior in {**usual, **(more or {})}.items()),
-        errors=posture_errors(about, motion.start, motion.stop),
+        errors=posture_errors(about, motion.start, motion.stop, cut=is_carved(model.terms)),
         mass=(recording.skier.mass, about.mass),
     )
 

@@ -53,6 +53,8 @@ COARSE_STEP = 0.01
 """s; steps of the reduced model where a centimetre of path is nothing."""
 _COARSE_TOLERANCE = 0.1
 """Of the objective, there, before everything else that is uncertain is sought along."""
+_CARVED_TOLERANCE = 20.0
+"""The same where edges cut: errors of the posture, which are sought afterwards, take up far more."""
 _ROUNDS = 5
 """Searches by turns with weighing the fixes, at most."""
 _MEMORY = 1.0 / 6.0
@@ -167,6 +169,8 @@ def fit(
     coarse = coarse or motion.foot_sigma is not None
     prepared = prepare(problem.model, motion, step=COARSE_STEP if coarse else STEP)
     enough = _COARSE_TOLERANCE if coarse else _tolerance(problem)
+    if is_carved(problem.model.terms):
+        enough = _CARVED_TOLERANCE
     reduced = _cached_search(cache, motion, problem, prepared, say, enough if coarse else 10.0 * enough)
     if method == "joint":  # the residual now tells what the noise is
         residual, _ = _reduced(problem, prepared, reduced.values)

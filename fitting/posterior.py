@@ -43,6 +43,8 @@ from sssi_exudyn.simulation.tangents import TableChange, skier_mass_change
 STEP: Final = 0.01
 """s; steps of the reduced model."""
 ROUNDS: Final = 8
+CARVED_ROUNDS: Final = 5
+"""The same where edges cut, as a round takes minutes there."""
 _SETTLED: Final = 0.15
 """Standard deviations by which nothing moves any more."""
 _STRAIGHT: Final = 1.0
@@ -225,7 +227,8 @@ def find_posterior(
     seen = setting.seen
     levels: Levels = seen.usual
     linearised, moved = point.sizes, np.inf
-    for rounds in range(1, ROUNDS + 1):
+    most = CARVED_ROUNDS if is_carved(model.terms) else ROUNDS
+    for rounds in range(1, most + 1):
         if rounds > 1:
             again = _bend(point, linearised) > (_BENT if moved > _STRAIGHT else _BENT_AT_THE_END)
             responses = _linearise(setting, point, None if again else responses)
@@ -240,7 +243,7 @@ def find_posterior(
         changes = (setting.values(point.model) - setting.values(before.model)) / spread
         moved = float(np.max(np.abs(np.concatenate([changes, point.sizes - before.sizes]))))
         say(f"round {rounds}: moved by {moved:.2f} standard deviations, {_description(point.model)}")
-        if full is not None and (moved < _STRAIGHT or rounds == ROUNDS - 1):
+        if full is not None and (moved < _STRAIGHT or rounds == most - 1):
             say("full model")
             surplus = full(point.model) - (point.predicted - point.beyond)
             surplus[setting.seen.moments] = 0.0
@@ -259,7 +262,7 @@ def find_posterior(
         predicted=point.predicted,
         beyond=point.beyond,
         responses=responses,
-        optimum=_ending(found.optimum, misfit, moved),
+        optimum=_ending(found.optimum, misfit, moved, most),
         rounds=rounds,
         moved=moved,
     )
@@ -297,11 +300,11 @@ def moved_point(setting: Setting, point: Point, responses: Responses, values: Ar
     return _point_at(setting, model, sizes, point.beyond)
 
 
-def _ending(optimum: Optimum, misfit: float, moved: float) -> Optimum:
+def _ending(optimum: Optimum, misfit: float, moved: float, rounds: int) -> Optimum:
     """How the search ended: it has not converged while it still moves by what matters."""
     if moved < _STRAIGHT:
         return replace(optimum, objective=misfit)
-    reason = f"stopped: the last of {ROUNDS} rounds moved by {moved:.1f} standard deviations"
+    reason = f"stopped: the last of {rounds} rounds moved by {moved:.1f} standard deviations"
     return replace(optimum, objective=misfit, converged=False, reason=reason)
 
 

@@ -38,6 +38,7 @@ _GROUPS: Final = {
     LeverArm.name: "antenna",
 }
 """Where a number's uncertainty is counted, by what owns it."""
+_STEERING: Final = ("yaw", "roll")
 _POSTURE: Final = {
     "yaw": "feet's yaw",
     "roll": "feet's roll",
@@ -104,10 +105,10 @@ def unknown_numbers(model: Model, priors: Mapping[str, Prior], recording: Record
 
 
 def posture_errors(
-    about: Uncertainty, start: float, stop: float, assumed: FootSigma | None = None
+    about: Uncertainty, start: float, stop: float, assumed: FootSigma | None = None, *, cut: bool = False
 ) -> tuple[PostureError, ...]:
     """All ways in which the posture may be wrong from ``start`` to ``stop`` (s); ``assumed`` says how wrong feet may be
-    whose posture was not captured.
+    whose posture was not captured.  Where edges cut, ``cut``, only what steers them wanders: each error costs a run.
     """
     sizes = dict.fromkeys(TURNS, (about.foot, about.foot_wander))
     sizes["forward"] = (about.foot_place, about.foot_place_wander)
@@ -119,5 +120,6 @@ def posture_errors(
     for kind, (constant, wander) in sizes.items():
         for side in (-1,) if kind in LEANS else (0, 1):
             found.append(PostureError(kind, side, -1, constant))
-            found += [PostureError(kind, side, i, wander) for i in range(supports(start, stop))]
+            if not cut or kind in _STEERING:
+                found += [PostureError(kind, side, i, wander) for i in range(supports(start, stop))]
     return tuple(error for error in found if error.sigma > 0.0)

@@ -15,7 +15,17 @@ from sssi_exudyn.bodies.skier.chain import geometry_to_dict
 from sssi_exudyn.model.toml import model_files, model_to_dict
 from sssi_exudyn.reports.html import document
 from sssi_exudyn.reports.section import Runs, Section
-from sssi_exudyn.reports.sections import diagnosis, few_sensors, limits, muscles, replay, tables, terms, turn_tables
+from sssi_exudyn.reports.sections import (
+    carving,
+    diagnosis,
+    few_sensors,
+    limits,
+    muscles,
+    replay,
+    tables,
+    terms,
+    turn_tables,
+)
 from sssi_exudyn.reports.sections.curve_figures import figure_5, figure_7, figure_8
 from sssi_exudyn.reports.sections.overlay import overlay
 from sssi_exudyn.reports.sections.snow_surface import snow_surface
@@ -32,6 +42,7 @@ SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
     replay.the_run,
     overlay,
     tables.table_1,
+    carving.carving,
     uncertainty,
     figure_4,
     figure_5,

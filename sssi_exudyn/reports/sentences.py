@@ -31,7 +31,7 @@ def sentences(runs: Runs) -> list[str]:
     """The result in words: the skiing and the agreement of each recording, what was missing, and how two differ."""
     found = [
         f"{run.name}: {_early_stop(run.summary)}{_skiing(run.summary)}{_agreement(run.summary)}"
-        f"{_friction(run.summary)}{_residual(run.summary)}{_assumed(run.summary)}{_missing(run.summary)}"
+        f"{_friction(run.summary)}{_cutting(run.summary)}{_residual(run.summary)}{_assumed(run.summary)}{_missing(run.summary)}"
         for run in runs
     ]
     if len(runs) == 2:
@@ -125,6 +125,17 @@ def _friction(summary: Summary) -> str:
         return words
     worst = found.largest[0]
     return f"{words} But {worst.what} had to be corrected by {abs(worst.sigmas):.1f} of its standard deviations."
+
+
+def _cutting(summary: Summary) -> str:
+    """What edges that cut come to, beside the paper's coefficients."""
+    found = summary.carving
+    if found is None or found.mu.value is None or found.equivalent_mu_t is None or found.equivalent_mu_n is None:
+        return ""
+    return (
+        f" Its edges cut the snow: friction along them ({found.mu.value:.3f} of the resultant) comes to a μ_t of"
+        f" {found.equivalent_mu_t:.3f}, the grooves' walls to a μ_n of {found.equivalent_mu_n:.2f}."
+    )
 
 
 def _difference(first: StoredRun, second: StoredRun) -> list[str]:

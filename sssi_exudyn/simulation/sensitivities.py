@@ -86,15 +86,15 @@ def _differences(
     observed: Callable[[Model, ReducedRun], Array],
     changes: Sequence[TableChange],
 ) -> tuple[Array, Array]:
-    """``sensitivities`` by two runs a number, and one a change of the tables."""
+    """``sensitivities`` by one more run for each number and each change of the tables."""
     run = simulate_reduced(model, prepared)
     first = observed(model, run)
 
     def by_number(name: str) -> Array:
         step = _difference_of(model, name)
-        ends = [model.with_values({name: model.value(name) + side * step}) for side in (0.5, -0.5)]
-        seen = [observed(each, run if _is_reading(model, name) else simulate_reduced(each, prepared)) for each in ends]
-        return np.asarray((seen[0] - seen[1]) / step)
+        other = model.with_values({name: model.value(name) + step})
+        seen = observed(other, run if _is_reading(model, name) else simulate_reduced(other, prepared))
+        return np.asarray((seen - first) / step)
 
     def by_change(change: TableChange) -> Array:
         return np.asarray((observed(model, simulate_reduced(model, change(prepared, _OF_TABLES))) - first) / _OF_TABLES)

@@ -9,7 +9,7 @@ from sssi_exudyn.results.stored import StoredRun
 
 _ALWAYS: Final = (
     "The movement is prescribed as it was captured: on other snow the skier would move otherwise.",
-    "Snow is of one kind along the run but for what a diagnosis found; friction acts at the foot, not along the edge.",
+    "Snow is of one kind along the run but for what a diagnosis found.",
     "Segments' masses are an average person's of that sex, mass and height; boots carry no moment, poles no force.",
 )
 
@@ -28,6 +28,10 @@ def _lines(run: StoredRun) -> list[str]:
     summary = run.summary
     found, moment = summary.uncertainty, summary.residual_moment
     lines = [notice for notice in summary.notices if notice.startswith("assumed")]
+    if summary.carving is None:
+        lines.append("Friction acts at the foot, not along the edge.")
+    else:
+        lines.append("Edges cut the snow, but the skier's heading and balance are the captured ones.")
     if summary.posture is not None:
         measured = ", ".join(summary.posture.measured)
         lines.append(f"Few sensors: measured {measured}; all else of the posture is assumed.")

@@ -36,7 +36,10 @@ def table_1(runs: Runs) -> Section:
 
 
 def friction(summary: Summary, name: str) -> str:
-    """A friction coefficient, ± its standard error where it was fitted."""
+    """A friction coefficient, ± its standard error where it was fitted; what edges that cut come to."""
+    cut = summary.carving
+    if cut is not None:
+        return f"{number(cut.equivalent_mu_t if name == 'mu_t' else cut.equivalent_mu_n)} (edges that cut)"
     return estimate_text(getattr(summary.friction, name))
 
 

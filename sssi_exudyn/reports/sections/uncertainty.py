@@ -5,8 +5,17 @@ from __future__ import annotations
 from sssi_exudyn.reports.section import Block, Grid, Heading, Runs, Section, Text, section_of_each
 from sssi_exudyn.reports.sections.tables import number
 from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.results.summary import Estimate, Summary
 
-_NAMES = {"mu_t": "μ_t, along the ski", "mu_n": "μ_n, across it"}
+_NAMES = {
+    "mu_t": "μ_t, along the ski",
+    "mu_n": "μ_n, across it",
+    "mu": "μ, along the edges",
+    "hardness": "H, hardness (N/m³)",
+    "strength": "S_f, strength (Pa)",
+}
+_LARGE = 10.0
+"""From here on three digits are shown."""
 _LEAST = 0.005
 """Share of a variance that is shown."""
 
@@ -16,14 +25,23 @@ def uncertainty(runs: Runs) -> Section:
     return section_of_each("What is uncertain", runs, _blocks)
 
 
+def _value(summary: Summary, key: str) -> float | None:
+    """The number that an interval is about."""
+    cut = summary.carving
+    if cut is None:
+        found: Estimate = getattr(summary.friction, key)
+        return found.value
+    return {"mu": cut.mu, "hardness": cut.hardness_N_m3, "strength": cut.strength_Pa}[key].value
+
+
 def _blocks(run: StoredRun) -> tuple[Block, ...]:
     found = run.summary.uncertainty
     if found is None:
         return ()
     intervals = [["friction", "estimate", "90 % interval"]]
     for key, interval in found.interval_90.items():
-        value = getattr(run.summary.friction, key).value
-        intervals.append([_NAMES[key], number(value, 4), f"{interval.low:.4f} to {interval.high:.4f}"])
+        low, high = (f"{end:.4f}" if abs(end) < _LARGE else f"{end:.3g}" for end in (interval.low, interval.high))
+        intervals.append([_NAMES[key], number(_value(run.summary, key), 4), f"{low} to {high}"])
     groups = sorted(
         {group for parts in found.shares.values() for group, part in parts.items() if part >= _LEAST},
         key=lambda group: -max(parts.get(group, 0.0) for parts in found.shares.values()),
