@@ -100,7 +100,8 @@ def test_a_reduced_diagnosis_says_so(behind: Callable[..., None], capsys: pytest
 def test_how_much_is_said_is_chosen(
     option: list[str], behind: Callable[..., None], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def run(*_: object, progress: Progress) -> Summary:
+    def run(*_: object, snow: str, progress: Progress) -> Summary:
+        assert snow == "paper"
         with progress.stage("fit") as stage:
             stage.advance(0.5, "half")
         return SUMMARY
