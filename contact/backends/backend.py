@@ -65,7 +65,7 @@ def kernel_of(terms: Sequence[Term], backend: Backend) -> tuple[Any, LawParamete
     parameters = law_parameters(terms)
     if chosen == "python":
         return interpreted_kernel(terms, kernel), parameters
-    template = compile_kernel(terms, ground_kernel, kernel)
+    template = compile_kernel(ground_kernel, kernel)
     if chosen == "compiled":
         return template, parameters
     laws = ArrayLaws(terms) if chosen == "numpy" else SymbolicLaws(terms)
@@ -157,7 +157,7 @@ class CarvedForces(Forces):
     def __init__(
         self, terms: Sequence[Term], sections: Sections, edges: CuttingEdges, carrier: Carrier, ref: Array
     ) -> None:
-        self._kernel = compile_kernel(terms, ground_kernel, groove_kernel, kernel, carved_full_kernel)
+        self._kernel = compile_kernel(ground_kernel, groove_kernel, kernel, carved_full_kernel)
         self._make_room(law_parameters(terms), sections, carrier, ref, carved_full_kernel.CARVED_SEEN)
         self._edges, self._step = edges, 0.0
         self.memory = Groove(*np.zeros((8, 2, 2, len(sections.share))))

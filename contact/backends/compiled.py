@@ -1,9 +1,9 @@
 """Force terms as machine code: every class is traced once, written as Python and compiled.
 
-What is written depends on the classes only: those of the registry, whether the terms have them or not, and what other
-classes the terms have.  A place's function goes over the terms of every class of its place and adds up what they give.
-So one kernel serves all models, and a class that no term has costs a comparison.  Parameters arrive in a struct
-(``law_parameters``), which the functions of all places share:
+What is written holds the classes of the registry, whether the terms have them or not.  A place's function goes over the
+terms of every class of its place and adds up what they give.  So one kernel serves all models, and a class that no term
+has costs a comparison.  Other classes are compiled on their own, and the place's function calls them by their address.
+Parameters arrive in a struct (``law_parameters``), which the functions of all places share:
 
     point_force(parameters, depth, rate, length) → F_N
     foot_force(parameters, load, v_t, v_n, edge, groove, t, f, l, side) → along, across
@@ -43,16 +43,17 @@ import importlib.util
 import itertools
 import os
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 from types import ModuleType
 from typing import Any, Final
 
 import numpy as np
 
 from sssi_exudyn.contact import term as places
-from sssi_exudyn.contact.backends import structs, vectors
+from sssi_exudyn.contact.backends import pointers, structs, vectors
 from sssi_exudyn.contact.backends.structs import LawParameters
 from sssi_exudyn.contact.backends.tape import Node, Operand, Tape, TapeMath, needed, source_lines
 from sssi_exudyn.contact.registry import TERMS
@@ -65,11 +66,17 @@ from sssi_exudyn.terrain import surface
 _HELPERS: Final = """
 import math as _math
 
+from sssi_exudyn.contact.backends.pointers import callable_at as _callable_at
+from sssi_exudyn.contact.backends.pointers import carray as _carray
+from sssi_exudyn.contact.backends.pointers import expected_false as _expected_false
+from sssi_exudyn.contact.backends.pointers import law_address as _law_address
+from sssi_exudyn.contact.backends.structs import LawParameters as _LawParameters
 from sssi_exudyn.runtime.jit import njit as _njit
 
 # a division by zero is infinite, as in NumPy, and raises nothing
 _compiled = _njit(cache=True, error_model="numpy")
 _inner = _njit(error_model="numpy")  # kept on disk within their callers
+_rarely = _expected_false()
 
 
 @_inner
@@ -246,6 +253,47 @@ _EDGE_LAWS: Final = (
 
 
 @dataclass(frozen=True)
+class _Function:
+    """A function of a place: its values, its derivatives, or its linearisation.
+
+    variables : by which derivatives are taken
+    outputs : floats that it adds up: values and derivatives, row by row; of a linearisation derivatives alone
+    """
+
+    kind: str
+    law: _Law
+    name: str
+    variables: tuple[str, ...] = ()
+    linearised: bool = False
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        return self.law.arguments
+
+    @property
+    def outputs(self) -> int:
+        return self.law.outputs * (len(self.variables) + (not self.linearised))
+
+
+def _functions(kind: str, law: _Law) -> Iterator[_Function]:
+    yield _Function(kind, law, law.value)
+    if law.variables:
+        yield _Function(kind, law, law.derivatives, law.variables)
+    if law.linearisation:
+        by_air = _AIR if kind == "segment" else ()
+        yield _Function(kind, law, law.linearisation, (*law.state, *by_air), linearised=True)
+
+
+_FUNCTIONS: Final = tuple(
+    function
+    for kind, law in (*_LAWS.items(), *(("edge", law) for law in _EDGE_LAWS))
+    for function in _functions(kind, law)
+)
+_STRUCT: Final = ("values", "count", "first", "classes")
+"""``LawParameters`` as C has it."""
+
+
+@dataclass(frozen=True)
 class CompiledLaw:
     """All terms of one place as compiled functions of floats.
 
@@ -260,9 +308,9 @@ class CompiledLaw:
 
 
 def law_classes(terms: Iterable[Term]) -> tuple[type[Term], ...]:
-    """The classes that are compiled for ``terms``: those of the registry, then others by their names."""
+    """The classes that are compiled for ``terms``: those of the registry, then others by their places and names."""
     others = {type(term) for term in terms} - set(TERMS)
-    return (*TERMS, *sorted(others, key=lambda cls: (cls.__module__, cls.__qualname__)))
+    return (*TERMS, *sorted(others, key=lambda cls: (cls.kind, cls.__module__, cls.__qualname__)))
 
 
 def in_order(terms: Sequence[Term]) -> tuple[Term, ...]:
@@ -278,8 +326,14 @@ def parameter_values(terms: Sequence[Term]) -> Array:
 
 def law_parameters(terms: Sequence[Term]) -> LawParameters:
     """The terms' parameters as the kernels take them."""
-    sizes = [sum(len(quantities(cls)) for term in terms if type(term) is cls) for cls in law_classes(terms)]
-    return LawParameters(parameter_values(terms), np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64))
+    classes = law_classes(terms)
+    sizes = [sum(len(quantities(cls)) for term in terms if type(term) is cls) for cls in classes]
+    first = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    winds = [index for index, cls in _of_kind("wind", classes) if index >= len(TERMS)]
+    ends = (first[winds[0]], first[winds[-1] + 1]) if winds else (0, 0)
+    addresses = _addresses(classes[len(TERMS) :])
+    others = sum(2**function for function, address in enumerate(addresses) if address)
+    return LawParameters(parameter_values(terms), first, others, np.array([*addresses, *ends], dtype=np.int64))
 
 
 def parameter_index(terms: Sequence[Term], term: Term, name: str) -> int:
@@ -294,60 +348,129 @@ def place_parameters(terms: Sequence[Term], kind: str) -> list[int]:
     return [i for i, term in enumerate(owners) if term.kind == kind or (kind == "segment" and term.kind == "wind")]
 
 
-def laws_source(classes: Sequence[type[Term]], *, linearised: bool = True, edges: bool = False) -> str:
-    """The Python module that holds the functions of all places for terms of ``classes``, with their linearisations or
+def laws_source(*, linearised: bool = True, edges: bool = False) -> str:
+    """The Python module that holds the functions of all places for the registry's classes, with their linearisations or
     without, and with those of the edges or without.
     """
     functions = [_HELPERS]
-    for kind, law in (*_LAWS.items(), *(("edge", law) for law in _EDGE_LAWS if edges)):
-        functions.append(_function(kind, law, law.value, classes, ()))
-        if law.variables:
-            functions.append(_function(kind, law, law.derivatives, classes, law.variables))
-        if linearised and law.linearisation:
-            functions.append(_linearisation(kind, classes))
-    terrains = _of_kind("terrain", classes)
-    some = " or ".join(f"parameters.first[{index}] < parameters.first[{index + 1}]" for index, _ in terrains)
+    functions += [f"_others_{count} = _callable_at({count})" for count in sorted({f.outputs for f in _FUNCTIONS})]
+    for function in _FUNCTIONS:
+        if (linearised or not function.linearised) and (edges or function.kind != "edge"):
+            functions.append(_registered(function))
+    terrains = [f"parameters.first[{index}] < parameters.first[{index + 1}]" for index, _ in _of_kind("terrain", TERMS)]
+    some = " or ".join([*terrains, _has_others(_FUNCTIONS[_place_of("terrain")])])
     functions.append(_definition("uneven(parameters)", [f"return {some}"]))
     return "\n\n".join(functions)
 
 
-def _function(kind: str, law: _Law, name: str, classes: Sequence[type[Term]], variables: Sequence[str]) -> str:
-    sums = [f"sum{i}" for i in range(law.outputs * (1 + len(variables)))]
-    lines = _beginning(kind, classes, sums)
-    for index, cls in _of_kind(kind, classes):
-        tape, outputs = _traced(law, index, cls)
-        slopes = [tape.derivatives(outputs, tape.name(variable)) for variable in variables]
-        rows = [column[row] for row in range(law.outputs) for column in slopes]
-        lines += _over_terms(
-            index, cls, tape, [(f"{name} +=", x) for name, x in zip(sums, (*outputs, *rows), strict=True)]
-        )
-    return _definition(f"{name}(parameters, {', '.join(law.arguments)})", [*lines, f"return {', '.join(sums)}"])
+def other_laws_source(others: Sequence[type[Term]]) -> str:
+    """The Python module of classes that are not in the registry: each place's functions under the names of
+    ``laws_source``, which return tuples, and after an ``_address_of_`` what C calls.
+    """
+    classes = (*TERMS, *others)
+    functions = [f"# shared: {_hash_of_shared()}", _HELPERS]
+    for function in _FUNCTIONS:
+        if not _of_kind(function.kind, others):
+            continue
+        lines, sums = _sums(function, classes, len(TERMS))
+        given = [*function.arguments, *(_AIR if function.kind == "segment" else ())]
+        more = ["by_parameter"] if function.linearised else []
+        head = f"{function.name}({', '.join(['parameters', *given, *more])})"
+        functions.append(_definition(head, [*lines, f"return ({', '.join(sums)},)"]))
+        begin = ["parameters = _LawParameters(_carray(values, count), _carray(first, classes), 0, _carray(first, 1))"]
+        begin += [f"by_parameter = _carray(by_parameter, ({function.law.outputs}, count))"] if more else []
+        head = f"_address_of_{function.name}({', '.join(['out', *_STRUCT, *given, *more])})"
+        call = f"{function.name}({', '.join(['parameters', *given, *more])})"
+        fill = [f"found = {call}", *(f"out[{place}] = found[{place}]" for place in range(function.outputs))]
+        functions.append(_definition(head, [*begin, *fill], f"_law_address({function.name})"))
+    return "\n\n".join(functions)
 
 
-def _linearisation(kind: str, classes: Sequence[type[Term]]) -> str:
-    law = _LAWS[kind]
-    state = (*law.state, *(_AIR if kind == "segment" else ()))
-    sums = [[f"by{row}_{column}" for column in range(len(state))] for row in range(law.outputs)]
-    lines = _beginning(kind, classes, itertools.chain(*sums))
+def _addresses(others: tuple[type[Term], ...]) -> tuple[int, ...]:
+    """Where the functions of such classes are, in the order of ``_FUNCTIONS``; 0 for those that there are not."""
+    if not others:
+        return (0,) * len(_FUNCTIONS)
+    with _lock:
+        if others not in _compiled_others:
+            module = _module(other_laws_source(others))
+            found = [getattr(module, f"_address_of_{function.name}", None) for function in _FUNCTIONS]
+            _compiled_others[others] = tuple(0 if law is None else law.address for law in found)
+        return _compiled_others[others]
+
+
+_compiled_others: dict[tuple[type[Term], ...], tuple[int, ...]] = {}
+_lock: Final = Lock()
+"""So that no thread finds a module that another is still running."""
+
+
+def _registered(function: _Function) -> str:
+    """A place's function for the classes of the registry, which calls those of others."""
+    law, arguments = function.law, list(function.arguments)
+    lines, sums = _sums(function, TERMS, 0)
+    given = [*arguments, *(_AIR if function.kind == "segment" else ())]
+    lines += _of_others(function, given, sums)
+    head = f"{function.name}({', '.join(['parameters', *arguments])}"
+    if not function.linearised:
+        return _definition(f"{head})", [*lines, f"return {', '.join(sums)}"])
+    width = len(sums) // law.outputs
+    rows = [sums[row * width : (row + 1) * width] for row in range(law.outputs)]
+    for row, names in enumerate(rows):
+        lines += [f"by_state[{row}, {column}] = {name}" for column, name in enumerate(names[: len(law.state)])]
+    if function.kind == "segment":  # the wind's own derivatives, then what they make of the force
+        by_air = f"({', '.join(name for names in rows for name in names[len(law.state) :])})"
+        lines += ["wind_linearisation(parameters, t, f, l, by_state, by_parameter)"]
+        lines += [f"_by_air(by_state, 0, 2, {by_air})"]
+        for index, _ in _of_kind("wind", TERMS):
+            lines += [f"_by_air(by_parameter, parameters.first[{index}], parameters.first[{index + 1}], {by_air})"]
+        ends = len(_FUNCTIONS), len(_FUNCTIONS) + 1
+        lines += [f"_by_air(by_parameter, parameters.addresses[{ends[0]}], parameters.addresses[{ends[1]}], {by_air})"]
+    return _definition(f"{head}, by_state, by_parameter)", lines)
+
+
+def _sums(function: _Function, classes: Sequence[type[Term]], begin: int) -> tuple[list[str], list[str]]:
+    """The lines that go over the terms of the place's classes from ``begin`` on, and the names of what they add up."""
+    kind, law = function.kind, function.law
+    sums = [f"sum{i}" for i in range(function.outputs)]
+    lines = [f"{name} = 0.0" for name in sums]
+    if kind == "segment" and begin == 0:  # which no call of ``air_velocity`` gives as fast
+        lines += [f"{name} = 0.0" for name in _AIR]
+        for index, cls in _of_kind("wind", classes):
+            tape, outputs = _traced(_LAWS["wind"], index, cls)
+            lines += _over_terms(index, cls, tape, [(f"{name} +=", x) for name, x in zip(_AIR, outputs, strict=True)])
+        lines += _of_others(_FUNCTIONS[_place_of("wind")], ["t", "f", "l"], _AIR)
     for index, cls in _of_kind(kind, classes):
+        if index < begin:
+            continue
         tape, outputs = _traced(law, index, cls)
-        found: list[tuple[str, Operand]] = []
-        for column, name in enumerate(state):
-            slopes = tape.derivatives(outputs, tape.name(name))
-            found += [(f"{sums[row][column]} +=", slope) for row, slope in enumerate(slopes)]
-        for place in range(len(quantities(cls))):
+        columns = [tape.derivatives(outputs, tape.name(variable)) for variable in function.variables]
+        rows = [column[row] for row in range(law.outputs) for column in columns]
+        values = rows if function.linearised else [*outputs, *rows]
+        found = [(f"{name} +=", x) for name, x in zip(sums, values, strict=True)]
+        for place in range(len(quantities(cls)) if function.linearised else 0):
             slopes = tape.derivatives(outputs, tape.name(_parameter(index, place)))
             found += [(f"by_parameter[{row}, at{index} + {place}] =", slope) for row, slope in enumerate(slopes)]
         lines += _over_terms(index, cls, tape, found)
-    stored = range(len(law.state))
-    lines += [f"by_state[{row}, {column}] = {sums[row][column]}" for row in range(law.outputs) for column in stored]
-    if kind == "segment":  # the wind's own derivatives, then what they make of the force
-        by_air = ", ".join(name for row in sums for name in row[len(law.state) :])
-        lines += ["wind_linearisation(parameters, t, f, l, by_state, by_parameter)"]
-        lines += [f"_by_air(by_state, 0, 2, ({by_air}))"]
-        for index, _ in _of_kind("wind", classes):
-            lines += [f"_by_air(by_parameter, parameters.first[{index}], parameters.first[{index + 1}], ({by_air}))"]
-    return _definition(f"{law.linearisation}(parameters, {', '.join(law.arguments)}, by_state, by_parameter)", lines)
+    return lines, sums
+
+
+def _of_others(function: _Function, given: Sequence[str], sums: Sequence[str]) -> list[str]:
+    """The lines that add what the place's other classes give."""
+    more = "by_parameter" if function.linearised else "None"
+    place = _FUNCTIONS.index(function)
+    return [
+        f"if _rarely({_has_others(function)}):",
+        f"    more = _others_{function.outputs}({place}, parameters, ({', '.join(given)},), {more})",
+        *(f"    {name} += more[{at}]" for at, name in enumerate(sums)),
+    ]
+
+
+def _has_others(function: _Function) -> str:
+    return f"parameters.others & {2 ** _FUNCTIONS.index(function)} != 0"
+
+
+def _place_of(kind: str) -> int:
+    """Where the first function of a place stands among all."""
+    return next(place for place, function in enumerate(_FUNCTIONS) if function.kind == kind)
 
 
 def _of_kind(kind: str, classes: Sequence[type[Term]]) -> list[tuple[int, type[Term]]]:
@@ -368,15 +491,6 @@ def _traced(law: _Law, index: int, cls: type[Term]) -> tuple[Tape, tuple[Operand
     return tape, tuple(law.trace(TapeMath(tape), cls(**names), arguments))
 
 
-def _beginning(kind: str, classes: Sequence[type[Term]], sums: Iterable[str]) -> list[str]:
-    """Sums of nothing, and for segments the air's velocity, which no call of ``air_velocity`` gives as fast."""
-    lines = [f"{name} = 0.0" for name in (*(_AIR if kind == "segment" else ()), *sums)]
-    for index, cls in _of_kind("wind", classes) if kind == "segment" else ():
-        tape, outputs = _traced(_LAWS["wind"], index, cls)
-        lines += _over_terms(index, cls, tape, [(f"{name} +=", x) for name, x in zip(_AIR, outputs, strict=True)])
-    return lines
-
-
 def _over_terms(index: int, cls: type[Term], tape: Tape, found: Sequence[tuple[str, Operand]]) -> list[str]:
     """The loop over the terms of a class that does with each operand what stands before it."""
     wanted = [(target, x) for target, x in found if isinstance(x, Node) or x != 0.0 or not target.endswith("+=")]
@@ -395,9 +509,9 @@ def _over_terms(index: int, cls: type[Term], tape: Tape, found: Sequence[tuple[s
     ]
 
 
-def _definition(head: str, lines: Sequence[str]) -> str:
+def _definition(head: str, lines: Sequence[str], decorator: str = "_compiled") -> str:
     body = "\n".join(f"    {line}" for line in lines)
-    return f"@_compiled\ndef {head}:\n{body}\n"
+    return f"@{decorator}\ndef {head}:\n{body}\n"
 
 
 def _module(source: str) -> ModuleType:
@@ -425,8 +539,8 @@ def _module(source: str) -> ModuleType:
     return module
 
 
-def compile_kernel(terms: Sequence[Term], *templates: ModuleType) -> ModuleType:
-    """A module with the contents of the templates and the functions of the terms' classes, compiled and cached as one.
+def compile_kernel(*templates: ModuleType) -> ModuleType:
+    """A module with the contents of the templates and the functions of all places, compiled and cached as one.
 
     A template is a module whose Numba functions call ``point_force`` and so on as globals of its own; to please a
     type checker it may declare them without a value (``point_force: Callable[..., float]``), and so it may the
@@ -436,23 +550,23 @@ def compile_kernel(terms: Sequence[Term], *templates: ModuleType) -> ModuleType:
 
     Raises ValueError for a template without a source file.
     """
-    kinds = (templates, law_classes(terms))
-    if kinds not in _kernels:
-        _kernels[kinds] = _kernel_module(*kinds)
-    return _kernels[kinds]
+    if templates not in _kernels:
+        # imports from __future__ must come first; Numba looks names up when a function is first called
+        texts = [_source_file(template).read_text(encoding="utf-8").replace(_FUTURE, "") for template in templates]
+        linearised, edges = (any(name in text for text in texts) for name in ("_linearisation(", "edge_derivatives("))
+        laws = laws_source(linearised=linearised, edges=edges)  # they take time to write
+        _kernels[templates] = _module("\n\n".join([_FUTURE, *texts, f"# shared: {_hash_of_shared()}", laws]))
+    return _kernels[templates]
 
 
-_kernels: dict[tuple[tuple[ModuleType, ...], tuple[type[Term], ...]], ModuleType] = {}
+_kernels: dict[tuple[ModuleType, ...], ModuleType] = {}
 """What was asked for in this process; to write the laws down takes 10 ms."""
 
 
-def _kernel_module(templates: Sequence[ModuleType], classes: Sequence[type[Term]]) -> ModuleType:
-    shared = [hashlib.sha256(_source_file(module).read_bytes()).hexdigest() for module in (vectors, structs, surface)]
-    # imports from __future__ must come first; Numba looks names up when a function is first called
-    texts = [_source_file(template).read_text(encoding="utf-8").replace(_FUTURE, "") for template in templates]
-    linearised, edges = (any(name in text for text in texts) for name in ("_linearisation(", "edge_derivatives("))
-    laws = laws_source(classes, linearised=linearised, edges=edges)  # they take time to write
-    return _module("\n\n".join([_FUTURE, *texts, f"# shared: {', '.join(shared)}", laws]))
+def _hash_of_shared() -> str:
+    """What tells one version of the modules that generated ones import from another."""
+    shared = (vectors, structs, pointers, surface)
+    return ", ".join(hashlib.sha256(_source_file(module).read_bytes()).hexdigest() for module in shared)
 
 
 def _source_file(module: ModuleType) -> Path:
@@ -465,7 +579,7 @@ _FUTURE: Final = "from __future__ import annotations\n"
 
 
 def _compiled(place: str, terms: Sequence[Term]) -> CompiledLaw:
-    module, law = _module(laws_source(law_classes(terms))), _LAWS[place]
+    module, law = _module(laws_source()), _LAWS[place]
     derivatives = getattr(module, law.derivatives) if law.variables else None
     linearisation = getattr(module, law.linearisation)
     return CompiledLaw(getattr(module, law.value), derivatives, linearisation, law_parameters(terms))
@@ -473,7 +587,7 @@ def _compiled(place: str, terms: Sequence[Term]) -> CompiledLaw:
 
 def compile_edge(terms: Sequence[Term]) -> tuple[CompiledLaw, CompiledLaw, CompiledLaw]:
     """The edge terms among ``terms``: their force, their memory, the wall's greatest force."""
-    module = _module(laws_source(law_classes(terms), linearised=False, edges=True))
+    module = _module(laws_source(linearised=False, edges=True))
     force, memory, capacity = (
         CompiledLaw(
             getattr(module, law.value),

@@ -23,7 +23,7 @@ def interpreted_kernel(terms: Sequence[Term], template: ModuleType) -> Any:
     """A namespace with the functions of ``template`` for ``terms``, none of them compiled: as ``compile_kernel``'s
     module.
     """
-    module = compile_kernel(terms, ground_kernel, template)
+    module = compile_kernel(ground_kernel, template)
     kernels = {each.__name__ for each in (vectors, surface, module)}
     names: dict[str, Any] = vars(vectors) | vars(surface) | vars(module)
     for name, value in list(names.items()):

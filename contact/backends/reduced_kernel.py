@@ -352,7 +352,7 @@ def run_batch(parameters, contact, motion, start, series, done):
     done : (b,) is filled with the instants of each run that were reached, all of them unless it diverged
     """
     for i in range(parameters.values.shape[0]):
-        own = LawParameters(parameters.values[i], parameters.first)
+        own = LawParameters(parameters.values[i], parameters.first, parameters.others, parameters.addresses)
         state, work = first_state(InitialState(start.place[i], start.velocity[i], start.eta[i]))
         one = ReducedSeries(
             series.place[i], series.velocity[i], series.loads[i], series.sole[i], series.friction[i], series.edges[i],

@@ -283,7 +283,9 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 column = columns.point[i]
                 if columns.row[column] != row_of_values:
                     row_of_values = columns.row[column]
-                    others = LawParameters(columns.values[row_of_values], parameters.first)
+                    others = LawParameters(
+                        columns.values[row_of_values], parameters.first, parameters.others, parameters.addresses
+                    )
                     point_linearisation(
                         others, depth, sinking, length[m], work.point_state, work.point_parameter
                     )  # fmt: skip
@@ -302,7 +304,9 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 column = columns.terrain[i]
                 if columns.row[column] != row_of_values:
                     row_of_values = columns.row[column]
-                    others = LawParameters(columns.values[row_of_values], parameters.first)
+                    others = LawParameters(
+                        columns.values[row_of_values], parameters.first, parameters.others, parameters.addresses
+                    )
                     terrain_linearisation(
                         others, point[0], point[1], work.ground_state, work.ground_parameter
                     )  # fmt: skip
@@ -335,7 +339,9 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 continue
             if columns.row[column - fixed] != row_of_values:
                 row_of_values = columns.row[column - fixed]
-                others = LawParameters(columns.values[row_of_values], parameters.first)
+                others = LawParameters(
+                    columns.values[row_of_values], parameters.first, parameters.others, parameters.addresses
+                )
                 foot_linearisation(
                     others, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side, work.foot_other, by_parameter
                 )  # fmt: skip
@@ -597,7 +603,9 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
                 column = columns.segment[i]
                 if columns.row[column] != row_of_values:
                     row_of_values = columns.row[column]
-                    others = LawParameters(columns.values[row_of_values], parameters.first)
+                    others = LawParameters(
+                        columns.values[row_of_values], parameters.first, parameters.others, parameters.addresses
+                    )
                     segment_linearisation(
                         others, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2],
                         area[e], by, by_parameter,
@@ -629,7 +637,9 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
             column = columns.body[i]
             if columns.row[column] != row_of_values:
                 row_of_values = columns.row[column]
-                others = LawParameters(columns.values[row_of_values], parameters.first)
+                others = LawParameters(
+                    columns.values[row_of_values], parameters.first, parameters.others, parameters.addresses
+                )
                 body_linearisation(
                     others, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], by,
                     by_parameter,

@@ -52,7 +52,7 @@ class CarvedRun:
 def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> CarvedRun:
     """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
     at = prepared.correct_capture(model)
-    kernel = carving_module(model.terms)
+    kernel = carving_module()
     parameters, motion, surface = law_parameters(model.terms), at.kernel_motion(), snow_grid(model.surface)
     coarse = at.step > 0.5 * (CARVED_STEP + COARSE_CARVED_STEP)
     points, modes = (COARSE_POINTS, COARSE_MODES) if coarse else (POINTS, MODES)

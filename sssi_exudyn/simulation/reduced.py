@@ -24,7 +24,6 @@ from sssi_exudyn.contact.backends.structs import (
     ReducedSeries,
 )
 from sssi_exudyn.contact.registry import is_carved
-from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
 from sssi_exudyn.core.rotations import rotations_about
@@ -261,9 +260,9 @@ def prepare(
     )
 
 
-def reduced_module(terms: Sequence[Term]) -> Any:
-    """The compiled functions of the reduced model for ``terms`` without edges that cut."""
-    return compile_kernel(terms, ground_kernel, reduced_kernel, reduced_tangents)
+def reduced_module() -> Any:
+    """The compiled functions of the reduced model, on snow that edges do not cut."""
+    return compile_kernel(ground_kernel, reduced_kernel, reduced_tangents)
 
 
 @dataclass(frozen=True)
@@ -350,7 +349,7 @@ def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
 
         return simulate_carved(model, prepared).run
     at = prepared.correct_capture(model)
-    kernel, contact = reduced_module(model.terms), at.kernel_contact(model.surface)
+    kernel, contact = reduced_module(), at.kernel_contact(model.surface)
     parameters = law_parameters(model.terms)
     start = start_of_run(model, at, kernel, parameters, contact)
     one = parameters._replace(values=parameters.values[None])

@@ -145,7 +145,7 @@ def responses_to_additions(
     parts: list[tuple[Model, list[int]]] = []
     for laws, group in groups.items():
         host = next(host for host in hosts if _laws(host) == laws)
-        reduced_module(host.terms)  # once, before threads ask for it
+        reduced_module()  # once, before threads ask for it
         parts += [(host, group[k : k + _ADDITIONS]) for k in range(0, len(group), _ADDITIONS)]
 
     def columns(part: tuple[Model, list[int]]) -> list[Array]:
@@ -183,7 +183,7 @@ def simulate_each(
     parts = [(group[0], group[k::cores]) for group in groups.values() for k in range(min(cores, len(group)))]
     tables = {group[0]: prepared.correct_capture(models[group[0]]) for group in groups.values()}
     for first in tables:
-        reduced_module(models[first].terms)  # once, before threads ask for it
+        reduced_module()  # once, before threads ask for it
     found = side_by_side(lambda part: _runs([models[i] for i in part[1]], tables[part[0]]), parts, cores=cores)
     seen: dict[int, Array] = {}
     for (_, indices), runs in zip(parts, found, strict=True):
@@ -204,7 +204,7 @@ def _capture(model: Model, prepared: Prepared) -> object:
 
 def _runs(models: Sequence[Model], at: Prepared) -> list[ReducedRun]:
     """Runs of models with the same laws and surface on the same tables, one compiled call."""
-    kernel, contact = reduced_module(models[0].terms), at.kernel_contact(models[0].surface)
+    kernel, contact = reduced_module(), at.kernel_contact(models[0].surface)
     every = [law_parameters(model.terms) for model in models]
     starts = [start_of_run(model, at, kernel, own, contact) for model, own in zip(models, every, strict=True)]
     parameters = every[0]._replace(values=np.stack([own.values for own in every]))

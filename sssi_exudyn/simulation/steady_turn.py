@@ -7,7 +7,6 @@ yaw rate and the ski's bend, by letting the ski run until its turn is steady.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -21,7 +20,7 @@ from sssi_exudyn.contact.backends.carving_kernel import EdgeSki, EdgeWork
 from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
 from sssi_exudyn.contact.backends.groove_kernel import Groove
 from sssi_exudyn.contact.backends.turn_kernel import Turn, TurnState
-from sssi_exudyn.contact.term import EdgeTerm, Term
+from sssi_exudyn.contact.term import EdgeTerm
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import Array
@@ -154,9 +153,9 @@ def edges_of(ski: Ski, points: int = POINTS, modes: int = MODES) -> EdgeSki:
     )
 
 
-def carving_module(terms: Sequence[Term]) -> Any:
+def carving_module() -> Any:
     """The compiled functions of skis on snow that edges cut, alone and under a skier: those that are called."""
-    return compile_kernel(terms, ground_kernel, groove_kernel, carving_kernel, turn_kernel, carved_run_kernel)
+    return compile_kernel(ground_kernel, groove_kernel, carving_kernel, turn_kernel, carved_run_kernel)
 
 
 def edge_work(points: int, modes: int) -> EdgeWork:
@@ -196,7 +195,7 @@ def steady_turn(case: TurnCase, rolling: Rolling, step_points: float = 1.0) -> t
     gap = float(ski.station[1] - ski.station[0])
     chunk = max(1, round(_CHUNK * len(ski.station) / step_points))
     step = step_points * gap / case.speed
-    kernel = carving_module((case.law,))
+    kernel = carving_module()
     parameters = law_parameters((case.law,))
 
     def run(edge: Array) -> tuple[Array, int]:

@@ -105,7 +105,7 @@ def run_tangents(
     plain = [i for i in range(len(makers)) if i not in tabular]
     groups = [tabular[i : i + _TABLES] for i in range(0, len(tabular), _TABLES)] or [[]]
     groups[0] = groups[0] + plain
-    reduced_module(model.terms)  # once, before threads ask for it
+    reduced_module()  # once, before threads ask for it
     passes = side_by_side(lambda group: _pass(model, at, [makers[i]() for i in group]), groups)
     slopes: dict[str, Array] = {}
     for group, (_, found) in zip(groups, passes, strict=True):
@@ -234,7 +234,7 @@ def _slope(value: Any) -> Any:
 
 def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[ReducedRun, dict[str, Array]]:
     """The run, and of each of its fields the derivatives in those directions."""
-    kernel, contact = reduced_module(model.terms), at.kernel_contact(model.surface)
+    kernel, contact = reduced_module(), at.kernel_contact(model.surface)
     parameters = law_parameters(model.terms)
     start = start_of_run(model, at, kernel, parameters, contact)
     tables = [d.tables for d in directions]

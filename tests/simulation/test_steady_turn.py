@@ -136,7 +136,7 @@ def test_snow_that_does_not_hold_gives_no_turn() -> None:
 def test_derivatives_of_the_edges_forces_are_those_of_differences() -> None:
     turn, rolling = slalom(60.0)
     on = rolling.copied()
-    kernel = carving_module((turn.case.law,))
+    kernel = carving_module()
     parameters = law_parameters((turn.case.law,))
     modes = len(on.ski.omega)
     size = 6 + modes
