@@ -266,24 +266,25 @@ def _brackets(
 ) -> tuple[list[float], list[float]]:
     """For every turn two values of the number ``name``, a few roundings apart, between which the switch turns.
 
-    All turns are halved at once with arrays, since towards zero it takes a thousand steps; arrays may round otherwise
-    than floats, so the signs at both ends are asked in floats, and where they are equal the whole step is given.
+    All turns are halved at once with arrays.  What is halved is the number of floats between, since halves of numbers
+    would take a thousand steps towards zero.  Arrays may round otherwise than floats, so the signs at both ends are
+    asked in floats, and where they are equal the whole step is given.
     """
     if not turns:
         return [], []
     columns = {key: np.array([state[key] for state, _, _ in turns]) for key in turns[0][0]}
     which, sign = np.array([i for _, i, _ in turns]), np.array([sign for _, _, sign in turns])
-    low = a = columns[name]
-    high = b = np.array([after[value] for value in a])
+    low, high = columns[name], np.array([after[value] for value in columns[name]])
+    a, b = _ranks(low), _ranks(high)
     every = np.arange(len(turns))
-    while np.any(apart := (a < (middle := 0.5 * (a + b))) & (middle < b)):
+    while np.any((a < b) & (b - a != 1)):  # the difference may be too great a number, and is then negative
+        middle = (a >> 1) + (b >> 1) + (a & b & 1)
         math = ArraySwitches()
         with np.errstate(all="ignore"):
-            ask(math, term, {**columns, name: middle})
+            ask(math, term, {**columns, name: _of_ranks(middle)})
         turned = np.stack([np.broadcast_to(x, len(turns)) for x in math.switches])[which, every] > 0.0
-        a, b = np.where(apart & (turned == sign), middle, a), np.where(apart & (turned != sign), middle, b)
-    for _ in range(8):
-        a, b = np.maximum(np.nextafter(a, -np.inf), low), np.minimum(np.nextafter(b, np.inf), high)
+        a, b = np.where(turned == sign, middle, a), np.where(turned != sign, middle, b)
+    a, b = (_of_ranks(x) for x in (np.maximum(a - 8, _ranks(low)), np.minimum(b + 8, _ranks(high))))
     found: tuple[list[float], list[float]] = ([], [])
     for j, (state, i, before) in enumerate(turns):
         ends = [switches(term, {**state, name: float(x[j])})[i] > 0.0 for x in (a, b)]
@@ -291,6 +292,17 @@ def _brackets(
         found[0].append(float(low[j] if whole else a[j]))
         found[1].append(float(high[j] if whole else b[j]))
     return found
+
+
+def _ranks(values: Array) -> Any:
+    """Whole numbers in the order of the floats, one apart where floats are neighbours."""
+    bits = values.view(np.int64)
+    return np.where(bits < 0, np.iinfo(np.int64).min - bits, bits)
+
+
+def _of_ranks(ranks: Any) -> Any:
+    """The floats of such ranks."""
+    return np.where(ranks < 0, np.iinfo(np.int64).min - ranks, ranks).view(np.float64)
 
 
 class ComplexMath:

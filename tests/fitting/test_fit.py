@@ -35,7 +35,10 @@ def made() -> tuple[Motion, Problem]:
     """4 s of the beginner's movement, and as GPS the full model's antenna with known friction, without noise."""
     recording, motion = bundled("beginner")
     motion = replace(motion, stop=motion.start + SECONDS)
-    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    model = model_of(recording, motion)
+    # the data are the model's own, however many elements it has
+    model = replace(model, solver=replace(model.solver, elements=20))
+    problem = problem_of(recording, motion, model, "joint")
     truth = problem.model.with_values(TRUTH)
     run = simulate(truth, motion)
     assert run.antenna is not None

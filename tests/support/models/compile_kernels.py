@@ -19,20 +19,20 @@ from sssi_exudyn.simulation.steady_turn import TurnCase, edges_of, start_rolling
 
 
 def compile_full() -> None:
-    """The full model, and the muscles' paths."""
-    simulate(model(), standing(0.1), stop=0.02)
+    """The full model, the muscles' paths, a ski in a turn, and a run on snow that edges cut."""
+    skier, carving = model(), model((Carving(),))
+    simulate(skier, standing(0.1), stop=0.02)
+    steady_turn(TurnCase(0.5), start_rolling(edges_of(skier.ski)))
+    simulate_carved(carving, prepare(carving, standing(0.1)))
     muscle_paths(skier_muscles(average_geometry(1.75)).model, np.zeros((1, len(PRESCRIBED))))
 
 
 def compile_reduced() -> None:
-    """The reduced model with its tangents, a ski in a turn, and a run on snow that edges cut."""
+    """The reduced model with its tangents."""
     skier = model()
     prepared = prepare(skier, standing(0.1))
     simulate_reduced(skier, prepared)
     sensitivities(skier, prepared, ["friction.mu_t"], lambda _, run: run.pelvis)
-    steady_turn(TurnCase(0.5), start_rolling(edges_of(skier.ski)))
-    carving = model((Carving(),))
-    simulate_carved(carving, prepare(carving, standing(0.1)))
 
 
 WHAT = {"reduced": compile_reduced, "full": compile_full}
