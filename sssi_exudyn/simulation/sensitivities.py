@@ -142,10 +142,10 @@ def responses_to_additions(
     groups: dict[tuple[type[Term], ...], list[int]] = {}
     for i, host in enumerate(hosts):  # what adds no law goes along with any
         groups.setdefault(_laws(host if is_law[i] else hosts[first]), []).append(i)
+    reduced_module()  # once, before threads ask for it
     parts: list[tuple[Model, list[int]]] = []
     for laws, group in groups.items():
         host = next(host for host in hosts if _laws(host) == laws)
-        reduced_module()  # once, before threads ask for it
         parts += [(host, group[k : k + _ADDITIONS]) for k in range(0, len(group), _ADDITIONS)]
 
     def columns(part: tuple[Model, list[int]]) -> list[Array]:
@@ -182,8 +182,7 @@ def simulate_each(
     cores = cores_used(cores)
     parts = [(group[0], group[k::cores]) for group in groups.values() for k in range(min(cores, len(group)))]
     tables = {group[0]: prepared.correct_capture(models[group[0]]) for group in groups.values()}
-    for first in tables:
-        reduced_module()  # once, before threads ask for it
+    reduced_module()  # once, before threads ask for it
     found = side_by_side(lambda part: _runs([models[i] for i in part[1]], tables[part[0]]), parts, cores=cores)
     seen: dict[int, Array] = {}
     for (_, indices), runs in zip(parts, found, strict=True):
