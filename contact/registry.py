@@ -13,6 +13,7 @@ from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.contact.terms.friction_corrections import (
     EdgeDependentFriction,
+    EdgeFriction,
     LoadDependentFriction,
     SnowCompaction,
     SnowPatch,
@@ -36,6 +37,7 @@ TERMS: Final[tuple[type[Term], ...]] = (
     SnowPatch,
     SpeedDependentFriction,
     EdgeDependentFriction,
+    EdgeFriction,
     LoadDependentFriction,
     SnowCompaction,
     SlopeChange,

@@ -43,7 +43,7 @@ from sssi_exudyn.simulation.tangents import TableChange, skier_mass_change
 STEP: Final = 0.01
 """s; steps of the reduced model."""
 ROUNDS: Final = 8
-CARVED_ROUNDS: Final = 5
+CARVED_ROUNDS: Final = 4
 """The same where edges cut, as a round takes minutes there."""
 _SETTLED: Final = 0.15
 """Standard deviations by which nothing moves any more."""
@@ -374,7 +374,7 @@ class _Whitened:
     errors: Array
 
 
-def _whiten(setting: Setting, point: Point, responses: Responses, levels: Levels) -> _Whitened:
+def _whiten(setting: Setting, point: Point | Posterior, responses: Responses, levels: Levels) -> _Whitened:
     residual = setting.seen.measured - point.predicted + responses.by_error @ point.sizes
     table = setting.seen.whiten(levels, np.column_stack([residual, responses.by_number, responses.by_error]))
     k = len(setting.unknowns)
@@ -404,7 +404,22 @@ def _weigh_noise(setting: Setting, point: Point, responses: Responses, levels: L
     return levels
 
 
-def _all_uncertain(setting: Setting, point: Point, responses: Responses, levels: Levels) -> tuple[Array, Array]:
+def log_evidence(found: Posterior) -> float:
+    """Log probability density of all measurements (SI units), all that is uncertain integrated out about the estimate:
+    what two laws leave of one recording may be compared by it.
+    """
+    seen = found.setting.seen
+    y, u = _all_uncertain(found.setting, found, found.responses, found.levels)
+    factor = _precision(u)
+    pull = u.T @ y
+    evidence = -0.5 * float(y @ y - pull @ cho_solve(factor, pull)) - float(np.sum(np.log(np.diag(factor[0]))))
+    evidence -= sum(log_divisors(seen.times[name], level) for name, level in found.levels.items())
+    return evidence - float(np.sum(np.log(seen.scale))) - 0.5 * len(y) * float(np.log(2.0 * np.pi))
+
+
+def _all_uncertain(
+    setting: Setting, point: Point | Posterior, responses: Responses, levels: Levels
+) -> tuple[Array, Array]:
     """Residual (N,) were all that is uncertain as beforehand, and responses (N, k + m) to a standard deviation."""
     white = _whiten(setting, point, responses, levels)
     residual = white.residual + white.numbers @ (setting.values(point.model) - setting.means)

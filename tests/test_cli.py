@@ -96,6 +96,20 @@ def test_a_reduced_diagnosis_says_so(behind: Callable[..., None], capsys: pytest
     assert seen == [True, False]
 
 
+@pytest.mark.parametrize("command", ["run", "fit", "simulate"])
+def test_the_snow_is_chosen(command: str, behind: Callable[..., None]) -> None:
+    seen: list[str] = []
+
+    def made(*_: object, snow: str, **__: object) -> Summary:
+        seen.append(snow)
+        return SUMMARY
+
+    behind(command, made)
+    assert status([command, "rec", "--out", "res", "--snow", "carving", "--quiet"]) == 0
+    assert status([command, "rec", "--out", "res", "--quiet"]) == 0
+    assert seen == ["carving", "paper"]
+
+
 @pytest.mark.parametrize("option", [[], ["--quiet"], ["--verbose"]])
 def test_how_much_is_said_is_chosen(
     option: list[str], behind: Callable[..., None], capsys: pytest.CaptureFixture[str]

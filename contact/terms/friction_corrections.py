@@ -16,6 +16,8 @@ LARGEST_FALL: Final = 0.09
 _SMOOTHING: Final = AnisotropicFriction().eps
 _SMALL: Final = 1e-3
 """m/s; keeps the speed's root smooth at rest."""
+_FLATTEST: Final = 0.3
+"""Cosine of the edge angle beyond which edges turn no further."""
 _CHOICE: Final = "chosen: several times what is published"
 
 
@@ -123,3 +125,38 @@ class SnowCompaction(FootTerm):
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
         touches = state.load / (math.absolute(state.load) + 1.0)  # 0 without contact, 1 from a few newtons on
         return -self.c * state.groove * touches * math.saturate(state.v_t, _SMOOTHING), 0.0
+
+
+@dataclass(frozen=True)
+class EdgeFriction(FootTerm):
+    """Friction across the edges, which do not all point as the ski does: sidecut and bend turn those ahead of the boot
+    to one side and those behind it to the other.
+
+    Formula: f_t = −c·ΣF_N·(β² − s²)₊/(2β)·sign(v_t),   f_n = −c·ΣF_N·(s/β within ±1 − sign(v_n)),   s = v_n/|v_t|,
+    β = spread/cos(edge)
+
+    Of edges that point evenly into all directions from −β to β, each resists with c of its load across itself.  Where
+    the ski slips by less than β they resist each other: less holds across the ski, and more brakes along it.
+    """
+
+    name: ClassVar[str] = "edge_friction"
+    corrects: ClassVar[str] = AnisotropicFriction.name
+    sources: ClassVar[tuple[str, ...]] = (
+        "friction at each point of an edge; an edged ski that lies bent on the snow has the radius R·cos(edge), R that"
+        " of its sidecut (Howe, Skiing Mechanics, 1983)",
+    )
+
+    c: float = quantity(
+        0.0, "1", low=0.0, high=0.99, source="friction.mu_n, where all acts at the edges", meaning="share of mu_n"
+    )
+    spread: float = quantity(
+        0.05, "rad", low=0.005, high=0.3, source="chosen: the ski's outline", meaning="how far edges turn from the ski"
+    )
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        spread = self.spread / math.maximum(math.cos(state.edge), _FLATTEST)
+        slip = state.v_n / math.sqrt(state.v_t * state.v_t + _SMOOTHING * _SMOOTHING)
+        within = math.maximum(math.minimum(slip / spread, 1.0), -1.0)
+        braking = 0.5 * spread * (1.0 - within * within) * math.saturate(state.v_t, _SMOOTHING)
+        load = self.c * state.load
+        return -load * braking, load * (math.saturate(state.v_n, _SMOOTHING) - within)

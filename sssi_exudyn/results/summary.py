@@ -119,6 +119,7 @@ class UncertaintyFigures:
     largest : the corrections that are largest against what is known beforehand
     noise : of the measurements, by kind
     fits_priors : whether no correction is beyond three standard deviations
+    log_evidence : log probability of all measurements, by which two results of one recording may be compared
     """
 
     interval_90: Mapping[str, Interval]
@@ -127,6 +128,7 @@ class UncertaintyFigures:
     largest: tuple[Correction, ...]
     noise: Mapping[str, Noise]
     fits_priors: bool
+    log_evidence: float | None = None
 
 
 @dataclass(frozen=True)

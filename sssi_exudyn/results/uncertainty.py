@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import norm
 
 from sssi_exudyn.contact.registry import is_carved
-from sssi_exudyn.fitting.posterior import Posterior
+from sssi_exudyn.fitting.posterior import Posterior, log_evidence
 from sssi_exudyn.fitting.posture_errors import PostureError
 from sssi_exudyn.fitting.unknowns import MASS
 from sssi_exudyn.results.summary import Correction, Interval, Noise, UncertaintyFigures
@@ -52,6 +52,7 @@ def uncertainty_figures(found: Posterior) -> UncertaintyFigures:
             for group, names in groups.items()
         },
         fits_priors=abs(every[0].sigmas) <= _FAR,
+        log_evidence=log_evidence(found),
     )
 
 

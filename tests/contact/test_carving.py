@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from sssi_exudyn.contact.maths import FloatMath
-from sssi_exudyn.contact.registry import PAPER_TERMS, check_together, combine_terms
+from sssi_exudyn.contact.registry import PAPER_TERMS, TERMS, check_together, combine_terms
 from sssi_exudyn.contact.term import EdgeState
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import InputError
@@ -99,3 +99,7 @@ def test_it_stands_in_the_place_of_the_papers_laws() -> None:
         InputError, match=r"model.toml: \[\[term\]\] 1: penetration: carving stands in the place of all"
     ):
         check_together((*PAPER_TERMS, LAW), "model.toml")
+
+
+def test_no_term_is_listed_twice() -> None:
+    assert len({cls.name for cls in TERMS}) == len(TERMS)

@@ -27,7 +27,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import (
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Hypothesis, Numbers, Probe, SteadyLaw, probes_by
 
 ROOT = Path(__file__).parents[3]
-IN_THE_FORMAT = 19
+IN_THE_FORMAT = 20
 """Names that the format of ``diagnosis.json`` lists."""
 
 

@@ -18,6 +18,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.instruments.lever_arm import Ot
 from sssi_exudyn.validation.diagnosis.hypotheses.skier.pole_plant import PolePlants
 from sssi_exudyn.validation.diagnosis.hypotheses.skier.unexplained_force import LatentForce
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.edge_dependent_friction import FrictionByEdge
+from sssi_exudyn.validation.diagnosis.hypotheses.snow.edge_friction import EdgesCut
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.load_dependent_friction import FrictionByLoad
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.slope_change import OtherInclination
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_compaction import CompactedSnow
@@ -35,6 +36,7 @@ HYPOTHESES: Final[list[Hypothesis]] = [
     PatchOfSnow(),
     FrictionBySpeed(),
     FrictionByEdge(),
+    EdgesCut(),
     FrictionByLoad(),
     CompactedSnow(),
     OtherInclination(),
