@@ -43,8 +43,15 @@ def pytest_sessionstart(session: pytest.Session) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The long tests first, so that no worker begins one when the others have finished."""
-    items.sort(key=lambda item: item.get_closest_marker("long") is None)
+    """The long tests first, so that no worker begins one when the others have finished: those of the file with the
+    longest before all others, since tests of a file share what is made for them.
+    """
+    seconds: dict[Path, float] = {}
+    for item in items:
+        mark = item.get_closest_marker("long")
+        own = float(mark.kwargs.get("seconds", 3.0)) if mark else 0.0
+        seconds[item.path] = max(seconds.get(item.path, 0.0), own)
+    items.sort(key=lambda item: seconds[item.path] if item.get_closest_marker("long") else 0.0, reverse=True)
 
 
 @pytest.fixture

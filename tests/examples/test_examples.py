@@ -42,7 +42,7 @@ def test_one_run(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert (copied / "results" / "one_run.html").is_file()
 
 
-@pytest.mark.long
+@pytest.mark.long(seconds=16)
 def test_first_run_notebook(copied: Path) -> None:
     names, shown = run_notebook(copied / "first_run.ipynb")
     result = names["result"]
@@ -56,7 +56,7 @@ def test_first_run_notebook(copied: Path) -> None:
     assert not (copied / "results").exists()  # nothing was asked to be written
 
 
-@pytest.mark.long
+@pytest.mark.long(seconds=15)
 def test_own_law_notebook(copied: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with as_it_was():
         names, _ = run_notebook(copied / "own_law.ipynb")

@@ -17,7 +17,7 @@ SECONDS = 5.0
 
 
 @pytest.mark.parametrize(("name", "true"), [("beginner", (0.06, 0.55)), ("intermediate", (0.19, 0.90))])
-@pytest.mark.long
+@pytest.mark.long(seconds=15)
 def test_friction_of_another_world_is_found_within_its_standard_error(name: str, true: tuple[float, float]) -> None:
     recording, motion = bundled(name)
     model = on_snow_surface(model_of(recording, motion), recording, motion)

@@ -261,7 +261,7 @@ def test_numbers_of_own_laws_are_sought_along() -> None:
             seek_too(problem, [name])
 
 
-@pytest.mark.long
+@pytest.mark.long(seconds=20)
 def test_own_laws_act_and_are_reported(snow: Path, tmp_path: Path) -> None:
     use_plugin(snow)
     recording, _ = bundled("beginner")

@@ -239,7 +239,7 @@ def few_sensors_run() -> StoredRun:
     return replace(a_run(6.0, 25.0, posture=posture), second_half=speeds)
 
 
-@pytest.mark.long
+@pytest.mark.long(seconds=17)
 def test_every_command_leaves_the_report_that_is_made_from_its_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

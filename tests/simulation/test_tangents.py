@@ -121,7 +121,7 @@ def assert_equal_slopes(given: Array, expected: Array, what: str) -> None:
         assert worst <= allowed, f"{what}: {name} differs by {worst:.3g} of {np.max(scale[rows]):.3g}"
 
 
-@pytest.mark.long
+@pytest.mark.long(seconds=17)
 def test_by_every_number_of_every_law() -> None:
     model, prepared = everything()
     names = [f"{term.name}.{key}" for term in model.terms for key in parameters(term)]

@@ -81,7 +81,7 @@ def running(*command: str) -> Iterator[subprocess.Popen[bytes]]:
         process.wait()
 
 
-@pytest.mark.long
+@pytest.mark.long(seconds=35)
 def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -285,7 +285,7 @@ def gone(process: psutil.Process) -> bool:
         return True
 
 
-@pytest.mark.long
+@pytest.mark.long(seconds=20)
 def test_killed_worker_then_killed_sweep_lose_nothing_and_repeat_nothing(
     started: Callable[[int], tuple[subprocess.Popen[str], Path]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

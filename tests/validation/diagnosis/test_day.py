@@ -80,7 +80,7 @@ def test_a_common_effect_is_estimated_better_by_two_runs() -> None:
     assert both[0] < min(a[0] for a in alone)
 
 
-@pytest.mark.long
+@pytest.mark.long(seconds=45)
 def test_two_runs_find_what_the_first_does_not() -> None:
     """Friction that rises with speed, as the benchmark's world records it on two stretches at different speeds."""
     recording, motion = bundled("intermediate")

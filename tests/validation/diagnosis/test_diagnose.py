@@ -98,7 +98,7 @@ def diagnose_case(made: Made, tmp_path: Path) -> tuple[Case, dict[str, Any]]:
     return made.case, written
 
 
-@pytest.mark.long
+@pytest.mark.long(seconds=65)
 def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any, tmp_path: Path) -> None:
     case, written = diagnose_case(make(0, ("snow_patch", "physics", 3), [base], seed=4), tmp_path)
     assert written.keys() >= KEYS
@@ -115,7 +115,7 @@ def test_a_patch_of_slow_snow_is_found_named_and_placed(base: Any, tmp_path: Pat
     assert finding["evidence"]["trajectory_error_m"]["after"] < finding["evidence"]["trajectory_error_m"]["before"]
 
 
-@pytest.mark.long
+@pytest.mark.long(seconds=25)
 def test_where_nothing_is_hidden_nothing_is_found(base: Any, tmp_path: Path) -> None:
     _, written = diagnose_case(make(0, ("none", "none", 0), [base], seed=6), tmp_path)
     assert written["verdict"] == "none"
@@ -341,7 +341,7 @@ def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> No
         assert apart < 1e-9, name  # rounding
 
 
-@pytest.mark.long
+@pytest.mark.long(seconds=30)
 def test_the_model_that_is_written_meets_the_track_as_is_claimed(
     base: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -365,14 +365,14 @@ def test_the_model_that_is_written_meets_the_track_as_is_claimed(
     assert np.mean(np.linalg.norm(missed, axis=1)) < 1.2 * claimed.after
 
 
-@pytest.mark.long
+@pytest.mark.long(seconds=30)
 def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     base: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recording, motion, model = base
-    motion = replace(motion, stop=motion.start + 5.0)
+    motion = replace(motion, stop=motion.start + 4.0)
     # the fixes jump by 1 m, 50 standard deviations
-    jump = np.where(recording.gps.time[:, None] > motion.start + 2.5, [[1.0, 0.0, 0.0]], 0.0)
+    jump = np.where(recording.gps.time[:, None] > motion.start + 2.0, [[1.0, 0.0, 0.0]], 0.0)
     jumped = replace(recording, gps=replace(recording.gps, enu=recording.gps.enu + jump))
     few = tuple(BY_NAME[name] for name in ("gps_jump", "unexplained_force"))
     monkeypatch.setattr(search, "HYPOTHESES", few)
