@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 _BYTES: Final = 8
 """Of a number."""
 _HEAD: Final = 4096
-"""bytes in which a page's head ends."""
+"""bytes in which a page's head ends mostly."""
+_LARGEST_HEAD: Final = 1_000_000
+"""bytes of one whose least and greatest value are long texts, such as whole records of runs."""
 _PAGES: Final = 200_000
 _DECODED: Final = _BYTES * MAX_TABLE
 """bytes that all pages of a file may have once they are decompressed."""
@@ -136,14 +138,25 @@ def _check_pages(path: Path, about: pq.FileMetaData, stream: BinaryIO) -> None:
             at = chunk.dictionary_page_offset if chunk.has_dictionary_page else chunk.data_page_offset
             end = at + chunk.total_compressed_size
             while at < end:
-                stream.seek(at)
-                decoded, stored, size = _page(stream.read(_HEAD))
+                decoded, stored, size = _page_at(stream, at)
                 total += max(decoded, stored)
                 count += 1
                 at += size + stored
                 if min(decoded, stored) < 0 or total > _DECODED or count > _PAGES:
                     raise InputError(path, "", "more bytes than any result has", "run again")
     stream.seek(0)
+
+
+def _page_at(stream: BinaryIO, at: int) -> tuple[int, int, int]:
+    """``_page`` of the page that begins there."""
+    stream.seek(at)
+    head = stream.read(_HEAD)
+    try:
+        return _page(head)
+    except ValueError:
+        if len(head) < _HEAD:
+            raise
+        return _page(head + stream.read(_LARGEST_HEAD - _HEAD))
 
 
 def _page(head: bytes) -> tuple[int, int, int]:

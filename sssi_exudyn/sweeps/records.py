@@ -181,7 +181,7 @@ def gather(folder: Path, only: Collection[str] | None = None) -> None:
     made = folder / RECORDS / f".{_GATHERED}{uuid.uuid4().hex}.parquet"
     with clear_errors(made):
         table = pa.table({"name": list(texts), "record": list(texts.values())}, _PART)
-        pq.write_table(table, made, compression="zstd")
+        pq.write_table(table, made, compression="zstd", write_statistics=False)  # which would hold whole records
         made.replace(made.with_name(made.name.removeprefix(".")))
         for path in paths:
             path.unlink(missing_ok=True)
