@@ -7,7 +7,14 @@ from typing import Final
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.runtime.private_folder import cache_folder
 
-_SECONDS: Final = {"simulate": 0.3, "fit": 5.0, "fit carving": 80.0, "diagnose": 10.0, "diagnose reduced": 6.0}
+_SECONDS: Final = {
+    "simulate": 0.3,
+    "simulate carving": 5.0,
+    "fit": 5.0,
+    "fit carving": 80.0,
+    "diagnose": 10.0,
+    "diagnose reduced": 6.0,
+}
 """s of computing for each second of a run, on one core of a computer of 2024, force laws compiled."""
 _COMPILING: Final = 90.0
 """s of computing that the force laws take once on a machine."""

@@ -348,7 +348,8 @@ def _simulate_into(
     backend: Backend = "fastest",
 ) -> Made:
     """Run the model and write all that a result folder holds; a run that diverges leaves what it has, and raises."""
-    with progress.stage("simulate", expected_seconds("simulate", motion)) as stage:
+    work = "simulate carving" if is_carved(model.terms) else "simulate"
+    with progress.stage("simulate", expected_seconds(work, motion)) as stage:
         try:
             result = simulate_model(model, motion, backend=backend, progress=stage.advance)
         except SimulationDiverged as error:

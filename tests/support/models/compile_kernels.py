@@ -19,11 +19,12 @@ from sssi_exudyn.simulation.steady_turn import TurnCase, edges_of, start_rolling
 
 
 def compile_full() -> None:
-    """The full model, the muscles' paths, a ski in a turn, and a run on snow that edges cut."""
+    """The full model, the muscles' paths, a ski in a turn, and runs on snow that edges cut."""
     skier, carving = model(), model((Carving(),))
     simulate(skier, standing(0.1), stop=0.02)
     steady_turn(TurnCase(0.5), start_rolling(edges_of(skier.ski)))
     simulate_carved(carving, prepare(carving, standing(0.1)))
+    simulate(carving, standing(0.1), stop=0.02)
     muscle_paths(skier_muscles(average_geometry(1.75)).model, np.zeros((1, len(PRESCRIBED))))
 
 
