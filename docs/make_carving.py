@@ -121,7 +121,8 @@ one for each number and each error of the posture, of which the feet's yaw and r
 computing for a run of 15 s, with steps of 2.5 ms, 50 points and 8 vibrations, which the full model's run sets right.
 
 Not yet: a heading of the skier that the snow decides, and balance. A captured posture fits one path; where skis carve
-another, the skier is carried along by them without falling.
+another, the skier is carried along by them without falling. Skis that lie exactly flat, as no captured ones do, the full
+model does not solve: which edge is the deeper one is rounding there; the reduced model does.
 
 ### One recording, both laws
 

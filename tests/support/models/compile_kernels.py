@@ -24,7 +24,7 @@ def compile_full() -> None:
     simulate(skier, standing(0.1), stop=0.02)
     steady_turn(TurnCase(0.5), start_rolling(edges_of(skier.ski)))
     simulate_carved(carving, prepare(carving, standing(0.1)))
-    simulate(carving, standing(0.1), stop=0.02)
+    simulate(carving, standing(0.1, pelvis_list=0.05), stop=0.02)
     muscle_paths(skier_muscles(average_geometry(1.75)).model, np.zeros((1, len(PRESCRIBED))))
 
 
