@@ -37,9 +37,9 @@ _INTERVAL: Final = 0.1
 """s between the moments that are used, each an average."""
 _FIXES_MEMORY: Final = 2.0
 """s; correlation of a receiver's error of place."""
-_SPEED: Final = ExponentialNoise(0.10, 1.0)
+SPEED: Final = ExponentialNoise(0.10, 1.0)
 """m/s and s: a receiver's Doppler speed (Zhang et al., J. Navig. 59 (2006) 293: 0.03 to 0.2 m/s)."""
-_LOADS: Final = {"load": (0.03, 0.05), "difference": (0.05, 0.3)}
+LOADS: Final = {"load": (0.03, 0.05), "difference": (0.05, 0.3)}
 """Noise of the insoles' total and difference: shares of the mean total, and correlation times (s)."""
 _MOMENT_MEMORY: Final = 0.2
 """s over which what is left over of the moment is correlated: the capture is filtered at 6 Hz."""
@@ -161,7 +161,7 @@ def _usual_noise(sigma: float, load: float, about: Uncertainty) -> dict[str, Exp
     fixes = ExponentialNoise(sigma, _FIXES_MEMORY)
     counted = float(np.sqrt(_ALIKE / _MOMENT_MEMORY))
     moment = ExponentialNoise(counted * about.residual_moment, _MOMENT_MEMORY)
-    loads = {name: ExponentialNoise(share * load, memory) for name, (share, memory) in _LOADS.items()}
-    by_group = {"fixes": fixes, "speed": _SPEED, "moment": moment}
+    loads = {name: ExponentialNoise(share * load, memory) for name, (share, memory) in LOADS.items()}
+    by_group = {"fixes": fixes, "speed": SPEED, "moment": moment}
     found = {name: by_group[group] for group in by_group for name in GROUPS[group]}
     return {**found, **loads}

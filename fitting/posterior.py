@@ -31,7 +31,7 @@ from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
 from sssi_exudyn.fitting.observation import Observation
 from sssi_exudyn.fitting.optimise import Optimum, minimise
 from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors, grown
-from sssi_exudyn.fitting.unknowns import MASS, Unknown, group_of
+from sssi_exudyn.fitting.unknowns import MASS, SURFACE, Unknown, group_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
@@ -42,7 +42,7 @@ from sssi_exudyn.simulation.tangents import TableChange, skier_mass_change
 
 STEP: Final = 0.01
 """s; steps of the reduced model."""
-ROUNDS: Final = 8
+ROUNDS: Final = 12
 CARVED_ROUNDS: Final = 4
 """The same where edges cut, as a round takes minutes there."""
 _SETTLED: Final = 0.15
@@ -67,8 +67,10 @@ _GIVEN: Final = "moment"
 """The group of measurements whose noise is not estimated less than it is given: how well a skier balances is no matter
 of the run."""
 _WEIGHINGS: Final = 4
-_HALVINGS: Final = 5
-"""Shares of a step that are tried: one, a half …"""
+_DAMPINGS: Final = (0.0, 1.0, 10.0, 100.0, 1000.0)
+"""Of steps that are tried."""
+_KEPT: Final = 0.5
+"""Share of the promised decrease of the misfit with which a step is taken."""
 _DIFFERENCE: Final = 1e-3
 """Standard deviations of an error by which the body's own moment is differentiated."""
 
@@ -226,19 +228,21 @@ def find_posterior(
     point, responses = linearise_at(model, setting, known)
     seen = setting.seen
     levels: Levels = seen.usual
-    linearised, moved = point.sizes, np.inf
+    linearised, moved, kept = point.sizes, np.inf, True
     most = CARVED_ROUNDS if is_carved(model.terms) else ROUNDS
     for rounds in range(1, most + 1):
         if rounds > 1:
-            again = _bend(point, linearised) > (_BENT if moved > _STRAIGHT else _BENT_AT_THE_END)
+            bent = _BENT if moved > _STRAIGHT else _BENT_AT_THE_END
+            again = not kept or _bend(point, linearised) > bent
             responses = _linearise(setting, point, None if again else responses)
             linearised = point.sizes if again else linearised
             if heavy_tails:
                 setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
+        setting = _weigh_surface(setting, point, responses, levels)
         levels = _weigh_noise(setting, point, responses, levels)
         found = _solve(setting, point, responses, levels)
         before = point
-        point, misfit = _step(setting, point, responses, levels, found)
+        point, misfit, kept = _step(setting, point, responses, levels, found)
         spread = np.sqrt(np.diag(found.covariance))
         changes = (setting.values(point.model) - setting.values(before.model)) / spread
         moved = float(np.max(np.abs(np.concatenate([changes, point.sizes - before.sizes]))))
@@ -373,6 +377,15 @@ class _Whitened:
     numbers: Array
     errors: Array
 
+    def held(self, by_number: Array, by_error: float, sizes: Array) -> _Whitened:
+        """With rows that hold θ, weighed (k,), and η where they are."""
+        k, m = self.numbers.shape[1], self.errors.shape[1]
+        return _Whitened(
+            np.concatenate([self.residual, np.zeros(k), by_error * sizes]),
+            np.vstack([self.numbers, np.diag(by_number), np.zeros((m, k))]),
+            np.vstack([self.errors, np.zeros((k, m)), by_error * np.eye(m)]),
+        )
+
 
 def _whiten(setting: Setting, point: Point | Posterior, responses: Responses, levels: Levels) -> _Whitened:
     residual = setting.seen.measured - point.predicted + responses.by_error @ point.sizes
@@ -417,6 +430,30 @@ def log_evidence(found: Posterior) -> float:
     return evidence - float(np.sum(np.log(seen.scale))) - 0.5 * len(y) * float(np.log(2.0 * np.pi))
 
 
+def _weigh_surface(setting: Setting, point: Point, responses: Responses, levels: Levels) -> Setting:
+    """With the size of the snow surface's modes beforehand that the measurements show, by expectation and
+    maximisation: poor heights say little of how rough a slope is, and the soles' loads much.
+    """
+    modes = np.array([unknown.group == SURFACE for unknown in setting.unknowns])
+    if not np.any(modes):
+        return setting
+    places = np.flatnonzero(modes)
+    sigma = float(setting.sigmas[places[0]])
+    for _ in range(_WEIGHINGS):
+        y, u = _all_uncertain(setting, point, responses, levels)
+        factor = _precision(u)
+        amounts = cho_solve(factor, u.T @ y)[places]
+        left = np.diag(cho_solve(factor, np.eye(u.shape[1])))[places]
+        square = sigma**2 * float(amounts @ amounts + np.sum(left))
+        sigma = float(np.sqrt((square + _BEFOREHAND) / (len(places) + _BEFOREHAND)))
+        unknowns = (
+            replace(each, prior=replace(each.prior, sigma=sigma)) if of_surface else each
+            for each, of_surface in zip(setting.unknowns, modes, strict=True)
+        )
+        setting = replace(setting, unknowns=tuple(unknowns))
+    return setting
+
+
 def _all_uncertain(
     setting: Setting, point: Point | Posterior, responses: Responses, levels: Levels
 ) -> tuple[Array, Array]:
@@ -459,8 +496,11 @@ class _Found:
     shares: Mapping[str, Array]
 
 
-def _solve(setting: Setting, point: Point, responses: Responses, levels: Levels) -> _Found:
+def _solve(setting: Setting, point: Point, responses: Responses, levels: Levels, damping: float = 0.0) -> _Found:
+    """``damping`` holds θ and η where they are, as if they were known there to 1/√damping of their priors' spread."""
     white = _whiten(setting, point, responses, levels)
+    if damping > 0.0:
+        white = white.held(np.sqrt(damping) / setting.sigmas, np.sqrt(damping), point.sizes)
     factor = _precision(white.errors)
 
     def without_errors(columns: Array) -> Array:
@@ -505,24 +545,32 @@ def _shares(setting: Setting, covariance: Array, weighted: Array, errors: Array)
     return {group: np.sqrt(variance) for group, variance in variances.items()}
 
 
-def _step(setting: Setting, point: Point, responses: Responses, levels: Levels, found: _Found) -> tuple[Point, float]:
-    """The next point and its misfit: the whole step, or the largest share of it that lessens the misfit."""
+def _step(
+    setting: Setting, point: Point, responses: Responses, levels: Levels, found: _Found
+) -> tuple[Point, float, bool]:
+    """The next point, its misfit, and whether that is as low as promised: the whole step, or the best of steps that are
+    damped more and more (Levenberg and Marquardt).
+    """
     before = setting.values(point.model)
-    least = _misfit(setting, levels, before, point.sizes, point.predicted)
-    share = 1.0
-    for _ in range(_HALVINGS):
-        values = before + share * found.step
-        sizes = point.sizes + share * (found.sizes - point.sizes)
+    first = _misfit(setting, levels, before, point.sizes, point.predicted)
+    promised = first - found.optimum.objective
+    best, least = point, first
+    for damping in _DAMPINGS:
+        if damping > 0.0:
+            found = _solve(setting, point, responses, levels, damping)
+        values = before + found.step
         try:
-            trial = moved_point(setting, point, responses, values, sizes)
+            trial = moved_point(setting, point, responses, values, found.sizes)
         except SimulationDiverged:
-            trial, misfit = point, np.inf
-        else:
-            misfit = _misfit(setting, levels, values, sizes, trial.predicted)
+            continue
+        misfit = _misfit(setting, levels, values, found.sizes, trial.predicted)
         if misfit < least:
-            return trial, misfit
-        share *= 0.5
-    return point, least
+            best, least = trial, misfit
+        elif best is not point:
+            break
+        if first - least > _KEPT * promised:
+            break
+    return best, least, first - least > _KEPT * promised
 
 
 def _misfit(setting: Setting, levels: Levels, values: Array, sizes: Array, predicted: Array) -> float:

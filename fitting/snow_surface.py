@@ -15,8 +15,9 @@ import pymap3d
 from scipy.spatial import cKDTree
 
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.core.frames import GRAVITY, Array, slope_to_enu
 from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.fitting.observation import LOADS, SPEED
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
@@ -25,7 +26,15 @@ from sssi_exudyn.recording.instruments.gps import Gps, enu_from
 from sssi_exudyn.recording.recording import NEARBY, Elevations, Recording
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 from sssi_exudyn.terrain.elevation_model import open_elevations
-from sssi_exudyn.terrain.from_heights import AMPLITUDE, LEAST, Estimate, Heights, estimate_surface, level_surface
+from sssi_exudyn.terrain.from_heights import (
+    AMPLITUDE,
+    LEAST,
+    Estimate,
+    Heights,
+    Noticed,
+    estimate_surface,
+    level_surface,
+)
 from sssi_exudyn.terrain.surface import Surface
 
 VERTICAL: Final = 1.5
@@ -37,6 +46,8 @@ BAROMETER: Final = (0.12, ExponentialNoise(4.5, 1000.0))
 went down a glacier; it forgets in 1000 s, much longer than a run."""
 _NOTICED: Final = 0.5
 """Of a fix's standard deviation: a movement of the whole track that small is not noticed."""
+_NOTICED_LOAD: Final = 0.35
+"""Of the insoles' noise: they are read twenty times a second."""
 _LIFTED: Final = 0.03
 """m; of two skis the one higher than the other by much more than this is off the snow."""
 _DATUM: Final = 10.0
@@ -61,9 +72,18 @@ def snow_surface(model: Model, recording: Recording, motion: Motion) -> tuple[Su
     if found is None:
         return None
     assert recording.gps is not None
-    noise = _NOTICED * float(np.median(recording.gps.sigma))
-    surface = found.estimate.surface(found.empty, noise)
+    surface = found.estimate.surface(found.empty, _noticed(recording))
     return replace(surface, mean=surface.mean + found.ground), found.heights
+
+
+def _noticed(recording: Recording) -> Noticed:
+    """What a recording's instruments notice of the surface besides its heights."""
+    assert recording.gps is not None
+    return Noticed(
+        _NOTICED * float(np.median(recording.gps.sigma)),
+        np.inf if recording.gps.speed is None else _NOTICED * SPEED.sigma,
+        np.inf if recording.insoles is None else _NOTICED_LOAD * LOADS["load"][0] * GRAVITY,
+    )
 
 
 @dataclass(frozen=True)

@@ -26,13 +26,14 @@ CUTTING: Final = {
 USUAL_CUFF: Final = 0.06
 """Share of the load that a boot's cuff takes usually."""
 MASS: Final = "skier's mass"
+SURFACE: Final = "snow surface"
 _GROUPS: Final = {
     "friction": "friction's own prior",
     "carving": "snow's own prior",
     "penetration": "snow's stiffness",
     "air": "drag",
     "start": "start",
-    "surface": "snow surface",
+    "surface": SURFACE,
     BootCuff.name: "insoles",
     InsoleGain.name: "insoles",
     LeverArm.name: "antenna",

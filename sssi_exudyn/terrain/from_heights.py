@@ -2,11 +2,12 @@
 
     y_i = h(x_i) + c + g·x_i + e(t_i) + w_i
 
-h is a Matérn 5/2 process over the plane (variance a², length L); c and g are the height's origin and the plane's own
-error, known beforehand to within ``OFFSET`` and ``TILT``; e is the receiver's slow error (exponential correlation over
-``noise.correlation_time``) and w what is independent from fix to fix.  Amplitude and length are those that make the
-heights most probable, with weak priors.  Single fixes that are far off count less: each is weighed as under a Student
-distribution.  Heights of other runs on the slope join them; each run has an origin c and a slow error e of its own.
+h is a process over the plane with waves of all lengths, a sum of Matérn 5/2 processes; c and g are the height's origin
+and the plane's own error, known beforehand to within ``OFFSET`` and ``TILT``; e is the receiver's slow error
+(exponential correlation over ``noise.correlation_time``) and w what is independent from fix to fix.  The waves'
+amplitude is the one that makes the heights most probable, with a weak prior.  Single fixes that are far off count less:
+each is weighed as under a Student distribution.  Heights of other runs on the slope join them; each run has an origin c
+and a slow error e of its own.
 
 Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to 2.30 and 4.17.
 """
@@ -19,7 +20,7 @@ from typing import Final
 
 import numpy as np
 from scipy.linalg import block_diag, cho_solve, cholesky
-from scipy.optimize import minimize
+from scipy.optimize import minimize_scalar
 
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.core.noise import ExponentialNoise, student_weight
@@ -31,9 +32,8 @@ TILT: Final = float(np.radians(1.0))
 """rad to which the inclination and the cross slope are known, as a stated slope is."""
 AMPLITUDE: Final = (0.3, 1.0)
 """m, by which a groomed slope usually leaves its plane, and the standard deviation of its logarithm."""
-LENGTH: Final = (20.0, 0.5)
-"""m, over which it usually does, likewise; lengths are sought from 5 to 60 m."""
-_LENGTHS: Final = (5.0, 60.0)
+WAVES: Final = ((0.33, 6.0), (0.67, 15.0), (1.33, 40.0))
+"""Amplitude of the waves of an ordinary slope over its own, and length (m): waves of each length make slopes alike."""
 _AMPLITUDES: Final = (0.003, 5.0)
 SHORT: Final = 0.5
 """Share of the noise that is independent from fix to fix."""
@@ -41,14 +41,12 @@ LEAST: Final = 4
 """Heights that a surface takes."""
 _ROUNDS: Final = 10
 _TOLERANCE: Final = 0.05
-"""Of the amplitude's and the length's logarithm, and of the log posterior."""
+"""Of the amplitude's logarithm."""
 _SETTLED: Final = 0.05
 """Change of a weight that is none."""
 _MOST: Final = 500
 """Heights at most; more are averaged by neighbours.  With other runs, the run at hand has half of them."""
-MOST_MODES: Final = 40
-WAVES: Final = ((0.1, 6.0), (0.2, 15.0), (0.4, 40.0))
-"""m and m: heights and lengths of the waves of an ordinary slope, of which each length makes slopes alike."""
+MOST_MODES: Final = 100
 TILTS: Final = 2
 """Modes of such a process that come first, the plane's tilt along and across the slope."""
 MOST_WAVES: Final = 60
@@ -57,6 +55,12 @@ _SEEN: Final = 0.005
 """m; waves that are smaller, root mean square along the way, are left out."""
 _APART: Final = 1.0
 """m over which a slope is taken from heights."""
+_MOST_ALONG: Final = 300
+"""Places along the way from which modes are found."""
+_SECOND: Final = 1.0
+"""s over which a way's velocity is taken."""
+_STANDING: Final = 0.1
+"""m/s below which a way has no direction."""
 _SPACING: Final = 2.0
 """m between nodes: the shortest length is met with 2.5 nodes."""
 _MARGIN: Final = 15.0
@@ -96,22 +100,34 @@ class Heights:
 
 
 @dataclass(frozen=True)
+class Noticed:
+    """What the other instruments would notice of a surface, root mean square over the run; infinite where there is
+    none.
+
+    place : m of the track;  speed : m/s of it;  lift : m/s² by which the snow throws the skier up
+    """
+
+    place: float
+    speed: float = np.inf
+    lift: float = np.inf
+
+
+@dataclass(frozen=True)
 class Estimate:
     """The posterior of the surface.
 
-    amplitude, length : m of the process
+    amplitude : m of the process
     weight : (m,) of each height, those of the run at hand first; 1 for an ordinary one
     """
 
     heights: Heights
     amplitude: float
-    length: float
     weight: Array
 
     @cached_property
     def _solved(self) -> tuple[Array, Array]:
         """Cholesky factor (m, m) of the heights' covariance, and its solution (m,) for the heights."""
-        factor = cholesky(_covariance(self.heights, self.amplitude, self.length, self.weight), lower=True)
+        factor = cholesky(_covariance(self.heights, self.amplitude, self.weight), lower=True)
         return factor, cho_solve((factor, True), self.heights.all_heights)
 
     def _cross(self, places: Array) -> Array:
@@ -120,7 +136,7 @@ class Estimate:
 
     def _prior(self, a: Array, b: Array) -> Array:
         """(m, n) m²: covariance beforehand of the surface at places (m, 2) and (n, 2)."""
-        return _of_surface(a, b, self.amplitude, self.length)
+        return _of_surface(a, b, self.amplitude)
 
     def mean(self, places: Array) -> Array:
         """(m,) m over the slope's plane at ``places`` (m, 2), up to a constant."""
@@ -133,14 +149,14 @@ class Estimate:
         level = np.eye(len(places)) - 1.0 / len(places)
         return np.asarray(level @ found @ level)
 
-    def surface(self, empty: Surface, noise: float = np.inf) -> Surface:
+    def surface(self, empty: Surface, noticed: Noticed | None = None) -> Surface:
         """The mean as a spline on the nodes of ``empty``, with its leading modes; its height at the first place is 0.
 
-        noise : m of the track; modes that would move a skier by less, root mean square over the run, are left out
+        noticed : modes of which the other instruments would notice less are left out
         """
         nodes, shape = empty.nodes(), empty.mean.shape
         mean = self.mean(nodes) - self.mean(self.heights.places[:1])[0]
-        modes = self._modes(nodes, noise)
+        modes = np.zeros((0, len(nodes))) if noticed is None else self._modes(nodes, noticed)
         return replace(
             empty,
             mean=mean.reshape(shape),
@@ -155,7 +171,7 @@ class Estimate:
         from the measured ones of all runs, (n, m).
 
         The first two modes are the plane's tilt, the others the leading ones along the way of a process with waves of
-        all lengths (``WAVES``, times ``amplitude`` over the usual one), in standard deviations.  What they leave of the
+        all lengths and this ``amplitude`` (m), in standard deviations.  What they leave of the
         mean is kept as it is.
         """
         nodes, places = empty.nodes(), self.heights.places
@@ -163,8 +179,7 @@ class Estimate:
 
         def waves(at: Array) -> Array:
             """(m, n) m²: covariance of waves at places (m, 2) with those along the way."""
-            share = amplitude / AMPLITUDE[0]
-            return np.asarray(sum(_matern(at, places, share * size, length) for size, length in WAVES))
+            return _of_waves(at, places, amplitude)
 
         found, shapes = np.linalg.eigh(waves(places))
         strong = np.flatnonzero(found > len(places) * _SEEN**2)[::-1][:MOST_WAVES]
@@ -194,30 +209,40 @@ class Estimate:
         """(n,) m, standard deviation at ``nodes`` (n, 2) relative to the mean height along the way."""
         with_way, along_way = self._cross(nodes), self._cross(self.heights.places)
         cross = with_way - along_way.mean(axis=0)
-        own = self.amplitude**2 + TILT**2 * np.sum(nodes**2, axis=1)
+        own = self.amplitude**2 * sum(share**2 for share, _ in WAVES) + TILT**2 * np.sum(nodes**2, axis=1)
         count = len(self.heights.time)
         prior = own - 2.0 * with_way[:, :count].mean(axis=1) + along_way[:, :count].mean()
         explained = np.sum(cross * cho_solve((self._solved[0], True), cross.T).T, axis=1)
         return np.asarray(np.sqrt(np.maximum(prior - explained, 0.0)))
 
-    def _modes(self, nodes: Array, noise: float) -> Array:
-        """(k, n) m at ``nodes`` (n, 2): the posterior's Karhunen–Loève modes in the way that they move a skier.
+    def _modes(self, nodes: Array, noticed: Noticed) -> Array:
+        """(k, n) m at ``nodes`` (n, 2): the posterior's Karhunen–Loève modes in what is noticed of them.
 
-        A slope's change pulls with g along it; twice integrated that moves the track, up to what another start makes
-        up for.  The modes are those of that movement, and what they are elsewhere follows by regression.
+        A slope's change pulls with g along it: once integrated that changes the speed, twice the place, up to what
+        another start makes up for.  Along the way a wave throws the skier up, v² times its curvature.  The modes are
+        those of all this in units of what is noticed; what they are elsewhere follows by regression.
         """
-        if not np.isfinite(noise):
-            return np.zeros((0, len(nodes)))
-        places, count = self.heights.places, len(self.heights.time)
-        around = np.concatenate([places + step for step in 0.5 * _APART * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])])
-        moves = _movements(self.heights.time) * (GRAVITY / _APART)
-        none = np.zeros_like(moves)
-        pulled = np.block([[-moves, moves, none, none], [none, none, -moves, moves]])
-        measured = pulled @ self._cross(around)
+        some = slice(None, None, -(-len(self.heights.time) // _MOST_ALONG))
+        places, time, velocity = self.heights.places[some], self.heights.time[some], _velocities(self.heights)[some]
+        count = len(time)
+        speed = np.maximum(np.linalg.norm(velocity, axis=1, keepdims=True), _STANDING)
+        ahead = _APART * velocity / speed
+        steps = [*(0.5 * _APART * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])), ahead, -ahead, np.zeros(2)]
+        around = np.concatenate([places + step for step in steps])
+        once, none = _integral(time), np.zeros((count, count))
+        rows = []
+        for least, integrated, order in ((noticed.place, once @ once, 1), (noticed.speed, once, 0)):
+            each = _without_start(time, integrated, order) * (GRAVITY / (_APART * least))
+            rows += [[-each, each, none, none, *[none] * 3], [none, none, -each, each, *[none] * 3]]
+        thrown = np.diag(speed[:, 0] ** 2 / (_APART**2 * noticed.lift))
+        rows.append([*[none] * 4, thrown, thrown, -2.0 * thrown])
+        table = np.block(rows)
+        table = table[np.any(table != 0.0, axis=1)] / np.sqrt(count)
+        measured = table @ self._cross(around)
         gain = cho_solve((self._solved[0], True), measured.T)
-        found, shapes = np.linalg.eigh(pulled @ self._prior(around, around) @ pulled.T - measured @ gain)
-        strong = np.flatnonzero(found > count * noise**2)[::-1][:MOST_MODES]
-        covariance = self._prior(nodes, around) @ pulled.T - self._cross(nodes) @ gain
+        found, shapes = np.linalg.eigh(table @ self._prior(around, around) @ table.T - measured @ gain)
+        strong = np.flatnonzero(found > 1.0)[::-1][:MOST_MODES]
+        covariance = self._prior(nodes, around) @ table.T - self._cross(nodes) @ gain
         return np.asarray((covariance @ shapes[:, strong] / np.sqrt(found[strong])).T)
 
 
@@ -235,13 +260,13 @@ def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:
     if len(heights.time) < LEAST:
         raise ValueError(f"fewer than {LEAST} heights make no surface")
     heights = _bounded_heights(heights)
-    logs = np.log([usual, LENGTH[0]])
-    # weighed before anything is sought: a process short enough to follow single fixes would explain them
-    weight = _weights(Estimate(heights, usual, LENGTH[0], np.ones(len(heights.all_heights))))
+    bounds = tuple(np.log(_AMPLITUDES))
+    # weighed before anything is sought: waves short enough to follow single fixes would explain them
+    weight = _weights(Estimate(heights, usual, np.ones(len(heights.all_heights))))
     for _ in range(_ROUNDS):
         objective = partial(_minus_log_posterior, heights, weight, usual)
-        logs = minimize(objective, logs, method="Nelder-Mead", options={"xatol": _TOLERANCE, "fatol": _TOLERANCE}).x
-        estimate = Estimate(heights, *_bounded(logs), weight)
+        found = minimize_scalar(objective, bounds=bounds, method="bounded", options={"xatol": _TOLERANCE})
+        estimate = Estimate(heights, float(np.exp(found.x)), weight)
         again = _weights(estimate)
         if np.max(np.abs(again - weight)) < _SETTLED:
             break
@@ -249,40 +274,43 @@ def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:
     return estimate
 
 
-def _movements(time: Array) -> Array:
-    """(n, n) s²: the movement at ``time`` (n,) by accelerations there, less what another place and speed at the start
-    make up for.
-    """
+def _integral(time: Array) -> Array:
+    """(n, n) s: what comes of rates at ``time`` (n,) until then, by trapezoids."""
     step = np.diff(time)
-    once = np.zeros((len(time), len(time)))  # trapezoids
+    once = np.zeros((len(time), len(time)))
     once[1:, :-1] += np.tril(np.broadcast_to(0.5 * step, (len(step), len(step))))
     once[1:, 1:] += np.tril(np.broadcast_to(0.5 * step, (len(step), len(step))))
-    line = np.stack([np.ones(len(time)), time - time.mean()], axis=1)
-    twice = once @ once
-    return np.asarray(twice - line @ np.linalg.lstsq(line, twice, rcond=None)[0])
+    return once
 
 
-def _bounded(logs: Array) -> tuple[float, float]:
-    amplitude, length = np.exp(logs)
-    return float(np.clip(amplitude, *_AMPLITUDES)), float(np.clip(length, *_LENGTHS))
+def _without_start(time: Array, operator: Array, order: int) -> Array:
+    """(n, n) an operator less what another place at the start, and for ``order`` 1 another speed, make up for."""
+    line = np.vander(time - time.mean(), order + 1)
+    return np.asarray(operator - line @ np.linalg.lstsq(line, operator, rcond=None)[0])
 
 
-def _minus_log_posterior(heights: Heights, weight: Array, usual: float, logs: Array) -> float:
-    amplitude, length = _bounded(logs)
-    factor = cholesky(_covariance(heights, amplitude, length, weight), lower=True)
+def _velocities(heights: Heights) -> Array:
+    """(n, 2) m/s along the way, over a second: single fixes may be far off."""
+    ahead, behind = heights.time + 0.5 * _SECOND, heights.time - 0.5 * _SECOND
+    ahead, behind = (np.clip(at, heights.time[0], heights.time[-1]) for at in (ahead, behind))
+    moved = [
+        np.interp(ahead, heights.time, column) - np.interp(behind, heights.time, column) for column in heights.places.T
+    ]
+    return np.asarray(np.stack(moved, axis=1) / (ahead - behind)[:, None])
+
+
+def _minus_log_posterior(heights: Heights, weight: Array, usual: float, log: float) -> float:
+    factor = cholesky(_covariance(heights, float(np.exp(log)), weight), lower=True)
     whitened = np.linalg.solve(factor, heights.all_heights)
-    beforehand = sum(
-        ((value - np.log(middle)) / spread) ** 2
-        for value, middle, spread in zip(logs, (usual, LENGTH[0]), (AMPLITUDE[1], LENGTH[1]), strict=True)
-    )
+    beforehand = ((log - np.log(usual)) / AMPLITUDE[1]) ** 2
     return float(0.5 * whitened @ whitened + np.sum(np.log(np.diag(factor))) + 0.5 * beforehand)
 
 
-def _covariance(heights: Heights, amplitude: float, length: float, weight: Array) -> Array:
+def _covariance(heights: Heights, amplitude: float, weight: Array) -> Array:
     """(m, m) m² of all heights by surface and tilt, which runs share, and by what each run has of its own."""
     own = block_diag(*(_own_errors(run) for run in (heights, *heights.others)))
     independent = np.diag((SHORT * heights.all_sigmas) ** 2 / weight)
-    return np.asarray(_of_surface(heights.all_places, heights.all_places, amplitude, length) + own + independent)
+    return np.asarray(_of_surface(heights.all_places, heights.all_places, amplitude) + own + independent)
 
 
 def _own_errors(heights: Heights) -> Array:
@@ -293,9 +321,14 @@ def _own_errors(heights: Heights) -> Array:
     return np.asarray(OFFSET**2 + heights.noise.sigma**2 * np.outer(own, own) * decay)
 
 
-def _of_surface(a: Array, b: Array, amplitude: float, length: float) -> Array:
+def _of_surface(a: Array, b: Array, amplitude: float) -> Array:
     """(m, n) m²: covariance beforehand of the surface, with the plane's tilt, at places (m, 2) and (n, 2)."""
-    return np.asarray(_matern(a, b, amplitude, length) + TILT**2 * a @ b.T)
+    return np.asarray(_of_waves(a, b, amplitude) + TILT**2 * a @ b.T)
+
+
+def _of_waves(a: Array, b: Array, amplitude: float) -> Array:
+    """(m, n) m²: covariance beforehand of waves of all lengths at places (m, 2) and (n, 2)."""
+    return np.asarray(sum(_matern(a, b, share * amplitude, length) for share, length in WAVES))
 
 
 def _matern(a: Array, b: Array, amplitude: float, length: float) -> Array:

@@ -13,9 +13,11 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting import posterior as module
 from sssi_exudyn.fitting.estimate import setting_of
 from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.observation import Observation
 from sssi_exudyn.fitting.posterior import Point, Responses, Setting, find_posterior, linearise_at, moved_point
 from sssi_exudyn.fitting.posture_errors import PostureErrors
+from sssi_exudyn.fitting.unknowns import Unknown
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.drawn_run import draw_run
@@ -117,6 +119,39 @@ def test_covariance_is_that_of_all_numbers_and_errors_together() -> None:
     free = np.abs(found.step - whole[:k]) / scale  # where no bound is met
     assert free.max() < 0.05
     np.testing.assert_allclose(found.sizes, whole[k:], atol=0.05)
+
+
+def test_a_damped_step_is_that_of_a_problem_held_where_it_is() -> None:
+    _, setting = example()
+    point, responses = linearised()
+    point = replace(point, sizes=np.linspace(-1.0, 1.0, len(point.sizes)))
+    levels, damping = setting.seen.usual, 10.0
+    found = module._solve(setting, point, responses, levels, damping)
+    k = len(setting.unknowns)
+    residual = setting.seen.measured - point.predicted + responses.by_error @ point.sizes
+    table = setting.seen.whiten(levels, np.column_stack([residual, responses.by_number, responses.by_error]))
+    columns = table[:, 1:]
+    prior = np.concatenate([setting.sigmas**-2.0, np.ones(columns.shape[1] - k)])
+    pulls = np.concatenate([(setting.means - setting.values(point.model)) * prior[:k], damping * point.sizes])
+    whole = np.linalg.solve(columns.T @ columns + (1.0 + damping) * np.diag(prior), columns.T @ table[:, 0] + pulls)
+    # where no bound is met; the search over θ ends within a hundredth of what is known beforehand
+    np.testing.assert_allclose(found.step / setting.sigmas, whole[:k] / setting.sigmas, atol=0.01)
+    np.testing.assert_allclose(found.sizes, whole[k:], atol=0.01)
+    free = module._solve(setting, point, responses, levels)
+    assert np.linalg.norm(found.sizes - point.sizes) < np.linalg.norm(free.sizes - point.sizes)
+
+
+def test_waves_are_as_high_as_the_measurements_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(3)
+    _, setting = example()
+    setting = replace(setting, unknowns=tuple(Unknown((f"surface.m{i}",), Prior(0.0, 1.0)) for i in range(60)))
+    columns = rng.normal(size=(300, 60))
+    measured = columns @ (2.0 * rng.normal(size=60)) + rng.normal(size=300)
+    monkeypatch.setattr(module, "_all_uncertain", lambda at, *_: (measured, columns * at.sigmas))
+    found = module._weigh_surface(setting, *linearised(), setting.seen.usual)
+    # 60 amounts of 2 and 20 that say 1 make 1.80, 0.18 its standard deviation
+    assert found.sigmas[0] == pytest.approx(1.8, abs=0.36)
+    assert np.ptp(found.sigmas) == 0.0
 
 
 @pytest.mark.long
