@@ -27,7 +27,6 @@ from sssi_exudyn.recording.recording import NEARBY, Elevations, Recording
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 from sssi_exudyn.terrain.elevation_model import open_elevations
 from sssi_exudyn.terrain.from_heights import (
-    AMPLITUDE,
     LEAST,
     Estimate,
     Heights,
@@ -126,8 +125,7 @@ def surface_process(model: Model, recording: Recording, motion: Motion) -> Surfa
     found = _estimate(model, recording, motion)
     if found is None:
         return None
-    usual = AMPLITUDE[0] if recording.elevations is None else recording.elevations.sigma
-    surface, follow, smooth = found.estimate.process(found.empty, usual)
+    surface, follow, smooth = found.estimate.process(found.empty)
     heights = found.estimate.heights
     surface = replace(surface, mean=surface.mean + found.ground)
     shaped = replace(model, surface=None).snow(heights.all_places)[0]

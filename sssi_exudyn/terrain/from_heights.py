@@ -49,7 +49,7 @@ _MOST: Final = 500
 MOST_MODES: Final = 100
 TILTS: Final = 2
 """Modes of such a process that come first, the plane's tilt along and across the slope."""
-MOST_WAVES: Final = 60
+MOST_WAVES: Final = 100
 """Modes of a surface of which nothing is known yet."""
 _SEEN: Final = 0.005
 """m; waves that are smaller, root mean square along the way, are left out."""
@@ -165,21 +165,20 @@ class Estimate:
             amounts=(0.0,) * len(modes),
         )
 
-    def process(self, empty: Surface, amplitude: float) -> tuple[Surface, Array, Array]:
+    def process(self, empty: Surface) -> tuple[Surface, Array, Array]:
         """The mean as a spline on the nodes of ``empty``, its modes those of the surface before any height was known,
         relative to the first place; how they follow a surface's heights along the way, (k, n), and how that follows
         from the measured ones of all runs, (n, m).
 
         The first two modes are the plane's tilt, the others the leading ones along the way of a process with waves of
-        all lengths and this ``amplitude`` (m), in standard deviations.  What they leave of the
-        mean is kept as it is.
+        all lengths, in standard deviations.  What they leave of the mean is kept as it is.
         """
         nodes, places = empty.nodes(), self.heights.places
         gain = cho_solve((self._solved[0], True), self._cross(places).T).T  # (places, heights)
 
         def waves(at: Array) -> Array:
             """(m, n) m²: covariance of waves at places (m, 2) with those along the way."""
-            return _of_waves(at, places, amplitude)
+            return _of_waves(at, places, self.amplitude)
 
         found, shapes = np.linalg.eigh(waves(places))
         strong = np.flatnonzero(found > len(places) * _SEEN**2)[::-1][:MOST_WAVES]
