@@ -135,7 +135,7 @@ model does not solve: which edge is the deeper one is rounding there; the reduce
 {against}
 ## What it was held against
 
-700 N along the snow's normal and the default snow unless said otherwise; θ is the edge angle, R the radius, R_sc that of the
+700 N along the snow's normal and the default snow unless stated otherwise; θ is the edge angle, R the radius, R_sc that of the
 sidecut. "Expected" with [Q] is an earlier sketch of the same law, which is no measurement: where both differ, a second
 implementation that marches from the tip to the tail (`tests/simulation/test_steady_turn.py`) agrees with the rig.
 

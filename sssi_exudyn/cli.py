@@ -89,9 +89,9 @@ def parser() -> argparse.ArgumentParser:
     every = argparse.ArgumentParser(add_help=False)
     every.add_argument("--plugin", action="append", default=[], dest="more_plugins", help=argparse.SUPPRESS)
     every.add_argument("--debug", action="store_true", help="show where in the program an error came from")
-    said = every.add_mutually_exclusive_group()
-    said.add_argument("--quiet", action="store_true", help="show no progress")
-    said.add_argument("--verbose", action="store_true", help="show every step, a line each")
+    verbosity = every.add_mutually_exclusive_group()
+    verbosity.add_argument("--quiet", action="store_true", help="show no progress")
+    verbosity.add_argument("--verbose", action="store_true", help="show every step, a line each")
     common = argparse.ArgumentParser(add_help=False, parents=[every])
     common.add_argument("--json", action="store_true", help="print the result as JSON")
     recorded = argparse.ArgumentParser(add_help=False)
@@ -142,7 +142,7 @@ def parser() -> argparse.ArgumentParser:
         "folders", type=Path, nargs="+", metavar="FOLDER", help="the recording, or several of one day"
     )
     diagnose.add_argument(
-        "--reduced", action="store_true", help="search by the reduced model alone: quicker, and said in the result"
+        "--reduced", action="store_true", help="search by the reduced model alone: quicker, and stated in the result"
     )
     benchmark = commands.add_parser("benchmark", help="test the diagnosis on cases with known answers")
     of = benchmark.add_subparsers(dest="about", metavar="WHAT", required=True)

@@ -259,7 +259,7 @@ def _tables(path: Path) -> dict[str, object]:
 def uniform_ski(
     name: str, *, length: float, width: float, thickness: float, young_modulus: float, mass: float, **numbers: float
 ) -> Ski:
-    """A flat bar (SI), boot centre in its middle unless said otherwise: what closed forms are known for."""
+    """A flat bar (SI), boot centre in its middle unless stated otherwise: what closed forms are known for."""
 
     def constant(value: float) -> Profile:
         return Profile((0.0, 1.0), (value, value), ("linear",))

@@ -300,7 +300,7 @@ def diagnose(
     ----------
     recording : the recording, or its folder
     out : folder for the extended model's run; with one, an interrupted diagnosis goes on when it is called again
-    reduced : search by the reduced model alone: quicker, and said in the result
+    reduced : search by the reduced model alone: quicker, and stated in the result
     plugins : files of Python or installed packages whose hypotheses are weighed too; their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 

@@ -10,7 +10,7 @@ class Answers:
     """What files do not hold, in the units of ``recording.toml``; None where it is not known.
 
     The command line has an option of the same name for each, such as ``--mass-kg``.  What is usual is assumed for
-    skier, equipment, the receiver's place and its exactness, and said to be (``importing.defaults``).
+    skier, equipment, the receiver's place and its exactness, and reported as assumed (``importing.defaults``).
 
     Attributes
     ----------

@@ -1,8 +1,8 @@
 """Files as instruments and apps write them, made into a recording's folder.
 
-What no file holds (who skied, on what, where the antenna sat) comes as ``Answers``.  What nobody says is assumed as
-usual, and said to be, but for clocks and for a slope without fixes: those are an InputError that names the option to
-give.  The folder appears only once it reads as a recording.
+What no file holds (who skied, on what, where the antenna sat) comes as ``Answers``.  What nobody states is assumed as
+usual and reported as assumed.  Clocks, and a slope without fixes, are not: they are an InputError that names the option
+to give.  The folder appears only once it reads as a recording.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ class ImportedRun:
     recording : its folder in ``out``
     status : "imported", "there already" or "failed"
     error : why it failed
-    assumed : what nobody said and was taken as usual
+    assumed : what nobody stated and was taken as usual
     notes : all other notices
     """
 

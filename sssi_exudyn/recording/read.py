@@ -276,7 +276,7 @@ def _read_notes(settings: Settings, toml: Path) -> tuple[str, ...]:
         if not isinstance(place, Mapping) or key not in place:
             raise InputError(toml, "assumed", f"{name!r} is nowhere in this file", "take it off the list")
         values.append(f"{name} = {place[key]}")
-    words = f"assumed, since nobody said it: {', '.join(values)}; correct it in {FILE} and take it off its list"
+    words = f"assumed, since nobody stated it: {', '.join(values)}; correct it in {FILE} and take it off its list"
     return (words, *lists["notes"])
 
 

@@ -20,7 +20,7 @@ SKIDDED_DEG: Final = 12.0
 Known = tuple[float, float]
 """A number and its standard error."""
 _NOTICEABLE: Final = 2.0
-"""Standard errors from which two numbers are said to differ."""
+"""Standard errors from which two numbers are reported to differ."""
 _LEAST_TURNS: Final = 2
 """Turns from which their spread is known."""
 Group = Literal["each", "control"]
@@ -104,7 +104,7 @@ def _residual(summary: Summary) -> str:
 
 
 def _assumed(summary: Summary) -> str:
-    """That something was assumed which nobody said."""
+    """That something was assumed which nobody stated."""
     some = any(notice.startswith("assumed") for notice in summary.notices)
     return " Part of what is stated of skier and equipment was assumed." if some else ""
 
@@ -140,9 +140,9 @@ def _cutting(summary: Summary) -> str:
 
 def _difference(first: StoredRun, second: StoredRun) -> list[str]:
     """How the second run differs from the first, each difference with its standard error; what is within two of these
-    is not said to differ.
+    is not reported to differ.
     """
-    said, same = [], []
+    stated, same = [], []
     for what, (a, b), unit, more, less in _compared(first.summary, second.summary):
         if a is None or b is None:
             continue
@@ -152,14 +152,14 @@ def _difference(first: StoredRun, second: StoredRun) -> list[str]:
         else:
             word = more if difference > 0.0 else less
             digits = max(0, min(4, -math.floor(math.log10(max(error, 1e-4)))))
-            said.append(f"{what} is {word} by {abs(difference):.{digits}f} ± {error:.{digits}f}{unit}")
-    if not said and not same:
+            stated.append(f"{what} is {word} by {abs(difference):.{digits}f} ± {error:.{digits}f}{unit}")
+    if not stated and not same:
         return []
-    words = f"Against {first.name}, of {second.name} {', '.join(said)}" if said else ""
+    words = f"Against {first.name}, of {second.name} {', '.join(stated)}" if stated else ""
     alike = f"no difference beyond its uncertainty in {', '.join(same)}"
     if not same:
         return [f"{words}."]
-    return [f"{words}; {alike}." if said else f"Between {first.name} and {second.name} there is {alike}."]
+    return [f"{words}; {alike}." if stated else f"Between {first.name} and {second.name} there is {alike}."]
 
 
 def _compared(first: Summary, second: Summary) -> list[tuple[str, tuple[Known | None, Known | None], str, str, str]]:

@@ -218,12 +218,12 @@ def _solve(mbs: Any, settings: Any, solver: Any) -> str:
     try:
         return "" if solver.SolveSystem(mbs, settings) else "Newton's method finds no step small enough"
     except Exception as error:
-        said = str(error)
-        if "KeyboardInterrupt" in said:
+        message = str(error)
+        if "KeyboardInterrupt" in message:
             raise KeyboardInterrupt from None
-        if "USER FUNCTION" in said:
+        if "USER FUNCTION" in message:
             raise  # a fault of this program, not of the run
-        return f"the solver stopped ({said.splitlines()[0]})"
+        return f"the solver stopped ({message.splitlines()[0]})"
 
 
 @dataclass

@@ -233,7 +233,7 @@ def test_contact_is_weight_and_muscles(still: MuscleRun) -> None:
 
 
 def test_moments_turned_round_are_lacking() -> None:
-    """A hip that shall do 2 kN m is said to lack what its muscles do not have."""
+    """A hip that shall do 2 kN m is reported to lack what its muscles do not have."""
     model, chain = level(), standing.geometry()
     skier = skier_muscles(chain)
     q = standing.angles()[None]

@@ -19,7 +19,7 @@ SURE: Final = 0.8
 """Probability from which a name stands alone."""
 WORTH_NAMING: Final = 0.02
 LIKELY: Final = 0.6
-"""Probability of nothing missing from which it is said; below, the recording has not moved it from one half."""
+"""Probability of nothing missing from which it is reported; below, the recording has not moved it from one half."""
 
 
 @dataclass(frozen=True)

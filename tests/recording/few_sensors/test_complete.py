@@ -122,7 +122,7 @@ def test_a_telephone_in_a_pocket_makes_a_whole_motion(whole: Recording, in_a_poc
     made = read_recording(in_a_pocket)
     heading, roll = off_deg(made, whole, "LeftFoot")
     assert made.completed is not None
-    # what is assumed has to be within what is said of it
+    # what is assumed has to be within what is stated of it
     assert np.radians(heading) < made.completed.sigma.yaw
     assert np.radians(roll) < made.completed.sigma.roll
     assert any("edge angle" in line for line in made.completed.assumed)
@@ -195,7 +195,7 @@ def test_a_barometers_heights_are_used(in_a_pocket: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (lambda t: t.drop(columns="rate_z_radps"), "missing columns rate_z_radps"),
         (lambda t: t.assign(rate_x_radps=t.rate_x_radps * 180.0 / np.pi + 71.0), "not degrees a second"),
@@ -205,15 +205,15 @@ def test_a_barometers_heights_are_used(in_a_pocket: Path, tmp_path: Path) -> Non
         (lambda t: t.assign(time_s=t.time_s.to_numpy()[::-1]), "time runs back"),
     ],
 )
-def test_broken_channels_are_told(in_a_pocket: Path, tmp_path: Path, change: object, said: str) -> None:
+def test_broken_channels_are_reported(in_a_pocket: Path, tmp_path: Path, change: object, message: str) -> None:
     table = pd.read_csv(in_a_pocket / "sensors" / "pocket.csv")
     change(table).to_csv(tmp_path / "broken.csv", index=False)  # type: ignore[operator]
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         read_imu(tmp_path / "broken.csv", "pocket")
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ('on = "pocket"', 'on = "helmet"', "is no place"),
         ("[gps]", '[[sensors]]\nfile = "sensors/pocket.csv"\non = "pocket"\n[gps]', "a sensor on 'pocket' already"),
@@ -222,10 +222,10 @@ def test_broken_channels_are_told(in_a_pocket: Path, tmp_path: Path, change: obj
         ("sensors/pocket.csv", "../pocket.csv", "leads out of the recording"),
     ],
 )
-def test_broken_tables_are_told(in_a_pocket: Path, tmp_path: Path, old: str, new: str, said: str) -> None:
+def test_broken_tables_are_reported(in_a_pocket: Path, tmp_path: Path, old: str, new: str, message: str) -> None:
     toml = (in_a_pocket / "recording.toml").read_text(encoding="utf-8")
     _copy(in_a_pocket, tmp_path / "copy", toml.replace(old, new))
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         read_recording(tmp_path / "copy")
 
 
