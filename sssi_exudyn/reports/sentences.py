@@ -121,6 +121,9 @@ def _friction(summary: Summary) -> str:
         f" μ_t is {value:.3f}, with 90\u00a0% probability between {interval.low:.3f} and {interval.high:.3f}; most of"
         f" that uncertainty comes from {sources}."
     )
+    if found.missed is not None:
+        what, times = found.missed
+        words += f" That is too narrow: what is left over of the {what} is {times:.0f} times the usual noise."
     if found.fits_priors:
         return words
     worst = found.largest[0]

@@ -70,12 +70,20 @@ class ResidualNoise:
     correlation_s: float | None = None
 
 
+MISSED: Final = 3.0
+"""Times an instrument's usual noise beyond which the model is wrong, not the instrument: three standard deviations of
+what is known of noise are a factor of 1.5 to 2."""
+
+
 @dataclass(frozen=True)
 class Noise:
-    """Noise of a kind of measurement, in its SI unit, and the time over which it is correlated."""
+    """Noise of a kind of measurement, in its SI unit, and the time over which it is correlated; how many times what
+    such instruments usually have, where that is known.
+    """
 
     sigma: float
     correlation_s: float
+    times_usual: float | None = None
 
 
 @dataclass(frozen=True)
@@ -129,6 +137,16 @@ class UncertaintyFigures:
     noise: Mapping[str, Noise]
     fits_priors: bool
     log_evidence: float | None = None
+
+    @property
+    def missed(self) -> tuple[str, float] | None:
+        """The kind of measurement that is missed by most of what its instruments usually have, and how many times; None
+        where none is by more than ``MISSED`` times: what the model leaves out is then more than noise, and no interval
+        holds it.
+        """
+        found = [(name, noise.times_usual) for name, noise in self.noise.items() if noise.times_usual is not None]
+        worst = max(found, key=lambda pair: pair[1], default=None)
+        return worst if worst is not None and worst[1] > MISSED else None
 
 
 @dataclass(frozen=True)

@@ -48,8 +48,9 @@ def uncertainty_figures(found: Posterior) -> UncertaintyFigures:
         posture_rms_deg={name: float(np.degrees(value)) for name, value in rms.items()},
         largest=tuple(every[:_SHOWN]),
         noise={
-            group: Noise(found.levels[names[0]].sigma, found.levels[names[0]].correlation_time)
+            group: Noise(level.sigma, level.correlation_time, level.sigma / setting.seen.usual[names[0]].sigma)
             for group, names in groups.items()
+            for level in (found.levels[names[0]],)
         },
         fits_priors=abs(every[0].sigmas) <= _FAR,
         log_evidence=log_evidence(found),

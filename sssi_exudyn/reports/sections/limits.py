@@ -46,6 +46,12 @@ def _lines(run: StoredRun) -> list[str]:
         much = f"had to be corrected by {abs(worst.sigmas):.1f} standard deviations"
         what = worst.what[:1].upper() + worst.what[1:]
         lines.append(f"{what} {much}: what is stated of it, or the model, is wrong.")
+    if found is not None and found.missed is not None:
+        kind, times = found.missed
+        lines.append(
+            f"What is left over of the {kind} is {times:.0f} times the noise of such instruments: the model leaves"
+            " something out, such as waves of the snow that no height shows, and the intervals do not hold that."
+        )
     if moment.verdict == "bad":
         size = f"{moment.rms_Nm:.0f} N m rms, {moment.peak_Nm:.0f} N m at most"
         lines.append(

@@ -50,8 +50,16 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
     budget += [
         [group, *(f"{100.0 * parts.get(group, 0.0):.0f} %" for parts in found.shares.values())] for group in groups
     ]
-    noise = [["measurement", "standard deviation (SI)", "correlated over (s)"]]
-    noise += [[name, f"{level.sigma:.3g}", f"{level.correlation_s:.2g}"] for name, level in found.noise.items()]
+    noise = [["measurement", "standard deviation (SI)", "times the usual", "correlated over (s)"]]
+    noise += [
+        [
+            name,
+            f"{level.sigma:.3g}",
+            "" if level.times_usual is None else f"{level.times_usual:.1f}",
+            f"{level.correlation_s:.2g}",
+        ]
+        for name, level in found.noise.items()
+    ]
     posture = [["joint coordinate", "corrected by (° rms)"]]
     posture += [[name.replace("_", " "), f"{degrees:.2f}"] for name, degrees in found.posture_rms_deg.items()]
     largest = [["correction", "standard deviations"]]
