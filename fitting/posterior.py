@@ -422,12 +422,17 @@ def log_evidence(found: Posterior) -> float:
     what two laws leave of one recording may be compared by it.
     """
     seen = found.setting.seen
-    y, u = _all_uncertain(found.setting, found, found.responses, found.levels)
+    evidence = _evidence(found.setting, found, found.responses, found.levels)
+    return evidence - float(np.sum(np.log(seen.scale))) - 0.5 * len(seen.measured) * float(np.log(2.0 * np.pi))
+
+
+def _evidence(setting: Setting, point: Point | Posterior, responses: Responses, levels: Levels) -> float:
+    """``log_evidence`` up to what does not depend on the noise's levels."""
+    y, u = _all_uncertain(setting, point, responses, levels)
     factor = _precision(u)
     pull = u.T @ y
     evidence = -0.5 * float(y @ y - pull @ cho_solve(factor, pull)) - float(np.sum(np.log(np.diag(factor[0]))))
-    evidence -= sum(log_divisors(seen.times[name], level) for name, level in found.levels.items())
-    return evidence - float(np.sum(np.log(seen.scale))) - 0.5 * len(y) * float(np.log(2.0 * np.pi))
+    return evidence - sum(log_divisors(setting.seen.times[name], level) for name, level in levels.items())
 
 
 def _weigh_surface(setting: Setting, point: Point, responses: Responses, levels: Levels) -> Setting:
@@ -439,19 +444,19 @@ def _weigh_surface(setting: Setting, point: Point, responses: Responses, levels:
         return setting
     places = np.flatnonzero(modes)
     sigma = float(setting.sigmas[places[0]])
+    y, u = _all_uncertain(setting, point, responses, levels)
     for _ in range(_WEIGHINGS):
-        y, u = _all_uncertain(setting, point, responses, levels)
         factor = _precision(u)
         amounts = cho_solve(factor, u.T @ y)[places]
         left = np.diag(cho_solve(factor, np.eye(u.shape[1])))[places]
         square = sigma**2 * float(amounts @ amounts + np.sum(left))
-        sigma = float(np.sqrt((square + _BEFOREHAND) / (len(places) + _BEFOREHAND)))
-        unknowns = (
-            replace(each, prior=replace(each.prior, sigma=sigma)) if of_surface else each
-            for each, of_surface in zip(setting.unknowns, modes, strict=True)
-        )
-        setting = replace(setting, unknowns=tuple(unknowns))
-    return setting
+        before, sigma = sigma, float(np.sqrt((square + _BEFOREHAND) / (len(places) + _BEFOREHAND)))
+        u[:, places] *= sigma / before
+    unknowns = (
+        replace(each, prior=replace(each.prior, sigma=sigma)) if of_surface else each
+        for each, of_surface in zip(setting.unknowns, modes, strict=True)
+    )
+    return replace(setting, unknowns=tuple(unknowns))
 
 
 def _all_uncertain(
@@ -471,11 +476,7 @@ def _choose_memory(
     tried = []
     for share in _MEMORIES:
         each = {**levels, **dict.fromkeys(names, ExponentialNoise(levels[names[0]].sigma, share * usual))}
-        y, u = _all_uncertain(setting, point, responses, each)
-        factor = _precision(u)
-        pull = u.T @ y
-        evidence = -0.5 * float(y @ y - pull @ cho_solve(factor, pull)) - float(np.sum(np.log(np.diag(factor[0]))))
-        evidence -= sum(log_divisors(setting.seen.times[name], each[name]) for name in names)
+        evidence = _evidence(setting, point, responses, each)
         tried.append((evidence - 0.5 * (np.log(share) / _MEMORY_SPREAD) ** 2, each))
     return max(tried, key=lambda pair: pair[0])[1]
 

@@ -84,12 +84,18 @@ def with_instruments(model: Model, recording: Recording) -> Model:
     return replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
 
 
+def snow_beforehand(model: Model) -> Mapping[str, Prior]:
+    """Friction, and where edges cut what the snow bears, as known before anything is measured."""
+    return CUTTING if is_carved(model.terms) else FREE
+
+
 def unknown_numbers(model: Model, priors: Mapping[str, Prior], recording: Recording) -> tuple[Unknown, ...]:
     """The numbers that the model's laws, start and instruments know; ``priors`` are those of the fit to the track."""
     about = recording.uncertainty
-    cut = is_carved(model.terms)
-    found = {**(CUTTING if cut else FREE), **priors}
-    shares = {"air.c_d": about.drag} if cut else {"penetration.k": about.snow_stiffness, "air.c_d": about.drag}
+    found = {**snow_beforehand(model), **priors}
+    shares = {"penetration.k": about.snow_stiffness, "air.c_d": about.drag}
+    if is_carved(model.terms):
+        del shares["penetration.k"]
     for name, share in shares.items():
         found[name] = Prior(model.value(name), share * model.value(name))
     found["start.clock_offset"] = Prior(model.value("start.clock_offset"), about.clock)

@@ -7,14 +7,11 @@ from typing import Final
 import numpy as np
 from scipy.stats import norm
 
-from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.fitting.posterior import Posterior, log_evidence
 from sssi_exudyn.fitting.posture_errors import PostureError
-from sssi_exudyn.fitting.unknowns import MASS
+from sssi_exudyn.fitting.unknowns import MASS, snow_beforehand
 from sssi_exudyn.results.summary import Correction, Interval, Noise, UncertaintyFigures
 
-_FRICTION: Final = ("friction.mu_t", "friction.mu_n")
-_CUTTING: Final = ("carving.mu", "carving.hardness", "carving.strength")
 _SHOWN: Final = 8
 _FAR: Final = 3.0
 """Standard deviations beyond which a correction does not fit what is known beforehand."""
@@ -26,7 +23,7 @@ def uncertainty_figures(found: Posterior) -> UncertaintyFigures:
     setting = found.setting
     pulls = (found.values - setting.means) / setting.sigmas
     every = [Correction(name, float(pull)) for name, pull in zip(setting.names, pulls, strict=True)]
-    sought = _CUTTING if is_carved(found.model.terms) else _FRICTION
+    sought = snow_beforehand(found.model)
     every = [each for each in every if each.what not in sought]
     what = [*(_words(error, setting.motion.start, setting.motion.stop) for error in setting.errors), MASS]
     every += [Correction(words, float(size)) for words, size in zip(what, found.sizes, strict=True)]
