@@ -144,6 +144,12 @@ class Forces:
         )  # fmt: skip
         return np.column_stack([part[:count] for part in self._triplets])
 
+    def bring_memory(self, step: float) -> None:
+        """Bring what the skis left at the last accepted step to where they are ``step`` (s) later: here nothing."""
+
+    def accept(self) -> None:
+        """Take what the last pass would leave in the snow as what the step left: here nothing."""
+
 
 class CarvedForces(Forces):
     """All forces on snow that edges cut, and what the snow remembers of the skis.
@@ -177,13 +183,11 @@ class CarvedForces(Forces):
         return np.column_stack([part[:count] for part in self._triplets])
 
     def bring_memory(self, step: float) -> None:
-        """Bring what the skis left at the last accepted step to where they are ``step`` (s) later."""
         self._step = step
         for ski in range(2):
             self._kernel.advect(self._edges, self._kernel.of_ski(self.memory, ski), step)
 
     def accept(self) -> None:
-        """Take what the last pass would leave in the snow as what the step left."""
         for ski in range(2):
             self._kernel.accept(self._kernel.of_ski(self.memory, ski))
 

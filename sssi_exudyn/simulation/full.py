@@ -18,7 +18,7 @@ import exudyn as exu
 import numpy as np
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
-from sssi_exudyn.contact.backends.backend import Backend, CarvedForces, choose_backend
+from sssi_exudyn.contact.backends.backend import Backend, choose_backend
 from sssi_exudyn.contact.backends.full_kernel import LOAD
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
@@ -259,8 +259,7 @@ class FullRun:
         data.SetODE2Coordinates(list(coordinates - system.ref), initial)
         data.SetODE2Coordinates_t(list(rates), initial)
         data.SetODE2Coordinates_tt(list(accelerations), initial)
-        if isinstance(system.forces, CarvedForces):
-            system.forces.accept()
+        system.forces.accept()
 
     def solve(self) -> str:
         """Integrate to the end; "" or what went wrong."""
@@ -280,16 +279,14 @@ class FullRun:
             self.system.advance(self.posture, row)
         else:  # the solver has cut the step
             self.system.advance(self.parts.posture(np.array([t])), 0)
-        if isinstance(self.system.forces, CarvedForces):
-            self.system.forces.bring_memory(max(t - self._accepted, 0.0))
+        self.system.forces.bring_memory(max(t - self._accepted, 0.0))
         return True
 
     def _after(self, _mbs: Any, t: float) -> bool:
         self.record.take(t)
-        if isinstance(self.system.forces, CarvedForces):
-            self.record.keep_forces(self.record.q[-1], self.record.v[-1], self.system.now)
-            self.system.forces.accept()
-            self._accepted = t
+        self.record.keep_forces(self.system.now)
+        self.system.forces.accept()
+        self._accepted = t
         if self.progress is not None:
             span = float(self.posture.time[-1]) - self._t0
             self.progress((t - self._t0) / span, f"{t:.1f} s")

@@ -65,9 +65,9 @@ class Record:
         if row == 1:  # the first state was set, not solved for, and came without multipliers
             self.moments[0], self.clamps[0] = self.moments[1], self.clamps[1]
 
-    def keep_forces(self, q: Array, v: Array, at: Instant) -> None:
-        """Keep what the skis and the air do at the state that was taken last, where it hangs on what was before."""
-        self._forces.evaluate(q, v, at)
+    def keep_forces(self, at: Instant) -> None:
+        """Keep what the skis and the air do at the state that was taken last; it may depend on those before."""
+        self._forces.evaluate(self.q[-1], self.v[-1], at)
         for kept, found in (
             (self.feet, self._forces.seen),
             (self.drag, self._forces.drag),

@@ -37,8 +37,6 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
     along, across = np.empty((n, 2, 3)), np.empty((n, 2, 3))
     for i, row in enumerate(rows):
         at = instant(posture, row)
-        if not cutting:
-            record.keep_forces(q[i], v[i], at)
         for side in range(2):
             place = q[i, :3] + at.foot_place[side]
             along[i, side], across[i, side], _ = forces.foot_axes(place, at.foot_rotation[side])
