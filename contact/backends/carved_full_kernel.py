@@ -67,6 +67,20 @@ def edge_on_snow(parameters, place, velocity, turning, frame, under, body, offse
 
 
 @njit(cache=True, error_model="numpy")
+def edges_on_snow(parameters, place, velocity, turning, frame, under, body, offsets, width):
+    """Which edge of a section is the deeper one (0 left, 1 right), this one and the other as ``edge_on_snow`` gives
+    them, and the angle (rad) at which the section stands on the snow, positive on its right edge.
+
+    offsets : (2, 3) m of both edges in the section's frame
+    """
+    left = edge_on_snow(parameters, place, velocity, turning, frame, under, body, three(offsets[0], 0))
+    right = edge_on_snow(parameters, place, velocity, turning, frame, under, body, three(offsets[1], 0))
+    low = 1 if right[1] > left[1] else 0
+    deep, other = (right, left) if low == 1 else (left, right)
+    return low, deep, other, math.asin(max(-1.0, min(1.0, (right[1] - left[1]) / width)))
+
+
+@njit(cache=True, error_model="numpy")
 def edge_frame(tangent, normal):
     """Axes t, n of an edge in the snow's tangent plane, what is left of its tangent there, and how it climbs."""
     rise = dot(tangent, normal)
@@ -103,15 +117,10 @@ def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, s
             xi = share[m]
             i = base + NODE * element[m]
             p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
-            body = (p, r, moving, omega)
-            left = edge_on_snow(
-                parameters, place, velocity, turning, frame, under, body, three(sections.offset[m, 0], 0)
-            )
-            right = edge_on_snow(
-                parameters, place, velocity, turning, frame, under, body, three(sections.offset[m, 1], 0)
-            )
-            low = 1 if right[1] > left[1] else 0
-            deep, other = (right, left) if low == 1 else (left, right)
+            low, deep, other, angle = edges_on_snow(
+                parameters, place, velocity, turning, frame, under, (p, r, moving, omega), sections.offset[m],
+                edges.width[m],
+            )  # fmt: skip
             arm, lower, moving_edge, normal = deep
             upper = other[1]
             t, n, _, rise = edge_frame(out_of(frame, rotate(r, three(edges.tangent[m, low], 0))), normal)
@@ -123,7 +132,6 @@ def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, s
             if lower <= 0.0:
                 continue
             width, groove, offset = edges.width[m], own.arrived_groove[low, m], own.arrived_offset[low, m]
-            angle = math.asin(max(-1.0, min(1.0, (right[1] - left[1]) / width)))
             push, along, across, at_upper = edge_force(
                 parameters, lower, upper, sinking, width, groove, offset, step, v_t, v_n, rise, angle, length[m]
             )
@@ -218,25 +226,18 @@ def carved_jacobian(
             xi = share[m]
             i = base + NODE * element[m]
             p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
-            body = (p, r, moving, omega)
-            left = edge_on_snow(
-                parameters, place, velocity, turning, frame, under, body, three(sections.offset[m, 0], 0)
-            )
-            right = edge_on_snow(
-                parameters, place, velocity, turning, frame, under, body, three(sections.offset[m, 1], 0)
-            )
-            low = 1 if right[1] > left[1] else 0
-            deep, other = (right, left) if low == 1 else (left, right)
+            low, deep, other, angle = edges_on_snow(
+                parameters, place, velocity, turning, frame, under, (p, r, moving, omega), sections.offset[m],
+                edges.width[m],
+            )  # fmt: skip
             arm, lower, moving_edge, normal = deep
             if lower <= 0.0:
                 continue
             tangent = rotate(r, three(edges.tangent[m, low], 0))
             t, n, flat, rise = edge_frame(out_of(frame, tangent), normal)
             v_t, v_n = dot(moving_edge, t), dot(moving_edge, n)
-            width = edges.width[m]
-            angle = math.asin(max(-1.0, min(1.0, (right[1] - left[1]) / width)))
             found = edge_derivatives(
-                parameters, lower, other[1], -dot(moving_edge, normal), width, own.arrived_groove[low, m],
+                parameters, lower, other[1], -dot(moving_edge, normal), edges.width[m], own.arrived_groove[low, m],
                 own.arrived_offset[low, m], step, v_t, v_n, rise, angle, length[m],
             )  # fmt: skip
             inwards, upwards = into(frame, normal), into(frame, other[3])

@@ -343,6 +343,12 @@ def first_state(start):
     return state, work
 
 
+@njit(cache=True, error_model="numpy")
+def with_values(parameters, values):
+    """The same laws with other parameters (p,)."""
+    return LawParameters(values, parameters.first, parameters.others, parameters.addresses)
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def run_batch(parameters, contact, motion, start, series, done):
     """Integrate b runs from their starts to the end of the motion.
@@ -352,7 +358,7 @@ def run_batch(parameters, contact, motion, start, series, done):
     done : (b,) is filled with the instants of each run that were reached, all of them unless it diverged
     """
     for i in range(parameters.values.shape[0]):
-        own = LawParameters(parameters.values[i], parameters.first, parameters.others, parameters.addresses)
+        own = with_values(parameters, parameters.values[i])
         state, work = first_state(InitialState(start.place[i], start.velocity[i], start.eta[i]))
         one = ReducedSeries(
             series.place[i], series.velocity[i], series.loads[i], series.sole[i], series.friction[i], series.edges[i],

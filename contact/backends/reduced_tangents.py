@@ -29,6 +29,7 @@ from sssi_exudyn.terrain.surface import PATCH, grid_patch, on_change, on_patch, 
 advance: Callable[..., bool]
 first_state: Callable[..., tuple[ReducedState, NewtonWork]]
 heights: Callable[..., tuple[float, float, float]]
+with_values: Callable[..., LawParameters]
 point_force: Callable[..., float]
 foot_force: Callable[..., tuple[float, float]]
 point_linearisation: Callable[..., None]
@@ -283,9 +284,7 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 column = columns.point[i]
                 if columns.row[column] != row_of_values:
                     row_of_values = columns.row[column]
-                    others = LawParameters(
-                        columns.values[row_of_values], parameters.first, parameters.others, parameters.addresses
-                    )
+                    others = with_values(parameters, columns.values[row_of_values])
                     point_linearisation(
                         others, depth, sinking, length[m], work.point_state, work.point_parameter
                     )  # fmt: skip
@@ -304,9 +303,7 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 column = columns.terrain[i]
                 if columns.row[column] != row_of_values:
                     row_of_values = columns.row[column]
-                    others = LawParameters(
-                        columns.values[row_of_values], parameters.first, parameters.others, parameters.addresses
-                    )
+                    others = with_values(parameters, columns.values[row_of_values])
                     terrain_linearisation(
                         others, point[0], point[1], work.ground_state, work.ground_parameter
                     )  # fmt: skip
@@ -339,9 +336,7 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
                 continue
             if columns.row[column - fixed] != row_of_values:
                 row_of_values = columns.row[column - fixed]
-                others = LawParameters(
-                    columns.values[row_of_values], parameters.first, parameters.others, parameters.addresses
-                )
+                others = with_values(parameters, columns.values[row_of_values])
                 foot_linearisation(
                     others, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side, work.foot_other, by_parameter
                 )  # fmt: skip
@@ -603,9 +598,7 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
                 column = columns.segment[i]
                 if columns.row[column] != row_of_values:
                     row_of_values = columns.row[column]
-                    others = LawParameters(
-                        columns.values[row_of_values], parameters.first, parameters.others, parameters.addresses
-                    )
+                    others = with_values(parameters, columns.values[row_of_values])
                     segment_linearisation(
                         others, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2],
                         area[e], by, by_parameter,
@@ -637,9 +630,7 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
             column = columns.body[i]
             if columns.row[column] != row_of_values:
                 row_of_values = columns.row[column]
-                others = LawParameters(
-                    columns.values[row_of_values], parameters.first, parameters.others, parameters.addresses
-                )
+                others = with_values(parameters, columns.values[row_of_values])
                 body_linearisation(
                     others, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], by,
                     by_parameter,
