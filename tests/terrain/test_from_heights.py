@@ -201,13 +201,19 @@ def test_modes_are_what_the_heights_leave_open_of_the_track() -> None:
     assert after < 0.02 * before
 
 
-def test_modes_hold_what_throws_the_skier_up() -> None:
-    # heights of a poor receiver, off by a metre: waves drawn from the process throw the skier up as the modes can
-    rng = np.random.default_rng(9)
+def a_poor_receiver(seed: int) -> tuple[Array, Array, Estimate]:
+    """Times (n,) s, places (n, 2) m, and the surface from heights that are off by a metre."""
     time, places = way()
     count = len(time)
-    poor = Heights(time, places, rng.normal(0.0, 1.0, count), np.full(count, 1.0), ExponentialNoise(1.0, 3.0))
-    estimate = Estimate(poor, 0.3, np.ones(count))
+    height = np.random.default_rng(seed).normal(0.0, 1.0, count)
+    heights = Heights(time, places, height, np.full(count, 1.0), ExponentialNoise(1.0, 3.0))
+    return time, places, Estimate(heights, 0.3, np.ones(count))
+
+
+def test_modes_hold_what_throws_the_skier_up() -> None:
+    # waves drawn from the process throw the skier up as the modes can
+    time, places, estimate = a_poor_receiver(9)
+    count = len(time)
     velocity = np.stack([np.full(count, 10.0), 7.5 * np.cos(1.5 * time)], axis=1)
     speed = np.linalg.norm(velocity, axis=1)
     ahead = velocity / speed[:, None]
@@ -216,7 +222,7 @@ def test_modes_hold_what_throws_the_skier_up() -> None:
 
     def left_over(noticed: Noticed) -> float:
         """Share of the lift's variance that the modes do not hold."""
-        surface = estimate.surface(level_surface(poor), noticed)
+        surface = estimate.surface(level_surface(estimate.heights), noticed)
         by_modes = np.stack([replace(surface, mean=mode).at(around)[:, 0] for mode in surface.modes], axis=1)
         whole = second @ estimate.covariance(around) @ second.T
         lifts = second @ by_modes
@@ -229,13 +235,9 @@ def test_modes_hold_what_throws_the_skier_up() -> None:
 
 
 def test_modes_hold_what_changes_the_speed() -> None:
-    rng = np.random.default_rng(10)
-    time, places = way()
-    count = len(time)
-    poor = Heights(time, places, rng.normal(0.0, 1.0, count), np.full(count, 1.0), ExponentialNoise(1.0, 3.0))
-    estimate = Estimate(poor, 0.3, np.ones(count))
+    estimate = a_poor_receiver(10)[-1]
     by_track, by_speed = (
-        len(estimate.surface(level_surface(poor), noticed).amounts)
+        len(estimate.surface(level_surface(estimate.heights), noticed).amounts)
         for noticed in (Noticed(0.5), Noticed(0.5, speed=0.05))
     )
     assert by_speed > by_track
