@@ -42,8 +42,9 @@ SWEEP_VERBS = ("start", "resume", "retry", "status")
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Read the arguments, do what they say, and end the process with its exit status."""
-    _prepare_streams()
-    options = parser().parse_args(_with_verb(sys.argv[1:] if arguments is None else arguments))
+    with end_on_interrupt():  # argparse imports as it goes
+        _prepare_streams()
+        options = parser().parse_args(_with_verb(sys.argv[1:] if arguments is None else arguments))
     sys.exit(_status(options))
 
 

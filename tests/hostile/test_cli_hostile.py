@@ -107,6 +107,31 @@ def test_an_interrupt_while_libraries_are_imported_is_one_line(tmp_path: Path) -
     assert process.wait(60) == 130
 
 
+def test_an_interrupt_while_arguments_are_read_is_one_line() -> None:
+    # the standard library imports more as the arguments are read: here without end
+    script = """
+import sys, time
+import sssi_exudyn.__main__ as program
+
+class Slow:
+    def find_spec(self, name, path=None, target=None):
+        if name == "email.feedparser":
+            sys.stderr.write("importing")
+            sys.stderr.flush()
+            time.sleep(60)
+
+import sssi_exudyn.cli
+sys.meta_path.insert(0, Slow())
+program.start()
+"""
+    process = subprocess.Popen([sys.executable, "-c", script, "terms"], stdout=-3, stderr=subprocess.PIPE)
+    assert process.stderr is not None
+    assert process.stderr.read(9) == b"importing"
+    process.send_signal(signal.SIGINT)
+    assert process.stderr.read() == b"sssi: interrupted; resume with the same command\n"
+    assert process.wait(60) == 130
+
+
 @pytest.mark.parametrize("after", [0.0, 0.1, 0.3, 0.6, 1.0])
 def test_an_interrupt_at_any_time_shows_no_traceback_of_the_program(after: float, tmp_path: Path) -> None:
     """Before Python has come to the program at all, the traceback is Python's own."""
