@@ -2,8 +2,8 @@
 
     python docs/make_muscle_table.py FBLSmodel.osim > bodies/muscles/muscles.toml
 
-Reads the right side: 23 muscles of the leg that the paper's skier has, and the 119 that cross the lumbar joint; the
-left side is its mirror image.  Writes figures in the axes of this program's segments (x forward, y left, z up) and
+Reads the right side: 23 muscles of the leg that the paper's skier has, the leg's other 19, and the 119 that cross the
+lumbar joint; the left side is its mirror image.  Writes figures in the axes of this program's segments (x forward, y left, z up) and
 says, on stderr, how far the model's own left side is from that image.
 """
 
@@ -31,6 +31,14 @@ LEG = {
     "triceps_surae": ("med_gas", "lat_gas", "soleus"),
     "tibialis_anterior": ("tib_ant",),
 }
+OTHERS_OF_LEG = {
+    "hip_adductors": ("add_long", "add_brev", "add_mag1", "add_mag2", "add_mag3", "pect", "grac"),
+    "sartorius": ("sar",),
+    "deep_hip_rotators": ("quad_fem", "gem", "peri"),
+    "deep_calf": ("tib_post", "flex_dig", "flex_hal"),
+    "peroneals": ("per_brev", "per_long", "per_tert"),
+    "toe_extensors": ("ext_dig", "ext_hal"),
+}
 LUMBAR = {
     "erector_spinae": ("IL_", "LTp"),
     "rectus_abdominis": ("rect_abd",),
@@ -43,11 +51,11 @@ LUMBAR = {
 }
 BONES = {"lumbar5": "L5", "lumbar4": "L4", "lumbar3": "L3", "lumbar2": "L2", "lumbar1": "L1", "sacrum": "pelvis"}
 BONES |= {"Abdomen": "abdomen", "LB_wrap": "back"} | {f"{name}_r": name for name in ("femur", "patella", "tibia")}
-BONES |= {"calcn_r": "calcn", "humerus_r": "humerus", "pelvis": "pelvis", "torso": "torso"}
+BONES |= {"calcn_r": "calcn", "toes_r": "calcn", "humerus_r": "humerus", "pelvis": "pelvis", "torso": "torso"}
 LUMBAR_ROTATIONS = ("flex_extension", "lat_bending", "axial_rotation")
 HEADER = """\
-# The 284 muscles of the paper's skier: 23 of each leg and 238 that cross the lumbar joint.  Made by
-# docs/make_muscle_table.py; only the right side is written, the left is its mirror image.
+# The skier's 322 muscles: of each leg the 23 that the paper's skier has and the other 19, and 238 that cross the lumbar
+# joint.  Made by docs/make_muscle_table.py; only the right side is written, the left is its mirror image.
 #
 # Figures: M. E. Raabe & A. M. W. Chaudhari, "An investigation of jogging biomechanics using the full-body lumbar spine
 # model: model development and validation", J. Biomech. 49 (2016) 1238-1243, as the model's file has them.  It has
@@ -55,12 +63,15 @@ HEADER = """\
 #   legs    from S. L. Delp et al., IEEE Trans. Biomed. Eng. 37 (1990) 757-767, with the greatest forces of OpenSim's
 #           gait2392, some of them half as large again; the knee and the patella from G. T. Yamaguchi & F. E. Zajac,
 #           J. Biomech. 22 (1989) 1-10, and E. M. Arnold et al., Ann. Biomed. Eng. 38 (2010) 269-279
+#           Paths, fibres, tendons and pennation of the 19 are, number by number, those of gait2392 as OpenSim gives it
+#           (D. G. Thelen, A. Seth, F. C. Anderson & S. L. Delp; Creative Commons Attribution 3.0)
 #   trunk   from M. Christophy et al., Biomech. Model. Mechanobiol. 11 (2012) 19-34, and what that cites; so do the
 #           shares of the lumbar rotations
 #
 # Axes of every frame: x forward, y left, z up in anatomical zero.  Lengths in m, forces in N, angles in rad.
 #   pelvis            from the middle of the hip joint centres
-#   femur, humerus    from their joints; tibia from where the knee is when it is straight; calcn from the ankle
+#   femur, humerus    from their joints; tibia from where the knee is when it is straight; calcn from the ankle,
+#                     the toes with it, which do not move in a boot
 #   patella           its own frame, which glides on the femur with the knee
 #   L5 ... L1, torso  their own frames, which stand upright in anatomical zero
 #   abdomen, back     that carry points and surfaces in front of and behind the lumbar spine, and turn with it
@@ -79,10 +90,16 @@ def numbers(values: Iterable[float]) -> str:
 
 
 def source_of_points(model: MuscleModel) -> dict[str, Array]:
-    """What has to be added to points of some bones: sacrum and calcaneus are given from the pelvis and the ankle."""
+    """What has to be added to points of some bones: sacrum, calcaneus and toes are given from the pelvis and the ankle."""
     bone = {each.name: each for each in model.bones.bones}
     hips = 0.5 * (bone["femur_r"].place + bone["femur_l"].place)
-    return {"pelvis": -hips, "sacrum": bone["sacrum"].place - hips, "calcn_r": bone["calcn_r"].place}
+    heel = bone["calcn_r"].place
+    return {
+        "pelvis": -hips,
+        "sacrum": bone["sacrum"].place - hips,
+        "calcn_r": heel,
+        "toes_r": heel + bone["toes_r"].place,
+    }
 
 
 def share(model: MuscleModel, name: str, turn: int, coordinate: str) -> float:
@@ -93,7 +110,7 @@ def share(model: MuscleModel, name: str, turn: int, coordinate: str) -> float:
         return 0.0
     q = np.zeros((2, len(tree.coordinates)))
     q[:, tree.coordinates.index(coordinate)] = -0.3, 0.3
-    whole, _ = tree.completed(q)
+    whole, _ = tree.complete(q)
     low, high = drive.curve(whole[:, tree.coordinates.index(drive.coordinate)])[0]
     return float(high - low) / 0.6
 
@@ -103,7 +120,7 @@ def slides(model: MuscleModel, name: str, coordinate: str) -> Array:
     tree = model.bones
     q = np.zeros((2, len(tree.coordinates)))
     q[:, tree.coordinates.index(coordinate)] = -0.3, 0.3
-    whole, _ = tree.completed(q)
+    whole, _ = tree.complete(q)
     moved = np.zeros(3)
     for drive in tree.bones[tree.index(name)].slides:
         if drive.coordinate is not None:
@@ -258,7 +275,8 @@ def compare_sides(muscles: dict[str, Muscle], names: list[str]) -> None:
 
 def chosen(muscles: dict[str, Muscle]) -> list[tuple[Muscle, str, str]]:
     """The right side's muscles that the skier has, each with region and group."""
-    found = [(muscles[f"{name}_r"], "leg", group) for group, names in LEG.items() for name in names]
+    of_leg = LEG | OTHERS_OF_LEG
+    found = [(muscles[f"{name}_r"], "leg", group) for group, names in of_leg.items() for name in names]
     for group, starts in LUMBAR.items():
         for name, muscle in muscles.items():
             if name.endswith("_r") and name.startswith(starts):

@@ -169,6 +169,12 @@ def parser() -> argparse.ArgumentParser:
     muscles.add_argument("--list", action="store_true", help="list every muscle with its parameters as CSV instead")
     muscles.add_argument("--out", type=Path, metavar="DIR", help="folder of the result (default: FOLDER itself)")
     muscles.add_argument(
+        "--muscles",
+        choices=("full", "paper"),
+        default="full",
+        help="all of the legs, 322 with the trunk's, or the paper's 284 (%(default)s)",
+    )
+    muscles.add_argument(
         "--power", type=int, choices=(2, 3), default=2, help="exponent of the activations (%(default)s)"
     )
     ski = commands.add_parser("ski", help="work on a ski alone")
@@ -370,12 +376,14 @@ def _call(options: argparse.Namespace) -> str:
             rows = commands.terms()
             return to_json(rows) if options.json else format_table(rows)
         case "muscles" if options.list:
-            muscles = commands.muscles_list()
+            muscles = commands.muscles_list(options.muscles)
             return to_json(muscles) if options.json else format_csv(muscles)
         case "muscles":
             if options.folder is None:
                 raise InputError("muscles", "FOLDER", "no folder is given", "give a result or a recording, or --list")
-            summary = commands.muscles(options.folder, options.out, power=options.power, progress=progress)
+            summary = commands.muscles(
+                options.folder, options.out, power=options.power, chosen=options.muscles, progress=progress
+            )
             groups = _groups_of(summary)
             about = {name: groups[name] for name in ("recording", "muscles")}
             weak = format_table(about["muscles"]["lacking"])

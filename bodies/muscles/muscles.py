@@ -1,10 +1,16 @@
-"""The 284 muscles of the paper's skier, on his own skeleton.
+"""The skier's muscles on his own skeleton: the paper's 284, or with all of the legs' 322.
 
 The table ``muscles.toml`` gives them on the full-body lumbar spine model, the right side alone.  Here they are brought
 to a chain of given lengths: points of limbs are scaled along with their segment and turned by the small angle that
 brings the model's far joint to the chain's; the trunk, from the hips to the shoulders, is scaled as one; the pelvis has
 the skier's width between the hips.  Optimal fibre and tendon slack lengths are scaled by the muscle's whole length in
 anatomical zero, as OpenSim does it.
+
+Greatest forces F go by volume V over fibre length l, as a muscle's cross section does, and volume by the skier's mass m
+and height h as that of all muscles of a leg (24 people in magnetic resonance: G. G. Handsfield et al., J. Biomech. 47
+(2014) 631-638):
+
+    F = F₀ · V(m, h)/V(m₀, h₀) · l₀/l,   V = 47 cm³/(kg m) · m h + 1285 cm³
 
 The chain has one lumbar joint, here there are five vertebrae and the torso that share its rotations; and the knee
 slides while it bends.  So bones do not turn quite about the chain's joints, and a moment that shall be held against
@@ -21,7 +27,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -55,6 +61,21 @@ LUMBAR_GROUPS: Final = (
     "latissimus_dorsi",
 )
 """The paper's major groups (2.2.1).  The iliacus is counted to the leg's psoas major, with which it moves the leg."""
+OTHER_LEG_GROUPS: Final = (
+    "hip_adductors",
+    "sartorius",
+    "deep_hip_rotators",
+    "deep_calf",
+    "peroneals",
+    "toe_extensors",
+)
+"""What the leg has besides, with which it has 42 muscles, and 43 with the psoas, whose fascicles are the trunk's."""
+MuscleSet = Literal["paper", "full"]
+SETS: Final[tuple[MuscleSet, ...]] = ("paper", "full")
+OWN_BODY: Final = (75.339, 1.80)
+"""kg and m of the model that the table's figures belong to."""
+_VOLUME: Final = (47.0, 1285.0)
+"""cm³/(kg m) and cm³ of a leg's muscles: Handsfield et al. 2014."""
 _MIDDLE: Final = ("pelvis", "torso", "abdomen", "back", "L5", "L4", "L3", "L2", "L1")
 _VERTEBRAE: Final = ("L5", "L4", "L3", "L2", "L1")
 _LUMBAR: Final = ("lumbar_extension", "lumbar_bending", "lumbar_rotation")
@@ -89,9 +110,10 @@ class SkierMuscles:
     ligament: Mapping[str, tuple[Array, Array]]
 
 
-def skier_muscles(geometry: Geometry) -> SkierMuscles:
-    """The 284 muscles on a chain of these lengths."""
-    table = _read_table()
+def skier_muscles(geometry: Geometry, body: tuple[float, float] = OWN_BODY, chosen: MuscleSet = "full") -> SkierMuscles:
+    """The muscles on a chain of these lengths, of a skier of mass and height ``body`` (kg, m)."""
+    table = _read_table(chosen)
+    volume = leg_volume(*body) / leg_volume(*OWN_BODY)
     ours = _Scales(table, geometry)
     # the reference: a chain that has the model's own lengths
     theirs = _Scales(table, _own_geometry(table))
@@ -107,6 +129,7 @@ def skier_muscles(geometry: Geometry) -> SkierMuscles:
             muscle,
             optimal_fibre=float(muscle.optimal_fibre * ratio),
             tendon_slack=float(muscle.tendon_slack * ratio),
+            max_isometric_force=float(muscle.max_isometric_force * volume / ratio),
         )
         if row["region"] == "lumbar":
             scaled = _within_upright(scaled, float(length))
@@ -117,6 +140,16 @@ def skier_muscles(geometry: Geometry) -> SkierMuscles:
         ours.torso_origin,
         _ligament(table, ours),
     )
+
+
+def leg_groups(chosen: MuscleSet) -> tuple[str, ...]:
+    """Names of the leg's muscle groups."""
+    return LEG_GROUPS + OTHER_LEG_GROUPS if chosen == "full" else LEG_GROUPS
+
+
+def leg_volume(mass: float, height: float) -> float:
+    """cm³ of all muscles of a leg, of a person of mass (kg) and height (m)."""
+    return _VOLUME[0] * mass * height + _VOLUME[1]
 
 
 def _ligament(table: dict[str, Any], scales: _Scales) -> dict[str, tuple[Array, Array]]:
@@ -159,8 +192,8 @@ def joint_shift(skier: SkierMuscles, geometry: Geometry, stance: Stance) -> dict
     return found
 
 
-def muscles_table() -> list[dict[str, str | float]]:
-    """Every muscle, a row each: right side, then left; figures of the model, not scaled."""
+def muscles_table(chosen: MuscleSet = "full") -> list[dict[str, str | float]]:
+    """Every muscle of a set, a row each: right side, then left; figures of the model, not scaled."""
     return [
         {
             "name": f"{row['name']}_{side[0]}",
@@ -173,17 +206,20 @@ def muscles_table() -> list[dict[str, str | float]]:
             "pennation_deg": round(float(np.degrees(row["pennation_rad"])), 3),
             "path_points": len(row["path"]),
         }
-        for row, side in _rows(_read_table())
+        for row, side in _rows(_read_table(chosen))
     ]
 
 
 def own_geometry() -> Geometry:
     """A chain with the lengths of the model that the table's figures belong to."""
-    return _own_geometry(_read_table())
+    return _own_geometry(_read_table("paper"))
 
 
-def _read_table() -> dict[str, Any]:
-    return tomllib.loads(TABLE.read_text(encoding="utf-8"))
+def _read_table(chosen: MuscleSet) -> dict[str, Any]:
+    table = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+    if chosen == "paper":
+        table["muscle"] = [row for row in table["muscle"] if row["group"] not in OTHER_LEG_GROUPS]
+    return table
 
 
 def _own_geometry(table: dict[str, Any]) -> Geometry:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
     from sssi_exudyn.api.sweep_result import SweepResult
+    from sssi_exudyn.bodies.muscles.muscles import MuscleSet
     from sssi_exudyn.commands.runs import Snow
     from sssi_exudyn.contact.backends.backend import Backend
     from sssi_exudyn.contact.term import Term
@@ -353,15 +354,17 @@ def muscles(
     run: RecordingOrFolder | Result,
     out: AnyPath | None = None,
     *,
+    muscles: MuscleSet = "full",
     power: int = 2,
     progress: ProgressWanted = False,
 ) -> Result:
-    """The forces of 284 muscles that made a run's joint moments.
+    """The forces of the muscles that made a run's joint moments.
 
     Parameters
     ----------
     run : a result, a recording, which is run first, or the folder of either
     out : folder for the result with its muscles; left out, nothing is written
+    muscles : "paper", the paper's 284, or "full", with all of the legs' 322
     power : exponent of the activations in the sum that is least, 2 or 3
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
@@ -385,7 +388,7 @@ def muscles(
     else:
         found = load(run)
         made = Made(found.stored, found.opensim)
-    result = result_of(make_muscles(made, power=power, progress=shown), None)
+    result = result_of(make_muscles(made, power=power, chosen=muscles, progress=shown), None)
     return result if out is None else result.save(out)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from sssi_exudyn.bodies.muscles.muscles import muscles_table
+from sssi_exudyn.bodies.muscles.muscles import MuscleSet, muscles_table
 from sssi_exudyn.commands.recordings import SILENT
 from sssi_exudyn.commands.runs import Made, run
 from sssi_exudyn.core.errors import InputError
@@ -18,8 +18,10 @@ from sssi_exudyn.results.summary import Summary
 from sssi_exudyn.runtime.progress import Progress
 
 
-def muscles(folder: Path, out: Path | None, *, power: int = 2, progress: Progress = SILENT) -> Summary:
-    """The forces of 284 muscles that made a run's joint moments; the summary, with its group ``muscles``.
+def muscles(
+    folder: Path, out: Path | None, *, power: int = 2, chosen: MuscleSet = "full", progress: Progress = SILENT
+) -> Summary:
+    """The forces of the muscles that made a run's joint moments; the summary, with its group ``muscles``.
 
     ``folder`` is a result, which gets them into its series, its report and files of its own, or into a copy in ``out``;
     or a recording, which is run into ``out`` first.
@@ -32,7 +34,7 @@ def muscles(folder: Path, out: Path | None, *, power: int = 2, progress: Progres
     target = out or folder
     with folder_lock(target), progress.stage("muscles") as stage:
         result = read_run(folder)
-        found = muscles_of(result, folder, power)
+        found = muscles_of(result, folder, power, chosen)
         stage.advance(1.0, f"{len(found.time)} samples")
         amend_result(
             folder,
@@ -45,17 +47,17 @@ def muscles(folder: Path, out: Path | None, *, power: int = 2, progress: Progres
         return read_summary(target)
 
 
-def make_muscles(made: Made, *, power: int = 2, progress: Progress = SILENT) -> Made:
+def make_muscles(made: Made, *, power: int = 2, chosen: MuscleSet = "full", progress: Progress = SILENT) -> Made:
     """A run with the forces of its muscles; nothing is written."""
     with progress.stage("muscles") as stage:
         run = made.run
-        found = muscles_of(run, Path(run.name), power)
+        found = muscles_of(run, Path(run.name), power, chosen)
         stage.advance(1.0, f"{len(found.time)} samples")
         summary = replace(run.summary, muscles=muscle_figures(found))
         amended = replace(run, summary=summary, series=add_muscles(run.series, found))
         return Made(amended, {**made.opensim, **storage_texts(found)})
 
 
-def muscles_list() -> list[dict[str, str | float]]:
-    """Every muscle of the skier with its figures, not scaled to anyone."""
-    return muscles_table()
+def muscles_list(chosen: MuscleSet = "full") -> list[dict[str, str | float]]:
+    """Every muscle of a set with its figures, not scaled to anyone."""
+    return muscles_table(chosen)

@@ -73,6 +73,7 @@ class MuscleForces:
 def muscle_forces(
     skier: SkierMuscles,
     geometry: Geometry,
+    time: Array,
     angles: Array,
     rates: Array,
     moments: Array,
@@ -84,25 +85,30 @@ def muscle_forces(
     Parameters
     ----------
     skier, geometry : muscles, and the chain they are on
+    time : (n,) s
     angles, rates, moments : (n, 28) rad, rad/s, N m of the chain's prescribed coordinates
     joint_force : (n, 21, 3) N that each segment gets from its parent, muscles and all, in the pelvis' axes
     power : of the activations in the sum that is least
     """
-    parts = []
+    parts: list[tuple[Array, ...]] = []
+    before = None
     for rows in np.array_split(np.arange(len(angles)), max(1, -(-len(angles) // _STRETCH))):
-        given = (angles[rows], rates[rows], moments[rows], joint_force[rows])
-        parts.append(_stretch(skier, geometry, *given, power))
+        given = (time[rows], angles[rows], rates[rows], moments[rows], joint_force[rows])
+        parts.append(_stretch(skier, geometry, *given, power, before))
+        before = float(time[rows[-1]]), parts[-1][0][-1]
     return MuscleForces(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
 def _stretch(
     skier: SkierMuscles,
     geometry: Geometry,
+    time: Array,
     angles: Array,
     rates: Array,
     moments: Array,
     joint_force: Array,
     power: int,
+    before: tuple[float, Array] | None,
 ) -> tuple[Array, ...]:
     muscles = skier.model.muscles
     stance = stand(skier.model.bones, angles)
@@ -120,7 +126,7 @@ def _stretch(
     for segment, shifts in joint_shift(skier, geometry, stance).items():
         for name, shift in shifts.items():
             wanted[:, MUSCLED.index(name)] += np.sum(joint_force[:, SEGMENT[segment]] * shift, axis=1)
-    optimum = optimise(arms * found.force[:, None], wanted, power)
+    optimum = optimise(arms * found.force[:, None], wanted, power, time, before)
     force = optimum.activation * found.force
     made = np.einsum("ncm,nm->nc", arms, force)
     contact = _contact(skier, stance, paths, force, joint_force)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -12,9 +12,19 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import CubicSpline
 
-from sssi_exudyn.bodies.muscles.muscles import LEG_GROUPS, LUMBAR_GROUPS, SIDES, SkierMuscles, skier_muscles
-from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENT, forward_kinematics
+from sssi_exudyn.bodies.muscles.muscles import (
+    LUMBAR_GROUPS,
+    SIDES,
+    MuscleSet,
+    SkierMuscles,
+    leg_groups,
+    skier_muscles,
+)
+from sssi_exudyn.bodies.skier.chain import PARENT, PRESCRIBED, SEGMENT, Poses, Rates, forward_kinematics
+from sssi_exudyn.bodies.skier.chain import rates as segment_rates
 from sssi_exudyn.bodies.skier.inverse_dynamics import joint_loads
+from sssi_exudyn.contact.maths import ArrayMath, Number
+from sssi_exudyn.contact.term import BodyState, PlaceState, SegmentState, air_velocity, body_force, segment_force
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
 from sssi_exudyn.io.storage import Storage, storage_text
@@ -36,6 +46,7 @@ class MuscleRun:
     """The muscles of a result.
 
     time : (n,) s
+    chosen : which of the muscles
     body_weight : N, of the skier without equipment
     power : of the activations in the sum that is least
     wall : s that paths and optimisation took
@@ -43,14 +54,15 @@ class MuscleRun:
 
     time: Array
     skier: SkierMuscles
+    chosen: MuscleSet
     forces: MuscleForces
     body_weight: float
     power: int
     wall: float
 
 
-def muscles_of(run: StoredRun, folder: Path, power: int = 2) -> MuscleRun:
-    """The muscle forces of a result, which ``folder`` holds.
+def muscles_of(run: StoredRun, folder: Path, power: int = 2, chosen: MuscleSet = "full") -> MuscleRun:
+    """The forces of the ``chosen`` muscles of a result, which ``folder`` holds.
 
     Raises InputError where the result has no skeleton or too few samples, SssiError where no activations are found.
     """
@@ -58,55 +70,79 @@ def muscles_of(run: StoredRun, folder: Path, power: int = 2) -> MuscleRun:
         raise InputError(folder / SKELETON, "", "the result did not keep the skier's lengths", "run it again")
     if len(run.time) < LEAST_SAMPLES:
         raise InputError(folder / SERIES, "", f"fewer than {LEAST_SAMPLES} samples", "simulate a longer run")
-    skier = skier_muscles(run.geometry)
+    skier = skier_muscles(run.geometry, (run.model.skier.mass, run.model.skier.height), chosen)
     moments = run.series[[f"{name}_moment_Nm" for name in PRESCRIBED]].to_numpy(dtype=float)
     angles = np.radians(run.series[[f"{name}_deg" for name in PRESCRIBED]].to_numpy(dtype=float))
     motion = spline_motion(run.geometry, run.model.inclination, run.time, angles)
     _, rates, accelerations = motion.evaluate(run.time)
     between = joint_forces(run, Parts(run.model, motion), angles, rates, accelerations)
     begin = clock.perf_counter()
-    forces = muscle_forces(skier, run.geometry, angles, rates, moments, between, power)
+    forces = muscle_forces(skier, run.geometry, run.time, angles, rates, moments, between, power)
     wall = clock.perf_counter() - begin
-    return MuscleRun(run.time, skier, forces, run.model.skier.mass * GRAVITY, power, wall)
+    return MuscleRun(run.time, skier, chosen, forces, run.model.skier.mass * GRAVITY, power, wall)
 
 
 def joint_forces(run: StoredRun, parts: Parts, angles: Array, rates: Array, accelerations: Array) -> Array:
     """(n, 21, 3) N in the pelvis' axes that each segment gets from its parent.
 
-    What beyond the joint has to be accelerated and supported against gravity, less the other forces there: each ski's
-    snow force without what its own mass takes of it, and the air's drag, shared out by frontal area.
+    What beyond the joint has to be accelerated and supported against gravity, less all other forces there: each ski's
+    snow force without what its own mass takes of it, the air's on every segment, and what the model lets act on the
+    centre of mass (poles, unexplained forces), which segments bear by their masses, as the joints' moments have it.
     """
     assert run.geometry is not None
+    geometry, inclination = run.geometry, run.model.inclination
     velocity = run.slope("pelvis_velocity", "mps")
     pull = CubicSpline(run.time, velocity)(run.time, 1)
-    gravity = gravity_in_slope(run.model.inclination)
-    q = np.hstack([run.slope("pelvis", "m"), angles])
-    moving = (q, np.hstack([velocity, rates]), np.hstack([pull, accelerations]))
-    force, _ = joint_loads(run.geometry, parts.inertias, run.model.inclination, gravity, *moving)
-    drag = run.slope("drag", "N")
-    areas, shared = parts.areas, sum(parts.areas.values())
+    gravity = gravity_in_slope(inclination)
+    q, qd = np.hstack([run.slope("pelvis", "m"), angles]), np.hstack([velocity, rates])
+    qdd = np.hstack([pull, accelerations])
+    force, _ = joint_loads(geometry, parts.inertias, inclination, gravity, q, qd, qdd)
+    poses = forward_kinematics(geometry, q, inclination)
+    outer = _from_air(run, parts, poses, segment_rates(poses, qd, qdd)) + _on_body(run, parts)
     ski_mass = 0.5 * (parts.mass - parts.body_mass)
-    normal = np.array([0.0, 0.0, 1.0])
-    for side, letter in zip(("left", "right"), "lr", strict=True):
-        load = run.series[f"{side}_load_N"].to_numpy(dtype=float)
+    for side in ("left", "right"):
         ski = CubicSpline(run.time, run.slope(f"{side}_foot_velocity", "mps"))(run.time, 1)
-        snow = load[:, None] * normal + run.slope(f"{side}_friction", "N") - ski_mass * (ski - gravity)
-        for segment in ("femur", "tibia", "talus", "calcn"):
-            force[:, SEGMENT[f"{segment}_{letter}"]] -= snow
-    for bearer, carried in _beyond(tuple(areas)):
-        force[:, SEGMENT[bearer]] -= drag * sum(areas[name] for name in carried) / shared
-    turned = forward_kinematics(run.geometry, q, run.model.inclination).rotation[:, 0]
-    return np.asarray(force @ turned)
+        outer[:, SEGMENT[f"calcn_{side[0]}"]] += _snow_force(run, side) - ski_mass * (ski - gravity)
+    for i in reversed(range(1, len(SEGMENT))):
+        force[:, i] -= outer[:, i]
+        outer[:, PARENT[i]] += outer[:, i]
+    return np.asarray(force @ poses.rotation[:, 0])
 
 
-def _beyond(exposed: tuple[str, ...]) -> Iterator[tuple[str, list[str]]]:
-    """Each segment whose joint has a contact force, and the exposed segments beyond that joint."""
-    for letter in "lr":
-        leg = [f"{name}_{letter}" for name in ("femur", "tibia", "talus", "calcn", "toes")]
-        for k, bearer in enumerate(leg[:3]):
-            yield bearer, [name for name in exposed if name in leg[k:]]
-    legs = ("pelvis", "femur", "tibia", "talus", "calcn", "toes")
-    yield "torso", [name for name in exposed if not name.startswith(legs)]
+def _snow_force(run: StoredRun, side: str) -> Array:
+    """(n, 3) N on a ski: its load along the snow's normal, and friction."""
+    load = run.series[f"{side}_load_N"].to_numpy(dtype=float)
+    _, rising = run.model.snow(run.slope(f"{side}_foot", "m"))
+    normal = np.column_stack([-rising, np.ones(len(load))])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.asarray(load[:, None] * normal + run.slope(f"{side}_friction", "N"))
+
+
+def _from_air(run: StoredRun, parts: Parts, poses: Poses, moving: Rates) -> Array:
+    """(n, 21, 3) N of the air on the segments."""
+    math, terms = ArrayMath(), run.model.terms
+    at, found = run.slope("pelvis", "m"), np.zeros_like(poses.origin)
+    wind = air_velocity(math, terms, PlaceState(run.time, at[:, 0], at[:, 1]))
+    for name, area in parts.areas.items():
+        i = SEGMENT[name]
+        arm = poses.rotation[:, i] @ parts.inertias[i].com
+        speed = moving.velocity[:, i] + np.cross(moving.angular_velocity[:, i], arm)
+        found[:, i] = _vectors(segment_force(math, terms, SegmentState(tuple(speed.T), wind, area)), len(at))
+    return found
+
+
+def _on_body(run: StoredRun, parts: Parts) -> Array:
+    """(n, 21, 3) N of what acts on the centre of mass, shared out by mass."""
+    velocity = CubicSpline(run.time, run.com)(run.time, 1)
+    state = BodyState(run.time, run.com[:, 0], run.com[:, 1], tuple(velocity.T))
+    force = _vectors(body_force(ArrayMath(), run.model.terms, state), len(run.time))
+    share = np.array([part.mass for part in parts.inertias]) / parts.body_mass
+    return np.asarray(share[:, None] * force[:, None])
+
+
+def _vectors(columns: Sequence[Number], count: int) -> Array:
+    """(n, 3) of three columns that are arrays (n,) or numbers."""
+    return np.stack([np.broadcast_to(column, count) for column in columns], axis=1)
 
 
 def group_activation(found: MuscleRun, side: str, region: str, group: str) -> Array:
@@ -149,7 +185,7 @@ def add_muscles(series: pd.DataFrame, found: MuscleRun) -> pd.DataFrame:
         columns[f"muscle_{muscle.name}_activation"] = forces.activation[:, k]
         columns[f"muscle_{muscle.name}_force_N"] = forces.force[:, k]
     for side in SIDES:
-        for region, groups in (("leg", LEG_GROUPS), ("lumbar", LUMBAR_GROUPS)):
+        for region, groups in (("leg", leg_groups(found.chosen)), ("lumbar", LUMBAR_GROUPS)):
             for group in groups:
                 columns[group_column(region, group, side)] = group_activation(found, side, region, group)
     for k, name in enumerate(MUSCLED):
@@ -208,4 +244,5 @@ def muscle_figures(found: MuscleRun) -> MuscleFigures:
         reserve=reserve,
         lacking=tuple(lacking),
         contact_peak_bodyweights={name: float(weights.max()) for name, weights in contact_weights(found).items()},
+        muscle_set=found.chosen,
     )

@@ -1,4 +1,4 @@
-"""Which activations make given joint moments: at each instant the least Σ aᵖ.
+"""Which activations make given joint moments: at each instant the least Σ aᵖ within what the instant before allows.
 
 min Σ aᵖ + Σ (r / r₀)²   subject to   A a + r = b,   a_min ≤ a ≤ 1,
 
@@ -6,6 +6,14 @@ A (c, m) the moments that m muscles do at full activation, b (c,) the moments to
 in where the muscles are too weak: they are so dear that they stay near zero where they are not.  For p = 2 that is a
 quadratic programme, solved by OSQP, which starts from the instant before (B. Stellato et al., Math. Prog. Comp. 12
 (2020) 637-672).  For p = 3 such programmes are solved one after another (Newton's method): a³ is convex.
+
+Activation follows excitation u, a_min ≤ u ≤ 1, by ȧ = (u − a)/τ (F. E. Zajac, Crit. Rev. Biomed. Eng. 17 (1989)
+359-411), τ = 10 ms where it rises and 40 ms where it falls (as OpenSim has it: M. Millard et al., J. Biomech. Eng. 135
+(2013) 021005).  So after a step of h
+
+    a_min + (a − a_min) e^(−h/40 ms)  ≤  a′  ≤  1 − (1 − a) e^(−h/10 ms).
+
+Each instant is solved by itself, so that a muscle does not rise before it is wanted.
 """
 
 from __future__ import annotations
@@ -23,6 +31,10 @@ from sssi_exudyn.core.frames import Array
 POWERS: Final = (2, 3)
 LEAST: Final = 0.01
 """Activation that muscles do not go below."""
+RISE: Final = 0.010
+"""s, time constant of activation that rises."""
+FALL: Final = 0.040
+"""s, of activation that falls."""
 RESERVE: Final = 0.3
 """N m, r₀: a reserve of that costs what one fully active muscle does."""
 _UNIT: Final = 50.0
@@ -43,7 +55,13 @@ class Optimum:
     reserve: Array
 
 
-def optimise(at_full: Array, wanted: Array, power: int = 2) -> Optimum:
+def optimise(
+    at_full: Array,
+    wanted: Array,
+    power: int = 2,
+    time: Array | None = None,
+    before: tuple[float, Array] | None = None,
+) -> Optimum:
     """The activations at n instants, each started from the one before.
 
     Parameters
@@ -51,6 +69,8 @@ def optimise(at_full: Array, wanted: Array, power: int = 2) -> Optimum:
     at_full : (n, c, m) N m that each muscle does to each coordinate at full activation
     wanted : (n, c) N m
     power : p
+    time : (n,) s, over which activation follows excitation; left out, it does so at once
+    before : time (s) and activation (m,) that came before the first instant; left out, that one is free
 
     Raises ValueError for another power than ``POWERS``, SssiError where the solver gives up.
     """
@@ -59,9 +79,10 @@ def optimise(at_full: Array, wanted: Array, power: int = 2) -> Optimum:
     n, c, m = at_full.shape
     programme = _Programme(np.any(at_full != 0.0, axis=0))
     activation, reserve = np.empty((n, m)), np.empty((n, c))
-    guess = np.full(m, 0.1)
+    guess = np.full(m, 0.1) if before is None else before[1]
+    past = np.inf if time is None or before is None else time[0] - before[0]
     for i in range(n):
-        programme.constrain(at_full[i], wanted[i])
+        programme.constrain(at_full[i], wanted[i], *reach(guess, past))
         if power == 2:
             guess, reserve[i] = programme.solve(i)
         else:
@@ -73,7 +94,14 @@ def optimise(at_full: Array, wanted: Array, power: int = 2) -> Optimum:
                 if change < _NEWTON_PRECISION:
                     break
         activation[i] = guess
+        if time is not None and i + 1 < n:
+            past = time[i + 1] - time[i]
     return Optimum(activation, reserve)
+
+
+def reach(activation: Array, step: float) -> tuple[Array, Array]:
+    """Least and greatest activation (m,) a ``step`` (s) after ``activation`` (m,)."""
+    return LEAST + (activation - LEAST) * np.exp(-step / FALL), 1.0 - (1.0 - activation) * np.exp(-step / RISE)
 
 
 class _Programme:
@@ -110,10 +138,11 @@ class _Programme:
             scaling=0,
         )
 
-    def constrain(self, at_full: Array, wanted: Array) -> None:
-        """Set A and b."""
+    def constrain(self, at_full: Array, wanted: Array, least: Array, greatest: Array) -> None:
+        """Set A, b and the activations' bounds."""
         count = len(wanted)
         self.lower[:count] = self.upper[:count] = wanted / _UNIT
+        self.lower[count:], self.upper[count:] = least, greatest
         values = at_full[self.rows, self.columns][self.order] / _UNIT
         self.solver.update(Ax=values, Ax_idx=self.places, l=self.lower, u=self.upper)
 

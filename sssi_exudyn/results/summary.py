@@ -287,7 +287,10 @@ class LackingJoint:
 
 @dataclass(frozen=True)
 class MuscleFigures:
-    """The muscles' static optimisation: its size, what the muscles could not make, and the joints' largest loads."""
+    """The muscles' static optimisation: its size, what the muscles could not make, and the joints' largest loads.
+
+    muscle_set : "paper" or "full"
+    """
 
     count: int
     power: int
@@ -297,6 +300,7 @@ class MuscleFigures:
     reserve: Mapping[str, Reserve]
     lacking: tuple[LackingJoint, ...]
     contact_peak_bodyweights: Mapping[str, float]
+    muscle_set: str = "paper"
 
 
 @dataclass(frozen=True)

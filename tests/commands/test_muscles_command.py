@@ -52,11 +52,12 @@ def test_a_result_gets_its_muscles(result: Path) -> None:
     series = pd.read_parquet(result / "series.parquet")
     assert list(series.columns[: len(before.columns)]) == list(before.columns)
     activations = [name for name in series if name.startswith("muscle_") and name.endswith("_activation")]
-    assert len(activations) == 284
+    assert len(activations) == 322
     assert series[activations].to_numpy().min() >= 0.01
     figures = summary.muscles
     assert figures is not None
-    assert figures.count == 284
+    assert figures.count == 322
+    assert figures.muscle_set == "full"
     assert figures.lacking == ()
     assert set(figures.reserve) == set(MUSCLED)
     for joint in JOINTS:
@@ -70,7 +71,7 @@ def test_a_result_gets_its_muscles(result: Path) -> None:
     for name in ("muscle_activations.sto", "muscle_forces.sto"):
         path = result / name
         table = asdict(read_storage(path, path.read_text(encoding="utf-8")))
-        assert table["values"].shape == (len(series), 285)
+        assert table["values"].shape == (len(series), 323)
         assert not table["in_degrees"]
     k = table["columns"].index("soleus_r")
     assert np.allclose(table["values"][:, k], series["muscle_soleus_r_force_N"], rtol=1e-9)  # ten digits are written
@@ -85,7 +86,7 @@ def test_the_page_has_one_section_however_often(result: Path) -> None:
         assert page.count("<h2") == plain.count("<h2") + 1
         assert page.count(">Muscles</a>") == 1
         assert f"to the power of {power} is least" in page
-        for group in ("gluteus maximus", "tibialis anterior", "erector spinae", "latissimus dorsi"):
+        for group in ("gluteus maximus", "tibialis anterior", "hip adductors", "erector spinae", "latissimus dorsi"):
             assert page.count(f'<th scope="row">{group}</th>') == 1
         assert page.count('<th scope="row">psoas major</th>') == 2  # of the leg and of the trunk
 
@@ -113,14 +114,26 @@ def test_a_result_without_lengths_says_so(result: Path) -> None:
 
 
 @pytest.mark.long
-def test_list_is_csv(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_papers_muscles_alone(result: Path) -> None:
+    commands.muscles(result, None)
+    summary = commands.muscles(result, None, chosen="paper")
+    assert summary.muscles is not None
+    assert (summary.muscles.count, summary.muscles.muscle_set) == (284, "paper")
+    series = pd.read_parquet(result / "series.parquet")
+    assert sum(name.startswith("muscle_") and name.endswith("_activation") for name in series) == 284
+    assert "hip adductors" not in (result / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("options", "number"), [([], 322), (["--muscles", "paper"], 284)])
+def test_list_is_csv(options: list[str], number: int, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
-        cli.main(["muscles", "--list"])
+        cli.main(["muscles", "--list", *options])
     assert ended.value.code == 0
     text = capsys.readouterr().out
     assert text.startswith("name,side,region,group,max_isometric_force_N,")
     rows = list(csv.DictReader(io.StringIO(text)))
-    assert len(rows) == 284
+    assert len(rows) == number
     assert {row["region"] for row in rows} == {"leg", "lumbar"}
 
 

@@ -12,17 +12,18 @@ from sssi_exudyn.bodies.muscles.force_curves import fibres, force_length, force_
 from sssi_exudyn.bodies.muscles.muscles import skier_muscles
 from sssi_exudyn.bodies.muscles.paths import muscle_paths
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENT
+from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.muscle_forces.forces import JOINTS, MUSCLED, muscle_forces
 from sssi_exudyn.muscle_forces.of_result import MuscleRun, joint_forces, muscle_figures, muscles_of
-from sssi_exudyn.muscle_forces.static_optimisation import LEAST, optimise
+from sssi_exudyn.muscle_forces.static_optimisation import LEAST, optimise, reach
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Summary
 from sssi_exudyn.simulation.assembly import Parts
 
-HALF = 142
+HALF = 161
 """Muscles of a side; the right ones come first."""
 
 
@@ -88,6 +89,31 @@ def test_activations_at_a_corner_satisfy_the_conditions_of_optimality() -> None:
     assert np.max(np.abs(slope[inside])) < 1e-2
     assert np.all(slope[a <= LEAST + 1e-6] > -1e-2)
     assert np.allclose(at_full[0] @ a + found.reserve[0], wanted, atol=1e-3)
+
+
+def test_activation_rises_and_falls_by_its_time_constants() -> None:
+    """A moment that comes and goes at once: activation goes along 1 − e^(−t/10 ms) and e^(−t/40 ms)."""
+    time = 0.002 * np.arange(100)
+    wanted = np.where((time > 0.05) & (time < 0.1), 1000.0, 0.0)[:, None]  # more than the muscle has
+    found = optimise(np.full((100, 1, 1), 30.0), wanted, time=time).activation[:, 0]
+    first = int(np.argmax(wanted > 0.0))
+    rise = 1.0 - (1.0 - LEAST) * np.exp(-(time[first : first + 20] - time[first - 1]) / 0.010)
+    assert np.allclose(found[first : first + 20], rise, atol=1e-5)  # the solver's precision, step by step
+    last = int(np.flatnonzero(wanted)[-1])
+    fall = LEAST + (found[last] - LEAST) * np.exp(-(time[last:] - time[last]) / 0.040)
+    assert np.allclose(found[last:], fall, atol=1e-5)
+    free = optimise(np.full((100, 1, 1), 30.0), wanted).activation[:, 0]
+    assert free[first] == pytest.approx(1.0)
+    assert free[last + 1] == pytest.approx(LEAST, abs=1e-6)
+
+
+def test_a_muscle_that_cannot_let_go_is_held_by_its_antagonist() -> None:
+    """The moment turns round from one sample to the next: it is made, by more of the other muscle."""
+    time, at_full = np.array([0.0, 0.007]), np.tile([30.0, -30.0], (2, 1, 1))
+    found = optimise(at_full, np.array([[12.0], [-3.0]]), time=time)
+    assert found.activation[1, 0] == pytest.approx(reach(found.activation[0], 0.007)[0][0], abs=1e-6)
+    assert np.allclose(found.reserve, 0.0, atol=1e-2)
+    assert found.activation[1, 1] - found.activation[1, 0] == pytest.approx(0.1, abs=1e-3)
 
 
 def test_another_power_is_refused() -> None:
@@ -221,6 +247,21 @@ def test_loads_without_muscles_are_the_weights(still: MuscleRun) -> None:
     assert np.linalg.norm(around) == pytest.approx(pelvis, rel=1e-9)
 
 
+def test_what_acts_on_the_body_goes_through_the_joints_by_mass() -> None:
+    """A force of nothing known, 200 N up: of it the trunk's joint carries what the mass beyond it has, a knee's too."""
+    model = replace(level(), terms=(*level().terms, UnexplainedForce(force_n=200.0, t0=-5.0, t1=5.0)))
+    pushed = replace(run_of(), model=model)
+    angles = np.radians(pushed.series[[f"{name}_deg" for name in PRESCRIBED]].to_numpy(dtype=float))
+    motion = spline_motion(standing.geometry(), 0.0, pushed.time, angles)
+    _, rates, accelerations = motion.evaluate(pushed.time)
+    loads = [joint_forces(run, Parts(run.model, motion), angles, rates, accelerations)[0] for run in (run_of(), pushed)]
+    parts = Parts(level(), motion)
+    change = np.linalg.norm(loads[1] - loads[0], axis=1)
+    for segment, beyond in (("torso", ABOVE), ("tibia_r", ("tibia_r", "talus_r", "calcn_r", "toes_r"))):
+        mass = sum(parts.inertias[SEGMENT[name]].mass for name in beyond)
+        assert change[SEGMENT[segment]] == pytest.approx(200.0 * mass / parts.body_mass, rel=1e-9)  # rounding
+
+
 def test_contact_is_weight_and_muscles(still: MuscleRun) -> None:
     """The knee carries its weight and, along the shank, what the patellar tendon and the hamstrings pull."""
     size = np.linalg.norm(still.forces.contact[0], axis=1)
@@ -239,8 +280,8 @@ def test_moments_turned_round_are_lacking() -> None:
     q = standing.angles()[None]
     moments: Array = np.zeros((1, len(PRESCRIBED)))
     moments[0, PRESCRIBED.index("hip_flexion_r")] = -2000.0
-    found = muscle_forces(skier, chain, q, np.zeros_like(q), moments, np.zeros((1, len(SEGMENT), 3)))
-    run = MuscleRun(np.zeros(1), skier, found, model.skier.mass * 9.81, 2, 0.0)
+    found = muscle_forces(skier, chain, np.zeros(1), q, np.zeros_like(q), moments, np.zeros((1, len(SEGMENT), 3)))
+    run = MuscleRun(np.zeros(1), skier, "full", found, model.skier.mass * 9.81, 2, 0.0)
     (missing,) = (joint.worst_Nm for joint in muscle_figures(run).lacking if joint.coordinate == "hip_flexion_r")
     assert missing < -1000.0
     made = float(found.made[0, MUSCLED.index("hip_flexion_r")])

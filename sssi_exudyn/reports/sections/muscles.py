@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from sssi_exudyn.analysis.turns import PHASES
-from sssi_exudyn.bodies.muscles.muscles import LEG_GROUPS, LUMBAR_GROUPS, SIDES
+from sssi_exudyn.bodies.muscles.muscles import LUMBAR_GROUPS, SIDES, MuscleSet, leg_groups
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.muscle_forces.of_result import contact_column, group_column
 from sssi_exudyn.reports.plots import COLOURS
@@ -30,12 +30,13 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
     figures, series = run.summary.muscles, run.series
     if figures is None:
         return ()
-    if not _columns() <= set(series.columns):  # the summary has figures that its series does not bear out
+    chosen: MuscleSet = "full" if figures.muscle_set == "full" else "paper"
+    if not _columns(chosen) <= set(series.columns):  # the summary has figures that its series does not bear out
         return (Text(_sentence(figures)),)
     blocks: tuple[Block, ...] = (
         Text(_sentence(figures)),
         Heading("Activation of the leg's muscle groups by phase of the turn: outside / inside leg"),
-        Grid(_by_phase(series, "leg", LEG_GROUPS)),
+        Grid(_by_phase(series, "leg", leg_groups(chosen))),
         Heading("Activation of the lumbar muscle groups: outside / inside half of the trunk"),
         Grid(_by_phase(series, "lumbar", LUMBAR_GROUPS)),
         Heading("Largest joint contact forces (body weights)"),
@@ -48,9 +49,9 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
     return (*blocks, Heading("Joints that lack strength"), Grid(_lacking(figures.lacking)))
 
 
-def _columns() -> set[str]:
+def _columns(chosen: MuscleSet) -> set[str]:
     """Columns of the series that the section shows."""
-    regions = (("leg", LEG_GROUPS), ("lumbar", LUMBAR_GROUPS))
+    regions = (("leg", leg_groups(chosen)), ("lumbar", LUMBAR_GROUPS))
     joints = [f"{joint}_{side[0]}" for joint in ("hip", "knee", "ankle") for side in SIDES]
     groups = {group_column(region, group, side) for region, names in regions for group in names for side in SIDES}
     return {"turn_side", "turn_phase", *groups, *(contact_column(joint) for joint in (*joints, "L5_S1"))}

@@ -1,4 +1,4 @@
-"""The skier's 284 muscles: how many, on which side, how they scale, and their moment arms."""
+"""The skier's muscles: how many, on which side, how they scale, and their moment arms."""
 
 from collections import Counter
 from dataclasses import replace
@@ -10,10 +10,14 @@ from sssi_exudyn.bodies.muscles.bones import stand
 from sssi_exudyn.bodies.muscles.muscles import (
     LEG_GROUPS,
     LUMBAR_GROUPS,
+    OTHER_LEG_GROUPS,
+    OWN_BODY,
     SIDES,
     UPRIGHT,
+    MuscleSet,
     SkierMuscles,
     joint_shift,
+    leg_volume,
     muscles_table,
     own_geometry,
     skier_muscles,
@@ -31,6 +35,14 @@ IN_A_LEG = {  # paper 2.2.1; the iliacus is counted to the leg's psoas major
     "hamstrings": 4,
     "triceps_surae": 3,
     "tibialis_anterior": 1,
+}
+BESIDES_IN_A_LEG = {  # Delp et al. 1990, table 1: with the psoas 43 muscles a leg
+    "hip_adductors": 7,
+    "sartorius": 1,
+    "deep_hip_rotators": 3,
+    "deep_calf": 3,
+    "peroneals": 3,
+    "toe_extensors": 2,
 }
 IN_HALF_THE_TRUNK = {  # Christophy et al. 2012, table 1, and the latissimus dorsi
     "erector_spinae": 38,
@@ -67,25 +79,29 @@ def postures(count: int) -> Array:
     return np.stack([rng.uniform(low, high, count) for low, high in bounds], axis=1)
 
 
-def test_284_counted_by_group_and_side() -> None:
-    rows = muscles_table()
-    assert len(rows) == 284
-    assert len({row["name"] for row in rows}) == 284
+@pytest.mark.parametrize(("chosen", "number"), [("paper", 284), ("full", 322)])
+def test_counted_by_group_and_side(chosen: MuscleSet, number: int) -> None:
+    rows = muscles_table(chosen)
+    assert len(rows) == number
+    assert len({row["name"] for row in rows}) == number
     counted = Counter((row["side"], row["region"], row["group"]) for row in rows)
     for side in SIDES:
         for group in LEG_GROUPS:
             assert counted.pop((side, "leg", group)) == IN_A_LEG[group]
+        for group in OTHER_LEG_GROUPS if chosen == "full" else ():
+            assert counted.pop((side, "leg", group)) == BESIDES_IN_A_LEG[group]
         for group in LUMBAR_GROUPS:
             assert counted.pop((side, "lumbar", group)) == IN_HALF_THE_TRUNK[group]
     assert not counted
     assert sum(IN_A_LEG.values()) == 23
+    assert sum(IN_A_LEG.values()) + sum(BESIDES_IN_A_LEG.values()) + 1 == 43
     assert 2 * sum(IN_HALF_THE_TRUNK.values()) == 238
 
 
 def test_figures_are_within_what_muscles_have() -> None:
     for row in muscles_table():
         assert 1.0 < float(row["max_isometric_force_N"]) < 6000.0
-        assert 0.01 < float(row["optimal_fibre_m"]) < 0.5
+        assert 0.01 < float(row["optimal_fibre_m"]) < 0.6
         assert 0.0 < float(row["tendon_slack_m"]) < 0.5
         assert 0.0 <= float(row["pennation_deg"]) < 40.0
 
@@ -179,7 +195,32 @@ def test_scaled_with_the_skier(own: SkierMuscles) -> None:
     for small, big in zip(own.model.muscles, large.model.muscles, strict=True):
         assert big.optimal_fibre == pytest.approx(1.1 * small.optimal_fibre)
         assert big.tendon_slack == pytest.approx(1.1 * small.tendon_slack)
-        assert big.max_isometric_force == small.max_isometric_force
+        # of one volume, as the body's mass and height are the same, but longer: thinner
+        assert big.max_isometric_force == pytest.approx(small.max_isometric_force / 1.1)
+
+
+def test_strength_goes_by_volume_and_volume_by_mass_and_height(own: SkierMuscles) -> None:
+    assert leg_volume(70.0, 1.70) == pytest.approx(6878.0)  # cm³, 47 · 119 + 1285
+    heavy = skier_muscles(own_geometry(), (1.2 * OWN_BODY[0], OWN_BODY[1]))
+    wanted = leg_volume(1.2 * OWN_BODY[0], OWN_BODY[1]) / leg_volume(*OWN_BODY)
+    assert 1.1 < wanted < 1.2
+    for usual, strong in zip(own.model.muscles, heavy.model.muscles, strict=True):
+        assert strong.max_isometric_force == pytest.approx(wanted * usual.max_isometric_force)
+        assert strong.optimal_fibre == pytest.approx(usual.optimal_fibre)
+    rows = muscles_table()
+    for row, muscle in zip(rows, own.model.muscles, strict=True):
+        assert muscle.max_isometric_force == pytest.approx(float(row["max_isometric_force_N"]))
+
+
+def test_the_full_set_has_the_papers_muscles_as_they_are(own: SkierMuscles) -> None:
+    of_paper = skier_muscles(own_geometry(), chosen="paper").model.muscles
+    of_full = {muscle.name: muscle for muscle in own.model.muscles}
+    assert {muscle.name for muscle in of_paper} < set(of_full)
+    q = postures(3)
+    there = muscle_paths(own.model, q).length
+    here = muscle_paths(skier_muscles(own_geometry(), chosen="paper").model, q).length
+    at = [list(of_full).index(muscle.name) for muscle in of_paper]
+    assert np.allclose(here, there[:, at], atol=1e-9)  # an ellipsoid's plane
 
 
 # Moment arms (m) as measured on cadavers and in images by the studies that are named, in wide, rounded ranges: wrong
@@ -190,6 +231,15 @@ PUBLISHED = [
     ("bifemlh_r", "knee_angle_r", 0.80, 0.015, 0.045),  # Spoor & van Leeuwen 1992, Herzog & Read 1993
     ("soleus_r", "ankle_angle_r", 0.0, -0.060, -0.035),  # Maganaris et al. 2000, Rugg et al. 1990
     ("tib_ant_r", "ankle_angle_r", 0.0, 0.030, 0.055),  # Rugg et al. 1990, Maganaris 2000
+    ("add_long_r", "hip_adduction_r", 0.0, 0.045, 0.095),  # Dostal et al. 1986, Arnold et al. 2010
+    ("add_mag2_r", "hip_adduction_r", 0.0, 0.035, 0.085),  # Dostal et al. 1986
+    ("grac_r", "hip_adduction_r", 0.0, 0.045, 0.095),  # Dostal et al. 1986
+    ("peri_r", "hip_rotation_r", 0.0, -0.045, -0.010),  # Dostal et al. 1986: outwards
+    ("quad_fem_r", "hip_rotation_r", 0.0, -0.045, -0.010),  # Dostal et al. 1986: outwards
+    ("grac_r", "knee_angle_r", 0.8, 0.020, 0.055),  # Spoor & van Leeuwen 1992
+    ("sar_r", "hip_flexion_r", 0.3, 0.030, 0.110),  # Arnold et al. 2010
+    ("tib_post_r", "ankle_angle_r", 0.0, -0.025, 0.0),  # Spoor et al. 1990: under 1 cm
+    ("ext_dig_r", "ankle_angle_r", 0.0, 0.025, 0.055),  # Spoor et al. 1990
     ("semimem_r", "hip_flexion_r", 0.3, -0.075, -0.035),  # Arnold et al. 2000, Németh & Ohlsén 1985
     ("LTpT_T10_r", "lumbar_extension", 0.0, 0.040, 0.075),  # Jorgensen et al. 2001: 0.05-0.06 at L3-L5
     ("rect_abd_r", "lumbar_extension", 0.0, -0.130, -0.060),  # Jorgensen et al. 2001: 0.07-0.12
