@@ -241,6 +241,7 @@ def _add_import(command: argparse.ArgumentParser) -> None:
         ("--ski-mass-kg", "one ski with its binding"),
         ("--boot-mass-kg", "one boot"),
         ("--ankle-to-ski-base-m", "from the ankle joint down to the running surface"),
+        ("--boot-centre-m", "from the ankle joint forward to the middle of the boot's sole"),
         ("--slope-deg", "inclination; estimated from the fixes if left out"),
         ("--fall-line-deg", "azimuth of the fall line, clockwise from north; likewise"),
         ("--heading-deg", "azimuth of the capture's forward axis, clockwise from north; likewise"),

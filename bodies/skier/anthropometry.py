@@ -44,6 +44,9 @@ class Footwear:
     """Where the boot's and the binding's masses lie: boxes of even density, lengths along the foot's axes."""
 
     boot_length: float = quantity(0.32, "m", low=0.2, high=0.5, source="typical boot, not measured", meaning="boot, x")
+    boot_centre: float = quantity(
+        0.0, "m", low=-0.1, high=0.2, source="assumed", meaning="middle of sole and binding ahead of the ankle joint"
+    )
     boot_width: float = quantity(0.12, "m", low=0.05, high=0.3, source="typical boot, not measured", meaning="boot, y")
     boot_height: float = quantity(0.28, "m", low=0.1, high=0.5, source="typical boot, not measured", meaning="boot, z")
     boot_rise: float = quantity(
@@ -194,7 +197,7 @@ def _foot(
     foot = SegmentInertia(row.mass, com, np.diag([longitudinal, transverse, sagittal]))
     boot_at = np.array([com[0], 0.0, wear.boot_rise])
     boot = _box(boot_mass, boot_at, wear.boot_length, wear.boot_width, wear.boot_height)
-    binding_at = np.array([0.0, 0.0, wear.binding_rise - geometry.ankle_to_ski_base])
+    binding_at = np.array([wear.boot_centre, 0.0, wear.binding_rise - geometry.ankle_to_ski_base])
     binding = _box(binding_mass, binding_at, wear.binding_length, wear.binding_width, wear.binding_height)
     whole = sum(_FOOT_PARTS.values())
     parts = {name: _share(foot, share / whole, origin[name]) for name, share in _FOOT_PARTS.items()}

@@ -30,6 +30,7 @@ class Answers:
     ski_mass_kg: float | None = None
     boot_mass_kg: float | None = None
     ankle_to_ski_base_m: float | None = None
+    boot_centre_m: float | None = None
     slope_deg: float | None = None
     fall_line_deg: float | None = None
     heading_deg: float | None = None

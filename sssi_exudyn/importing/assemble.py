@@ -34,7 +34,7 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Recording
 
 MOTION, GPS, INSOLES, SENSORS = "motion.bvh", "gps.csv", "insoles.csv", "sensors"
-_EQUIPMENT: Final = ("skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m")
+_EQUIPMENT: Final = ("skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m", "boot_centre_m")
 _OF_FIXES: Final = ("antenna_joint", "antenna_offset_m", "gps_sigma_m")
 _DAY: Final = 86400.0
 _LONGEST_NOTE: Final = 500
@@ -137,7 +137,7 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
         "name": one_line(answers.name or sources.first.stem),
         "note": f"imported from {', '.join(one_line(path.name) for path in given if path is not None)}",
         "skier": _without_none({"mass_kg": answers.mass_kg, "height_m": answers.height_m, "sex": answers.sex}),
-        "equipment": {name: getattr(answers, name) for name in _EQUIPMENT},
+        "equipment": _without_none({name: getattr(answers, name) for name in _EQUIPMENT}),
     }
     if assumed:
         settings["assumed"] = [".".join(PLACES[name]) for name in assumed]
@@ -178,7 +178,8 @@ def _with_usual(answers: Answers, sources: _Sources, fixes: Fixes | None) -> tup
     if answers.antenna_joint is not None:
         usual["antenna_offset_m"] = (0.0, 0.0, 0.0)  # at the joint that is named, not where another's would be
     kept = fixes is not None and "sigma_m" in fixes.columns
-    unused = (() if fixes is not None else _OF_FIXES) + (("gps_sigma_m",) if kept else ())
+    posed = () if sources.motion is not None else ("boot_centre_m",)  # a posture that is assumed stands over its ankles
+    unused = posed + (() if fixes is not None else _OF_FIXES) + (("gps_sigma_m",) if kept else ())
     assumed = tuple(name for name in usual if getattr(answers, name) is None and name not in unused)
     return replace(answers, **{name: usual[name] for name in assumed}), assumed
 

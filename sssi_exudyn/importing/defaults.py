@@ -10,22 +10,24 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.io.settings import check_keys, read_toml
-from sssi_exudyn.recording.recording import Equipment, Skier
+from sssi_exudyn.recording.recording import BOOT, Equipment, Skier
 
 _BODY: Final = {
     f"{about.name}_kg" if about.unit == "kg" else f"{about.name}_m": about.default
     for cls in (Skier, Equipment)
     for about in quantities(cls).values()
+    if about.name not in BOOT
 }
 USUAL: Final[dict[str, Any]] = {
     **_BODY,
     "skis": Equipment().skis,
+    "boot_centre_m": 0.07,
     "antenna_joint": "Spine2",
     "antenna_offset_m": (0.0, 0.1, -0.16),
     "gps_sigma_m": 3.0,
 }
-"""An adult of medium size on slalom skis, a receiver in a vest between the shoulders, and what a receiver of one
-frequency is exact to."""
+"""An adult of medium size on slalom skis, in boots whose soles are 0.32 m long and begin 0.09 m behind the ankle; a
+receiver in a vest between the shoulders, and what a receiver of one frequency is exact to."""
 OF_TELEPHONES: Final[dict[str, dict[str, Any]]] = {
     "pocket": {"antenna_joint": "Hips", "antenna_offset_m": (0.0, 0.0, 0.12)},
     "pelvis": {"antenna_joint": "Hips", "antenna_offset_m": (0.0, 0.0, -0.12)},
@@ -39,6 +41,7 @@ PLACES: Final = {
     "ski_mass_kg": ("equipment", "ski_mass_kg"),
     "boot_mass_kg": ("equipment", "boot_mass_kg"),
     "ankle_to_ski_base_m": ("equipment", "ankle_to_ski_base_m"),
+    "boot_centre_m": ("equipment", "boot_centre_m"),
     "antenna_joint": ("gps", "segment"),
     "antenna_offset_m": ("gps", "offset_m"),
     "gps_sigma_m": ("gps", "sigma_m"),

@@ -129,6 +129,11 @@ def numbers_of(cls: type, table: Settings, path: Path, place: str, optional: Col
     return found
 
 
+def table_from(owner: object) -> dict[str, float]:
+    """The declared quantities of a dataclass as a table holds them: what ``numbers_of`` reads back."""
+    return {key_of(about): getattr(owner, name) / _IN_FILE[about.unit][1] for name, about in quantities(owner).items()}
+
+
 def text_of(table: Settings, key: str, path: Path, place: str, default: str | None = None) -> str:
     """A string; raises InputError when it is missing without a default, empty, or no string."""
     value = table.get(key, default)

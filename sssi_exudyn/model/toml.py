@@ -13,13 +13,13 @@ from sssi_exudyn.contact.registry import check_together, read_term
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked, quantities
-from sssi_exudyn.io.settings import Settings, check_keys, name_of, read_toml, table_of
+from sssi_exudyn.io.settings import Settings, check_keys, key_of, name_of, numbers_of, read_toml, table_from, table_of
 from sssi_exudyn.model.faults import read_sensor, values_of
 from sssi_exudyn.model.model import Model, Solver, Start
 from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.motion.correction_file import correction_bytes, correction_to_dict, read_correction
 from sssi_exudyn.recording.equipment import read_equipped_ski
-from sssi_exudyn.recording.recording import Equipment, Skier, Slope
+from sssi_exudyn.recording.recording import BOOT, Equipment, Skier, Slope
 from sssi_exudyn.runtime.plugins import origins_of, require, tables_of
 from sssi_exudyn.terrain.file import FILE as SURFACE
 from sssi_exudyn.terrain.file import read_surface, surface_bytes, surface_to_dict
@@ -30,7 +30,7 @@ _TABLES: Final = (
 )
 _KEYS: Final = {
     "skier": ("mass_kg", "height_m", "sex"),
-    "equipment": ("skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m"),
+    "equipment": (*(key_of(about) for about in quantities(Equipment).values()), "skis"),
     "slope": ("inclination_deg", "fall_line_azimuth_deg"),
     "start": (*(name for name in quantities(Start) if name != "heading_offset"), "heading_offset_deg"),
     "solver": tuple(quantities(Solver)),
@@ -53,9 +53,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
         "skier": {"mass_kg": model.skier.mass, "height_m": model.skier.height, "sex": model.skier.sex},
         "equipment": {
             "skis": model.equipment.skis,
-            "ski_mass_kg": model.equipment.ski_mass,
-            "boot_mass_kg": model.equipment.boot_mass,
-            "ankle_to_ski_base_m": model.equipment.ankle_to_ski_base,
+            **table_from(model.equipment),
         },
         "slope": {
             "inclination_deg": float(np.degrees(model.inclination)),
@@ -126,17 +124,8 @@ def read_model(path: Path) -> Model:
         path,
         "[slope]",
     )
-    equipment = build_checked(
-        Equipment,
-        {
-            "skis": name_of(gear, "skis", path, "[equipment]"),
-            "ski_mass": number("equipment", "ski_mass_kg"),
-            "boot_mass": number("equipment", "boot_mass_kg"),
-            "ankle_to_ski_base": number("equipment", "ankle_to_ski_base_m"),
-        },
-        path,
-        "[equipment]",
-    )
+    worn = numbers_of(Equipment, gear, path, "[equipment]", optional=BOOT)
+    equipment = Equipment(skis=name_of(gear, "skis", path, "[equipment]"), **worn)
     return Model(
         name=name_of(data, "name", path, "", default=path.stem),
         skier=build_checked(

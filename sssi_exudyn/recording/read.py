@@ -43,6 +43,7 @@ from sssi_exudyn.recording.instruments.insoles import Insoles, read_insoles
 from sssi_exudyn.recording.recording import (
     _AZIMUTH,
     _STEEPEST,
+    BOOT,
     FILE,
     NEARBY,
     Elevations,
@@ -143,6 +144,7 @@ def _read_alone(folder: Path, settings: Settings) -> Recording:
     given_slope = _read_slope(settings, toml)
     if "sensors" in settings:
         return _read_few_sensors(folder, settings, toml, hashes, skier, equipment, given_slope, notices)
+    notices += _assumed_boots(settings, toml)
     bvh, given_heading = _read_motion(folder, settings, toml, hashes)
     check_size(bvh, skier.height, folder / text_of(settings["motion"], "file", toml, "[motion]"))
     gps = _read_gps(folder, settings, toml, hashes, bvh.names)
@@ -286,9 +288,17 @@ def _read_equipment(folder: Path, settings: Settings, toml: Path, hashes: dict[s
     skis = name_of(table, "skis", toml, "[equipment]")
     if "/" in skis or skis.endswith(".toml"):  # a ski file; other names are looked up in the catalogue
         hashes[skis] = sha256(inside(folder, skis, toml, "[equipment] skis"))
-    equipment = Equipment(skis=skis, **numbers_of(Equipment, table, toml, "[equipment]"))
+    equipment = Equipment(skis=skis, **numbers_of(Equipment, table, toml, "[equipment]", optional=BOOT))
     read_equipped_ski(equipment, folder, toml)
     return equipment
+
+
+def _assumed_boots(settings: Settings, toml: Path) -> tuple[str, ...]:
+    """What is taken of boots whose place on the ski nobody stated."""
+    if "boot_centre_m" in table_of(settings, "equipment", toml):
+        return ()
+    words = "the ski's mark is taken to be under the ankle; a real boot's is some 7 cm ahead of it"
+    return (f"{FILE}: [equipment] boot_centre_m is not given; {words}",)
 
 
 def _read_slope(settings: Settings, toml: Path) -> Slope | None:

@@ -6,6 +6,7 @@ InputError that names the file, the place and the fix; whatever could be correct
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -24,6 +25,7 @@ FILE: Final = "recording.toml"
 NEARBY: Final = 100.0
 """m from a run's way; farther off, another run's heights tell nothing of the snow under it."""
 _AZIMUTH: Final = 2.0 * np.pi
+_DEGREE: Final = math.radians(1.0)
 _STEEPEST: Final = float(np.deg2rad(60.0))
 
 
@@ -53,6 +55,21 @@ class Equipment:
         0.13, "m", low=0.03, high=0.3, source="ankle 0.07 m, sole, plate and ski above the snow",
         meaning="from the ankle joint down to the running surface, along the foot's up axis",
     )  # fmt: skip
+    boot_sole_length: float = quantity(
+        0.32, "m", low=0.2, high=0.4, source="typical boot, not measured", meaning="of the boot's sole"
+    )
+    boot_centre: float = quantity(
+        0.0, "m", low=-0.1, high=0.2, source="under the ankle, as in the paper; a real boot's is some 0.07 m ahead",
+        meaning="from the ankle joint forward to the middle of the boot's sole, which stands on the ski's mark",
+    )  # fmt: skip
+    ramp_angle: float = quantity(
+        0.0, "rad", low=-10.0 * _DEGREE, high=10.0 * _DEGREE, source="sole and foot captured level",
+        meaning="by which the captured foot points down against the ski: binding and boot board",
+    )  # fmt: skip
+
+
+BOOT: Final = ("boot_sole_length", "boot_centre", "ramp_angle")
+"""What a recording need not state of its boots."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.bodies.ski.mesh import CONTACTS, BeamMesh, mesh
 from sssi_exudyn.bodies.ski.modes import damping_time
-from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia, body_inertia
+from sssi_exudyn.bodies.skier.anthropometry import Footwear, SegmentInertia, body_inertia
 from sssi_exudyn.contact.backends import vectors
 from sssi_exudyn.contact.backends.structs import CuttingEdges, Sections, SnowGrid
 from sssi_exudyn.contact.registry import is_carved
@@ -71,6 +71,7 @@ class Parts:
             self.model.skier.sex,
             boot_mass=gear.boot_mass,
             binding_mass=max(gear.ski_mass - float(self.mesh.element_mass.sum()), 0.0),  # equal masses, rounded
+            footwear=Footwear(boot_length=gear.boot_sole_length, boot_centre=gear.boot_centre),
         )
 
     @cached_property
@@ -90,7 +91,9 @@ class Parts:
 
     @cached_property
     def ski_in_foot(self) -> Array:
-        """(3,) m: the ski frame's origin counted from the running surface under the ankle, in the foot's frame."""
+        """(3,) m: the ski frame's origin counted from the running surface under the boot's centre, in the frame of
+        ski and foot.
+        """
         return np.array([0.0, 0.0, -float(self.model.ski.height(self.model.ski.s_of_x(0.0)))])
 
     @cached_property
@@ -136,7 +139,9 @@ class Parts:
         kept.
         """
         stretches = np.array_split(time, max(1, -(-len(time) // _STRETCH)))
-        tables = [posture_at(self.motion, self.inertias, tuple(self.areas), stretch) for stretch in stretches]
+        gear = self.model.equipment
+        seat = gear.boot_centre, gear.ramp_angle
+        tables = [posture_at(self.motion, self.inertias, tuple(self.areas), part, *seat) for part in stretches]
         return PostureTable(
             **{
                 entry.name: np.ascontiguousarray(np.concatenate([getattr(table, entry.name) for table in tables]))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia
+from sssi_exudyn.bodies.skier.boot import ski_on_foot
 from sssi_exudyn.bodies.skier.chain import FEET, SEGMENT, forward_kinematics, jacobians, mean_jacobian, rates
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.motion.motion import Motion
@@ -23,9 +24,9 @@ class PostureTable:
 
     time : (n,) s
     angles, rates, accelerations : (n, 28) of the prescribed coordinates
-    foot_place, foot_velocity, foot_acceleration : (n, 2, 3) the point of the running surface under the ankle, m, m/s,
-        m/s²
-    foot_rotation : (n, 2, 3, 3) foot frame → slope frame
+    foot_place, foot_velocity, foot_acceleration : (n, 2, 3) the point of the running surface under the boot's centre,
+        m, m/s, m/s²
+    foot_rotation : (n, 2, 3, 3) the ski's frame, as the foot carries it → slope frame
     foot_spin, foot_spin_rate : (n, 2, 3) angular velocity and acceleration, rad/s, rad/s²
     foot_jacobian : (n, 2, 3, 28) velocity of that point a unit rate of each prescribed coordinate
     foot_turning : (n, 2, 3, 28) the feet's angular velocity a unit rate of each prescribed coordinate
@@ -57,8 +58,23 @@ class PostureTable:
     exposed_jacobian: Array
 
 
-def posture_at(motion: Motion, inertias: Sequence[SegmentInertia], exposed: Sequence[str], time: Array) -> PostureTable:
-    """The posture at ``time`` (n,); ``inertias`` in chain order, ``exposed`` the segments that the air meets."""
+def posture_at(
+    motion: Motion,
+    inertias: Sequence[SegmentInertia],
+    exposed: Sequence[str],
+    time: Array,
+    boot_centre: float = 0.0,
+    ramp_angle: float = 0.0,
+) -> PostureTable:
+    """The posture at ``time`` (n,).
+
+    Parameters
+    ----------
+    inertias : in chain order
+    exposed : the segments that the air meets
+    boot_centre : m from the ankle forward along the ski to the middle of the boot's sole, on the ski's mark
+    ramp_angle : rad by which the foot's toes point down against the ski
+    """
     angles, speeds, accelerations = motion.evaluate(time)
     free = np.zeros((len(time), 3))
     poses = forward_kinematics(motion.geometry, np.hstack([free, angles]), motion.inclination)
@@ -77,7 +93,8 @@ def posture_at(motion: Motion, inertias: Sequence[SegmentInertia], exposed: Sequ
         )
 
     feet = list(FEET)
-    sole = np.array([0.0, 0.0, -motion.geometry.ankle_to_ski_base])
+    ramp = ski_on_foot(ramp_angle)
+    sole = ramp @ np.array([boot_centre, 0.0, -motion.geometry.ankle_to_ski_base])
     # the ankle, from which the sole is measured along the foot's axes, is the talus' origin
     heel = [motion.geometry.attitude_in_parent[foot].T @ motion.geometry.joint_in_parent[foot] for foot in feet]
     foot_place, foot_velocity, foot_acceleration = points(feet, sole - np.stack(heel))
@@ -99,7 +116,7 @@ def posture_at(motion: Motion, inertias: Sequence[SegmentInertia], exposed: Sequ
         foot_place=foot_place,
         foot_velocity=foot_velocity,
         foot_acceleration=foot_acceleration,
-        foot_rotation=poses.rotation[:, feet],
+        foot_rotation=poses.rotation[:, feet] @ ramp,
         foot_spin=moving.angular_velocity[:, feet],
         foot_spin_rate=moving.angular_acceleration[:, feet],
         foot_jacobian=linear[:, :2],

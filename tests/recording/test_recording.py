@@ -53,6 +53,27 @@ def test_whole_recording_in_si_units(tmp_path: Path) -> None:
     assert pickle.loads(pickle.dumps(found)).skier == found.skier
 
 
+def test_boots_as_stated(tmp_path: Path) -> None:
+    stated = "boot_centre_m = 0.065\nboot_sole_length_m = 0.305\nramp_angle_deg = 1.5"
+    found = read_recording(Tiny(toml=TOML.replace("boot_centre_m = 0.0", stated)).write(tmp_path))
+    gear = found.equipment
+    assert (gear.boot_centre, gear.boot_sole_length) == (0.065, 0.305)
+    assert gear.ramp_angle == pytest.approx(np.deg2rad(1.5))
+    assert found.notices == ()
+
+
+def test_boots_that_nobody_stated_are_reported_as_assumed(tmp_path: Path) -> None:
+    found = read_recording(Tiny(toml=TOML.replace("boot_centre_m = 0.0\n", "")).write(tmp_path))
+    assert found.equipment.boot_centre == 0.0
+    assert [notice for notice in found.notices if "boot_centre_m is not given" in notice]
+
+
+def test_boot_off_the_foot(tmp_path: Path) -> None:
+    problem = caught(Tiny(toml=TOML.replace("boot_centre_m = 0.0", "boot_centre_m = 7.0")).write(tmp_path))
+    assert problem.place == "[equipment] boot_centre_m"
+    assert problem.fix == "7 centimetres would be 0.07 m: give m"
+
+
 def test_instruments_may_be_absent(tmp_path: Path) -> None:
     head = TOML.split("[gps]")[0]
     found = read_recording(Tiny(toml=head).write(tmp_path))

@@ -31,6 +31,7 @@ ANSWERS = Answers(
     ski_mass_kg=2.4,
     boot_mass_kg=1.9,
     ankle_to_ski_base_m=0.13,
+    boot_centre_m=0.0,
     slope_deg=INCLINATION_DEG,
     fall_line_deg=AZIMUTH_DEG,
     heading_deg=HEADING_DEG,
@@ -78,6 +79,7 @@ skis = "slalom_165"
 ski_mass_kg = 2.4
 boot_mass_kg = 1.9
 ankle_to_ski_base_m = {ANKLE_TO_SKI_BASE}
+boot_centre_m = 0.0
 
 [slope]
 inclination_deg = {INCLINATION_DEG}

@@ -18,6 +18,7 @@ import pandas as pd
 from scipy.integrate import cumulative_trapezoid
 
 from sssi_exudyn.bodies.ski.ski import Ski
+from sssi_exudyn.bodies.skier.boot import ski_on_foot
 from sssi_exudyn.bodies.skier.chain import (
     COORDINATES,
     FEET,
@@ -117,7 +118,8 @@ def replay_of(series: pd.DataFrame, geometry: Geometry, model: Model, rate: floa
     ends = poses.origin + np.einsum("nsij,sj->nsi", poses.rotation, geometry.segment_end)
     bent = rows[[f"{side}_{end}_deflection_m" for side in SIDES for end in ("tip", "tail")]].to_numpy(dtype=float)
     on_foot = _edges(model.ski, bent.reshape(-1, 2, 2))
-    skis = np.einsum("nfij,nfsej->nfsei", level @ poses.rotation[:, list(FEET)], on_foot)
+    carried = ski_on_foot(model.equipment.ramp_angle)
+    skis = np.einsum("nfij,nfsej->nfsei", level @ poses.rotation[:, list(FEET)] @ carried, on_foot)
     return Replay(
         time=rows["time_s"].to_numpy(dtype=float),
         com=com - start,
