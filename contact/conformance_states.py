@@ -38,6 +38,8 @@ class UniformWind(WindTerm):
         return self.w_f, self.w_l, self.w_n
 
 
+AIR = ("w_f", "w_l", "w_n")
+FACING = ("m_ff", "m_fl", "m_fn", "m_ll", "m_ln", "m_nn")
 _ABOUT_ZERO = (-3.0, -0.1, -1e-9, 0.0, 1e-9, 0.1, 3.0)
 GRIDS: dict[str, dict[str, Sequence[float]]] = {
     "point": {"depth": (-0.02, -1e-9, 0.0, 1e-9, 1e-4, 0.01, 0.05), "rate": _ABOUT_ZERO, "length": (0.033, 0.01)},
@@ -60,6 +62,12 @@ GRIDS: dict[str, dict[str, Sequence[float]]] = {
         "w_l": (0.0, 3.0),
         "w_n": (0.0,),
         "area": (0.0, 0.05),
+        "m_ff": (0.0004, 0.0025),
+        "m_fl": (0.0,),
+        "m_fn": (0.0,),
+        "m_ll": (0.001,),
+        "m_ln": (-0.0005,),
+        "m_nn": (0.002,),
     },
     "wind": {"t": (0.0, 3.0), "f": (-10.0, 0.0, 40.0), "l": (-10.0, 0.0, 10.0)},
     "terrain": {"f": (-10.0, 0.0, 4.0, 5.0, 6.5, 40.0), "l": (-10.0, 0.0, 10.0)},
@@ -128,7 +136,8 @@ def ask(math: Math, term: Any, state: State) -> tuple[Number, ...]:
         case "foot":
             return tuple(term.force(math, FootState(**s)))
         case "segment":
-            return tuple(term.force(math, SegmentState(velocity, (s["w_f"], s["w_l"], s["w_n"]), s["area"])))
+            wind, facing = (tuple(s[name] for name in names) for names in (AIR, FACING))
+            return tuple(term.force(math, SegmentState(velocity, wind, s["area"], facing)))
         case "wind":
             return tuple(term.velocity(math, PlaceState(**s)))
         case "terrain":

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from sssi_exudyn.contact.term import EdgeTerm, FootTerm, PointTerm, Term, formula
-from sssi_exudyn.contact.terms.air import AirDrag
+from sssi_exudyn.contact.terms.air import AirDrag, PostureAir
 from sssi_exudyn.contact.terms.body_forces import PolePlant, UnexplainedForce
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
@@ -31,6 +31,7 @@ TERMS: Final[tuple[type[Term], ...]] = (
     HuntCrossley,
     AnisotropicFriction,
     AirDrag,
+    PostureAir,
     Wind,
     Gust,
     DragArea,

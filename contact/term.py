@@ -99,12 +99,15 @@ class SegmentState:
 
     velocity : of its centre of mass (m/s)
     wind : the air's velocity there (m/s)
-    area : frontal area (m²)
+    area : frontal area of a skier who stands upright (m²)
+    facing : M_ff, M_fl, M_fn, M_ll, M_ln, M_nn (m⁴): along a direction û the segment shows the area √(û·M û), less what
+        others shield of it
     """
 
     velocity: Vector
     wind: Vector
     area: Number
+    facing: tuple[Number, Number, Number, Number, Number, Number] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,12 @@ def _air(parts: Parts, prepared: Prepared, run: ReducedRun, rows: NDArray[np.int
     for k, row in enumerate(rows):
         place, velocity = run.pelvis[row], run.pelvis_velocity[row]
         drag = laws.segments(
-            float(time[k]), place[0], place[1], velocity + prepared.exposed_velocity[row], prepared.area
+            float(time[k]),
+            place[0],
+            place[1],
+            velocity + prepared.exposed_velocity[row],
+            prepared.area,
+            prepared.exposed_facing[row],
         )
         at = run.com[row]
         body = laws.body(float(time[k]), at[0], at[1], run.com_velocity[row])

@@ -32,6 +32,7 @@ _GROUPS: Final = {
     "carving": "snow's own prior",
     "penetration": "snow's stiffness",
     "air": "drag",
+    "posture_air": "drag",
     "start": "start",
     "surface": SURFACE,
     BootCuff.name: "insoles",
@@ -84,6 +85,12 @@ def with_instruments(model: Model, recording: Recording) -> Model:
     return replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
 
 
+def drag_coefficient(model: Model) -> str:
+    """The name of the drag coefficient: the posture's law, or the paper's."""
+    names = [term.name for term in model.terms]
+    return "posture_air.c_d" if "posture_air" in names else "air.c_d"
+
+
 def snow_beforehand(model: Model) -> Mapping[str, Prior]:
     """Friction, and where edges cut what the snow bears, as known before anything is measured."""
     return CUTTING if is_carved(model.terms) else FREE
@@ -93,7 +100,7 @@ def unknown_numbers(model: Model, priors: Mapping[str, Prior], recording: Record
     """The numbers that the model's laws, start and instruments know; ``priors`` are those of the fit to the track."""
     about = recording.uncertainty
     found = {**snow_beforehand(model), **priors}
-    shares = {"penetration.k": about.snow_stiffness, "air.c_d": about.drag}
+    shares = {"penetration.k": about.snow_stiffness, drag_coefficient(model): about.drag}
     if is_carved(model.terms):
         del shares["penetration.k"]
     for name, share in shares.items():

@@ -41,8 +41,8 @@ class Laws(Protocol):
     def foot(self, *state: Array) -> tuple[Array, Array]:
         """Along and across (N), each (2,); arguments (2,) as ``FootState`` has them."""
 
-    def segments(self, t: float, f: float, l: float, velocity: Array, area: Array) -> Array:  # noqa: E741
-        """(k, 3) N on segments of velocity (k, 3) and area (k,)."""
+    def segments(self, t: float, f: float, l: float, velocity: Array, area: Array, facing: Array) -> Array:  # noqa: E741
+        """(k, 3) N on segments of velocity (k, 3), area (k,) and facing (k, 3, 3)."""
 
     def body(self, t: float, f: float, l: float, velocity: Array) -> Array:  # noqa: E741
         """(3,) N."""
@@ -65,10 +65,10 @@ class ArrayLaws:
         found = _columns(places.foot_force(self._math, self._terms, places.FootState(*state)), (2, 2))
         return found[:, 0], found[:, 1]
 
-    def segments(self, t: float, f: float, l: float, velocity: Array, area: Array) -> Array:  # noqa: E741
+    def segments(self, t: float, f: float, l: float, velocity: Array, area: Array, facing: Array) -> Array:  # noqa: E741
         wind_f, wind_l, wind_n = places.air_velocity(self._math, self._terms, places.PlaceState(t, f, l))
         v_f, v_l, v_n = velocity.T
-        state = places.SegmentState((v_f, v_l, v_n), (wind_f, wind_l, wind_n), area)
+        state = places.SegmentState((v_f, v_l, v_n), (wind_f, wind_l, wind_n), area, six_of(facing))
         return _columns(places.segment_force(self._math, self._terms, state), velocity.shape)
 
     def body(self, t: float, f: float, l: float, velocity: Array) -> Array:  # noqa: E741
@@ -78,6 +78,13 @@ class ArrayLaws:
     def terrain(self, f: Array, l: Array) -> tuple[Array, Array, Array]:  # noqa: E741
         found = _columns(places.terrain_height(self._math, self._terms, f, l), (*f.shape, 3))
         return found[..., 0], found[..., 1], found[..., 2]
+
+
+def six_of(facing: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """The six numbers of symmetric matrices (…, 3, 3), as ``SegmentState`` has them."""
+    rows, columns = np.triu_indices(3)
+    ff, fl, fn, ll, ln, nn = np.moveaxis(facing[..., rows, columns], -1, 0)
+    return ff, fl, fn, ll, ln, nn
 
 
 def _columns(parts: Sequence[Any], shape: tuple[int, ...]) -> Array:
@@ -145,7 +152,7 @@ class ArrayKernel:
         out[:3] = (at.foot_rotation @ force.sum(axis=2, keepdims=True)).sum(axis=0)[:, 0]
         _add_to_tree(out, sign, self._friction(seen, at.time, feet, under[:, :, 0]), at.foot_jacobian)
         moving = speed + at.exposed_velocity
-        drag[:, :3] = self._laws.segments(at.time, pelvis[0], pelvis[1], moving, carrier.area)
+        drag[:, :3] = self._laws.segments(at.time, pelvis[0], pelvis[1], moving, carrier.area, at.exposed_facing)
         drag[:, 3] = np.sum(drag[:, :3] * moving, axis=1)
         _add_to_tree(out, sign, drag[:, :3], at.exposed_jacobian)
         place, velocity = pelvis + at.com_place, speed + at.com_velocity

@@ -353,9 +353,11 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
                     series.reserve[n, side, 1] += abs(work.seen[i, 2])
             for k in range(motion.area.shape[0]):
                 moving = plus(new_v, three(motion.exposed_velocity[n, k], 0))
+                facing = motion.exposed_facing[n, k]
                 found = segment_derivatives(
-                    parameters, motion.time[n], new_x[0], new_x[1], moving[0], moving[1], moving[2], motion.area[k]
-                )
+                    parameters, motion.time[n], new_x[0], new_x[1], moving[0], moving[1], moving[2], motion.area[k],
+                    facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
+                )  # fmt: skip
                 for c in range(3):
                     residual[c] -= found[c]
                     for d in range(3):

@@ -7,7 +7,7 @@ Parameters arrive in a struct (``law_parameters``), which the functions of all p
 
     point_force(parameters, depth, rate, length) → F_N
     foot_force(parameters, load, v_t, v_n, edge, groove, t, f, l, side) → along, across
-    segment_force(parameters, t, f, l, v_f, v_l, v_n, area) → f, l, n           (the wind terms are inside)
+    segment_force(parameters, t, f, l, v_f, v_l, v_n, area, m_ff … m_nn) → f, l, n  (the wind terms are inside)
     body_force(parameters, t, f, l, v_f, v_l, v_n) → f, l, n
     air_velocity(parameters, t, f, l) → f, l, n
     terrain_height(parameters, f, l) → h, ∂h/∂f, ∂h/∂l
@@ -164,10 +164,15 @@ def _velocity(a: dict[str, Operand]) -> tuple[Operand, Operand, Operand]:
     return a["v_f"], a["v_l"], a["v_n"]
 
 
+def _facing(a: dict[str, Operand]) -> tuple[Operand, Operand, Operand, Operand, Operand, Operand]:
+    return a["m_ff"], a["m_fl"], a["m_fn"], a["m_ll"], a["m_ln"], a["m_nn"]
+
+
 _EDGE: Final = (
     "lower", "upper", "rate", "width", "groove", "offset", "step", "v_t", "v_n", "rise", "edge", "length",
 )  # fmt: skip
 _VELOCITY: Final = ("v_f", "v_l", "v_n")
+_FACING: Final = ("m_ff", "m_fl", "m_fn", "m_ll", "m_ln", "m_nn")
 _AIR: Final = ("w_f", "w_l", "w_n")
 """The air's velocity where a segment is."""
 _LAWS: Final = {
@@ -195,12 +200,12 @@ _LAWS: Final = {
         "segment_force",
         "segment_derivatives",
         "segment_linearisation",
-        ("t", "f", "l", *_VELOCITY, "area"),
+        ("t", "f", "l", *_VELOCITY, "area", *_FACING),
         _VELOCITY,
         ("f", "l", *_VELOCITY),
         3,
         lambda math, term, a: term.force(
-            math, places.SegmentState(_velocity(a), (a["w_f"], a["w_l"], a["w_n"]), a["area"])
+            math, places.SegmentState(_velocity(a), (a["w_f"], a["w_l"], a["w_n"]), a["area"], _facing(a))
         ),
     ),
     "body": _Law(

@@ -170,9 +170,11 @@ def push_skier(parameters, carrier, at, pelvis, speed, found):
     out, sign, t = found.out, carrier.sign, at.time
     for k in range(carrier.area.shape[0]):
         velocity = plus(speed, at.exposed_velocity[k])
+        facing = at.exposed_facing[k]
         force = segment_force(
-            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], carrier.area[k]
-        )
+            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], carrier.area[k],
+            facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
+        )  # fmt: skip
         add_to_tree(out, sign, force, at.exposed_jacobian[k])
         for c in range(3):
             found.drag[k, c] = force[c]
@@ -299,9 +301,11 @@ def skier_triplets(parameters, carrier, at, pelvis, speed, tree, by_rate, triple
     sign, t = carrier.sign, at.time
     for k in range(carrier.area.shape[0]):
         velocity = plus(speed, at.exposed_velocity[k])
+        facing = at.exposed_facing[k]
         pushed = segment_derivatives(
-            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], carrier.area[k]
-        )
+            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], carrier.area[k],
+            facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
+        )  # fmt: skip
         for c in range(3):
             add_to_tree(tree[c], sign, (pushed[3 + c], pushed[6 + c], pushed[9 + c]), at.exposed_jacobian[k])
     for row in range(len(sign)):

@@ -579,8 +579,11 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
         by, by_parameter = work.air_state, work.air_parameter
         for e in range(area.shape[0]):
             moving = plus(v, three(motion.exposed_velocity[n, e], 0))
+            facing = motion.exposed_facing[n, e]
             segment_linearisation(
-                parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], area[e], by, by_parameter
+                parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], area[e],
+                facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
+                by, by_parameter,
             )  # fmt: skip
             for c in range(3):
                 for d in range(2):
@@ -601,7 +604,8 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
                     others = with_values(parameters, columns.values[row_of_values])
                     segment_linearisation(
                         others, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2],
-                        area[e], by, by_parameter,
+                        area[e], facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
+                        by, by_parameter,
                     )  # fmt: skip
                 for c in range(3):
                     factor = by_parameter[c, columns.index[column]]

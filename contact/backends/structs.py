@@ -96,6 +96,7 @@ class Instant(NamedTuple):
     foot_place, foot_velocity, foot_acceleration : (2, 3) m, m/s, m/s²
     foot_rotation : (2, 3, 3) foot frame → slope frame;  foot_spin, foot_spin_rate : (2, 3) rad/s, rad/s²
     com_place, com_velocity : (3,) m, m/s of skier, boots and bindings;  exposed_velocity : (e, 3) m/s
+    exposed_facing : (e, 3, 3) m⁴, as ``SegmentState`` has it
     foot_jacobian (2, 3, 28), com_jacobian (3, 28), exposed_jacobian (e, 3, 28) : velocity a unit rate of each angle
     """
 
@@ -111,6 +112,7 @@ class Instant(NamedTuple):
     com_velocity: Array
     com_jacobian: Array
     exposed_velocity: Array
+    exposed_facing: Array
     exposed_jacobian: Array
 
 
@@ -163,6 +165,7 @@ class PrescribedMotion(NamedTuple):
     time : (t,) s
     mass : kg of all;  carried : (t, 3) N, all masses times the posture's own accelerations;  gravity : (3,) m/s²
     area : (e,) frontal areas of the exposed segments, m²;  exposed_velocity : (t, e, 3) m/s
+    exposed_facing : (t, e, 3, 3) m⁴, as ``SegmentState`` has it
     foot_place, foot_velocity, foot_spin : (t, 2, 3) m, m/s, rad/s;  foot_rotation : (t, 2, 3, 3)
     ski_acceleration, ski_turning : (t, 2, 3) of the skis' held nodes, in the feet's frames: acceleration less gravity
         (m/s²), and effective angular acceleration (rad/s²)
@@ -176,6 +179,7 @@ class PrescribedMotion(NamedTuple):
     gravity: Array
     area: Array
     exposed_velocity: Array
+    exposed_facing: Array
     foot_place: Array
     foot_velocity: Array
     foot_rotation: Array

@@ -15,6 +15,7 @@ import exudyn
 import numpy as np
 
 from sssi_exudyn.contact import term as places
+from sssi_exudyn.contact.backends.arrays import six_of
 from sssi_exudyn.contact.backends.tape import Node, Operand, Tape, TapeMath, needed
 from sssi_exudyn.contact.maths import Math, Number
 from sssi_exudyn.contact.term import Term
@@ -86,8 +87,8 @@ class SymbolicLaws:
     def __init__(self, terms: Sequence[Term]) -> None:
         def segment(math: Math, t: Number, f: Number, l: Number, *rest: Number) -> Sequence[Number]:  # noqa: E741
             wind_f, wind_l, wind_n = places.air_velocity(math, terms, places.PlaceState(t, f, l))
-            v_f, v_l, v_n, area = rest
-            state = places.SegmentState((v_f, v_l, v_n), (wind_f, wind_l, wind_n), area)
+            v_f, v_l, v_n, area, ff, fl, fn, ll, ln, nn = rest
+            state = places.SegmentState((v_f, v_l, v_n), (wind_f, wind_l, wind_n), area, (ff, fl, fn, ll, ln, nn))
             return places.segment_force(math, terms, state)
 
         def body(math: Math, t: Number, f: Number, l: Number, *velocity: Number) -> Sequence[Number]:  # noqa: E741
@@ -98,7 +99,7 @@ class SymbolicLaws:
             3, _POINTS, lambda math, *a: (places.point_force(math, terms, places.PointState(*a)),)
         )
         self._foot = RecordedLaw(9, 2, lambda math, *a: places.foot_force(math, terms, places.FootState(*a)))
-        self._segment = RecordedLaw(7, _SEGMENTS, segment)
+        self._segment = RecordedLaw(13, _SEGMENTS, segment)
         self._body = RecordedLaw(6, 1, body)
         self._terrain = RecordedLaw(2, _POINTS, lambda math, *a: places.terrain_height(math, terms, *a))
         self._flat = not any(isinstance(term, places.TerrainTerm) for term in terms)
@@ -110,8 +111,8 @@ class SymbolicLaws:
         along, across = self._foot(*state).T
         return along, across
 
-    def segments(self, t: float, f: float, l: float, velocity: Array, area: Array) -> Array:  # noqa: E741
-        return self._segment(t, f, l, *velocity.T, area)
+    def segments(self, t: float, f: float, l: float, velocity: Array, area: Array, facing: Array) -> Array:  # noqa: E741
+        return self._segment(t, f, l, *velocity.T, area, *six_of(facing))
 
     def body(self, t: float, f: float, l: float, velocity: Array) -> Array:  # noqa: E741
         (force,) = self._body(t, f, l, *velocity)

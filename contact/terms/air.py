@@ -44,6 +44,100 @@ class AirDrag(SegmentTerm):
         return drag * u_f, drag * u_l, drag * u_n
 
 
+TINY: Final = 1e-18
+"""m⁴ m²/s²; keeps the slope of a root finite where a segment shows the air nothing or the air stands still."""
+
+
+@dataclass(frozen=True)
+class PostureAir(SegmentTerm):
+    """Quadratic drag and lift of what a segment shows the air in its posture.
+
+    The push is along M û: across a long segment that stands aslant, which is drag and lift.
+
+    Formula: F = ½·C_D·rho·|u|²·M û/√(û·M û),   u = wind − velocity, û = u/|u|
+    """
+
+    name: ClassVar[str] = "posture_air"
+    replaces: ClassVar[tuple[str, ...]] = (AirDrag.name,)
+    sources: ClassVar[tuple[str, ...]] = (
+        "paper, 2.2.4",
+        "drag areas of skiers from 0.15 m² (tuck) to 0.6 m² (upright): Barelle et al., Sports Eng. 7 (2004) 107",
+        "lift: K. Watanabe, T. Ohtsuki, Ergonomics 20 (1977)",
+    )
+
+    c_d: float = quantity(
+        1.0,
+        "1",
+        low=0.1,
+        high=2.0,
+        source="chosen: drag areas of an upright skier and of a tuck are then within what was measured",
+        meaning="drag coefficient of a segment",
+    )
+    rho: float = quantity(
+        1.05,
+        "kg/m^3",
+        low=0.6,
+        high=1.4,
+        source="standard atmosphere near 1900 m, winter",
+        meaning="density of the air",
+    )
+
+    def force(self, math: Math, state: SegmentState) -> Vector:
+        u_f, u_l, u_n = (air - own for air, own in zip(state.wind, state.velocity, strict=True))
+        ff, fl, fn, ll, ln, nn = state.facing
+        m_f, m_l, m_n = (
+            ff * u_f + fl * u_l + fn * u_n,
+            fl * u_f + ll * u_l + ln * u_n,
+            fn * u_f + ln * u_l + nn * u_n,
+        )
+        shown = math.sqrt(u_f * m_f + u_l * m_l + u_n * m_n + TINY)
+        push = 0.5 * self.c_d * self.rho * (u_f * u_f + u_l * u_l + u_n * u_n) / shown
+        return push * m_f, push * m_l, push * m_n
+
+
+@dataclass(frozen=True)
+class ShownAreas:
+    """What each segment shows the air from the side and from above, for a skier of ``FrontalAreas``' height (m²).
+
+    From the front it is ``FrontalAreas``'.
+    """
+
+    SIDE: ClassVar[str] = "boxes and cylinders of a clothed adult of 1.75 m: chosen"
+
+    pelvis_side: float = quantity(0.042, "m^2", low=0.0, high=0.3, source=SIDE, meaning="of the pelvis from the side")
+    pelvis_above: float = quantity(0.050, "m^2", low=0.0, high=0.3, source=SIDE, meaning="of the pelvis from above")
+    torso_side: float = quantity(
+        0.150, "m^2", low=0.0, high=0.6, source=SIDE, meaning="of torso and head from the side"
+    )
+    torso_above: float = quantity(0.080, "m^2", low=0.0, high=0.3, source=SIDE, meaning="of torso and head from above")
+    thigh_side: float = quantity(0.060, "m^2", low=0.0, high=0.3, source=SIDE, meaning="of one thigh from the side")
+    thigh_above: float = quantity(0.023, "m^2", low=0.0, high=0.3, source=SIDE, meaning="of one thigh along it")
+    leg_side: float = quantity(0.048, "m^2", low=0.0, high=0.3, source=SIDE, meaning="of one lower leg from the side")
+    leg_above: float = quantity(0.014, "m^2", low=0.0, high=0.3, source=SIDE, meaning="of one lower leg along it")
+    foot_side: float = quantity(0.030, "m^2", low=0.0, high=0.1, source=SIDE, meaning="of one foot from the side")
+    foot_above: float = quantity(0.028, "m^2", low=0.0, high=0.1, source=SIDE, meaning="of one foot from above")
+    arm_side: float = quantity(0.030, "m^2", low=0.0, high=0.2, source=SIDE, meaning="of one upper arm from the side")
+    arm_above: float = quantity(0.010, "m^2", low=0.0, high=0.2, source=SIDE, meaning="of one upper arm along it")
+    forearm_side: float = quantity(0.020, "m^2", low=0.0, high=0.2, source=SIDE, meaning="of one forearm from the side")
+    forearm_above: float = quantity(0.006, "m^2", low=0.0, high=0.2, source=SIDE, meaning="of one forearm along it")
+    hand_side: float = quantity(0.010, "m^2", low=0.0, high=0.1, source=SIDE, meaning="of one hand from the side")
+    hand_above: float = quantity(0.005, "m^2", low=0.0, high=0.1, source=SIDE, meaning="of one hand along it")
+
+    def of_height(self, height: float) -> dict[str, tuple[float, float, float]]:
+        """Areas (m²) along a segment's own axes by segment of the kinematic chain, for a skier of ``height`` (m)."""
+        front = FrontalAreas().of_height(height)
+        scale = (height / FrontalAreas.REFERENCE_HEIGHT) ** 2
+        return {
+            segment: (
+                front[segment],
+                scale * float(getattr(self, f"{part}_side")),
+                scale * float(getattr(self, f"{part}_above")),
+            )
+            for part, group in FrontalAreas.SEGMENTS.items()
+            for segment in group
+        }
+
+
 @dataclass(frozen=True)
 class FrontalAreas:
     """Frontal area of each of the 14 segments that the air acts on, for a skier of ``REFERENCE_HEIGHT`` (m²)."""

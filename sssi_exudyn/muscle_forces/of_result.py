@@ -23,6 +23,7 @@ from sssi_exudyn.bodies.muscles.muscles import (
 from sssi_exudyn.bodies.skier.chain import PARENT, PRESCRIBED, SEGMENT, Poses, Rates, forward_kinematics
 from sssi_exudyn.bodies.skier.chain import rates as segment_rates
 from sssi_exudyn.bodies.skier.inverse_dynamics import joint_loads
+from sssi_exudyn.contact.backends.arrays import six_of
 from sssi_exudyn.contact.maths import ArrayMath, Number
 from sssi_exudyn.contact.term import BodyState, PlaceState, SegmentState, air_velocity, body_force, segment_force
 from sssi_exudyn.core.errors import InputError
@@ -123,11 +124,13 @@ def _from_air(run: StoredRun, parts: Parts, poses: Poses, moving: Rates) -> Arra
     math, terms = ArrayMath(), run.model.terms
     at, found = run.slope("pelvis", "m"), np.zeros_like(poses.origin)
     wind = air_velocity(math, terms, PlaceState(run.time, at[:, 0], at[:, 1]))
-    for name, area in parts.areas.items():
+    shown = parts.facing(run.time)
+    for k, (name, area) in enumerate(parts.areas.items()):
         i = SEGMENT[name]
         arm = poses.rotation[:, i] @ parts.inertias[i].com
         speed = moving.velocity[:, i] + np.cross(moving.angular_velocity[:, i], arm)
-        found[:, i] = _vectors(segment_force(math, terms, SegmentState(tuple(speed.T), wind, area)), len(at))
+        state = SegmentState(tuple(speed.T), wind, area, six_of(shown[:, k]))
+        found[:, i] = _vectors(segment_force(math, terms, state), len(at))
     return found
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.bodies.ski.mesh import CONTACTS, BeamMesh, mesh
@@ -14,18 +15,21 @@ from sssi_exudyn.bodies.skier.anthropometry import Footwear, SegmentInertia, bod
 from sssi_exudyn.contact.backends import vectors
 from sssi_exudyn.contact.backends.structs import CuttingEdges, Sections, SnowGrid
 from sssi_exudyn.contact.registry import is_carved
-from sssi_exudyn.contact.terms.air import FrontalAreas
+from sssi_exudyn.contact.terms.air import FrontalAreas, PostureAir, ShownAreas
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
-from sssi_exudyn.motion.motion import Antenna, Motion, turn_motion
+from sssi_exudyn.motion.motion import Antenna, Motion, relative_poses, turn_motion
 from sssi_exudyn.simulation.boot_joint import BootJoint
+from sssi_exudyn.simulation.facing import facing
 from sssi_exudyn.simulation.posture_table import PostureTable, posture_at
 from sssi_exudyn.terrain.surface import Surface
 
 _STRETCH = 256
 """Instants whose posture is computed at once."""
+_LOOKS = 0.04
+"""s between the postures whose areas are found: they move by less than 6 Hz."""
 CUTTING_POINTS = 100
 """Contact points on each edge where edges cut the snow."""
 CARVED_STEP = 0.00125
@@ -142,12 +146,31 @@ class Parts:
         gear = self.model.equipment
         seat = gear.boot_centre, gear.ramp_angle
         tables = [posture_at(self.motion, self.inertias, tuple(self.areas), part, *seat) for part in stretches]
-        return PostureTable(
+        whole = PostureTable(
             **{
                 entry.name: np.ascontiguousarray(np.concatenate([getattr(table, entry.name) for table in tables]))
                 for entry in fields(PostureTable)
             }
         )
+        if not any(isinstance(term, PostureAir) for term in self.model.terms):
+            return whole
+        return replace(whole, exposed_facing=self.facing(time))
+
+    def facing(self, time: Array) -> Array:
+        """(n, k, 3, 3) m⁴ that the exposed segments show the air at ``time`` (n,): ``facing``, every ``_LOOKS`` s and
+        straight between.
+        """
+        looks = np.linspace(time[0], time[-1], max(2, 1 + round((time[-1] - time[0]) / _LOOKS)))
+        shown = {name: np.array(areas) for name, areas in ShownAreas().of_height(self.model.skier.height).items()}
+        found = np.concatenate(
+            [
+                facing(relative_poses(self.motion, part)[0], self.inertias, shown)
+                for part in np.array_split(looks, max(1, -(-len(looks) // _STRETCH)))
+            ]
+        )
+        if looks[-1] == looks[0]:
+            return np.repeat(found[:1], len(time), axis=0)
+        return np.ascontiguousarray(make_interp_spline(looks, found, k=1)(time))
 
 
 def snow_grid(surface: Surface | None) -> SnowGrid:

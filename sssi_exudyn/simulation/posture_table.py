@@ -34,6 +34,8 @@ class PostureTable:
     com_jacobian : (n, 3, 28)
     kinetic : (n,) kinetic energy of the same in the pelvis' frame of translation, J
     exposed_velocity : (n, k, 3) of the exposed segments' centres of mass, m/s
+    exposed_facing : (n, k, 3, 3) m⁴, what they show the air and others do not shield (``facing``); zero where no law
+        asks for it
     exposed_jacobian : (n, k, 3, 28)
     """
 
@@ -55,6 +57,7 @@ class PostureTable:
     com_jacobian: Array
     kinetic: Array
     exposed_velocity: Array
+    exposed_facing: Array
     exposed_jacobian: Array
 
 
@@ -127,5 +130,6 @@ def posture_at(
         com_jacobian=mean_jacobian(poses, share, place)[..., 3:],
         kinetic=kinetic,
         exposed_velocity=velocity[:, shown],
+        exposed_facing=np.zeros((len(time), len(shown), 3, 3)),
         exposed_jacobian=linear[:, 2:],
     )

@@ -90,6 +90,7 @@ class Prepared:
     com_velocity: Array
     com_acceleration: Array
     exposed_velocity: Array
+    exposed_facing: Array
     ski: ModalSki
     points: Array
     length: Array
@@ -125,6 +126,7 @@ class Prepared:
             gravity=self.gravity,
             area=self.area,
             exposed_velocity=self.exposed_velocity,
+            exposed_facing=self.exposed_facing,
             foot_place=self.foot_place,
             foot_velocity=self.foot_velocity,
             foot_rotation=self.foot_rotation,
@@ -201,6 +203,7 @@ class Prepared:
         }
         changed["foot_rotation"] = turn[:, None] @ self.foot_rotation
         changed["antenna_frame"] = turn @ self.antenna_frame
+        changed["exposed_facing"] = turn[:, None] @ self.exposed_facing @ back[:, None]
         for name, array in changed.items():
             changed[name] = np.ascontiguousarray(array)
         return replace(self, **changed)
@@ -252,6 +255,7 @@ def prepare(
         com_velocity=posture.com_velocity,
         com_acceleration=posture.com_acceleration,
         exposed_velocity=posture.exposed_velocity,
+        exposed_facing=posture.exposed_facing,
         ski=modal_ski(cut, MODES),
         points=np.stack([left, left * [1.0, -1.0, 1.0]], axis=1),
         length=cut.contact_length,

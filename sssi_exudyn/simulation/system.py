@@ -38,6 +38,7 @@ def instant(posture: PostureTable, row: int, *, standing: bool = False) -> Insta
         com_velocity=moves * posture.com_velocity[row],
         com_jacobian=posture.com_jacobian[row],
         exposed_velocity=moves * posture.exposed_velocity[row],
+        exposed_facing=posture.exposed_facing[row],
         exposed_jacobian=posture.exposed_jacobian[row],
     )
 

@@ -33,7 +33,7 @@ from sssi_exudyn.contact.backends.compiled import (
     parameter_index,
     place_parameters,
 )
-from sssi_exudyn.contact.conformance_states import ComplexMath, assert_close
+from sssi_exudyn.contact.conformance_states import FACING, ComplexMath, assert_close
 from sssi_exudyn.contact.maths import FloatMath, Math, Number, Vector
 from sssi_exudyn.contact.registry import PAPER_TERMS, TERMS
 from sssi_exudyn.contact.term import FootState, PlaceState, PointState, SegmentState, Term, WindTerm
@@ -99,7 +99,7 @@ def test_winds_add_up_and_blow_on_segments() -> None:
     segment, wind = compile_segment(terms), compile_wind(terms)
     assert wind.value(wind.parameters, 0.0, 0.0, 0.0) == (-2.0, 2.0, 0.0)
     expected = AirDrag().force(FloatMath(), SegmentState((10.0, 0.0, 1.0), (-2.0, 2.0, 0.0), 0.06))
-    given = segment.value(segment.parameters, 0.0, 0.0, 0.0, 10.0, 0.0, 1.0, 0.06)
+    given = segment.value(segment.parameters, 0.0, 0.0, 0.0, 10.0, 0.0, 1.0, 0.06, *[0.0] * 6)
     np.testing.assert_allclose(given, expected, rtol=1e-14)  # rounding
 
 
@@ -146,7 +146,9 @@ class Shear(WindTerm):
 @pytest.mark.long
 def test_linearised_drag_follows_a_wind_of_several_terms_that_changes_from_place_to_place() -> None:
     terms = (Shear(), AirDrag(), Gust(3.0, 1.0, 0.0, 2.0), Shear(0.5, 0.1), DragArea(0.2))
-    state = dict(zip(("t", "f", "l", "v_f", "v_l", "v_n", "area"), (0.7, 4.0, 0.4, 9.0, 0.5, -0.3, 0.06), strict=True))
+    names = ("t", "f", "l", "v_f", "v_l", "v_n", "area", *FACING)
+    numbers = (0.7, 4.0, 0.4, 9.0, 0.5, -0.3, 0.06, 0.0036, 2e-4, -4e-4, 0.0025, 1e-4, 9e-4)
+    state = dict(zip(names, numbers, strict=True))
     segment = compile_segment(terms)
     by_state, by_parameter = np.full((3, 5), np.nan), np.zeros((3, len(segment.parameters.values)))
     for _ in range(2):  # what the first has left in the arrays must not count
@@ -156,7 +158,9 @@ def test_linearised_drag_follows_a_wind_of_several_terms_that_changes_from_place
         math = ComplexMath()
         wind = places.air_velocity(math, some, PlaceState(s["t"], s["f"], s["l"]))
         velocity = s["v_f"], s["v_l"], s["v_n"]
-        return np.array(places.segment_force(math, some, SegmentState(velocity, wind, s["area"])))
+        return np.array(
+            places.segment_force(math, some, SegmentState(velocity, wind, s["area"], tuple(s[m] for m in FACING)))
+        )
 
     for column, name in enumerate(("f", "l", "v_f", "v_l", "v_n")):
         expected = force(terms, {**state, name: state[name] + 1e-30j}).imag / 1e-30

@@ -14,7 +14,7 @@ from sssi_exudyn.fitting.measurements import Measurements, averages, measurement
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
 from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess, on_snow_surface
-from sssi_exudyn.fitting.unknowns import FREE, USUAL_CUFF, posture_errors
+from sssi_exudyn.fitting.unknowns import FREE, USUAL_CUFF, drag_coefficient, posture_errors
 from sssi_exudyn.model.faults import InsoleGain, LeverArm
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
@@ -181,10 +181,11 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
     cuff[measurements.blocks["load"]] = -sole.sum(axis=1)
     cuff[measurements.blocks["difference"]] = -(sole[:, 0] - sole[:, 1])
     stated = problem.model
+    drag = drag_coefficient(stated)
     numbers = {
         "start.clock_offset": about.clock,
         "penetration.k": about.snow_stiffness * stated.value("penetration.k"),
-        "air.c_d": about.drag * stated.value("air.c_d"),
+        drag: about.drag * stated.value(drag),
     }
     moved = [0.0 if name in fitted else model.value(name) - stated.value(name) for name in numbers]
     waves = () if model.surface is None else model.surface.names

@@ -35,6 +35,8 @@ def random_state(parts: Parts, seed: int) -> tuple[np.ndarray, np.ndarray, Insta
     moving = {name: generator.normal(size=(2, 3)) for name in ("foot_spin", "foot_velocity")}
     shape = (EXPOSED, 3, at.com_jacobian.shape[-1])
     exposed = {"exposed_velocity": generator.normal(size=shape[:2]), "exposed_jacobian": generator.normal(size=shape)}
+    root = 0.2 * generator.normal(size=(EXPOSED, 3, 3))
+    exposed["exposed_facing"] = root @ np.swapaxes(root, 1, 2)
     return q, v, at._replace(**moving, **exposed)
 
 
