@@ -1,22 +1,111 @@
 """Boot and binding: where the ski is against the foot, and what the boot's cuff does to the shank.
 
 A boot stands with the middle of its sole on the ski's mark; the ankle joint is behind that.  The cuff is a spring
-between shank and foot, in flexion about the ankle's axis and in edging about the foot's long axis:
+between shank and foot, beside the muscles: of the moment M of a joint that inverse dynamics finds,
 
-    M = −k (θ − θ₀)
+    flexion:  M = −k (θ − θ₀) + muscles      θ dorsiflexion, θ₀ the cuff's lean, at which it presses neither way
+    edging:   cuff's part = M k / (k + k_a)  about the foot's long axis, along which no turn of the ankle in the boot is
+                                             captured: cuff and ankle (k_a) share the moment by their stiffnesses
 
-θ the ankle's dorsiflexion, θ₀ the cuff's lean, at which it presses neither way.  In edging the foot cannot be seen to
-turn in the boot: cuff and ankle share the moment by their stiffnesses.
+Cuffs that nobody stated are those under which the muscles have least to do, as far as usual cuffs go: with muscles of
+standard deviation σ that count anew every τ, least are
+
+    Σ (M + k (θ − θ₀))² τ/(σ² Δt)  +  ((k − k_u)/s)²
+
+over both ankles; each has a lean of its own, as each foot's sensor has its own zero.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.quantity import quantity
+
+_PER_DEGREE: Final = float(np.degrees(1.0))
+_ESTIMATE: Final = "estimate; no standard says what a flex index is in N m"
+USUAL_SPREAD: Final = 2.0 * _PER_DEGREE
+"""N m/rad, standard deviation of cuffs' stiffness in flexion about the usual one: soft to race boots."""
+SOFTEST: Final = 0.5 * _PER_DEGREE
+"""N m/rad; no boot that is buckled is softer."""
+ANKLE_EDGING: Final = 40.0
+"""N m/rad of an ankle in inversion and eversion, muscles a little active: estimate; relaxed it is below 20 (Lee et al.,
+J. Biomech. 44 (2011) 1901)."""
+_MUSCLES: Final = 0.5
+"""N m/kg, standard deviation of what the muscles of an ankle in a boot make."""
+_MEMORY: Final = 1.0
+"""s after which they count anew."""
+
+
+@dataclass(frozen=True)
+class Cuff:
+    """What of a boot's cuff is estimated where nobody stated it."""
+
+    cuff_flexion: float = quantity(
+        4.0 * _PER_DEGREE, "N m/rad", low=0.0, high=40.0 * _PER_DEGREE, source=_ESTIMATE,
+        meaning="stiffness of the boot's cuff in flexion",
+    )  # fmt: skip
+    cuff_lean: float = quantity(
+        0.0, "rad", low=-0.7, high=0.7, source="estimated from the run",
+        meaning="captured dorsiflexion at which the cuff presses neither way",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FoundCuffs:
+    """The cuffs of both boots.
+
+    stiffness : N m/rad in flexion;  se : its standard error, 0 where it was stated
+    lean : (2,) rad of the left and the right one
+    """
+
+    stiffness: float
+    se: float
+    lean: Array
+
+    def moment(self, angle: Array) -> Array:
+        """(n, 2) N m that the cuffs do to the ankles' dorsiflexion at ``angle`` (n, 2) rad."""
+        return np.asarray(-self.stiffness * (angle - self.lean))
 
 
 def ski_on_foot(ramp_angle: float) -> Array:
     """(3, 3) the ski's frame in the foot's, whose toes point down against the ski by ``ramp_angle`` (rad)."""
     return np.asarray(Rotation.from_rotvec([0.0, -ramp_angle, 0.0]).as_matrix())
+
+
+def find_cuffs(
+    time: Array, angle: Array, moment: Array, skier_mass: float, stiffness: float | None, lean: float | None
+) -> FoundCuffs:
+    """The cuffs of a run, what of them is stated and the rest as described above.
+
+    Parameters
+    ----------
+    time : (n,) s
+    angle, moment : (n, 2) rad, N m of dorsiflexion, left and right
+    skier_mass : kg
+    stiffness, lean : N m/rad, rad as stated, or None
+    """
+    middle = angle.mean(axis=0) if lean is None else np.full(2, lean)
+    steady = moment.mean(axis=0) if lean is None else np.zeros(2)
+    se = 0.0
+    if stiffness is None:
+        usual = Cuff().cuff_flexion
+        counted = max(float(time[-1] - time[0]), _MEMORY) / _MEMORY / (_MUSCLES * skier_mass) ** 2
+        bent, pushed = angle - middle, moment - steady
+        known = counted * float(np.mean(bent**2, axis=0).sum())
+        precision = known + USUAL_SPREAD**-2
+        pull = -counted * float(np.mean(bent * pushed, axis=0).sum())
+        stiffness = max((pull + usual * USUAL_SPREAD**-2) / precision, SOFTEST)
+        se = precision**-0.5
+    if lean is None and stiffness > 0.0:
+        middle = middle + steady / stiffness
+    return FoundCuffs(stiffness, se, middle)
+
+
+def edging_share(cuff_edging: float) -> float:
+    """The part of an ankle's moment about the foot's long axis that a cuff of that stiffness (N m/rad) takes."""
+    return cuff_edging / (cuff_edging + ANKLE_EDGING)

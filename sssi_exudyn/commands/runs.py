@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from sssi_exudyn.analysis.biomechanics import biomechanics, label_turns, residual_moment, turn_figures
+from sssi_exudyn.analysis.boots import add_cuffs
 from sssi_exudyn.commands.expected import expected_seconds
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.contact.backends.backend import Backend
@@ -366,7 +367,9 @@ def write_outcome(
     result = result.shift(_height_of_track(recording, result))
     series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
     found = biomechanics(result, model.skier.mass)
-    series = label_turns(series, found.turns)
+    series, boots = label_turns(series, found.turns), None
+    if recording.completed is None:  # ankles that are assumed tell nothing of boots
+        series, boots = add_cuffs(series, result, model)
     gps = recording.gps and correct_fixes(recording.gps, model)
     diagnosis = outcome.diagnosis
     summary = summary_from_dict(
@@ -390,6 +393,7 @@ def write_outcome(
             "uncertainty": outcome.uncertainty,
             "diagnosis": diagnosis and DiagnosisResult(diagnosis.verdict, diagnosis.sentence),
             "notices": recording.notices,
+            "boots": boots,
             "surface": model.surface
             and surface_figures(
                 model.surface, result.foot_position.mean(axis=1), model.inclination, 1 + len(recording.runs)

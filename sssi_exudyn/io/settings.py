@@ -25,6 +25,7 @@ _IN_FILE: Final = {
     "rad": ("deg", math.pi / 180.0),
     "1": ("share", 1.0),
     "N m": ("Nm", 1.0),
+    "N m/rad": ("Nm_per_deg", 180.0 / math.pi),
 }
 """SI unit → the unit in the key, and the factor from it to SI."""
 _MISTAKEN: Final = {
@@ -129,9 +130,16 @@ def numbers_of(cls: type, table: Settings, path: Path, place: str, optional: Col
     return found
 
 
-def table_from(owner: object) -> dict[str, float]:
-    """The declared quantities of a dataclass as a table holds them: what ``numbers_of`` reads back."""
-    return {key_of(about): getattr(owner, name) / _IN_FILE[about.unit][1] for name, about in quantities(owner).items()}
+def table_from(owner: object, *classes: type) -> dict[str, float]:
+    """The quantities that the dataclasses declare, as ``owner`` has them and a table holds them: what ``numbers_of``
+    reads back.  Those that are None are left out.
+    """
+    declared = [item for cls in classes for item in quantities(cls).items()]
+    return {
+        key_of(about): getattr(owner, name) / _IN_FILE[about.unit][1]
+        for name, about in declared
+        if getattr(owner, name) is not None
+    }
 
 
 def text_of(table: Settings, key: str, path: Path, place: str, default: str | None = None) -> str:

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from sssi_exudyn.bodies.skier.anthropometry import SEXES
+from sssi_exudyn.bodies.skier.boot import Cuff
 from sssi_exudyn.contact.registry import check_together, read_term
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
@@ -30,7 +31,7 @@ _TABLES: Final = (
 )
 _KEYS: Final = {
     "skier": ("mass_kg", "height_m", "sex"),
-    "equipment": (*(key_of(about) for about in quantities(Equipment).values()), "skis"),
+    "equipment": (*(key_of(about) for cls in (Equipment, Cuff) for about in quantities(cls).values()), "skis"),
     "slope": ("inclination_deg", "fall_line_azimuth_deg"),
     "start": (*(name for name in quantities(Start) if name != "heading_offset"), "heading_offset_deg"),
     "solver": tuple(quantities(Solver)),
@@ -53,7 +54,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
         "skier": {"mass_kg": model.skier.mass, "height_m": model.skier.height, "sex": model.skier.sex},
         "equipment": {
             "skis": model.equipment.skis,
-            **table_from(model.equipment),
+            **table_from(model.equipment, Equipment, Cuff),
         },
         "slope": {
             "inclination_deg": float(np.degrees(model.inclination)),
@@ -125,6 +126,7 @@ def read_model(path: Path) -> Model:
         "[slope]",
     )
     worn = numbers_of(Equipment, gear, path, "[equipment]", optional=BOOT)
+    worn |= numbers_of(Cuff, gear, path, "[equipment]", optional=tuple(quantities(Cuff)))
     equipment = Equipment(skis=name_of(gear, "skis", path, "[equipment]"), **worn)
     return Model(
         name=name_of(data, "name", path, "", default=path.stem),

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 from scipy.interpolate import CubicSpline
 
+from sssi_exudyn.analysis.boots import cuff_column
 from sssi_exudyn.bodies.muscles.muscles import (
     LUMBAR_GROUPS,
     SIDES,
@@ -72,7 +73,11 @@ def muscles_of(run: StoredRun, folder: Path, power: int = 2, chosen: MuscleSet =
     if len(run.time) < LEAST_SAMPLES:
         raise InputError(folder / SERIES, "", f"fewer than {LEAST_SAMPLES} samples", "simulate a longer run")
     skier = skier_muscles(run.geometry, (run.model.skier.mass, run.model.skier.height), chosen)
-    moments = run.series[[f"{name}_moment_Nm" for name in PRESCRIBED]].to_numpy(dtype=float)
+    moments = run.series[[f"{name}_moment_Nm" for name in PRESCRIBED]].to_numpy(dtype=float, copy=True)
+    for side in ("left", "right"):  # older results have no cuffs
+        if cuff_column(side, "flexion") in run.series.columns:
+            cuff = run.series[cuff_column(side, "flexion")].to_numpy(dtype=float)
+            moments[:, PRESCRIBED.index(f"ankle_angle_{side[0]}")] -= cuff
     angles = np.radians(run.series[[f"{name}_deg" for name in PRESCRIBED]].to_numpy(dtype=float))
     motion = spline_motion(run.geometry, run.model.inclination, run.time, angles)
     _, rates, accelerations = motion.evaluate(run.time)

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from scipy.spatial import cKDTree
 
+from sssi_exudyn.bodies.skier.boot import Cuff
 from sssi_exudyn.core.errors import InputError, SssiError
 from sssi_exudyn.core.quantity import quantities, quantity
 from sssi_exudyn.core.text import one_line
@@ -284,11 +285,12 @@ def _read_notes(settings: Settings, toml: Path) -> tuple[str, ...]:
 
 def _read_equipment(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> Equipment:
     table = table_of(settings, "equipment", toml)
-    check_keys(table, _keys(Equipment, "skis"), toml, "[equipment]")
+    check_keys(table, (*_keys(Equipment, "skis"), *_keys(Cuff)), toml, "[equipment]")
     skis = name_of(table, "skis", toml, "[equipment]")
     if "/" in skis or skis.endswith(".toml"):  # a ski file; other names are looked up in the catalogue
         hashes[skis] = sha256(inside(folder, skis, toml, "[equipment] skis"))
-    equipment = Equipment(skis=skis, **numbers_of(Equipment, table, toml, "[equipment]", optional=BOOT))
+    cuffs = numbers_of(Cuff, table, toml, "[equipment]", optional=tuple(quantities(Cuff)))
+    equipment = Equipment(skis=skis, **numbers_of(Equipment, table, toml, "[equipment]", optional=BOOT), **cuffs)
     read_equipped_ski(equipment, folder, toml)
     return equipment
 

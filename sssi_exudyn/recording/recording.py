@@ -42,7 +42,10 @@ class Skier:
 
 @dataclass(frozen=True)
 class Equipment:
-    """What was skied on; masses are each ski's and each boot's."""
+    """What was skied on; masses are each ski's and each boot's.
+
+    cuff_flexion, cuff_lean : N m/rad, rad of the boots' cuffs as ``Cuff`` has them; None where nobody stated them
+    """
 
     skis: str = "slalom_165"
     ski_mass: float = quantity(
@@ -66,9 +69,15 @@ class Equipment:
         0.0, "rad", low=-10.0 * _DEGREE, high=10.0 * _DEGREE, source="sole and foot captured level",
         meaning="by which the captured foot points down against the ski: binding and boot board",
     )  # fmt: skip
+    cuff_edging: float = quantity(
+        600.0, "N m/rad", low=200.0, high=3e3, source="estimate, as of boot and ankle in roll where edges cut",
+        meaning="stiffness of the boot's cuff about the foot's long axis",
+    )  # fmt: skip
+    cuff_flexion: float | None = None
+    cuff_lean: float | None = None
 
 
-BOOT: Final = ("boot_sole_length", "boot_centre", "ramp_angle")
+BOOT: Final = ("boot_sole_length", "boot_centre", "ramp_angle", "cuff_edging")
 """What a recording need not state of its boots."""
 
 

@@ -16,6 +16,7 @@ from sssi_exudyn.model.toml import model_files, model_to_dict
 from sssi_exudyn.reports.html import document
 from sssi_exudyn.reports.section import Runs, Section
 from sssi_exudyn.reports.sections import (
+    boots,
     carving,
     diagnosis,
     few_sensors,
@@ -52,6 +53,7 @@ SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
     figure_8,
     turn_tables.turns,
     turn_tables.each_turn,
+    boots.boots,
     muscles.muscles,
     tables.agreement,
     tables.energy,

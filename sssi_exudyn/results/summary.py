@@ -13,12 +13,13 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from sssi_exudyn.analysis.biomechanics import ResidualMoment, TurnFigures
+from sssi_exudyn.analysis.boots import BootFigures
 from sssi_exudyn.io.typed import convert
 from sssi_exudyn.io.writing import to_plain
 from sssi_exudyn.terrain.profile import SurfaceFigures
 
 FORMAT: Final = 1
-_ON_REQUEST: Final = ("posture", "diagnosis", "muscles", "surface", "uncertainty", "carving")
+_ON_REQUEST: Final = ("posture", "diagnosis", "muscles", "surface", "uncertainty", "carving", "boots")
 """Groups that not every result has."""
 
 
@@ -357,6 +358,7 @@ class Summary:
     surface: SurfaceFigures | None = None
     uncertainty: UncertaintyFigures | None = None
     carving: CarvingFigures | None = None
+    boots: BootFigures | None = None
 
     def __repr__(self) -> str:
         mu_t, mu_n = self.friction.mu_t.value, self.friction.mu_n.value

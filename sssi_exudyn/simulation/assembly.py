@@ -11,7 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.bodies.ski.mesh import CONTACTS, BeamMesh, mesh
 from sssi_exudyn.bodies.ski.modes import damping_time
-from sssi_exudyn.bodies.skier.anthropometry import Footwear, SegmentInertia, body_inertia
+from sssi_exudyn.bodies.skier.anthropometry import Footwear, SegmentInertia, body_inertia, combine
+from sssi_exudyn.bodies.skier.boot import ski_on_foot
+from sssi_exudyn.bodies.skier.chain import SEGMENT
 from sssi_exudyn.contact.backends import vectors
 from sssi_exudyn.contact.backends.structs import CuttingEdges, Sections, SnowGrid
 from sssi_exudyn.contact.registry import is_carved
@@ -21,7 +23,7 @@ from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Antenna, Motion, relative_poses, turn_motion
-from sssi_exudyn.simulation.boot_joint import BootJoint
+from sssi_exudyn.simulation.boot_joint import boot_joint
 from sssi_exudyn.simulation.facing import facing
 from sssi_exudyn.simulation.posture_table import PostureTable, posture_at
 from sssi_exudyn.terrain.surface import Surface
@@ -78,6 +80,21 @@ class Parts:
             footwear=Footwear(boot_length=gear.boot_sole_length, boot_centre=gear.boot_centre),
         )
 
+    def foot(self, letter: str) -> SegmentInertia:
+        """The left (l) or right (r) foot in boot and binding as one body, in the ski's axes counted from the ankle."""
+        geometry, ramp = self.motion.geometry, ski_on_foot(self.model.equipment.ramp_angle)
+        place, attitude, parts = np.zeros(3), np.eye(3), []
+        for name in ("talus", "calcn", "toes"):
+            i = SEGMENT[f"{name}_{letter}"]
+            if name != "talus":
+                place = place + attitude @ geometry.joint_in_parent[i]
+                attitude = attitude @ geometry.attitude_in_parent[i]
+            body = self.inertias[i]
+            parts.append(SegmentInertia(body.mass, place + attitude @ body.com, attitude @ body.inertia @ attitude.T))
+        whole = combine(parts)
+        calcaneus = geometry.attitude_in_parent[SEGMENT[f"calcn_{letter}"]] @ ramp
+        return SegmentInertia(whole.mass, calcaneus.T @ whole.com, calcaneus.T @ whole.inertia @ calcaneus)
+
     @cached_property
     def areas(self) -> dict[str, float]:
         """Frontal area of each exposed segment, m²."""
@@ -119,7 +136,7 @@ class Parts:
     @cached_property
     def edges(self) -> CuttingEdges:
         """The skis' edges where they cut the snow, and the joints at the boots."""
-        cut, joint = self.mesh, BootJoint()
+        cut, joint = self.mesh, boot_joint(self.model.equipment)
         frames = [_section_pose(cut, m)[1] for m in range(len(cut.contact_s))]
         turned = [frame.inv().apply(pair) for frame, pair in zip(frames, cut.edge_tangents, strict=True)]
         return CuttingEdges(
@@ -136,7 +153,7 @@ class Parts:
         """(2,) kg m² of boot and leg in yaw and roll, which a ski that turns against its foot takes along."""
         sections, place = self.sections, self.mesh.node_position[:, 0]
         own = [sections.node_mass @ place**2 + sections.node_moment[:, 2].sum(), sections.node_moment[:, 0].sum()]
-        return np.asarray(np.maximum(BootJoint().inertia - np.array(own), 0.0))
+        return np.asarray(np.maximum(boot_joint(self.model.equipment).inertia - np.array(own), 0.0))
 
     def posture(self, time: Array) -> PostureTable:
         """The posture at ``time`` (n,), a stretch at a time: the Jacobians on the way are far larger than what is

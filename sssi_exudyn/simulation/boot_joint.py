@@ -9,6 +9,7 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantity
+from sssi_exudyn.recording.recording import Equipment
 
 _ESTIMATE: Final = "estimate"
 
@@ -46,3 +47,8 @@ class BootJoint:
     def damping(self) -> Array:
         """(2,) N m s/rad"""
         return 2.0 * self.damping_ratio * np.sqrt(self.stiffness * self.inertia)
+
+
+def boot_joint(equipment: Equipment) -> BootJoint:
+    """The joint of these boots: their cuffs' stiffness in edging is that in roll."""
+    return BootJoint(roll_stiffness=equipment.cuff_edging)

@@ -20,7 +20,7 @@ from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, snow_grid
-from sssi_exudyn.simulation.boot_joint import BootJoint
+from sssi_exudyn.simulation.boot_joint import BootJoint, boot_joint
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, first_place, load_at_start, reduced_run
 from sssi_exudyn.simulation.steady_turn import MODES, POINTS, carving_module, edge_work, edges_of
 
@@ -66,7 +66,7 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
     share = np.array([0.5, 0.5])
     load = float(load_at_start(at, share))
     place[2] = kernel.rest_height(parameters, ski, motion, surface, place, load, memory, work)
-    held = _kernel_joint(joint or BootJoint())
+    held = _kernel_joint(joint or boot_joint(model.equipment))
     bent = np.zeros((2, 2 + modes))
     if not np.isfinite(place[2]) or not kernel.bend_at_rest(
         parameters, ski, coupling, held, motion, surface, place, load, bent, memory, work

@@ -66,6 +66,8 @@ class SimulationResult:
     energy_closure : (n,) J, what the balance of those terms leaves over; zero for an exact integration
     statistics : about the solver: steps, wall_s, newton_iterations, jacobians, backend
     edges : of skis that cut the snow; None by the paper's law
+    ankle_edging : (n, 2) N m that the shank does to the foot about the foot's long axis forwards, at the ankle; None
+        where it was not found
 
     Raises ValueError when an array's shape does not fit.
     """
@@ -94,6 +96,7 @@ class SimulationResult:
     energy_closure: Array
     statistics: Mapping[str, int | float | str]
     edges: EdgeSeries | None = None
+    ankle_edging: Array | None = None
 
     def __post_init__(self) -> None:
         n = len(self.time)
@@ -112,6 +115,8 @@ class SimulationResult:
         shapes |= {f"energy {name}": (n,) for name in self.energy}
         if self.antenna is not None:
             given["antenna"], shapes["antenna"] = np.shape(self.antenna), (n, 3)
+        if self.ankle_edging is not None:
+            given["ankle_edging"], shapes["ankle_edging"] = np.shape(self.ankle_edging), (n, 2)
         for name, shape in shapes.items():
             if given[name] != shape:
                 raise ValueError(f"{name} has shape {given[name]}, expected {shape}")
@@ -181,6 +186,8 @@ class SimulationResult:
                 columns[f"{side}_ski_yaw_deg"] = np.degrees(self.edges.yaw[:, index])
                 columns[f"{side}_ski_roll_deg"] = np.degrees(self.edges.roll[:, index])
                 columns[f"{side}_side_reserve_1"] = self.edges.side_reserve[:, index]
+            if self.ankle_edging is not None:
+                columns[f"{side}_ankle_edging_Nm"] = self.ankle_edging[:, index]
         add_vector("drag", self.drag, "N")
         for index, name in enumerate(self.coordinate_names):
             values = self.coordinates[:, index]

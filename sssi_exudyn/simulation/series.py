@@ -58,8 +58,8 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
     com_velocity = (parts.body_mass * (speed + com_speed) + ski_moving) / parts.mass
     friction = feet[:, :, kernel.ALONG, None] * along + feet[:, :, kernel.ACROSS, None] * across
     moments = np.array(record.moments)
+    on_feet = np.zeros_like(friction) if cutting else friction  # what cuts reaches the feet through the skis
     if isinstance(system.skeleton, CarriedMass):
-        on_feet = np.zeros_like(friction) if cutting else friction  # what cuts reaches the feet through the skis
         outer = _of_points(posture, rows, on_feet, drag[..., :3], body)
         moments = _inverse_dynamics(parts, posture, rows, record) - outer
     clamps = np.array(record.clamps)
@@ -68,7 +68,8 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         angles_of_skis = feet[..., [carved_kernel.YAW, carved_kernel.ROLL]]
         edges = parts.edges
         clamps[..., [5, 3]] = -2.0 * (edges.stiffness * angles_of_skis + edges.damping * 2.0 * held)
-    moments = moments - _through_clamps(parts, posture, rows, nodes, clamps)
+    on_foot = _from_skis(parts, posture, rows, nodes, clamps)
+    moments = moments - _of_wrenches(posture, rows, *on_foot)
     pushed = feet[:, :, kernel.LOAD, None] * np.cross(along, across)
     kinetic = (
         0.5 * parts.body_mass * np.sum(speed**2, axis=1)
@@ -125,6 +126,7 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         energy_closure=np.asarray(closure),
         statistics=record.solver,
         edges=of_edges,
+        ankle_edging=_edging(parts, posture, rows, np.array(record.pull), on_foot[0] + on_feet, on_foot[1]),
     )
 
 
@@ -171,8 +173,10 @@ def _of_points(posture: PostureTable, rows: NDArray[np.intp], friction: Array, d
     return np.asarray(found + np.einsum("nck,nc->nk", posture.com_jacobian[rows], body))
 
 
-def _through_clamps(parts: Parts, posture: PostureTable, rows: NDArray[np.intp], nodes: Array, clamps: Array) -> Array:
-    """(n, 28) N m: what the skis, through the feet, do to the prescribed coordinates.
+def _from_skis(
+    parts: Parts, posture: PostureTable, rows: NDArray[np.intp], nodes: Array, clamps: Array
+) -> tuple[Array, Array]:
+    """(n, 2, 3) N and N m in the slope frame: what the skis do to the feet, about the feet's places.
 
     clamps (n, 2, 6): force on the clamped node (foot's frame) and on three of its quaternion's components; on a unit
     quaternion a torque τ acts as g = 2 Eᵀ τ, so τ = ½ E g, and g's part along the quaternion itself, the norm's
@@ -186,9 +190,41 @@ def _through_clamps(parts: Parts, posture: PostureTable, rows: NDArray[np.intp],
     torque = 0.5 * np.einsum("ijns,nsj->nsi", matrix, general)
     force = clamps[..., :3]
     torque = torque + np.cross(middle[..., :3], force)
-    on_foot = -np.einsum("nsij,nsj->nsi", frame, force), -np.einsum("nsij,nsj->nsi", frame, torque)
-    found = np.einsum("nsck,nsc->nk", posture.foot_jacobian[rows], on_foot[0])
-    return np.asarray(found + np.einsum("nsck,nsc->nk", posture.foot_turning[rows], on_foot[1]))
+    return -np.einsum("nsij,nsj->nsi", frame, force), -np.einsum("nsij,nsj->nsi", frame, torque)
+
+
+def _of_wrenches(posture: PostureTable, rows: NDArray[np.intp], force: Array, torque: Array) -> Array:
+    """(n, 28) N m: what forces on the feet's places and torques, (n, 2, 3), do to the prescribed coordinates."""
+    found = np.einsum("nsck,nsc->nk", posture.foot_jacobian[rows], force)
+    return np.asarray(found + np.einsum("nsck,nsc->nk", posture.foot_turning[rows], torque))
+
+
+def _edging(
+    parts: Parts, posture: PostureTable, rows: NDArray[np.intp], pull: Array, force: Array, torque: Array
+) -> Array:
+    """(n, 2) N m that the shanks do to the feet about their long axes at the ankles.
+
+    force, torque (n, 2, 3) are what friction and skis do to the feet at their places, pull (n, 3) m/s² is the pelvis'
+    acceleration; the foot with its boot, a rigid body, takes the rest.
+    """
+    turn, spin, rate = posture.foot_rotation[rows], posture.foot_spin[rows], posture.foot_spin_rate[rows]
+    gear = parts.model.equipment
+    sole = np.array([gear.boot_centre, 0.0, -parts.motion.geometry.ankle_to_ski_base])
+    found = np.empty(force.shape[:2])
+    for side, letter in enumerate("lr"):
+        body = parts.foot(letter)
+        frame = turn[:, side]
+        down, arm = frame @ sole, frame @ (body.com - sole)
+        swing = np.cross(spin[:, side], np.cross(spin[:, side], arm))
+        moving = pull + posture.foot_acceleration[rows, side] + np.cross(rate[:, side], arm) + swing
+        inertia = frame @ body.inertia @ np.swapaxes(frame, 1, 2)
+        turning = np.einsum("nij,nj->ni", inertia, rate[:, side])
+        turning += np.cross(spin[:, side], np.einsum("nij,nj->ni", inertia, spin[:, side]))
+        felt = body.mass * (moving - gravity_in_slope(parts.model.inclination))
+        own = np.cross(frame @ body.com, felt) + turning
+        outer = np.cross(down, force[:, side]) + torque[:, side]
+        found[:, side] = np.sum((own - outer) * frame[..., 0], axis=1)
+    return found
 
 
 def _ski_spinning(parts: Parts, nodes: Array, rates: Array, carried: Array) -> Array:

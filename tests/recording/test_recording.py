@@ -336,3 +336,15 @@ def test_nothing_is_written_into_the_folder(tmp_path: Path) -> None:
     before = sorted(path.name for path in folder.iterdir())
     read_recording(folder)
     assert sorted(path.name for path in folder.iterdir()) == before
+
+
+def test_cuffs_as_stated(tmp_path: Path) -> None:
+    stated = "boot_centre_m = 0.0\ncuff_flexion_Nm_per_deg = 5.0\ncuff_lean_deg = 13.0\ncuff_edging_Nm_per_deg = 12.0"
+    gear = read_recording(Tiny(toml=TOML.replace("boot_centre_m = 0.0", stated)).write(tmp_path)).equipment
+    assert gear.cuff_flexion == pytest.approx(5.0 * 180.0 / np.pi)
+    assert gear.cuff_lean == pytest.approx(np.radians(13.0))
+    assert gear.cuff_edging == pytest.approx(12.0 * 180.0 / np.pi)
+    error = caught(
+        Tiny(toml=TOML.replace("boot_centre_m = 0.0", "cuff_flexion_Nm_per_deg = 500")).write(tmp_path / "b")
+    )
+    assert error.place == "[equipment] cuff_flexion_Nm_per_deg"

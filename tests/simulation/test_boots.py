@@ -69,11 +69,13 @@ def test_the_ankle_holds_what_presses_ahead_of_it() -> None:
 
 
 def test_a_models_file_keeps_its_boots(tmp_path: Path) -> None:
-    start = in_boots(boot_centre=AHEAD, ramp_angle=RAMP, boot_sole_length=0.3)
+    start = in_boots(boot_centre=AHEAD, ramp_angle=RAMP, boot_sole_length=0.3, cuff_flexion=250.0)
     table = model_to_dict(start)
     (tmp_path / "model.toml").write_text(tomli_w.dumps(table))
     again = read_model(tmp_path / "model.toml").equipment
     assert (again.boot_centre, again.boot_sole_length) == (AHEAD, 0.3)
+    assert again.cuff_flexion == pytest.approx(250.0, rel=1e-12)  # through N m/deg
+    assert again.cuff_lean is None  # as nobody stated it
     assert again.ramp_angle == pytest.approx(RAMP, rel=1e-12)  # through degrees
 
 
@@ -84,3 +86,29 @@ def test_a_models_file_from_before_has_its_skis_under_the_ankles(tmp_path: Path)
     }
     (tmp_path / "model.toml").write_text(tomli_w.dumps(table))
     assert read_model(tmp_path / "model.toml").equipment.boot_centre == 0.0
+
+
+@pytest.mark.long
+def test_edging_by_hand() -> None:
+    """Skiers who slide sideways, skis flat: friction at the base turns each foot about its long axis with 0.13 m · F,
+    less what slows down ski, binding and boot below and above the ankle.
+    """
+    start = model(speed=0.0, across=3.0)
+    start = replace(start, inclination=0.0)
+    motion = replace(standing(0.6, pelvis_tilt=0.0), inclination=0.0)
+    run = simulate(start, motion, stop=0.4)
+    assert run.ankle_edging is not None
+    later = run.time > 0.15
+    slowing = np.gradient(run.com_velocity[:, 1], run.time)[later]
+    parts = Parts(start, motion)
+    gear = start.equipment
+    for side, letter in enumerate("lr"):
+        foot = parts.foot(letter)
+        ski = float(parts.mesh.element_mass.sum())
+        friction = run.foot_friction[later, side, 1]
+        # moments about the ankle's forward axis, of forces to the left: −z F; F is negative here
+        outer = gear.ankle_to_ski_base * friction - gear.ankle_to_ski_base * ski * slowing
+        own = -foot.com[2] * foot.mass * slowing
+        # 0.3 N m of 30: the ski's middle is a few millimetres above its base, and its load moves with its tilt
+        np.testing.assert_allclose(run.ankle_edging[later, side].mean(), (own - outer).mean(), atol=0.5)
+    assert abs(run.ankle_edging[later].mean()) > 20.0

@@ -1,0 +1,73 @@
+"""The boots of a run: where they are on the skis, and what their cuffs take of the ankles' moments."""
+
+from __future__ import annotations
+
+import pandas as pd
+from matplotlib.axes import Axes
+
+from sssi_exudyn.analysis.boots import AnkleFigures, BootFigures, cuff_column
+from sssi_exudyn.reports.plots import COLOURS
+from sssi_exudyn.reports.section import Block, Drawing, Grid, Runs, Section, Text, section_of_each
+from sssi_exudyn.reports.sections.tables import number
+from sssi_exudyn.results.stored import StoredRun
+from sssi_exudyn.simulation.result import SIDES
+
+_ABOUT = (
+    "Cuff and muscles together make the ankle's moment; up (dorsiflexion) is positive. A cuff that nobody stated"
+    " is the one that leaves least to the muscles, as far as usual boots go: a lower bound for the muscles."
+)
+
+
+def boots(runs: Runs) -> Section:
+    """Facts of every run's boots."""
+    return section_of_each("Boots", runs, _blocks)
+
+
+def _blocks(run: StoredRun) -> tuple[Block, ...]:
+    found = run.summary.boots
+    if found is None or found.ankles is None:
+        return ()
+    rows = [
+        (name, *(number(getattr(found.ankles.get(side, AnkleFigures()), key)) for side in SIDES))
+        for name, key in (
+            ("cuff presses neither way at a captured ankle of (°)", "lean_deg"),
+            ("ankle's moment, rms (N m)", "moment_rms_Nm"),
+            ("largest", "moment_peak_Nm"),
+            ("the cuff's part, rms (N m)", "cuff_rms_Nm"),
+            ("largest", "cuff_peak_Nm"),
+            ("left to the muscles, rms (N m)", "muscles_rms_Nm"),
+            ("the cuff's moment in edging, rms (N m)", "edging_rms_Nm"),
+            ("largest", "edging_peak_Nm"),
+            ("by which boot and ankle give way to it, rms (°)", "edging_give_rms_deg"),
+        )
+    ]
+    blocks: tuple[Block, ...] = (Text(_sentence(found)), Text(_ABOUT), Grid([["", *SIDES], *map(list, rows)]))
+    if not {name for side in SIDES for name in _columns(side)} <= set(run.series.columns):
+        return blocks
+    return (*blocks, Drawing("Moments of the ankles and their cuffs", lambda axes: _draw(axes, run.series), 3.0))
+
+
+def _columns(side: str) -> tuple[str, str]:
+    """Columns of the ankle's moment and of its cuff's."""
+    return f"ankle_angle_{side[0]}_moment_Nm", cuff_column(side, "flexion")
+
+
+def _draw(axes: Axes, series: pd.DataFrame) -> None:
+    for side, colour in zip(SIDES, COLOURS, strict=False):
+        ankle, cuff = _columns(side)
+        axes.plot(series["time_s"], series[ankle], color=colour, label=f"{side} ankle")
+        axes.plot(series["time_s"], series[cuff], "--", color=colour, label=f"{side} cuff")
+    axes.set(xlabel="time (s)", ylabel="moment, up positive (N m)")
+    axes.legend(ncols=4)
+
+
+def _sentence(found: BootFigures) -> str:
+    where = f"The ski's mark is {100.0 * (found.centre_m or 0.0):.1f} cm ahead of the ankle"
+    if found.ramp_angle_deg:
+        where += f", on a ramp of {found.ramp_angle_deg:.1f}°"
+    stiffness = f"{number(found.flexion_Nm_per_deg)} N m/° in flexion"
+    if found.flexion_se_Nm_per_deg is None:
+        stiffness += ", as stated"
+    else:
+        stiffness += f" (± {number(found.flexion_se_Nm_per_deg, 2)}, estimated from the run)"
+    return f"{where}. The cuffs' stiffness is {stiffness}, and {number(found.edging_Nm_per_deg)} N m/° in edging."
