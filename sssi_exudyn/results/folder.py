@@ -17,6 +17,7 @@ from typing import Any, Final
 import pandas as pd
 import tomli_w
 
+from sssi_exudyn.analysis.boots import cuff_column
 from sssi_exudyn.bodies.skier.chain import COORDINATES, PRESCRIBED, TRANSLATIONS
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.bounds import MAX_DURATION
@@ -26,6 +27,7 @@ from sssi_exudyn.io.typed import read_table as read_json_table
 from sssi_exudyn.io.writing import clear_errors, folder_lock, to_json, to_plain
 from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.results.summary import FORMAT, Summary, summary_from_dict, summary_to_dict
+from sssi_exudyn.simulation.result import SIDES
 from sssi_exudyn.terrain.file import FILE as SURFACE
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
@@ -234,6 +236,10 @@ def _read_summary_table(folder: Path) -> dict[str, Any]:
     return table
 
 
+_CUFFS: Final = tuple(cuff_column(side, "flexion") for side in SIDES)
+"""Columns that only results with boots have, from which muscles are computed."""
+
+
 def read_series(folder: Path) -> pd.DataFrame:
     """The time series of a result folder.
 
@@ -245,7 +251,7 @@ def read_series(folder: Path) -> pd.DataFrame:
     if series.empty:
         raise InputError(path, "", "there is no sample", "run again")
     check_time(path, series, MAX_DURATION, strict=True)
-    check_finite(path, series, _SERIES)
+    check_finite(path, series, [*_SERIES, *(name for name in _CUFFS if name in series)])
     return series
 
 
