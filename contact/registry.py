@@ -8,7 +8,7 @@ from typing import Final
 
 from sssi_exudyn.contact.term import EdgeTerm, FootTerm, PointTerm, Term, formula
 from sssi_exudyn.contact.terms.air import AirDrag, PostureAir
-from sssi_exudyn.contact.terms.body_forces import PolePlant, UnexplainedForce
+from sssi_exudyn.contact.terms.body_forces import PlantedPole, PolePlant, UnexplainedForce
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.contact.terms.friction_corrections import (
@@ -44,6 +44,7 @@ TERMS: Final[tuple[type[Term], ...]] = (
     SlopeChange,
     TerrainBump,
     PolePlant,
+    PlantedPole,
     UnexplainedForce,
     Carving,
 )

@@ -169,9 +169,13 @@ class BodyState:
 
 @dataclass(frozen=True)
 class BodyTerm(Term):
-    """A force on the skier's centre of mass."""
+    """A force on the skier's centre of mass, or at his hands, which moves him the same."""
 
     kind: ClassVar[str] = "body"
+
+    def at_hands(self) -> tuple[float, float]:
+        """Which parts of the force act at the left and at the right hand; the rest acts on the centre of mass."""
+        return 0.0, 0.0
 
     @abstractmethod
     def force(self, math: Math, state: BodyState) -> Vector:
@@ -271,6 +275,15 @@ def terrain_height(math: Math, terms: Iterable[Term], f: Number, l: Number) -> t
 def body_force(math: Math, terms: Iterable[Term], state: BodyState) -> tuple[Number, ...]:
     """Force of all body terms among ``terms``, components f, l, n (N)."""
     return vector_sum((term.force(math, state) for term in terms if isinstance(term, BodyTerm)), 3)
+
+
+def hand_forces(math: Math, terms: Iterable[Term], state: BodyState) -> tuple[tuple[Number, ...], ...]:
+    """What of the body terms' forces acts at the left and at the right hand, components f, l, n each (N)."""
+    held = [(term.at_hands(), term.force(math, state)) for term in terms if isinstance(term, BodyTerm)]
+    held = [each for each in held if any(each[0])]
+    return tuple(
+        vector_sum((tuple(share[hand] * part for part in force) for share, force in held), 3) for hand in range(2)
+    )
 
 
 def parameters(term: Term) -> dict[str, float]:

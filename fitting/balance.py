@@ -3,8 +3,8 @@
     τ = Σ [(c − p) × m (a − g) + d(I ω)/dt] − Σ feet [(x − p) × F + M] − Σ segments (x − p) × D − (c − p) × B
 
 over the body's segments and the skis, p the pelvis, F and M what the snow does to a ski, D the air's forces, B those on
-the centre of mass.  What remains of it once snow, air and inertia are counted is the posture's error or the model's
-(residual reduction: Delp et al., IEEE Trans. Biomed. Eng. 54 (2007) 1940).
+the centre of mass; a pole's acts at its hand instead.  What remains of it once snow, air and inertia are counted is the
+posture's error or the model's (residual reduction: Delp et al., IEEE Trans. Biomed. Eng. 54 (2007) 1940).
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.hands import hands_at, pole_forces, use_poles
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
 
 _GRID: Final = 0.02
@@ -60,6 +61,7 @@ def balance_of(model: Model, motion: Motion, prepared: Prepared, run: ReducedRun
     own = make_interp_spline(grid, own_moment(parts, grid), k=3)(run.time)
     coarse = np.arange(0, len(run.time), max(1, round(0.1 / prepared.step)))
     air = np.stack([np.interp(run.time, run.time[coarse], column) for column in _air(parts, prepared, run, coarse).T])
+    air += _poles(parts, run).T
     return Balance(
         own=own,
         air=air.T,
@@ -97,3 +99,15 @@ def _air(parts: Parts, prepared: Prepared, run: ReducedRun, rows: NDArray[np.int
         body = laws.body(float(time[k]), at[0], at[1], run.com_velocity[row])
         found[k] = np.cross(arms[k], drag).sum(axis=0) + np.cross(at - place, body)
     return found
+
+
+def _poles(parts: Parts, run: ReducedRun) -> Array:
+    """(n, 3) N m by which forces at the hands differ from forces on the centre of mass: at every instant, as a plant
+    lasts a tenth of a second.
+    """
+    terms = parts.model.terms
+    if not use_poles(terms):
+        return np.zeros((len(run.time), 3))
+    time, com, velocity = (np.real(array) for array in (run.time, run.com, run.com_velocity))
+    arms = hands_at(parts.motion, time).place - (com - np.real(run.pelvis))[:, None]
+    return np.asarray(np.cross(arms, pole_forces(terms, time, com, velocity)).sum(axis=1))

@@ -27,6 +27,12 @@ from sssi_exudyn.core.quantity import quantity
 TABLE: Final = Path(__file__).with_name("de_leva_1996.toml")
 SEXES: Final = ("male", "female")
 _FOOT_PARTS: Final = {"talus": 0.1, "calcn": 1.25, "toes": 0.2166}
+GRIP: Final = 0.5
+"""Of the hand's length from the wrist, where it grips a pole."""
+POLE_DIRECTION: Final = np.array([-1.0, 0.0, 0.0])
+"""From grip to tip in the hand's frame: across the hand, down when the forearm points forwards."""
+POLE_CENTRE: Final = 0.4
+"""Of a pole's length from the grip, its centre of mass: estimate, as the grip is the heaviest part."""
 _FOREARM_PARTS: Final = {"ulna": 0.5, "radius": 0.5}
 
 
@@ -76,22 +82,25 @@ def body_inertia(
     boot_mass: float = 0.0,
     binding_mass: float = 0.0,
     footwear: Footwear | None = None,
+    pole: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[SegmentInertia, ...]:
     """Inertia of the 21 segments, in the chain's order.
 
-    ``skier_mass`` kg without equipment, ``boot_mass`` and ``binding_mass`` kg each; the masses add up to
-    skier_mass + 2·(boot_mass + binding_mass).  Raises ValueError for another sex than ``SEXES`` or a mass below zero.
+    ``skier_mass`` kg without equipment, ``boot_mass`` and ``binding_mass`` kg each, ``pole`` the mass (kg) and length
+    (m) of one; the masses add up to skier_mass + 2·(boot_mass + binding_mass + pole's).
+
+    Raises ValueError for another sex than ``SEXES`` or a mass below zero.
     """
     if sex not in SEXES:
         raise ValueError(f"sex is {sex!r}, not one of {', '.join(SEXES)}")
-    if min(skier_mass, boot_mass, binding_mass) < 0.0:
+    if min(skier_mass, boot_mass, binding_mass, *pole) < 0.0:
         raise ValueError("a mass is below zero")
     rows = _rows_for_mass(sex, skier_mass)
     wear = footwear or Footwear()
     made = {"head": _along(rows["head"], geometry.segment_end[SEGMENT["head"]], np.zeros(3))}
     made["pelvis"], made["torso"] = _trunk(rows, geometry)
     for side in ("l", "r"):
-        made |= _arm(rows, geometry, side)
+        made |= _arm(rows, geometry, side, *pole)
         for part, row, next_joint in (("femur", "thigh", "tibia"), ("tibia", "shank", "talus")):
             joint = geometry.joint_in_parent[SEGMENT[f"{next_joint}_{side}"]]
             made[f"{part}_{side}"] = _along(rows[row], np.zeros(3), joint)
@@ -168,19 +177,30 @@ def _trunk(rows: dict[str, _Row], geometry: Geometry) -> tuple[SegmentInertia, S
     return pelvis, combine([middle, upper])
 
 
-def _arm(rows: dict[str, _Row], geometry: Geometry, side: str) -> dict[str, SegmentInertia]:
+def _arm(
+    rows: dict[str, _Row], geometry: Geometry, side: str, pole_mass: float, pole_length: float
+) -> dict[str, SegmentInertia]:
     elbow = geometry.joint_in_parent[SEGMENT[f"ulna_{side}"]]
     radius = geometry.joint_in_parent[SEGMENT[f"radius_{side}"]]
     wrist = radius + geometry.joint_in_parent[SEGMENT[f"hand_{side}"]]
     forearm = _along(rows["forearm"], np.zeros(3), wrist)
     # The table's palms face forwards, the chain's the thighs: what is sagittal there is transverse here.
-    hand = _along(rows["hand"], np.zeros(3), geometry.segment_end[SEGMENT[f"hand_{side}"]], axes=(1, 0, 2))
+    end = geometry.segment_end[SEGMENT[f"hand_{side}"]]
+    hand = _along(rows["hand"], np.zeros(3), end, axes=(1, 0, 2))
+    if pole_mass > 0.0:
+        hand = combine([hand, _pole(pole_mass, pole_length, GRIP * end)])
     return {
         f"humerus_{side}": _along(rows["upper_arm"], np.zeros(3), elbow),
         f"ulna_{side}": _share(forearm, _FOREARM_PARTS["ulna"], np.zeros(3)),
         f"radius_{side}": _share(forearm, _FOREARM_PARTS["radius"], radius),
         f"hand_{side}": hand,
     }
+
+
+def _pole(mass: float, length: float, grip: Array) -> SegmentInertia:
+    """A pole in a fist at ``grip`` (3,) m: a rod across the hand, whose tip points back when the arm hangs."""
+    square = mass * length**2 / 12.0
+    return SegmentInertia(mass, grip + POLE_DIRECTION * POLE_CENTRE * length, np.diag([0.0, square, square]))
 
 
 def _foot(

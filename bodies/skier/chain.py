@@ -98,6 +98,8 @@ PARENT: Final[tuple[int, ...]] = tuple(-1 if joint.parent is None else SEGMENT[j
 """Index of each segment's parent; -1 for the pelvis."""
 FEET: Final[tuple[int, int]] = (SEGMENT["calcn_l"], SEGMENT["calcn_r"])
 """Segments that carry the skis: left, right."""
+HANDS: Final[tuple[int, int]] = (SEGMENT["hand_l"], SEGMENT["hand_r"])
+"""Segments that hold the poles: left, right."""
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,13 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.io.settings import check_keys, read_toml
-from sssi_exudyn.recording.recording import BOOT, Equipment, Skier
+from sssi_exudyn.recording.recording import OPTIONAL, Equipment, Skier
 
 _BODY: Final = {
     f"{about.name}_kg" if about.unit == "kg" else f"{about.name}_m": about.default
     for cls in (Skier, Equipment)
     for about in quantities(cls).values()
-    if about.name not in BOOT
+    if about.name not in OPTIONAL
 }
 USUAL: Final[dict[str, Any]] = {
     **_BODY,

@@ -20,7 +20,7 @@ from sssi_exudyn.model.model import Model, Solver, Start
 from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.motion.correction_file import correction_bytes, correction_to_dict, read_correction
 from sssi_exudyn.recording.equipment import read_equipped_ski
-from sssi_exudyn.recording.recording import BOOT, Equipment, Skier, Slope
+from sssi_exudyn.recording.recording import OPTIONAL, Equipment, Skier, Slope
 from sssi_exudyn.runtime.plugins import origins_of, require, tables_of
 from sssi_exudyn.terrain.file import FILE as SURFACE
 from sssi_exudyn.terrain.file import read_surface, surface_bytes, surface_to_dict
@@ -125,7 +125,7 @@ def read_model(path: Path) -> Model:
         path,
         "[slope]",
     )
-    worn = numbers_of(Equipment, gear, path, "[equipment]", optional=BOOT)
+    worn = numbers_of(Equipment, gear, path, "[equipment]", optional=OPTIONAL)
     worn |= numbers_of(Cuff, gear, path, "[equipment]", optional=tuple(quantities(Cuff)))
     equipment = Equipment(skis=name_of(gear, "skis", path, "[equipment]"), **worn)
     return Model(

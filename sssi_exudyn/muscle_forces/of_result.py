@@ -21,7 +21,7 @@ from sssi_exudyn.bodies.muscles.muscles import (
     leg_groups,
     skier_muscles,
 )
-from sssi_exudyn.bodies.skier.chain import PARENT, PRESCRIBED, SEGMENT, Poses, Rates, forward_kinematics
+from sssi_exudyn.bodies.skier.chain import HANDS, PARENT, PRESCRIBED, SEGMENT, Poses, Rates, forward_kinematics
 from sssi_exudyn.bodies.skier.chain import rates as segment_rates
 from sssi_exudyn.bodies.skier.inverse_dynamics import joint_loads
 from sssi_exudyn.contact.backends.arrays import six_of
@@ -36,6 +36,7 @@ from sssi_exudyn.results.folder import MUSCLES, SERIES, SKELETON
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import LackingJoint, MuscleFigures, Reserve
 from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.hands import pole_forces
 
 LEAST_SAMPLES: Final = 6
 """A quintic spline needs as many."""
@@ -140,12 +141,15 @@ def _from_air(run: StoredRun, parts: Parts, poses: Poses, moving: Rates) -> Arra
 
 
 def _on_body(run: StoredRun, parts: Parts) -> Array:
-    """(n, 21, 3) N of what acts on the centre of mass, shared out by mass."""
+    """(n, 21, 3) N of what acts on the centre of mass, shared out by mass, and of poles at the hands."""
     velocity = CubicSpline(run.time, run.com)(run.time, 1)
     state = BodyState(run.time, run.com[:, 0], run.com[:, 1], tuple(velocity.T))
     force = _vectors(body_force(ArrayMath(), run.model.terms, state), len(run.time))
+    held = pole_forces(run.model.terms, run.time, run.com, velocity)
     share = np.array([part.mass for part in parts.inertias]) / parts.body_mass
-    return np.asarray(share[:, None] * force[:, None])
+    found = share[:, None] * (force - held.sum(axis=1))[:, None]
+    found[:, list(HANDS)] += held
+    return np.asarray(found)
 
 
 def _vectors(columns: Sequence[Number], count: int) -> Array:

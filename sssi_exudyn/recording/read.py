@@ -44,9 +44,9 @@ from sssi_exudyn.recording.instruments.insoles import Insoles, read_insoles
 from sssi_exudyn.recording.recording import (
     _AZIMUTH,
     _STEEPEST,
-    BOOT,
     FILE,
     NEARBY,
+    OPTIONAL,
     Elevations,
     Equipment,
     Heading,
@@ -290,7 +290,7 @@ def _read_equipment(folder: Path, settings: Settings, toml: Path, hashes: dict[s
     if "/" in skis or skis.endswith(".toml"):  # a ski file; other names are looked up in the catalogue
         hashes[skis] = sha256(inside(folder, skis, toml, "[equipment] skis"))
     cuffs = numbers_of(Cuff, table, toml, "[equipment]", optional=tuple(quantities(Cuff)))
-    equipment = Equipment(skis=skis, **numbers_of(Equipment, table, toml, "[equipment]", optional=BOOT), **cuffs)
+    equipment = Equipment(skis=skis, **numbers_of(Equipment, table, toml, "[equipment]", optional=OPTIONAL), **cuffs)
     read_equipped_ski(equipment, folder, toml)
     return equipment
 

@@ -42,7 +42,7 @@ class Skier:
 
 @dataclass(frozen=True)
 class Equipment:
-    """What was skied on; masses are each ski's and each boot's.
+    """What was skied on; masses are each ski's, each boot's and each pole's.
 
     cuff_flexion, cuff_lean : N m/rad, rad of the boots' cuffs as ``Cuff`` has them; None where nobody stated them
     """
@@ -73,12 +73,16 @@ class Equipment:
         600.0, "N m/rad", low=200.0, high=3e3, source="estimate, as of boot and ankle in roll where edges cut",
         meaning="stiffness of the boot's cuff about the foot's long axis",
     )  # fmt: skip
+    pole_mass: float = quantity(0.0, "kg", low=0.0, high=1.0, source="none stated", meaning="mass of one pole")
+    pole_length: float = quantity(
+        1.15, "m", low=0.5, high=1.6, source="typical pole", meaning="of a pole from grip to tip"
+    )
     cuff_flexion: float | None = None
     cuff_lean: float | None = None
 
 
-BOOT: Final = ("boot_sole_length", "boot_centre", "ramp_angle", "cuff_edging")
-"""What a recording need not state of its boots."""
+OPTIONAL: Final = ("boot_sole_length", "boot_centre", "ramp_angle", "cuff_edging", "pole_mass", "pole_length")
+"""What a recording need not state of boots and poles."""
 
 
 @dataclass(frozen=True)

@@ -78,6 +78,7 @@ class Parts:
             boot_mass=gear.boot_mass,
             binding_mass=max(gear.ski_mass - float(self.mesh.element_mass.sum()), 0.0),  # equal masses, rounded
             footwear=Footwear(boot_length=gear.boot_sole_length, boot_centre=gear.boot_centre),
+            pole=(gear.pole_mass, gear.pole_length),
         )
 
     def foot(self, letter: str) -> SegmentInertia:

@@ -66,6 +66,7 @@ class SimulationResult:
     energy_closure : (n,) J, what the balance of those terms leaves over; zero for an exact integration
     statistics : about the solver: steps, wall_s, newton_iterations, jacobians, backend
     edges : of skis that cut the snow; None by the paper's law
+    pole_force : (n, 2, 3) N of the poles on the hands; None without
     ankle_edging : (n, 2) N m that the shank does to the foot about the foot's long axis forwards, at the ankle; None
         where it was not found
 
@@ -97,6 +98,7 @@ class SimulationResult:
     statistics: Mapping[str, int | float | str]
     edges: EdgeSeries | None = None
     ankle_edging: Array | None = None
+    pole_force: Array | None = None
 
     def __post_init__(self) -> None:
         n = len(self.time)
@@ -117,6 +119,8 @@ class SimulationResult:
             given["antenna"], shapes["antenna"] = np.shape(self.antenna), (n, 3)
         if self.ankle_edging is not None:
             given["ankle_edging"], shapes["ankle_edging"] = np.shape(self.ankle_edging), (n, 2)
+        if self.pole_force is not None:
+            given["pole_force"], shapes["pole_force"] = np.shape(self.pole_force), (n, 2, 3)
         for name, shape in shapes.items():
             if given[name] != shape:
                 raise ValueError(f"{name} has shape {given[name]}, expected {shape}")
@@ -188,6 +192,8 @@ class SimulationResult:
                 columns[f"{side}_side_reserve_1"] = self.edges.side_reserve[:, index]
             if self.ankle_edging is not None:
                 columns[f"{side}_ankle_edging_Nm"] = self.ankle_edging[:, index]
+            if self.pole_force is not None:
+                add_vector(f"{side}_pole", self.pole_force[:, index], "N")
         add_vector("drag", self.drag, "N")
         for index, name in enumerate(self.coordinate_names):
             values = self.coordinates[:, index]

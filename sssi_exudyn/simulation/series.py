@@ -18,6 +18,7 @@ from sssi_exudyn.contact.backends.full_kernel import NODE
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.motion.motion import antenna_offset
 from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.hands import hands_at, pole_forces, use_poles
 from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.recorder import Record
 from sssi_exudyn.simulation.result import EdgeSeries, SimulationResult
@@ -68,6 +69,14 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         angles_of_skis = feet[..., [carved_kernel.YAW, carved_kernel.ROLL]]
         edges = parts.edges
         clamps[..., [5, 3]] = -2.0 * (edges.stiffness * angles_of_skis + edges.damping * 2.0 * held)
+    body_power = np.sum(body * (speed + com_speed), axis=1)
+    poles = None
+    if use_poles(parts.model.terms):
+        hands = hands_at(parts.motion, time)
+        poles = pole_forces(parts.model.terms, time, pelvis + com_place, speed + com_speed)
+        farther = hands.jacobian - posture.com_jacobian[rows][:, None]
+        moments = moments - np.einsum("nhck,nhc->nk", farther, poles)
+        body_power = body_power + np.sum(poles * (hands.velocity - com_speed[:, None]), axis=(1, 2))
     on_foot = _from_skis(parts, posture, rows, nodes, clamps)
     moments = moments - _of_wrenches(posture, rows, *on_foot)
     pushed = feet[:, :, kernel.LOAD, None] * np.cross(along, across)
@@ -86,7 +95,6 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         elastic = elastic + 0.5 * np.sum(edges.stiffness * angles_of_skis**2, axis=(1, 2))
         forward = np.einsum("nsij,nsj->nsi", frame, _first_axis(nodes[:, :, cut.clamped, 3:]))
         of_edges = _series_of_edges(feet)
-    body_power = np.sum(body * (speed + com_speed), axis=1)
     powers: dict[str, Array] = {
         "posture": np.sum(moments * posture.rates[rows], axis=1),
         "contact": feet[:, :, kernel.CONTACT_POWER].sum(axis=1),
@@ -126,6 +134,7 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         energy_closure=np.asarray(closure),
         statistics=record.solver,
         edges=of_edges,
+        pole_force=poles,
         ankle_edging=_edging(parts, posture, rows, np.array(record.pull), on_foot[0] + on_feet, on_foot[1]),
     )
 

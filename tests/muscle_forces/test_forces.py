@@ -12,7 +12,7 @@ from sssi_exudyn.bodies.muscles.force_curves import fibres, force_length, force_
 from sssi_exudyn.bodies.muscles.muscles import skier_muscles
 from sssi_exudyn.bodies.muscles.paths import muscle_paths
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENT
-from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
+from sssi_exudyn.contact.terms.body_forces import PolePlant, UnexplainedForce
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import spline_motion
@@ -292,3 +292,21 @@ def test_moments_turned_round_are_lacking() -> None:
         arm * muscle.max_isometric_force for arm, muscle in zip(arms, skier.model.muscles, strict=True) if arm < 0
     )
     assert most < made < 0.0
+
+
+def test_a_pole_goes_through_hand_arm_and_trunk() -> None:
+    """100 N up at the left hand: the left shoulder carries all of it, the right one nothing, the trunk's joint all."""
+    pole = PolePlant(up=100.0 * np.sqrt(2.0 * np.pi), t=0.2, width=1.0, side=1.0)
+    planted = replace(run_of(), model=replace(level(), terms=(*level().terms, pole)))
+    angles = np.radians(planted.series[[f"{name}_deg" for name in PRESCRIBED]].to_numpy(dtype=float))
+    motion = spline_motion(standing.geometry(), 0.0, planted.time, angles)
+    _, rates, accelerations = motion.evaluate(planted.time)
+    row = int(np.argmin(np.abs(planted.time - 0.2)))
+    loads = [
+        joint_forces(run, Parts(run.model, motion), angles, rates, accelerations)[row] for run in (run_of(), planted)
+    ]
+    change = np.linalg.norm(loads[1] - loads[0], axis=1)
+    for segment in ("hand_l", "humerus_l", "torso"):
+        assert change[SEGMENT[segment]] == pytest.approx(100.0, rel=1e-9)  # rounding
+    for segment in ("hand_r", "humerus_r", "femur_l", "tibia_r"):
+        assert change[SEGMENT[segment]] == pytest.approx(0.0, abs=1e-9)

@@ -348,3 +348,9 @@ def test_cuffs_as_stated(tmp_path: Path) -> None:
         Tiny(toml=TOML.replace("boot_centre_m = 0.0", "cuff_flexion_Nm_per_deg = 500")).write(tmp_path / "b")
     )
     assert error.place == "[equipment] cuff_flexion_Nm_per_deg"
+
+
+def test_poles_as_stated(tmp_path: Path) -> None:
+    stated = "boot_centre_m = 0.0\npole_mass_kg = 0.24\npole_length_m = 1.2"
+    gear = read_recording(Tiny(toml=TOML.replace("boot_centre_m = 0.0", stated)).write(tmp_path)).equipment
+    assert (gear.pole_mass, gear.pole_length) == (0.24, 1.2)
