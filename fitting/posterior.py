@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.errors import SimulationDiverged
@@ -424,6 +424,18 @@ def log_evidence(found: Posterior) -> float:
     seen = found.setting.seen
     evidence = _evidence(found.setting, found, found.responses, found.levels)
     return evidence - float(np.sum(np.log(seen.scale))) - 0.5 * len(seen.measured) * float(np.log(2.0 * np.pi))
+
+
+def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
+    """θ (count, k), within their bounds, and η (count, m), drawn together from what is known about the estimate."""
+    setting = found.setting
+    _, u = _all_uncertain(setting, found, found.responses, found.levels)
+    factor, _ = _precision(u)
+    off = solve_triangular(factor, rng.standard_normal((u.shape[1], count)), trans="T", lower=True).T
+    k = len(setting.unknowns)
+    bounds = np.array([found.model.bounds(name) for name in setting.names])
+    values = np.clip(found.values + off[:, :k] * setting.sigmas, bounds[:, 0], bounds[:, 1])
+    return values, found.sizes + off[:, k:]
 
 
 def _evidence(setting: Setting, point: Point | Posterior, responses: Responses, levels: Levels) -> float:

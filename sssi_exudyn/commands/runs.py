@@ -42,6 +42,7 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.reports.report import render, render_folder, render_pdf, write_run
 from sssi_exudyn.results.carving import carving_figures
+from sssi_exudyn.results.draws import draws_table
 from sssi_exudyn.results.folder import MEASURED, amend_result, read_series, read_summary
 from sssi_exudyn.results.measured import measured_table
 from sssi_exudyn.results.opensim import opensim_texts
@@ -176,13 +177,14 @@ def make_fit(
         if method == "joint" and model is None:
             chosen = on_snow_surface(chosen, recording, motion)
         problem = seek_too(problem_of(recording, motion, chosen, method), parameters)
-        posture, predicted, uncertainty = None, None, None
+        posture, predicted, uncertainty, draws = None, None, None, None
         cache = cache_in(out)
         work = "fit carving" if is_carved(chosen.terms) else "fit"
         with progress.stage("fit", expected_seconds(work, motion)) as stage:
             if method == "joint" and recording.completed is None:
                 found = estimate(problem, recording, motion, cache=cache, progress=stage.advance)
                 fitted, uncertainty = found.fitted, uncertainty_figures(found.posterior)
+                draws = draws_table(found.posterior)
             else:
                 fitted = fit_problem(problem, motion, method, cache=cache, progress=stage.advance)
         if recording.completed is not None:
@@ -194,7 +196,7 @@ def make_fit(
                 fitted = replace(fitted, covariance=shares.covariance)
         settings = {"command": "fit", "method": method, **({"parameters": list(parameters)} if parameters else {})}
         settings |= _setting_of(snow)
-        outcome = Outcome(settings, fit_figures(fitted), posture, predicted, uncertainty)
+        outcome = Outcome(settings, fit_figures(fitted), posture, predicted, uncertainty, draws)
         made = _simulate_into(out, recording, motion, fitted.model, outcome, progress)
         if cache is not None:
             cache.remove()
@@ -325,7 +327,7 @@ class Outcome:
     settings : what the user chose
     fit : how the fit ended, with the fitted parameters
     posture, second_half : of a recording of few sensors (``results.posture``)
-    uncertainty : what the fit leaves uncertain
+    uncertainty, draws : what the fit leaves uncertain, and draws from it (``results.draws``)
     diagnosis : what a diagnosis found
     diverged : why the simulation stopped before the end
     """
@@ -335,6 +337,7 @@ class Outcome:
     posture: Posture | None = None
     second_half: pd.DataFrame | None = None
     uncertainty: UncertaintyFigures | None = None
+    draws: pd.DataFrame | None = None
     diagnosis: Diagnosis | None = None
     diverged: str | None = None
 
@@ -402,7 +405,9 @@ def write_outcome(
     )
     measured = measured_table(gps, recording.insoles)
     turns = None if found.table.empty else found.table  # a run too short for a turn has a table without columns
-    run = StoredRun(summary, series, model, measured, motion.geometry, turns, outcome.second_half, diagnosis)
+    run = StoredRun(
+        summary, series, model, measured, motion.geometry, turns, outcome.second_half, diagnosis, outcome.draws
+    )
     made = Made(run, opensim_texts(result, motion.geometry, model.inclination))
     if out is not None:
         write_run(out, run, made.opensim)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -21,22 +20,20 @@ from sssi_exudyn.bodies.muscles.muscles import (
     leg_groups,
     skier_muscles,
 )
-from sssi_exudyn.bodies.skier.chain import HANDS, PARENT, PRESCRIBED, SEGMENT, Poses, Rates, forward_kinematics
-from sssi_exudyn.bodies.skier.chain import rates as segment_rates
-from sssi_exudyn.bodies.skier.inverse_dynamics import joint_loads
-from sssi_exudyn.contact.backends.arrays import six_of
-from sssi_exudyn.contact.maths import ArrayMath, Number
-from sssi_exudyn.contact.term import BodyState, PlaceState, SegmentState, air_velocity, body_force, segment_force
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
+from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.io.storage import Storage, storage_text
 from sssi_exudyn.motion.motion import spline_motion
+from sssi_exudyn.muscle_forces import loads
+from sssi_exudyn.muscle_forces.bands import Errors, Nominal, errors_of, half_widths
 from sssi_exudyn.muscle_forces.forces import JOINTS, LACKS, MUSCLED, MuscleForces, muscle_forces
+from sssi_exudyn.muscle_forces.loads import Movement
+from sssi_exudyn.results.draws import draws_of
 from sssi_exudyn.results.folder import MUSCLES, SERIES, SKELETON
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import LackingJoint, MuscleFigures, Reserve
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.hands import pole_forces
 
 LEAST_SAMPLES: Final = 6
 """A quintic spline needs as many."""
@@ -53,6 +50,7 @@ class MuscleRun:
     body_weight : N, of the skier without equipment
     power : of the activations in the sum that is least
     wall : s that paths and optimisation took
+    errors : draws from what the estimate leaves uncertain; None where nothing was estimated
     """
 
     time: Array
@@ -62,6 +60,7 @@ class MuscleRun:
     body_weight: float
     power: int
     wall: float
+    errors: Errors | None = None
 
 
 def muscles_of(run: StoredRun, folder: Path, power: int = 2, chosen: MuscleSet = "full") -> MuscleRun:
@@ -86,34 +85,26 @@ def muscles_of(run: StoredRun, folder: Path, power: int = 2, chosen: MuscleSet =
     begin = clock.perf_counter()
     forces = muscle_forces(skier, run.geometry, run.time, angles, rates, moments, between, power)
     wall = clock.perf_counter() - begin
-    return MuscleRun(run.time, skier, chosen, forces, run.model.skier.mass * GRAVITY, power, wall)
+    nominal = Nominal(run.model, run.geometry, run.time, angles, moments, between)
+    errors = errors_of(skier, nominal, draws_of(run, folder), power)
+    return MuscleRun(run.time, skier, chosen, forces, run.model.skier.mass * GRAVITY, power, wall, errors)
 
 
 def joint_forces(run: StoredRun, parts: Parts, angles: Array, rates: Array, accelerations: Array) -> Array:
-    """(n, 21, 3) N in the pelvis' axes that each segment gets from its parent.
-
-    What beyond the joint has to be accelerated and supported against gravity, less all other forces there: each ski's
-    snow force without what its own mass takes of it, the air's on every segment, and what the model lets act on the
-    centre of mass (poles, unexplained forces), which segments bear by their masses, as the joints' moments have it.
-    """
-    assert run.geometry is not None
-    geometry, inclination = run.geometry, run.model.inclination
-    velocity = run.slope("pelvis_velocity", "mps")
-    pull = CubicSpline(run.time, velocity)(run.time, 1)
-    gravity = gravity_in_slope(inclination)
-    q, qd = np.hstack([run.slope("pelvis", "m"), angles]), np.hstack([velocity, rates])
-    qdd = np.hstack([pull, accelerations])
-    force, _ = joint_loads(geometry, parts.inertias, inclination, gravity, q, qd, qdd)
-    poses = forward_kinematics(geometry, q, inclination)
-    outer = _from_air(run, parts, poses, segment_rates(poses, qd, qdd)) + _on_body(run, parts)
-    ski_mass = 0.5 * (parts.mass - parts.body_mass)
-    for side in ("left", "right"):
-        ski = CubicSpline(run.time, run.slope(f"{side}_foot_velocity", "mps"))(run.time, 1)
-        outer[:, SEGMENT[f"calcn_{side[0]}"]] += _snow_force(run, side) - ski_mass * (ski - gravity)
-    for i in reversed(range(1, len(SEGMENT))):
-        force[:, i] -= outer[:, i]
-        outer[:, PARENT[i]] += outer[:, i]
-    return np.asarray(force @ poses.rotation[:, 0])
+    """``loads.joint_forces`` of a result."""
+    velocity, sides = run.slope("pelvis_velocity", "mps"), ("left", "right")
+    skis = [CubicSpline(run.time, run.slope(f"{side}_foot_velocity", "mps"))(run.time, 1) for side in sides]
+    movement = Movement(
+        time=run.time,
+        q=np.hstack([run.slope("pelvis", "m"), angles]),
+        rates=np.hstack([velocity, rates]),
+        accelerations=np.hstack([CubicSpline(run.time, velocity)(run.time, 1), accelerations]),
+        com=run.com,
+        com_velocity=CubicSpline(run.time, run.com)(run.time, 1),
+        snow=np.stack([_snow_force(run, side) for side in sides], axis=1),
+        ski_acceleration=np.stack(skis, axis=1),
+    )
+    return loads.joint_forces(parts, movement)
 
 
 def _snow_force(run: StoredRun, side: str) -> Array:
@@ -125,40 +116,9 @@ def _snow_force(run: StoredRun, side: str) -> Array:
     return np.asarray(load[:, None] * normal + run.slope(f"{side}_friction", "N"))
 
 
-def _from_air(run: StoredRun, parts: Parts, poses: Poses, moving: Rates) -> Array:
-    """(n, 21, 3) N of the air on the segments."""
-    math, terms = ArrayMath(), run.model.terms
-    at, found = run.slope("pelvis", "m"), np.zeros_like(poses.origin)
-    wind = air_velocity(math, terms, PlaceState(run.time, at[:, 0], at[:, 1]))
-    shown = parts.facing(run.time)
-    for k, (name, area) in enumerate(parts.areas.items()):
-        i = SEGMENT[name]
-        arm = poses.rotation[:, i] @ parts.inertias[i].com
-        speed = moving.velocity[:, i] + np.cross(moving.angular_velocity[:, i], arm)
-        state = SegmentState(tuple(speed.T), wind, area, six_of(shown[:, k]))
-        found[:, i] = _vectors(segment_force(math, terms, state), len(at))
-    return found
-
-
-def _on_body(run: StoredRun, parts: Parts) -> Array:
-    """(n, 21, 3) N of what acts on the centre of mass, shared out by mass, and of poles at the hands."""
-    velocity = CubicSpline(run.time, run.com)(run.time, 1)
-    state = BodyState(run.time, run.com[:, 0], run.com[:, 1], tuple(velocity.T))
-    force = _vectors(body_force(ArrayMath(), run.model.terms, state), len(run.time))
-    held = pole_forces(run.model.terms, run.time, run.com, velocity)
-    share = np.array([part.mass for part in parts.inertias]) / parts.body_mass
-    found = share[:, None] * (force - held.sum(axis=1))[:, None]
-    found[:, list(HANDS)] += held
-    return np.asarray(found)
-
-
-def _vectors(columns: Sequence[Number], count: int) -> Array:
-    """(n, 3) of three columns that are arrays (n,) or numbers."""
-    return np.stack([np.broadcast_to(column, count) for column in columns], axis=1)
-
-
-def group_activation(found: MuscleRun, side: str, region: str, group: str) -> Array:
-    """(n,) mean activation of a group, each muscle weighted with its greatest force.
+def group_activation(found: MuscleRun, side: str, region: str, group: str, forces: MuscleForces | None = None) -> Array:
+    """(n,) mean activation of a group, each muscle weighted with its greatest force; of other ``forces`` of the same
+    muscles where they are given.
 
     The leg's psoas major is the iliacus and the psoas' fascicles, which belong to the trunk too.
     """
@@ -170,13 +130,25 @@ def group_activation(found: MuscleRun, side: str, region: str, group: str) -> Ar
         and (named.region == region or (region == "leg" and group == "psoas_major"))
     ]
     weight = np.array([found.skier.model.muscles[k].max_isometric_force for k in taken])
-    return np.asarray(found.forces.activation[:, taken] @ weight / weight.sum())
+    return np.asarray((forces or found.forces).activation[:, taken] @ weight / weight.sum())
 
 
 def contact_weights(found: MuscleRun) -> dict[str, Array]:
     """(n,) what each joint carries, in body weights."""
-    size = np.linalg.norm(found.forces.contact, axis=2) / found.body_weight
-    return {name: size[:, k] for k, name in enumerate(JOINTS)}
+    return dict(zip(JOINTS, _sizes(found, found.forces).T, strict=True))
+
+
+def _sizes(found: MuscleRun, forces: MuscleForces) -> Array:
+    """(n, 7) body weights that each joint carries."""
+    return np.asarray(np.linalg.norm(forces.contact, axis=2) / found.body_weight)
+
+
+def contact_bands(found: MuscleRun) -> dict[str, Array]:
+    """(n,) half width of the band of what each joint carries, in body weights; empty without draws."""
+    if found.errors is None:
+        return {}
+    widths = half_widths(found.errors, lambda forces: _sizes(found, forces), found.time)
+    return dict(zip(JOINTS, widths.T, strict=True))
 
 
 def group_column(region: str, group: str, side: str) -> str:
@@ -187,6 +159,11 @@ def group_column(region: str, group: str, side: str) -> str:
 def contact_column(joint: str) -> str:
     """Name of the column with a joint's load."""
     return f"muscles_{joint}_contact_bodyweights"
+
+
+def contact_band_column(joint: str) -> str:
+    """Name of the column with the half width of the band of a joint's load."""
+    return f"muscles_{joint}_contact_band_bodyweights"
 
 
 def add_muscles(series: pd.DataFrame, found: MuscleRun) -> pd.DataFrame:
@@ -205,8 +182,32 @@ def add_muscles(series: pd.DataFrame, found: MuscleRun) -> pd.DataFrame:
         columns[f"muscles_{name}_reserve_Nm"] = forces.reserve[:, k]
     for name, weights in contact_weights(found).items():
         columns[contact_column(name)] = weights
+    for name, widths in contact_bands(found).items():
+        columns[contact_band_column(name)] = widths
+    columns |= _other_bands(found)
     kept = [name for name in series.columns if not name.startswith(("muscle_", "muscles_"))]
     return pd.concat([series[kept], pd.DataFrame(columns, index=series.index)], axis=1)
+
+
+def _other_bands(found: MuscleRun) -> dict[str, Array]:
+    """Half widths of the bands of groups' activations and of the wanted moments, by column; none without draws."""
+    if found.errors is None:
+        return {}
+    groups = [
+        (side, region, group)
+        for side in SIDES
+        for region, names in (("leg", leg_groups(found.chosen)), ("lumbar", LUMBAR_GROUPS))
+        for group in names
+    ]
+
+    def activations(forces: MuscleForces) -> Array:
+        return np.stack([group_activation(found, *group, forces) for group in groups], axis=1)
+
+    of_groups = half_widths(found.errors, activations, found.time)
+    of_moments = half_widths(found.errors, lambda forces: forces.wanted, found.time)
+    names = [f"{group_column(region, group, side)}_band" for side, region, group in groups]
+    names += [f"muscles_{name}_wanted_band_Nm" for name in MUSCLED]
+    return dict(zip(names, np.hstack([of_groups, of_moments]).T, strict=True))
 
 
 def storage_texts(found: MuscleRun) -> dict[str, str]:
@@ -257,4 +258,9 @@ def muscle_figures(found: MuscleRun) -> MuscleFigures:
         lacking=tuple(lacking),
         contact_peak_bodyweights={name: float(weights.max()) for name, weights in contact_weights(found).items()},
         muscle_set=found.chosen,
+        draws=0 if found.errors is None else len(found.errors.drawn),
+        contact_peak_band_bodyweights={
+            name: float(widths[np.argmax(contact_weights(found)[name])])
+            for name, widths in contact_bands(found).items()
+        },
     )

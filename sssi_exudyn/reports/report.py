@@ -100,6 +100,7 @@ def write_run(folder: Path, run: StoredRun, opensim: Mapping[str, str] | None = 
         diagnosis=run.diagnosis,
         turns=run.turn_table,
         second_half=run.second_half,
+        draws=run.draws,
         opensim=opensim,
         render=render_folder,
     )

@@ -42,9 +42,23 @@ TURNS: tuple[str, str] = ("turns.csv", "turns.parquet")
 OPENSIM = ("coordinates.mot", "snow_forces.mot", "joint_moments.sto", "markers.trc")
 MUSCLES = ("muscle_activations.sto", "muscle_forces.sto")
 MEASURED, SKELETON = "measured.parquet", "skeleton.json"
-SECOND_HALF = "second_half.parquet"
+SECOND_HALF, DRAWS = "second_half.parquet", "draws.parquet"
 FILES: Final = (
-    *(SERIES, MODEL, SURFACE, POSTURE, DIAGNOSIS, REPORT, *TURNS, *OPENSIM, *MUSCLES, MEASURED, SKELETON, SECOND_HALF),
+    *(
+        SERIES,
+        MODEL,
+        SURFACE,
+        POSTURE,
+        DIAGNOSIS,
+        REPORT,
+        *TURNS,
+        *OPENSIM,
+        *MUSCLES,
+        MEASURED,
+        SKELETON,
+        SECOND_HALF,
+        DRAWS,
+    ),
     SUMMARY,
 )
 """Every file of a result, the one that is put in place last at the end."""
@@ -56,6 +70,9 @@ def _vector(name: str, unit: str) -> tuple[str, ...]:
     return tuple(f"{name}_{axis}_{unit}" for axis in _AXES)
 
 
+DRAW_ANGLES: Final = tuple(f"{name}_rad" for name in PRESCRIBED)
+"""Columns of the draws: what is added to the posture."""
+DRAW_MASS: Final = "skier_mass_kg"
 _MEASURED_BY_ANTENNA: Final = _vector("antenna", "m")
 """Columns of a series that are empty where there is no antenna."""
 _SERIES: Final = (
@@ -79,6 +96,7 @@ _SERIES: Final = (
 _NUMBERS: Final[Mapping[str, tuple[str, ...]]] = {
     MEASURED: ("time_s",),
     SECOND_HALF: ("time_s", "measured_mps", "predicted_mps"),
+    DRAWS: ("draw", "time_s", *DRAW_ANGLES, DRAW_MASS),
     TURNS[1]: ("turn", "complete", "start_s", "duration_s", "mean_speed_mps", "turn_radius_m", "outside_force_share"),
 }
 """Columns of the other tables that have to be there."""
@@ -103,6 +121,7 @@ def write_result(
     diagnosis: object | None = None,
     turns: pd.DataFrame | None = None,
     second_half: pd.DataFrame | None = None,
+    draws: pd.DataFrame | None = None,
     opensim: Mapping[str, str] | None = None,
     render: Render | None = None,
 ) -> None:
@@ -120,6 +139,7 @@ def write_result(
     diagnosis : what a diagnosis found, as data
     turns : one row a turn and phase (``biomechanics``)
     second_half : speed predicted from the first half of the fixes (``results.posture``)
+    draws : of what an estimate leaves uncertain (``results.draws``)
     opensim : the texts of the files ``OPENSIM`` by name
     render : makes the report out of the folder with all other files
     model_files … render : left out, older ones go away, since they would belong to another run
@@ -131,7 +151,7 @@ def write_result(
         (new / MODEL).write_text(tomli_w.dumps(model), encoding="utf-8")
         for name, content in (model_files or {}).items():
             (new / name).write_bytes(content)
-        for name, table in ((MEASURED, measured), (TURNS[1], turns), (SECOND_HALF, second_half)):
+        for name, table in ((MEASURED, measured), (TURNS[1], turns), (SECOND_HALF, second_half), (DRAWS, draws)):
             if table is not None:
                 table.to_parquet(new / name, index=False)
         if turns is not None:
@@ -256,7 +276,7 @@ def read_series(folder: Path) -> pd.DataFrame:
 
 
 def read_table(folder: Path, name: str) -> pd.DataFrame | None:
-    """A Parquet file of a result, ``MEASURED``, ``SECOND_HALF`` or the turns'; None where the result has none.
+    """A Parquet file of a result, ``MEASURED``, ``SECOND_HALF``, ``DRAWS`` or the turns'; None where it has none.
 
     Raises InputError where it cannot be read, lacks a column, or its time falls.
     """
@@ -266,6 +286,8 @@ def read_table(folder: Path, name: str) -> pd.DataFrame | None:
     table = read_parquet(_no_link(path), _NUMBERS[name], _TEXTS)
     if "time_s" in table:
         check_time(path, table, MAX_DURATION, strict=False)
+    if name == DRAWS:
+        check_finite(path, table, list(table.columns))
     if name == MEASURED:
         strange = set(table.columns).difference(_NUMBERS[MEASURED], *_TOGETHER)
         if strange:

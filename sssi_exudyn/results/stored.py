@@ -16,6 +16,7 @@ from sssi_exudyn.core.text import one_line
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.results.folder import (
+    DRAWS,
     MEASURED,
     MODEL,
     SECOND_HALF,
@@ -43,6 +44,7 @@ class StoredRun:
     turn_table : one row a turn and phase (``biomechanics``); None for a result without it
     second_half : measured and predicted speed (``results.posture``); None but for a recording of few sensors
     diagnosis : what a diagnosis found; None where none was made
+    draws : of what an estimate leaves uncertain (``results.draws``); None where nothing was estimated
     """
 
     summary: Summary
@@ -53,6 +55,7 @@ class StoredRun:
     turn_table: pd.DataFrame | None = None
     second_half: pd.DataFrame | None = None
     diagnosis: Diagnosis | None = None
+    draws: pd.DataFrame | None = None
 
     def __repr__(self) -> str:
         return f"<StoredRun {self.name}: {len(self.series)} samples>"
@@ -100,5 +103,6 @@ def read_run(folder: Path) -> StoredRun:
         geometry=geometry,
         turn_table=read_table(folder, TURNS[1]),
         second_half=read_table(folder, SECOND_HALF),
+        draws=read_table(folder, DRAWS),
         diagnosis=read_diagnosis(folder),
     )

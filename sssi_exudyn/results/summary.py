@@ -291,6 +291,8 @@ class MuscleFigures:
     """The muscles' static optimisation: its size, what the muscles could not make, and the joints' largest loads.
 
     muscle_set : "paper" or "full"
+    draws : from what the estimate leaves uncertain, that the bands are of
+    contact_peak_band_bodyweights : half width of the band of each joint's load at its peak; empty without draws
     """
 
     count: int
@@ -302,6 +304,8 @@ class MuscleFigures:
     lacking: tuple[LackingJoint, ...]
     contact_peak_bodyweights: Mapping[str, float]
     muscle_set: str = "paper"
+    draws: int = 0
+    contact_peak_band_bodyweights: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

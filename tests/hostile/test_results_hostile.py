@@ -28,7 +28,7 @@ from sssi_exudyn.commands.muscles_command import muscles
 from sssi_exudyn.commands.runs import report, validate
 from sssi_exudyn.io import parquet
 from sssi_exudyn.model.toml import model_to_dict
-from sssi_exudyn.results.folder import amend_result, read_diagnosis, write_result
+from sssi_exudyn.results.folder import DRAW_ANGLES, DRAW_MASS, amend_result, read_diagnosis, write_result
 from sssi_exudyn.results.stored import read_run
 
 Spoil = Callable[[Path], object]
@@ -40,6 +40,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("whole") / "result"
     run = a_run(6.0, 25.0)
     half = pd.DataFrame({"time_s": [0.0, 1.0], "measured_mps": [9.0, 9.5], "predicted_mps": [9.1, 9.4]})
+    draws = pd.DataFrame({"draw": 0, "time_s": [0.0, 1.0], **dict.fromkeys(DRAW_ANGLES, 0.0), DRAW_MASS: 75.0})
     write_result(
         folder,
         run.summary,
@@ -50,6 +51,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
         diagnosis=whole_version(),
         turns=run.turn_table,
         second_half=half,
+        draws=draws,
     )
     report([folder], folder.parent / "report.html")
     return folder
@@ -198,6 +200,8 @@ CASES: dict[str, tuple[Spoil, str]] = {
     "measured: reversed": (in_table("measured.parquet", lambda t: t[::-1]), "time does not rise"),
     "measured: torn": (cut("measured.parquet", 0.5), "measured.parquet: not a Parquet file"),
     "second half: texts": (in_table("second_half.parquet", column("measured_mps", "fast")), "in place of numbers"),
+    "draws: no mass": (in_table("draws.parquet", lambda t: t.drop(columns="skier_mass_kg")), "skier_mass_kg"),
+    "draws: NaN": (in_table("draws.parquet", column("knee_angle_r_rad", np.nan)), "not a number"),
     "turns: no phase": (in_table("turns.parquet", lambda t: t.drop(columns="phase")), "side and phase"),
     "turns: no speed": (in_table("turns.parquet", lambda t: t.drop(columns="mean_speed_mps")), "mean_speed_mps"),
     "skeleton: wrong shape": (in_json("skeleton.json", lambda t: t.update(segment_end_m=[[1.0]])), "segment_end_m"),

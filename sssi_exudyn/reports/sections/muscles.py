@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sssi_exudyn.analysis.turns import PHASES
 from sssi_exudyn.bodies.muscles.muscles import LUMBAR_GROUPS, SIDES, MuscleSet, leg_groups
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.muscle_forces.of_result import contact_column, group_column
+from sssi_exudyn.muscle_forces.of_result import contact_band_column, contact_column, group_column
 from sssi_exudyn.reports.plots import COLOURS
 from sssi_exudyn.reports.section import Block, Drawing, Grid, Heading, Runs, Section, Text, section_of_each
 from sssi_exudyn.results.stored import StoredRun
@@ -40,8 +40,8 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
         Heading("Activation of the lumbar muscle groups: outside / inside half of the trunk"),
         Grid(_by_phase(series, "lumbar", LUMBAR_GROUPS)),
         Heading("Largest joint contact forces (body weights)"),
-        Grid(_contact(series)),
-        Drawing("Contact forces of knees and L5/S1", lambda axes: _draw_loads(axes, series), 3.0),
+        Grid(_contact(series, figures.contact_peak_band_bodyweights)),
+        Drawing(_loads_caption(figures), lambda axes: _draw_loads(axes, series), 3.0),
         Drawing("Activation of the quadriceps", lambda axes: _draw_quadriceps(axes, series), 3.0),
     )
     if not figures.lacking:
@@ -113,7 +113,13 @@ def _by_phase(series: pd.DataFrame, region: str, groups: Sequence[str]) -> list[
     return [["", *PHASES], *rows]
 
 
-def _contact(series: pd.DataFrame) -> list[list[str]]:
+def _contact(series: pd.DataFrame, bands: Mapping[str, float]) -> list[list[str]]:
+    """Largest loads, with half the bands' width there in the last column."""
+
+    def peak(joints: Sequence[str]) -> str:
+        largest, joint = max((float(_contact_weights(series, joint).max()), joint) for joint in joints)
+        return _number(largest) + (f" ± {_number(bands[joint])}" if joint in bands else "")
+
     peaks: dict[str, dict[str, float]] = {}
     for _, where, side, at in _by_side(series):
         for joint in ("hip", "knee", "ankle"):
@@ -125,19 +131,35 @@ def _contact(series: pd.DataFrame) -> list[list[str]]:
         [
             joint,
             *(_number(peaks.get(joint, {}).get(where, float("nan"))) for where in ("outside", "inside")),
-            _number(max(float(_contact_weights(series, f"{joint}_{side[0]}").max()) for side in SIDES)),
+            peak([f"{joint}_{side[0]}" for side in SIDES]),
         ]
         for joint in ("hip", "knee", "ankle")
     ]
-    rows.append(["L5/S1", "–", "–", _number(float(_contact_weights(series, "L5_S1").max()))])
+    rows.append(["L5/S1", "–", "–", peak(["L5_S1"])])
     return [["", "outside leg in turns", "inside leg in turns", "in the whole run"], *rows]
+
+
+def _loads_caption(figures: MuscleFigures) -> str:
+    caption = "Contact forces of knees and L5/S1"
+    if not figures.draws:
+        return caption
+    return (
+        f"{caption}; bands of nine in ten, from {figures.draws} draws of what posture, mass, snow and friction leave "
+        "uncertain, not of the muscles' own strength and paths"
+    )
 
 
 def _draw_loads(axes: Axes, series: pd.DataFrame) -> None:
     for (name, label), colour in zip(
         (("knee_l", "left knee"), ("knee_r", "right knee"), ("L5_S1", "L5/S1")), COLOURS, strict=False
     ):
-        axes.plot(series["time_s"], _contact_weights(series, name), color=colour, label=label)
+        weights = _contact_weights(series, name)
+        axes.plot(series["time_s"], weights, color=colour, label=label)
+        if contact_band_column(name) in series:
+            width = _values(series, contact_band_column(name))
+            axes.fill_between(
+                series["time_s"], weights - width, weights + width, color=colour, alpha=0.25, linewidth=0.0
+            )
     axes.set(xlabel="time (s)", ylabel="body weights")
 
 

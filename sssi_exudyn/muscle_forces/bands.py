@@ -1,0 +1,138 @@
+"""How uncertain muscles and joint loads are: from draws of posture, mass, snow and friction, as the measurements leave
+them open.
+
+Each draw is run by the reduced model, and its muscles are computed every ``EVERY`` s.  What differs from the estimate,
+run in the same way, is the draw's error; a band's half width is 1.645 standard deviations of the errors, which hold
+nine of ten normal ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.bodies.muscles.muscles import SkierMuscles
+from sssi_exudyn.bodies.skier.chain import Geometry
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.faults import CaptureSensor
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import spline_motion
+from sssi_exudyn.muscle_forces.forces import MuscleForces, muscle_forces
+from sssi_exudyn.muscle_forces.loads import Movement, joint_forces, joint_moments
+from sssi_exudyn.results.draws import Draw
+from sssi_exudyn.simulation.assembly import Parts, correct_motion
+from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+
+EVERY: Final = 0.05
+"""s"""
+_STEP: Final = 0.01
+"""s of the reduced model."""
+SPREAD: Final = 1.645
+"""Standard deviations of a band's half width."""
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """The estimate that draws differ from.
+
+    time : (n,) s;  angles, moments : (n, 28) rad, N m;  joint_force : (n, 21, 3) N
+    """
+
+    model: Model
+    geometry: Geometry
+    time: Array
+    angles: Array
+    moments: Array
+    joint_force: Array
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Draws against the estimate at k instants.
+
+    time : (k,) s
+    nominal, drawn : muscles of the estimate and of each draw
+    """
+
+    time: Array
+    nominal: MuscleForces
+    drawn: tuple[MuscleForces, ...]
+
+
+@dataclass(frozen=True)
+class _Loads:
+    """rates (k, 28) rad/s, moments (k, 28) N m, joint_force (k, 21, 3) N at instants of a reduced run."""
+
+    rates: Array
+    moments: Array
+    joint_force: Array
+
+
+def errors_of(skier: SkierMuscles, nominal: Nominal, draws: Sequence[Draw], power: int) -> Errors | None:
+    """The muscles of draws from what is uncertain; None where fewer than two of them can be run."""
+    time = np.arange(nominal.time[0], nominal.time[-1] - _STEP, EVERY)
+    heading = nominal.model.start.heading_offset
+    # the posture of a result is corrected and turned already
+    sensors = tuple(sensor for sensor in nominal.model.sensors if not isinstance(sensor, CaptureSensor))
+
+    def turned(model: Model) -> Model:
+        start = replace(model.start, heading_offset=model.start.heading_offset - heading)
+        return replace(model, start=start, posture=None, sensors=sensors)
+
+    try:
+        base = _loads(turned(nominal.model), nominal.geometry, nominal.time, nominal.angles, time)
+    except SimulationDiverged:
+        return None
+    at = np.searchsorted(nominal.time, time - 1e-9)
+    angles, moments, force = nominal.angles[at], nominal.moments[at], nominal.joint_force[at]
+
+    def muscles(changed: Array, loads: _Loads) -> MuscleForces:
+        given = (angles + changed, loads.rates, moments + loads.moments - base.moments)
+        between = force + loads.joint_force - base.joint_force
+        return muscle_forces(skier, nominal.geometry, time, *given, between, power)
+
+    drawn = []
+    for draw in draws:
+        try:
+            angles_of_run = nominal.angles + draw.at(nominal.time)
+            loads = _loads(turned(draw.model), nominal.geometry, nominal.time, angles_of_run, time)
+        except SimulationDiverged:
+            continue
+        drawn.append(muscles(draw.at(time), loads))
+    return Errors(time, muscles(np.zeros_like(angles), base), tuple(drawn)) if len(drawn) > 1 else None
+
+
+def half_widths(errors: Errors, of: Callable[[MuscleForces], Array], time: Array) -> Array:
+    """(n, c) half widths of the bands at ``time`` (n,) s of c quantities ``of`` the muscles' forces, (k, c)."""
+    nominal = of(errors.nominal)
+    spread = SPREAD * np.sqrt(np.mean([(of(each) - nominal) ** 2 for each in errors.drawn], axis=0))
+    return np.stack([np.interp(time, errors.time, column) for column in spread.T], axis=1)
+
+
+def _loads(model: Model, geometry: Geometry, time: Array, angles: Array, at: Array) -> _Loads:
+    """What the reduced model's run along a posture asks of the joints at some instants.
+
+    Raises SimulationDiverged when it does.
+    """
+    motion = spline_motion(geometry, model.inclination, time, angles)
+    run = simulate_reduced(model, prepare(model, motion, step=_STEP))
+    parts = Parts(model, correct_motion(model, motion))
+    rows = np.clip(np.searchsorted(run.time, at), 0, len(run.time) - 1)
+    posture, rates, accelerations = parts.motion.evaluate(run.time[rows])
+    pull = np.gradient(run.pelvis_velocity, run.time, axis=0)
+    movement = Movement(
+        time=run.time[rows],
+        q=np.hstack([run.pelvis[rows], posture]),
+        rates=np.hstack([run.pelvis_velocity[rows], rates]),
+        accelerations=np.hstack([pull[rows], accelerations]),
+        com=run.com[rows],
+        com_velocity=run.com_velocity[rows],
+        snow=run.snow_force[rows],
+        ski_acceleration=np.gradient(run.foot_velocity, run.time, axis=0)[rows],
+    )
+    moments = joint_moments(parts, movement, run.foot_position[rows], run.snow_moment[rows])
+    return _Loads(rates, moments, joint_forces(parts, movement))
