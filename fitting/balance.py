@@ -21,9 +21,9 @@ from sssi_exudyn.bodies.skier.inverse_dynamics import segment_loads
 from sssi_exudyn.contact.backends.arrays import ArrayLaws
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.hands import hands_at, pole_forces, use_poles
 from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.hands import hands_at, pole_forces, use_poles
 from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
 
 _GRID: Final = 0.02

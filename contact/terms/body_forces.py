@@ -61,7 +61,7 @@ class PlantedPole(BodyTerm):
     name: ClassVar[str] = "planted_pole"
     sources: ClassVar[tuple[str, ...]] = ("geometry of a rigid pole; pole forces as for pole_plant",)
 
-    press: float = quantity(0.0, "N", low=0.0, high=1e3, source="chosen", meaning="largest force along the shaft")
+    press: float = quantity(0.0, "N", low=0.0, high=2e3, source="chosen", meaning="largest force along the shaft")
     t0: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when the tip is set")
     t1: float = quantity(1.3, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it is drawn out")
     ahead: float = quantity(

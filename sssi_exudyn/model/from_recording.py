@@ -6,18 +6,25 @@ from dataclasses import replace
 
 import numpy as np
 
+from sssi_exudyn.bodies.skier.chain import FEET, SEGMENT
 from sssi_exudyn.contact.registry import PAPER_TERMS
+from sssi_exudyn.contact.terms.body_forces import PlantedPole
 from sssi_exudyn.core.frames import slope_to_enu
+from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.model.model import Model, Start
-from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.motion.hands import hands_at
+from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.recording.equipment import read_equipped_ski
 from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.recording.instruments.poles import plants_of
 from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.recording.slope_and_heading import COARSE
 
 
 def model_of(recording: Recording, motion: Motion) -> Model:
-    """The paper's model of a recorded skier, with default friction, started from the GPS."""
+    """The paper's model of a recorded skier, with default friction, started from the GPS, and with the pole plants that
+    load cells felt.
+    """
     model = Model(
         name=recording.name,
         skier=recording.skier,
@@ -25,11 +32,42 @@ def model_of(recording: Recording, motion: Motion) -> Model:
         ski=read_equipped_ski(recording.equipment, recording.folder, recording.folder / FILE),
         inclination=recording.slope.inclination,
         fall_line_azimuth=recording.slope.fall_line_azimuth,
-        terms=PAPER_TERMS,
+        terms=(*PAPER_TERMS, *planted_poles(recording, motion)),
     )
     if recording.gps is None:
         return model
     return replace(model, start=first_guess(recording.gps, motion, model.inclination, model.fall_line_azimuth))
+
+
+def planted_poles(recording: Recording, motion: Motion) -> tuple[PlantedPole, ...]:
+    """The pole plants that the recording's load cells felt within the motion; none without.
+
+    Each has the felt impulse, in the felt time.  How far the tip is ahead of the hand when it is set follows from the
+    hand's height over the snow and the pole's length.
+    """
+    plants = () if recording.poles is None else plants_of(recording.poles)
+    about = quantities(PlantedPole)
+    first, last = max(motion.start, about["t0"].low), min(motion.stop, about["t1"].high)
+    within = [plant for plant in plants if first <= plant.start and plant.stop <= last]
+    if not within:
+        return ()
+    begin = np.array([plant.start for plant in within])
+    hands = hands_at(motion, begin).place
+    poses, _ = relative_poses(motion, begin)
+    down = np.array([0.0, 0.0, -motion.geometry.ankle_to_ski_base])
+    ankles = np.stack([poses.origin[:, SEGMENT[f"talus_{side}"]] for side in "lr"], axis=1)
+    soles = ankles + np.stack([poses.rotation[:, foot] @ down for foot in FEET], axis=1)
+    snow = soles[..., 2].min(axis=1)
+    length, most = recording.equipment.pole_length, about["ahead"].high
+    found = []
+    for plant, hand, ground in zip(within, hands, snow, strict=True):
+        height = hand[0 if plant.side > 0 else 1, 2] - ground
+        ahead = float(np.sqrt(max(length**2 - height**2, 0.0)))
+        press = 2.0 * plant.impulse / (plant.stop - plant.start)  # the mean of its course is half of its largest
+        found.append(
+            PlantedPole(press, plant.start, plant.stop, min(ahead, most), length=length, side=float(plant.side))
+        )
+    return tuple(found)
 
 
 _FAR = 6.0

@@ -86,6 +86,8 @@ def inspect_recording(recording: Recording, surface: SurfaceFigures | None = Non
         instruments.append(_instrument("insoles", insoles.time))
         within = (insoles.time >= recording.start) & (insoles.time <= recording.stop)
         load = float(np.mean((insoles.left + insoles.right)[within]))
+    if recording.poles is not None:
+        instruments.append(_instrument("poles", recording.poles.time))
     return Inspection(
         name=recording.name,
         folder=str(recording.folder),

@@ -41,6 +41,7 @@ from sssi_exudyn.recording.few_sensors.posture_model import JOINTS, Body
 from sssi_exudyn.recording.instruments.bvh import Bvh, read_bvh
 from sssi_exudyn.recording.instruments.gps import Gps, enu_from, read_gps
 from sssi_exudyn.recording.instruments.insoles import Insoles, read_insoles
+from sssi_exudyn.recording.instruments.poles import Poles, plants_of, read_poles
 from sssi_exudyn.recording.recording import (
     _AZIMUTH,
     _STEEPEST,
@@ -61,7 +62,7 @@ from sssi_exudyn.terrain.elevation_model import LARGEST
 
 _TABLES: Final = (
     *("format", "name", "note", "notes", "assumed", "skier", "equipment", "slope", "terrain", "uncertainty"),
-    *("motion", "sensors", "barometer", "gps", "insoles"),
+    *("motion", "sensors", "barometer", "gps", "insoles", "poles"),
 )
 _DATUMS: Final = ("gps", "ellipsoid", "geoid", "other")
 """Where an elevation model's heights count from: the receiver's zero, which is the ellipsoid's unless its heights are
@@ -100,7 +101,7 @@ class _GpsTable:
 
 
 @dataclass(frozen=True)
-class _InsolesTable:
+class _FeltTable:
     time_offset: float = quantity(
         0.0, "s", low=-_DAY, high=_DAY, source="a day", meaning="added to the instrument's time"
     )
@@ -150,8 +151,11 @@ def _read_alone(folder: Path, settings: Settings) -> Recording:
     check_size(bvh, skier.height, folder / text_of(settings["motion"], "file", toml, "[motion]"))
     gps = _read_gps(folder, settings, toml, hashes, bvh.names)
     insoles = _read_insoles(folder, settings, toml, hashes)
+    poles = _read_poles(folder, settings, toml, hashes)
     start, stop, cut = _overlap(toml, bvh, gps, insoles)
     notices += bvh.notes + cut
+    if poles is not None:
+        notices += _about_plants(poles)
     if insoles is not None:
         notices += insoles.notes + check_load(insoles, skier.mass, folder / settings["insoles"]["file"])
     setting = SlopeAndHeading(None, None, ("there is no [gps]",))
@@ -183,6 +187,7 @@ def _read_alone(folder: Path, settings: Settings) -> Recording:
         notices=_clean(notices + slope_notices + heading_notices),
         elevations=_read_elevations(folder, settings, toml, hashes, gps),
         uncertainty=_read_uncertainty(settings, toml),
+        poles=poles,
     )
 
 
@@ -199,6 +204,9 @@ def _read_few_sensors(
     """A recording without a capture: its posture is completed from its sensors."""
     if "motion" in settings:
         raise InputError(toml, "[[sensors]]", "there is a [motion] as well", "leave one of them")
+    if "poles" in settings:
+        problem = "load cells of poles want hands that were captured"
+        raise InputError(toml, "[poles]", problem, "leave [poles] out, or record the motion")
     imus, barometer = read_sensors(folder, settings, toml, hashes)
     gps = _read_gps(folder, settings, toml, hashes, JOINTS)
     if gps is None:
@@ -418,9 +426,25 @@ def _read_insoles(folder: Path, settings: Settings, toml: Path, hashes: dict[str
     if "insoles" not in settings:
         return None
     table = table_of(settings, "insoles", toml)
-    check_keys(table, _keys(_InsolesTable, "file"), toml, "[insoles]")
-    numbers = numbers_of(_InsolesTable, table, toml, "[insoles]", optional=("time_offset",))
+    check_keys(table, _keys(_FeltTable, "file"), toml, "[insoles]")
+    numbers = numbers_of(_FeltTable, table, toml, "[insoles]", optional=("time_offset",))
     return read_insoles(_instrument(folder, table, toml, "[insoles]", hashes), numbers.get("time_offset", 0.0))
+
+
+def _read_poles(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> Poles | None:
+    if "poles" not in settings:
+        return None
+    table = table_of(settings, "poles", toml)
+    check_keys(table, _keys(_FeltTable, "file"), toml, "[poles]")
+    numbers = numbers_of(_FeltTable, table, toml, "[poles]", optional=("time_offset",))
+    return read_poles(_instrument(folder, table, toml, "[poles]", hashes), numbers.get("time_offset", 0.0))
+
+
+def _about_plants(poles: Poles) -> tuple[str, ...]:
+    """What the load cells of the poles say, in words."""
+    plants = plants_of(poles)
+    impulse = sum(plant.impulse for plant in plants)
+    return (*poles.notes, f"the poles were planted {len(plants)} times, {impulse:.0f} N s in all; the model has them")
 
 
 def _instrument(folder: Path, table: Settings, toml: Path, place: str, hashes: dict[str, str]) -> Path:

@@ -19,6 +19,7 @@ from sssi_exudyn.recording.few_sensors.complete import Completed
 from sssi_exudyn.recording.instruments.bvh import Bvh
 from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.instruments.insoles import Insoles
+from sssi_exudyn.recording.instruments.poles import Poles
 from sssi_exudyn.recording.uncertainty import Uncertainty
 
 FILE: Final = "recording.toml"
@@ -137,6 +138,7 @@ class Recording:
     elevations : model of the slope's heights, if there is one
     uncertainty : how wrong what is stated or measured may be
     runs : other runs on the same slope, whose heights show the snow too; they have fixes and name no runs themselves
+    poles : load cells in the poles, if there are
     completed : how ``bvh`` was made of few sensors; None where it was captured
     hashes : ``"sha256:…"`` of every file read, by its name in the folder
     notices : what was done to the data or is odd in it, in words
@@ -160,6 +162,7 @@ class Recording:
     elevations: Elevations | None = None
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     runs: tuple[Recording, ...] = ()
+    poles: Poles | None = None
 
     def __repr__(self) -> str:
         fixes = "no GPS" if self.gps is None else f"{len(self.gps.time)} fixes"

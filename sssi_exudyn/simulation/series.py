@@ -16,9 +16,9 @@ from sssi_exudyn.contact.backends import full_kernel as kernel
 from sssi_exudyn.contact.backends.backend import CarvedForces
 from sssi_exudyn.contact.backends.full_kernel import NODE
 from sssi_exudyn.core.frames import Array, gravity_in_slope
+from sssi_exudyn.motion.hands import hands_at, pole_forces, use_poles
 from sssi_exudyn.motion.motion import antenna_offset
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.hands import hands_at, pole_forces, use_poles
 from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.recorder import Record
 from sssi_exudyn.simulation.result import EdgeSeries, SimulationResult
