@@ -14,8 +14,8 @@ from sssi_exudyn.contact.backends.arrays import six_of
 from sssi_exudyn.contact.maths import ArrayMath, Number
 from sssi_exudyn.contact.term import BodyState, PlaceState, SegmentState, air_velocity, body_force, segment_force
 from sssi_exudyn.core.frames import Array, gravity_in_slope
+from sssi_exudyn.motion.hands import pole_forces
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.hands import pole_forces
 
 
 @dataclass(frozen=True)

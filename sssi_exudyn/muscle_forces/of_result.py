@@ -24,7 +24,6 @@ from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.io.storage import Storage, storage_text
-from sssi_exudyn.motion.hands import pole_forces
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.muscle_forces import loads
 from sssi_exudyn.muscle_forces.bands import Errors, Nominal, errors_of, half_widths
