@@ -1,5 +1,6 @@
 """How muscles share moments, against closed forms; a standing skier's against a calculation by hand."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,11 +12,12 @@ import standing
 from sssi_exudyn.bodies.muscles.force_curves import fibres, force_length, force_velocity
 from sssi_exudyn.bodies.muscles.muscles import skier_muscles
 from sssi_exudyn.bodies.muscles.paths import muscle_paths
-from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENT
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENT, forward_kinematics
 from sssi_exudyn.contact.terms.body_forces import PolePlant, UnexplainedForce
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import spline_motion
+from sssi_exudyn.muscle_forces import static_optimisation
 from sssi_exudyn.muscle_forces.forces import JOINTS, MUSCLED, muscle_forces
 from sssi_exudyn.muscle_forces.of_result import MuscleRun, joint_forces, muscle_figures, muscles_of
 from sssi_exudyn.muscle_forces.static_optimisation import LEAST, optimise, reach
@@ -89,6 +91,20 @@ def test_activations_at_a_corner_satisfy_the_conditions_of_optimality() -> None:
     assert np.max(np.abs(slope[inside])) < 1e-2
     assert np.all(slope[a <= LEAST + 1e-6] > -1e-2)
     assert np.allclose(at_full[0] @ a + found.reserve[0], wanted, atol=1e-3)
+
+
+@pytest.mark.parametrize("power", [2, 3])
+def test_where_the_solver_gives_up_the_active_set_takes_over(power: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Many muscles, half of them at a bound: the same activations by both."""
+    rng = np.random.default_rng(4)
+    at_full = rng.normal(0.0, 20.0, (3, 5, 40)) * (rng.random((3, 5, 40)) < 0.4)
+    wanted = at_full @ np.where(rng.random(40) < 0.5, 1.0, LEAST)
+    usual = optimise(at_full, wanted, power)
+    monkeypatch.setattr(static_optimisation, "_ITERATIONS", 1)
+    found = optimise(at_full, wanted, power)
+    # the first solver's precision, and that of Newton's steps
+    assert np.allclose(found.activation, usual.activation, atol=5e-4)
+    assert np.allclose(found.reserve, usual.reserve, atol=1e-2)
 
 
 def test_activation_rises_and_falls_by_its_time_constants() -> None:
@@ -228,6 +244,42 @@ def test_erector_spinae_against_a_calculation_by_hand(still: MuscleRun) -> None:
     moment = float(still.forces.wanted[0, MUSCLED.index("lumbar_extension")])
     extensors = of_back(still)
     assert moment / 0.07 < extensors < moment / 0.03
+
+
+def test_a_tuck_against_a_calculation_by_hand() -> None:
+    """Trunk level over the thighs: the back holds the upper body's weight at its lever, a knee half of what stands
+    above it at its; tibia and femur are pressed together by what the quadriceps pull.
+    """
+    model, chain = level(), standing.geometry()
+    stood = standing.standing(model, bend=standing.TUCK)
+    series = stood.to_frame(slope_to_enu(0.0, 0.0))
+    found = muscles_of(StoredRun(Summary(), series, model, geometry=chain), Path())
+    parts = Parts(model, spline_motion(chain, 0.0, stood.time, stood.coordinates[:, 3:]))
+    poses = forward_kinematics(chain, stood.coordinates[:1], 0.0)
+
+    def weight_and_place(names: Sequence[str]) -> tuple[float, float]:
+        at = [SEGMENT[name] for name in names]
+        mass = np.array([parts.inertias[i].mass for i in at])
+        ahead = [(poses.origin[0, i] + poses.rotation[0, i] @ parts.inertias[i].com)[0] for i in at]
+        return float(mass.sum()) * 9.81, float(mass @ ahead / mass.sum())
+
+    upper, ahead = weight_and_place(ABOVE)
+    lumbar = upper * (ahead - poses.origin[0, SEGMENT["torso"], 0])
+    assert series["lumbar_extension_moment_Nm"].iloc[0] == pytest.approx(lumbar, rel=1e-6)  # rounding
+    below, place = weight_and_place([f"{name}_r" for name in ("tibia", "talus", "calcn", "toes")])
+    knee = poses.origin[0, SEGMENT["tibia_r"], 0]
+    ground = 0.5 * parts.body_mass * 9.81
+    extension = ground * (knee - stood.com[0, 0]) - below * (knee - place)
+    assert -series["knee_angle_r_moment_Nm"].iloc[0] == pytest.approx(extension, rel=1e-6)
+    wanted, reserve = found.forces.wanted[0], np.abs(found.forces.reserve[0])
+    strong = [k for k, name in enumerate(MUSCLED) if not name.startswith("hip_")]
+    assert np.all(reserve[strong] < 0.5)  # the hips' extensors have lost their levers at 120° of flexion
+    quadriceps, hamstrings = (total(found, group, "right") for group in ("quadriceps_femoris", "hamstrings"))
+    assert quadriceps > -float(wanted[MUSCLED.index("knee_angle_r")]) / 0.06  # the longest lever of a bent knee
+    knee_load = float(np.linalg.norm(found.forces.contact[0, list(JOINTS).index("knee_r")]))
+    assert quadriceps < knee_load < ground + 1.5 * quadriceps + hamstrings + total(found, "triceps_surae", "right")
+    # trunk level: extensors of 3 to 7 cm of lever press L5/S1 by ten times the upper body's weight and less
+    assert lumbar / 0.07 < of_back(found) < lumbar / 0.03
 
 
 def test_loads_without_muscles_are_the_weights(still: MuscleRun) -> None:

@@ -1,5 +1,7 @@
 """A skier who stands still on level snow with bent hips, knees and trunk, as a result of a simulation."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from sssi_exudyn.bodies.muscles.muscles import own_geometry
@@ -21,12 +23,22 @@ CROUCH = {
 }
 
 
-def angles() -> Array:
+TUCK = {
+    "hip_flexion": 2.1,
+    "knee_angle": 1.75,
+    "ankle_angle": 0.4,
+    "lumbar_extension": -0.5,
+    "arm_flex": 1.4,
+    "elbow_flex": 1.9,
+}
+
+
+def angles(bend: Mapping[str, float] = CROUCH) -> Array:
     """(28,) rad, the same on both sides; the pelvis tilts so that the feet are flat."""
     q = np.zeros(len(PRESCRIBED))
     for i, name in enumerate(PRESCRIBED):
-        q[i] = CROUCH.get(name.removesuffix("_r").removesuffix("_l"), 0.0)
-    q[PRESCRIBED.index("pelvis_tilt")] = CROUCH["knee_angle"] - CROUCH["hip_flexion"] - CROUCH["ankle_angle"]
+        q[i] = bend.get(name.removesuffix("_r").removesuffix("_l"), 0.0)
+    q[PRESCRIBED.index("pelvis_tilt")] = bend["knee_angle"] - bend["hip_flexion"] - bend["ankle_angle"]
     return q
 
 
@@ -35,14 +47,17 @@ def geometry() -> Geometry:
     return own_geometry()
 
 
-def standing(model: Model, samples: int = 40, lead: float = 0.0) -> SimulationResult:
+def standing(
+    model: Model, samples: int = 40, lead: float = 0.0, bend: Mapping[str, float] = CROUCH
+) -> SimulationResult:
     """The skier for ``samples`` samples of 10 ms, his weight shared by the feet, under them where it balances.
 
     lead : the share of the weight that is moved from the left to the right foot
+    bend : rad of the joints
     """
     time = 0.01 * np.arange(samples)
     chain = geometry()
-    body = np.tile(angles(), (samples, 1))
+    body = np.tile(angles(bend), (samples, 1))
     q = np.hstack([np.zeros((samples, 3)), body])
     parts = Parts(model, spline_motion(chain, 0.0, time, body))
     still = np.zeros_like(q)
