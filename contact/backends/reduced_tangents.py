@@ -385,20 +385,22 @@ def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, w
 
 
 @njit(cache=True, error_model="numpy")
-def add_row(out, factors, inputs, first, last):
+def add_row(out, factors, inputs, first, last, begun):
     """Add the row ``factors`` (c,) times ``inputs`` (c, d) to ``out`` (d,); row c of the inputs is zero but from first
-    to last.
+    to last, and each before ``begun``.
     """
     for column in range(factors.shape[0]):
         factor = factors[column]
         if factor != 0.0:
-            for k in range(first[column], last[column]):
+            for k in range(max(first[column], begun), last[column]):
                 out[k] += factor * inputs[column, k]
 
 
 @njit(cache=True, error_model="numpy")
-def solve_many(matrix, right):
-    """The solutions (n, d) of a system for d right-hand sides, in their place: elimination as in ``solve``."""
+def solve_many(matrix, right, begun):
+    """The solutions (n, d) of a system for d right-hand sides, in their place: elimination as in ``solve``; those
+    before ``begun`` are zero.
+    """
     n, many = right.shape
     for i in range(n):
         inverse = 1.0 / matrix[i, i]
@@ -407,35 +409,35 @@ def solve_many(matrix, right):
             if factor != 0.0:
                 for c in range(i, n):
                     matrix[r, c] -= factor * matrix[i, c]
-                for k in range(many):
+                for k in range(begun, many):
                     right[r, k] -= factor * right[i, k]
     for i in range(n - 1, -1, -1):
         for c in range(i + 1, n):
             factor = matrix[i, c]
             if factor != 0.0:
-                for k in range(many):
+                for k in range(begun, many):
                     right[i, k] -= factor * right[c, k]
         inverse = 1.0 / matrix[i, i]
-        for k in range(many):
+        for k in range(begun, many):
             right[i, k] *= inverse
 
 
 @njit(cache=True, error_model="numpy")
-def collect_inputs(z, zq, zv, feet, ski, modes):
-    """Fill the rows of ``z`` with the tangents of what moves a ski."""
+def collect_inputs(z, zq, zv, feet, ski, modes, begun):
+    """Fill the rows of ``z`` with the tangents of what moves a ski, from ``begun`` on."""
     many, with_tables = z.shape[1], feet.shape[1]
     for j in range(3):
-        for k in range(many):
+        for k in range(begun, many):
             z[PLACE + j, k] = zq[j, k]
             z[VELOCITY + j, k] = zv[j, k]
-        for k in range(with_tables):
+        for k in range(begun, with_tables):
             z[PLACE + j, k] += feet[j, k]
             z[VELOCITY + j, k] += feet[3 + j, k]
             z[TURN + j, k] = feet[6 + j, k]
             z[SPIN + j, k] = feet[9 + j, k]
     base = 3 + ski * modes
     for j in range(modes):
-        for k in range(many):
+        for k in range(begun, many):
             z[MODES + j, k] = zq[base + j, k]
             z[MODES + modes + j, k] = zv[base + j, k]
 
@@ -501,7 +503,7 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
     work, tangent = ski_work(modes, parameters.values.shape[0]), first_tangents(modes, inputs)
     step, mass, gravity, area = motion.step, motion.mass, motion.gravity, motion.area
     omega, ratio = contact.omega, contact.ratio
-    size = 3 + 2 * modes
+    size, many, begun = 3 + 2 * modes, inputs.mass.shape[0], inputs.mass.shape[0]
     fixed = MODES + 2 * modes
     further = MODAL + modes
     columns = inputs.columns
@@ -513,11 +515,13 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
     for n in range(motion.time.shape[0]):
         if not advance(parameters, contact, motion, n, state, newton, run_series):
             return n
+        while begun > 0 and inputs.begins[begun - 1] <= n:
+            begun -= 1
         by_place, by_rate = 0.0, 0.0
         if n > 0:
             by_place, by_rate = 0.25 * step * step, 0.5 * step
             for i in range(size):
-                for k in range(right.shape[1]):
+                for k in range(begun, many):
                     q[i, k] += step * rate[i, k] + by_place * acceleration[i, k]
                     rate[i, k] += by_rate * acceleration[i, k]
         x, v = three(state.place, 0), three(state.velocity, 0)
@@ -526,9 +530,9 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
         right[:] = 0.0
         for c in range(3):
             matrix[c, c] = mass
-            for k in range(right.shape[1]):
+            for k in range(begun, many):
                 right[c, k] = mass * inputs.gravity[c, k] - inputs.mass[k] * (trial[c] - gravity[c])
-            for k in range(with_tables):
+            for k in range(begun, with_tables):
                 right[c, k] -= inputs.inertia[n, c, k]
         for ski in range(2):
             frame = motion.foot_rotation[n, ski]
@@ -543,7 +547,7 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
             for row in range(3):
                 for column in range(found.shape[1]):
                     found[row, column] += found[further + FRICTION + row, column]
-            collect_inputs(z, q, rate, feet, ski, modes)
+            collect_inputs(z, q, rate, feet, ski, modes, begun)
             collect_patch(z, inputs, contact.surface, x[0] + foot[0][0], x[1] + foot[0][1])
             swinging = (0.0, 0.0, 0.0)
             for j in range(modes):
@@ -556,21 +560,21 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
                 for c in range(3):
                     matrix[c, i] += outwards[c]
                     matrix[i, c] += outwards[c]
-                for k in range(right.shape[1]):
+                for k in range(begun, many):
                     right[i, k] -= damping * rate[i, k] + stiffness * q[i, k]
                 for c in range(3):
-                    for k in range(with_tables):
+                    for k in range(begun, with_tables):
                         right[i, k] -= (
                             turn[c] * feet[6 + c, k] + contact.coupling[j, c] * feet[12 + c, k]
                             + contact.spinning[j, c] * feet[15 + c, k]
                         )  # fmt: skip
             for c in range(3):
                 d, e = (c + 1) % 3, (c + 2) % 3
-                for k in range(with_tables):
+                for k in range(begun, with_tables):
                     right[c, k] -= feet[6 + d, k] * swinging[e] - feet[6 + e, k] * swinging[d]
             for row in range(MODAL + modes):
                 i = row if row < 3 else 3 + ski * modes + row - MODAL
-                add_row(right[i], found[row], z, first, last)
+                add_row(right[i], found[row], z, first, last, begun)
                 for c in range(3):
                     matrix[i, c] -= by_place * found[row, PLACE + c] + by_rate * found[row, VELOCITY + c]
                 for j in range(modes):
@@ -588,13 +592,13 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
             for c in range(3):
                 for d in range(2):
                     matrix[c, d] -= by_place * by[c, d]
-                    for k in range(right.shape[1]):
+                    for k in range(begun, many):
                         right[c, k] += by[c, d] * q[d, k]
                 for d in range(3):
                     matrix[c, d] -= by_rate * by[c, 2 + d]
-                    for k in range(right.shape[1]):
+                    for k in range(begun, many):
                         right[c, k] += by[c, 2 + d] * rate[d, k]
-                    for k in range(with_body):
+                    for k in range(begun, with_body):
                         right[c, k] += by[c, 2 + d] * inputs.body[n, 6 + 3 * e + d, k]
             row_of_values = -1
             for i in range(columns.segment.shape[0]):
@@ -609,7 +613,7 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
                     )  # fmt: skip
                 for c in range(3):
                     factor = by_parameter[c, columns.index[column]]
-                    for k in range(first[fixed + column], last[fixed + column]):
+                    for k in range(max(first[fixed + column], begun), last[fixed + column]):
                         right[c, k] += factor * z[fixed + column, k]
         at, moving = plus(x, three(motion.com_place[n], 0)), plus(v, three(motion.com_velocity[n], 0))
         by_parameter = work.body_parameter
@@ -619,15 +623,15 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
         for c in range(3):
             for d in range(2):
                 matrix[c, d] -= by_place * by[c, d]
-                for k in range(right.shape[1]):
+                for k in range(begun, many):
                     right[c, k] += by[c, d] * q[d, k]
-                for k in range(with_body):
+                for k in range(begun, with_body):
                     right[c, k] += by[c, d] * inputs.body[n, d, k]
             for d in range(3):
                 matrix[c, d] -= by_rate * by[c, 2 + d]
-                for k in range(right.shape[1]):
+                for k in range(begun, many):
                     right[c, k] += by[c, 2 + d] * rate[d, k]
-                for k in range(with_body):
+                for k in range(begun, with_body):
                     right[c, k] += by[c, 2 + d] * inputs.body[n, 3 + d, k]
         row_of_values = -1
         for i in range(columns.body.shape[0]):
@@ -641,28 +645,28 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
                 )  # fmt: skip
             for c in range(3):
                 factor = by_parameter[c, columns.index[column]]
-                for k in range(first[fixed + column], last[fixed + column]):
+                for k in range(max(first[fixed + column], begun), last[fixed + column]):
                     right[c, k] += factor * z[fixed + column, k]
-        solve_many(matrix, right)
+        solve_many(matrix, right, begun)
         for i in range(size):
-            for k in range(right.shape[1]):
+            for k in range(begun, many):
                 acceleration[i, k] = right[i, k]
                 q[i, k] += by_place * right[i, k]
                 rate[i, k] += by_rate * right[i, k]
         for c in range(3):
-            for k in range(right.shape[1]):
+            for k in range(begun, many):
                 series.place[n, c, k] = q[c, k]
                 series.velocity[n, c, k] = rate[c, k]
         for ski in range(2):
-            collect_inputs(z, q, rate, inputs.feet[n, ski], ski, modes)
+            collect_inputs(z, q, rate, inputs.feet[n, ski], ski, modes, begun)
             at_foot = plus(x, three(motion.foot_place[n, ski], 0))
             collect_patch(z, inputs, contact.surface, at_foot[0], at_foot[1])
             found = skis[ski]
-            add_row(series.loads[n, ski], found[further + LOAD], z, first, last)
-            add_row(series.sole[n, ski], found[further + SOLE], z, first, last)
-            add_row(series.edges[n, ski], found[further + EDGE], z, first, last)
+            add_row(series.loads[n, ski], found[further + LOAD], z, first, last, begun)
+            add_row(series.sole[n, ski], found[further + SOLE], z, first, last, begun)
+            add_row(series.edges[n, ski], found[further + EDGE], z, first, last, begun)
             for c in range(3):
-                add_row(series.friction[n, ski, c], found[further + FRICTION + c], z, first, last)
-                add_row(series.force[n, ski, c], found[c], z, first, last)
-                add_row(series.moment[n, ski, c], found[further + MOMENT + c], z, first, last)
+                add_row(series.friction[n, ski, c], found[further + FRICTION + c], z, first, last, begun)
+                add_row(series.force[n, ski, c], found[c], z, first, last, begun)
+                add_row(series.moment[n, ski, c], found[further + MOMENT + c], z, first, last, begun)
     return motion.time.shape[0]

@@ -270,8 +270,10 @@ class ParameterColumns(NamedTuple):
 class TangentInputs(NamedTuple):
     """What changes in the inputs of a run of the reduced model, for d numbers by which it is differentiated.
 
-    The first b of them change the tables of feet and body, the next the feet's alone, f with tables in all.
+    The first b of them change the tables of feet and body, the next the feet's alone, f with tables in all.  What
+    begins late stands before what begins early.
 
+    begins : (d,) the instant at which each first changes anything, none later than the one before
     columns : ``ParameterColumns``;  parameters : (c, d) change of each
     surface : (s, nf + 2, nl + 2) m, changes of the snow surface's coefficients;  amounts : (s, d) of each
     mass : (d,) kg;  gravity : (3, d) m/s²
@@ -281,6 +283,7 @@ class TangentInputs(NamedTuple):
     body : (t, 6 + 3e, b) of the centre of mass' place and velocity and of the exposed segments' velocities
     """
 
+    begins: Any
     columns: ParameterColumns
     parameters: Array
     surface: Array

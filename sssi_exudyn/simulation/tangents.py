@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from math import ceil
 from typing import Any, Final
 
 import numpy as np
@@ -36,7 +37,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import CaptureSensor
 from sssi_exudyn.model.model import Model, mode_index
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.runtime.threads import side_by_side
+from sssi_exudyn.runtime.threads import cores_used, side_by_side
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.reduced import (
     Prepared,
@@ -54,8 +55,10 @@ from sssi_exudyn.terrain.surface import PATCH, Surface, grid_patch, patch_under
 
 STEP: Final = 1e-20
 """Of a complex step; its square is lost beside any number, so that nothing but the derivative is left."""
-_TABLES: Final = 24
-"""Numbers that change the posture's tables in one pass; more would fill the memory rather than save time."""
+_TABLES: Final = 200_000
+"""Numbers that change the posture's tables in one pass, times instants: each takes 1 kB of memory an instant."""
+_OVER_TIME: Final = ("antenna", "foot", "com", "exposed")
+"""How names of tables over time begin, each with one row an instant."""
 _START: Final = {"start.f": 0, "start.l": 1, "start.velocity_f": 2, "start.velocity_l": 3}
 
 TableChange = Callable[[Prepared, complex], Prepared]
@@ -103,8 +106,10 @@ def run_tangents(
     tabular = [i for i, name in enumerate(names) if _turns_capture(model, name)]
     tabular += range(len(names), len(makers))
     plain = [i for i in range(len(makers)) if i not in tabular]
-    groups = [tabular[i : i + _TABLES] for i in range(0, len(tabular), _TABLES)] or [[]]
-    groups[0] = groups[0] + plain
+    most = max(1, _TABLES // len(prepared.time))
+    count = cores_used(None) * ceil(len(tabular) / (most * cores_used(None)))  # as many on each core
+    groups = [group for group in (tabular[i::count] for i in range(count)) if group] or [[]]
+    groups[-1] = groups[-1] + plain
     reduced_module()  # once, before threads ask for it
     passes = side_by_side(lambda group: _pass(model, at, [makers[i]() for i in group]), groups)
     slopes: dict[str, Array] = {}
@@ -238,10 +243,12 @@ def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[
     parameters = law_parameters(model.terms)
     start = start_of_run(model, at, kernel, parameters, contact)
     tables = [d.tables for d in directions]
-    order = sorted(range(len(tables)), key=lambda i: _rank(tables[i]))
+    begins = [_begin(each) for each in tables]
+    order = sorted(range(len(tables)), key=lambda i: (_rank(tables[i]), -begins[i]))
     ordered = [directions[i] for i in order]
     listed, by_parameter = _columns(model.terms, ordered)
     inputs = _inputs(kernel, parameters, contact, at, start, ordered, listed, by_parameter)
+    inputs = inputs._replace(begins=np.minimum.accumulate(np.array([begins[i] for i in order], dtype=np.int64)))
     motion, many, n = at.kernel_motion(), len(ordered), len(at.time)
     series = empty_series(n)
     slopes = TangentSeries(*(np.zeros((*array.shape, many)) for array in series))
@@ -282,6 +289,19 @@ def _rank(tables: Prepared | None) -> int:
     return 0 if any(np.any(np.imag(array)) for array in body) else 1
 
 
+def _begin(tables: Prepared | None) -> int:
+    """The instant at which tables first change with their number, 0 where they do not or nothing else does."""
+    if tables is None:
+        return 0
+    n, first = len(tables.time), len(tables.time)
+    for entry in fields(Prepared):
+        value = getattr(tables, entry.name)
+        if np.iscomplexobj(value) and np.any(np.imag(value)):
+            over_time = entry.name.startswith(_OVER_TIME)
+            first = min(first, int(np.argmax(np.any(np.imag(value).reshape(n, -1), axis=1))) if over_time else 0)
+    return first
+
+
 def _inputs(
     kernel: Any, parameters: LawParameters, contact: ModalContact, at: Prepared, start: StartOfRun,
     ordered: Sequence[Direction], columns: ParameterColumns, by_parameter: Array,
@@ -316,7 +336,8 @@ def _inputs(
     grids = np.stack([grid for _, grid in moved]) if moved else np.zeros((0, 2, 2))
     amounts = np.array([[float(k == column) for column in range(many)] for k, _ in moved]).reshape(len(moved), many)
     zeros = TangentInputs(
-        columns, by_parameter, grids, amounts, mass, gravity, np.zeros((3, many)), np.zeros((3, many)),
+        np.zeros(many, dtype=np.int64), columns, by_parameter,
+        grids, amounts, mass, gravity, np.zeros((3, many)), np.zeros((3, many)),
         np.zeros((2 * modes, many)), feet, inertia, body,
     )  # fmt: skip
     place, velocity, eta = _start_tangents(kernel, parameters, contact, at, start, ordered, zeros)
