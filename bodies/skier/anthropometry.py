@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -131,8 +132,14 @@ class _Row:
     length: float
 
 
-def _rows_for_mass(sex: str, skier_mass: float) -> dict[str, _Row]:
+@cache
+def _table() -> dict[str, Any]:
     table: dict[str, Any] = tomllib.loads(TABLE.read_text(encoding="utf-8"))
+    return table
+
+
+def _rows_for_mass(sex: str, skier_mass: float) -> dict[str, _Row]:
+    table = _table()
     lines = {name: entry[sex] for name, entry in table.items()}
     paired = ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")
     total = sum(line["mass"] * (2.0 if name in paired else 1.0) for name, line in lines.items())

@@ -22,7 +22,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sssi_exudyn.core.frames import Array, slope_to_level
+from sssi_exudyn.core.frames import Array, cross, slope_to_level
 
 Axis = tuple[float, float, float]
 _LONGEST: Final = 10.0
@@ -247,13 +247,13 @@ def rates(poses: Poses, qd: Array, qdd: Array) -> Rates:
         else:
             w, a = omega[..., p, :], alpha[..., p, :]
             r = poses.origin[..., i, :] - poses.origin[..., p, :]
-            swing = np.cross(w, r)
+            swing = cross(w, r)
             velocity[..., i, :] = velocity[..., p, :] + swing
-            acceleration[..., i, :] = acceleration[..., p, :] + np.cross(a, r) + np.cross(w, swing)
+            acceleration[..., i, :] = acceleration[..., p, :] + cross(a, r) + cross(w, swing)
         for name, _ in joint.rotations:
             c = COORDINATE[name]
             spin = poses.axes[..., c, :] * qd[..., c, None]
-            a = a + poses.axes[..., c, :] * qdd[..., c, None] + np.cross(w, spin)
+            a = a + poses.axes[..., c, :] * qdd[..., c, None] + cross(w, spin)
             w = w + spin
         omega[..., i, :], alpha[..., i, :] = w, a
     return Rates(omega, velocity, alpha, acceleration)
@@ -285,7 +285,7 @@ def jacobians(poses: Poses, segments: Sequence[int], points: Array) -> tuple[Arr
     angular = mask * poses.axes[..., None, :, :]
     angular[..., :3, :] = 0.0
     arm = points[..., :, None, :] - poses.origin[..., None, _CARRIER, :]
-    linear = np.cross(angular, arm)
+    linear = cross(angular, arm)
     linear[..., :3, :] = np.eye(3)
     return np.swapaxes(angular, -1, -2), np.swapaxes(linear, -1, -2)
 
@@ -297,7 +297,7 @@ def mean_jacobian(poses: Poses, weights: Array, points: Array) -> Array:
     mask = _MOVED_BY.astype(np.float64)
     first = np.swapaxes(mask, 0, 1) @ (weights[:, None] * points)
     beyond = (weights @ mask)[:, None]
-    linear = np.cross(poses.axes, first - beyond * poses.origin[..., _CARRIER, :])
+    linear = cross(poses.axes, first - beyond * poses.origin[..., _CARRIER, :])
     linear[..., :3, :] = np.eye(3)
     return np.swapaxes(linear, -1, -2)
 

@@ -21,7 +21,7 @@ from sssi_exudyn.bodies.skier.chain import (
     forward_kinematics,
     rates,
 )
-from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.frames import Array, cross
 
 _STRETCH = 256
 """Instants that are computed at once: every segment's frames for a whole run would be larger than the result."""
@@ -76,11 +76,11 @@ def segment_loads(
         omega, alpha = moving.angular_velocity[:, i], moving.angular_acceleration[:, i]
         turn = poses.rotation[:, i]
         arm = turn @ body.com
-        felt = moving.acceleration[:, i] + np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm)) - gravity
+        felt = moving.acceleration[:, i] + cross(alpha, arm) + cross(omega, cross(omega, arm)) - gravity
         inertia = turn @ body.inertia @ np.swapaxes(turn, 1, 2)
         spin = np.einsum("nij,nj->ni", inertia, omega)
         force[:, i] = body.mass * felt
-        moment[:, i] = np.einsum("nij,nj->ni", inertia, alpha) + np.cross(omega, spin) + np.cross(arm, force[:, i])
+        moment[:, i] = np.einsum("nij,nj->ni", inertia, alpha) + cross(omega, spin) + cross(arm, force[:, i])
     return force, moment
 
 
@@ -106,6 +106,6 @@ def _recursion(
         p = PARENT[i]
         if p >= 0:
             arm = poses.origin[:, i] - poses.origin[:, p]
-            moment[:, p] += moment[:, i] + np.cross(arm, force[:, i])
+            moment[:, p] += moment[:, i] + cross(arm, force[:, i])
             force[:, p] += force[:, i]
     return force, found

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED, Geometry, Poses, Rates, forward_kinematics, rates
-from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.recording.few_sensors.complete import FootSigma
 
 _DEGREE: Final = 5
@@ -104,9 +104,7 @@ def antenna_offset(motion: Motion, time: Array) -> tuple[Array, Array]:
     poses, moving = relative_poses(motion, time)
     at = motion.antenna.segment
     arm = poses.rotation[..., at, :, :] @ motion.antenna.offset
-    return poses.origin[..., at, :] + arm, moving.velocity[..., at, :] + np.cross(
-        moving.angular_velocity[..., at, :], arm
-    )
+    return poses.origin[..., at, :] + arm, moving.velocity[..., at, :] + cross(moving.angular_velocity[..., at, :], arm)
 
 
 def antenna_carrier(motion: Motion, time: Array) -> tuple[Array, Array]:

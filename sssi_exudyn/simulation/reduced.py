@@ -25,7 +25,7 @@ from sssi_exudyn.contact.backends.structs import (
 )
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.errors import SimulationDiverged
-from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
+from sssi_exudyn.core.frames import GRAVITY, Array, cross, gravity_in_slope
 from sssi_exudyn.core.rotations import rotations_about
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model, along_snow
@@ -140,8 +140,8 @@ class Prepared:
     def _inertia_force(self) -> Array:
         """(n, 3) N: all masses times the accelerations that the posture gives them relative to the pelvis."""
         arm = np.einsum("nsij,j->nsi", self.foot_rotation, self.ski_com)
-        swing = np.cross(self.foot_spin, np.cross(self.foot_spin, arm))
-        skis = self.foot_acceleration + np.cross(self.foot_spin_rate, arm) + swing
+        swing = cross(self.foot_spin, cross(self.foot_spin, arm))
+        skis = self.foot_acceleration + cross(self.foot_spin_rate, arm) + swing
         return np.asarray(
             self.body_mass * self.com_acceleration + 0.5 * (self.mass - self.body_mass) * skis.sum(axis=1)
         )
@@ -154,8 +154,8 @@ class Prepared:
         = α' × x.
         """
         arm = np.einsum("nsij,j->nsi", self.foot_rotation, self.held)
-        swing = np.cross(self.foot_spin, np.cross(self.foot_spin, arm))
-        moving = self.foot_acceleration + np.cross(self.foot_spin_rate, arm) + swing - self.gravity
+        swing = cross(self.foot_spin, cross(self.foot_spin, arm))
+        moving = self.foot_acceleration + cross(self.foot_spin_rate, arm) + swing - self.gravity
         spin, rate = (
             np.einsum("nsji,nsj->nsi", self.foot_rotation, vector) for vector in (self.foot_spin, self.foot_spin_rate)
         )
@@ -179,21 +179,21 @@ class Prepared:
         arm = self.antenna_frame @ lever
         drift = rate * up
         antenna = self.antenna + arm
-        antenna_velocity = self.antenna_velocity + np.cross(self.antenna_spin, arm) + np.cross(drift, antenna)
-        foot_velocity = self.foot_velocity + np.cross(drift, self.foot_place)
-        com_velocity = self.com_velocity + np.cross(drift, self.com_place)
+        antenna_velocity = self.antenna_velocity + cross(self.antenna_spin, arm) + cross(drift, antenna)
+        foot_velocity = self.foot_velocity + cross(drift, self.foot_place)
+        com_velocity = self.com_velocity + cross(drift, self.com_place)
         vectors = {
             "antenna": antenna,
             "antenna_velocity": antenna_velocity,
             "antenna_spin": self.antenna_spin + drift,
             "foot_place": self.foot_place,
             "foot_velocity": foot_velocity,
-            "foot_acceleration": self.foot_acceleration + np.cross(drift, self.foot_velocity + foot_velocity),
+            "foot_acceleration": self.foot_acceleration + cross(drift, self.foot_velocity + foot_velocity),
             "foot_spin": self.foot_spin + drift,
-            "foot_spin_rate": self.foot_spin_rate + np.cross(drift, self.foot_spin),
+            "foot_spin_rate": self.foot_spin_rate + cross(drift, self.foot_spin),
             "com_place": self.com_place,
             "com_velocity": com_velocity,
-            "com_acceleration": self.com_acceleration + np.cross(drift, self.com_velocity + com_velocity),
+            "com_acceleration": self.com_acceleration + cross(drift, self.com_velocity + com_velocity),
             # the segments' places are not kept: a drift's own share of their speed, millimetres a second, is left out
             "exposed_velocity": self.exposed_velocity,
         }
