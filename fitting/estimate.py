@@ -52,11 +52,13 @@ def estimate(
     *,
     full: bool = True,
     heavy_tails: bool = True,
+    roughly: bool = False,
     cache: Cache | None = None,
     progress: Progress | None = None,
 ) -> Estimated:
     """Solve the problem with the reduced model, then estimate all that is uncertain, ``full`` or not judged by the full
-    model, single readings with ``heavy_tails`` or not.  What was found on the way is kept in ``cache``.
+    model, single readings with ``heavy_tails`` or not, until nothing moves any more, ``roughly`` or not.  What was found
+    on the way is kept in ``cache``.
 
     Raises SimulationDiverged when a simulation does.
     """
@@ -64,8 +66,9 @@ def estimate(
     first = fit(problem, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
     counted = problem.with_counts(counts_of(problem.track, first.residual))
     posterior = estimate_from(
-        first.model, counted, recording, motion, full=full, heavy_tails=heavy_tails, cache=cache, progress=progress
-    )
+        first.model, counted, recording, motion, full=full, heavy_tails=heavy_tails, roughly=roughly,
+        cache=cache, progress=progress,
+    )  # fmt: skip
     seen, setting = posterior.setting.seen, posterior.setting
     x, y = (posterior.residual[seen.blocks[name]] for name in ("x", "y"))
     fitted = replace(
@@ -92,12 +95,13 @@ def estimate_from(
     known: Posterior | None = None,
     full: bool = True,
     heavy_tails: bool = True,
+    roughly: bool = False,
     cache: Cache | None = None,
     progress: Progress | None = None,
 ) -> Posterior:
     """Estimate all that is uncertain, from the numbers that the model has; with ``more`` numbers, or with other priors
     of the usual ones, by their names (several move together).  ``known`` is an estimate by whose errors of posture and
-    mass the model is corrected already.
+    mass the model is corrected already; ``heavy_tails`` and ``roughly`` as in ``find_posterior``.
 
     Raises SimulationDiverged when a simulation does.
     """
@@ -112,7 +116,9 @@ def estimate_from(
         return found
 
     judge = by_full_model if full else None
-    return find_posterior(model, setting, judge, lambda text: say(None, text), known, heavy_tails=heavy_tails)
+    return find_posterior(
+        model, setting, judge, lambda text: say(None, text), known, heavy_tails=heavy_tails, roughly=roughly
+    )
 
 
 def setting_of(

@@ -47,6 +47,8 @@ CARVED_ROUNDS: Final = 4
 """The same where edges cut, as a round takes minutes there."""
 _SETTLED: Final = 0.15
 """Standard deviations by which nothing moves any more."""
+_ROUGHLY: Final = 0.6
+"""The same of an estimate that others go on from."""
 _STRAIGHT: Final = 1.0
 """Standard deviations of a last move within which a search has converged."""
 _BENT: Final = 2.0
@@ -215,10 +217,11 @@ def find_posterior(
     known: Posterior | None = None,
     *,
     heavy_tails: bool = True,
+    roughly: bool = False,
 ) -> Posterior:
     """Estimate all that is uncertain, from the numbers that the model has; it is of posture and mass as captured, or as
     an estimate of a similar model already ``known`` has them.  With ``heavy_tails`` single readings count less by how
-    far off they are.
+    far off they are.  It ends where nothing moves any more, ``roughly`` or not.
 
     ``full`` predicts the measurements (N,) by the full model, the moments left at zero; where the rounds have settled,
     what it predicts beyond the reduced model is added, and they go on.
@@ -253,7 +256,7 @@ def find_posterior(
             surplus[setting.seen.moments] = 0.0
             point = replace(point, predicted=point.predicted - point.beyond + surplus, beyond=surplus)
             full = None
-        elif moved < _SETTLED and _bend(point, linearised) < _BENT_AT_THE_END:
+        elif _ends(moved, _bend(point, linearised), roughly=roughly and kept):
             break
     return Posterior(
         model=point.model,
@@ -270,6 +273,12 @@ def find_posterior(
         rounds=rounds,
         moved=moved,
     )
+
+
+def _ends(moved: float, bend: float, *, roughly: bool) -> bool:
+    """Whether a search ends that ``moved`` so much by responses so far away."""
+    most, away = (_ROUGHLY, _BENT) if roughly else (_SETTLED, _BENT_AT_THE_END)
+    return moved < most and bend < away
 
 
 def _bend(point: Point, linearised: Array) -> float:

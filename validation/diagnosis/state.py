@@ -79,8 +79,8 @@ def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[Diagnos
     state = State(usual_levels(problem.measurements), no_nuisances(size), np.zeros(size))
     if recording.completed is None:
         made = estimate(
-            problem.fitting, recording, motion, full=full, heavy_tails=_HEAVY_TAILS, cache=problem.cache,
-            progress=problem.progress,
+            problem.fitting, recording, motion, full=full, heavy_tails=_HEAVY_TAILS, roughly=True,
+            cache=problem.cache, progress=problem.progress,
         )  # fmt: skip
         return linearise_about(problem.with_residual(made.fitted.residual), made.posterior, problem.parameters)
     problem = replace(problem, ground=surface_process(problem.model, recording, motion))
@@ -109,7 +109,8 @@ def estimate_again(
     fitting = replace(problem.fitting, priors=usual | surface_priors(model))
     posterior = estimate_from(
         model, fitting, problem.recording, problem.motion, more={p.names: p.prior for p in found_by(problem, fit)},
-        known=state.estimate, full=full, heavy_tails=_HEAVY_TAILS, cache=problem.cache, progress=problem.progress,
+        known=state.estimate, full=full, heavy_tails=_HEAVY_TAILS, roughly=True,
+        cache=problem.cache, progress=problem.progress,
     )  # fmt: skip
     problem, following, base = linearise_about(problem, posterior, fit.parameters)
     return problem, replace(following, first_evidence=state.first_evidence), base
