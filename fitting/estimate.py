@@ -57,8 +57,8 @@ def estimate(
     progress: Progress | None = None,
 ) -> Estimated:
     """Solve the problem with the reduced model, then estimate all that is uncertain, ``full`` or not judged by the full
-    model, single readings with ``heavy_tails`` or not, until nothing moves any more, ``roughly`` or not.  What was found
-    on the way is kept in ``cache``.
+    model, single readings with ``heavy_tails`` or not, until nothing moves any more, ``roughly`` or not.  What was
+    found on the way is kept in ``cache``.
 
     Raises SimulationDiverged when a simulation does.
     """
