@@ -104,10 +104,11 @@ class SurfaceProcess:
     smooth: Array
 
     def at(self, surface: Surface) -> SurfaceProcess:
-        """The process where another estimate of it is, a surface over the same nodes."""
+        """The process where another estimate of it is; its nodes may be others, as a corrected posture moves them."""
         along = surface.at(self.places)[:, 0]
         amounts = self.follow @ (along - along[0])
-        rest = surface.heights - along[0] - np.tensordot(amounts, self.surface.modes, axes=1)
+        heights = surface.at(self.surface.nodes())[:, 0].reshape(self.surface.mean.shape)
+        rest = heights - along[0] - np.tensordot(amounts, self.surface.modes, axes=1)
         return replace(self, surface=replace(self.surface, mean=rest, amounts=tuple(amounts.tolist())))
 
     def beside(self, model: Model) -> Surface:

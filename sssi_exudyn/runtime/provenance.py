@@ -5,6 +5,8 @@ Nothing in it names the machine or its folders, so that results can be passed on
 
 from __future__ import annotations
 
+import hashlib
+import os
 import platform
 from collections.abc import Mapping
 from importlib import metadata
@@ -25,6 +27,17 @@ def _version(package: str) -> str:
         return metadata.version(package)
     except metadata.PackageNotFoundError:  # a simulation does without Numba
         return "not installed"
+
+
+def source_digest() -> str:
+    """SHA-256 of all that this program is made of: two copies with the same compute the same."""
+    digest = hashlib.sha256()
+    folder = Path(__file__).parents[1]
+    files = sorted(Path(where) / name for where, _, names in os.walk(folder, followlinks=True) for name in names)
+    for path in files:
+        if path.suffix in (".py", ".toml"):
+            digest.update(path.relative_to(folder).as_posix().encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()
 
 
 def provenance(inputs: Mapping[str, str], settings: Mapping[str, Any], seed: int | None) -> dict[str, Any]:

@@ -300,3 +300,19 @@ def test_the_process_holds_the_surface_that_the_heights_show(on_a_roll: Path) ->
     assert np.max(np.abs(along(rest) - along(process.surface))) > 0.15
     alone = np.array(process.surface.amounts[TILTS:])
     assert np.max(np.abs(alone)) < 6.0  # half a metre in waves of 30 m is rough, not impossible
+
+
+def test_the_process_is_held_where_a_surface_over_other_nodes_is(on_a_roll: Path) -> None:
+    """A posture that was corrected moves the fixes' places on the snow, and the nodes about them with it."""
+    recording, motion, model = parts(on_a_roll)
+    surface = on_snow_surface(model, recording, motion).surface
+    process = surface_process(model, recording, motion)
+    assert surface is not None
+    assert process is not None
+    inner = process.surface.mean[1:, :-1]
+    corner = (process.surface.origin[0] + process.surface.spacing - 0.3, process.surface.origin[1] + 0.2)
+    empty = replace(surface, origin=corner, mean=inner, deviation=inner, modes=inner[None][:0], amounts=())
+    other = replace(empty, mean=surface.at(empty.nodes())[:, 0].reshape(inner.shape))
+    found, expected = (process.at(each).surface.at(process.places)[:, 0] for each in (other, surface))
+    # a roll over 5 m between nodes 2 m apart, met by the spline of the shifted ones
+    np.testing.assert_allclose(found, expected, atol=2e-3)

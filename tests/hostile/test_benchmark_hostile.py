@@ -64,7 +64,7 @@ def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[int]:
     def make(index: int, planned: tuple[str, str, int], _bases: object, _seed: int) -> Made:
         assert planned == PLANNED
         numbers.append(index)
-        return Made(CASE, None, None, None, None)  # type: ignore[arg-type]
+        return Made(CASE, None, None, None, None, None)  # type: ignore[arg-type]
 
     monkeypatch.setattr(run, "make", make)
     monkeypatch.setattr(run, "diagnose_case", lambda made, full: CaseResult(made.case.index, full=full))

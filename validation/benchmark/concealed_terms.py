@@ -139,3 +139,148 @@ class OneSkiSlow(FootTerm):
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
         share = 0.5 * (1.0 + self.side * state.side)
         return -self.delta * share * state.load * math.saturate(state.v_t, 0.1), 0.0
+
+
+@dataclass(frozen=True)
+class DragOfPosture(BodyTerm):
+    """Formula: a drag area that goes up and down with the turns."""
+
+    name: ClassVar[str] = "drag_of_posture"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    area: float = _any("of the drag area's change", "m^2")
+    period: float = quantity(3.0, "s", low=0.1, high=100.0, source=_HERE, meaning="of the change")
+    phase: float = _any("of the change", "rad")
+
+    def force(self, math: Math, state: BodyState) -> Vector:
+        f, l, n = state.velocity  # noqa: E741  the slope frame's name of the axis
+        speed = math.sqrt(f * f + l * l + n * n + 1e-6)
+        factor = -0.55 * self.area * math.sin(2.0 * np.pi * state.t / self.period + self.phase) * speed
+        return factor * f, factor * l, factor * n
+
+
+@dataclass(frozen=True)
+class WarmingSnow(FootTerm):
+    """Formula: friction that grows along the way from f0 on."""
+
+    name: ClassVar[str] = "warming_snow"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    growth: float = _any("more friction a metre", "1/m")
+    f0: float = _any("begin", "m")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        more = self.growth * math.maximum(state.f - self.f0, 0.0)
+        return -more * state.load * math.saturate(state.v_t, 0.1), 0.0
+
+
+@dataclass(frozen=True)
+class Lift(BodyTerm):
+    """Formula: a force up that grows with the square of the speed."""
+
+    name: ClassVar[str] = "lift"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    area: float = _any("lift area", "m^2")
+
+    def force(self, math: Math, state: BodyState) -> Vector:
+        f, l, n = state.velocity  # noqa: E741  the slope frame's name of the axis
+        return 0.0, 0.0, 0.55 * self.area * (f * f + l * l + n * n)
+
+
+@dataclass(frozen=True)
+class EdgeBite(FootTerm):
+    """Formula: one edge that catches for a while, back and across by the same force, which ramps up and down."""
+
+    name: ClassVar[str] = "edge_bite"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    force_size: float = _any("force", "N")
+    side: float = _any("+1 left, -1 right")
+    t0: float = _any("begin", "s")
+    t1: float = _any("end", "s")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        bites = 0.5 * (1.0 + self.side * state.side) * _box(math, state.t, self.t0 + 0.05, self.t1 - 0.05, 0.1)
+        pull = self.force_size * bites
+        return -pull * math.saturate(state.v_t, 0.1), -pull * math.saturate(state.v_n, 0.1)
+
+
+@dataclass(frozen=True)
+class WorldWind(WindTerm):
+    """Formula: a wind that swells and falls by a third, every six seconds."""
+
+    name: ClassVar[str] = "world_wind"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    w_f: float = _any("down the slope", "m/s")
+    w_l: float = _any("to the left", "m/s")
+    phase: float = _any("of its swell", "rad")
+
+    def velocity(self, math: Math, state: PlaceState) -> Vector:
+        blows = 1.0 + math.sin(np.pi * state.t / 3.0 + self.phase) / 3.0
+        return self.w_f * blows, self.w_l * blows, 0.0
+
+
+@dataclass(frozen=True)
+class WorldDrag(BodyTerm):
+    """Formula: a drag area that acts at the centre of mass."""
+
+    name: ClassVar[str] = "world_drag"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    area: float = _any("more drag area", "m^2")
+
+    def force(self, math: Math, state: BodyState) -> Vector:
+        f, l, n = state.velocity  # noqa: E741  the slope frame's name of the axis
+        factor = -0.55 * self.area * math.sqrt(f * f + l * l + n * n + 1e-6)
+        return factor * f, factor * l, factor * n
+
+
+@dataclass(frozen=True)
+class WorldSpeed(FootTerm):
+    """Formula: friction that grows with the square of the speed, by b a metre a second at v_ref."""
+
+    name: ClassVar[str] = "world_speed"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    b: float = _any("growth", "s/m")
+    v_ref: float = quantity(8.0, "m/s", low=0.1, high=100.0, source=_HERE, meaning="where it is nothing")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        square = state.v_t * state.v_t + state.v_n * state.v_n
+        more = math.maximum(0.5 * self.b * (square / self.v_ref - self.v_ref), -0.05)
+        return -more * state.load * math.saturate(state.v_t, 0.1), 0.0
+
+
+@dataclass(frozen=True)
+class WorldEdge(FootTerm):
+    """Formula: friction that grows with the square of the sine of the edge angle."""
+
+    name: ClassVar[str] = "world_edge"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    growth: float = _any("growth")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        sine = math.sin(state.edge)
+        return -self.growth * sine * sine * state.load * math.saturate(state.v_t, 0.1), 0.0
+
+
+@dataclass(frozen=True)
+class WorldLoad(FootTerm):
+    """Formula: friction that grows with the root of a ski's load."""
+
+    name: ClassVar[str] = "world_load"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    growth: float = _any("growth from 0 to 400 N")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        more = self.growth * (math.sqrt(math.maximum(state.load, 0.0) / 400.0 + 1e-6) - 1.0)
+        return -math.maximum(more, -0.05) * state.load * math.saturate(state.v_t, 0.1), 0.0
+
+
+@dataclass(frozen=True)
+class WorldCompaction(FootTerm):
+    """Formula: a resistance that grows with the power 1.5 of the groove's area, in units of 0.02 m²."""
+
+    name: ClassVar[str] = "world_compaction"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    c: float = quantity(0.0, "N/m^2", low=0.0, high=1e6, source=_HERE, meaning="resistance")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        groove = math.maximum(state.groove, 0.0)
+        pull = self.c * groove * math.sqrt(groove / 0.02 + 1e-9)
+        return -pull * math.saturate(state.v_t, 0.1), 0.0

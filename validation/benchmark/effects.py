@@ -1,7 +1,7 @@
 """Effects that cases conceal: what each adds to the world, drawn at a size.
 
-What acts for a while or at a place has another shape than its hypothesis (ramps, smooth steps, half sines); what acts
-all the time is the same law.
+No effect has the law of its hypothesis: what acts for a while or at a place has another shape (ramps, smooth steps,
+half sines), what acts all the time grows otherwise with speed, edge angle, load or groove.
 """
 
 from __future__ import annotations
@@ -13,24 +13,26 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.contact.terms.friction_corrections import (
-    EdgeDependentFriction,
-    LoadDependentFriction,
-    SnowCompaction,
-    SpeedDependentFriction,
-)
-from sssi_exudyn.contact.terms.wind import DragArea, Wind
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain, LeverArm, Sensor
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.validation.benchmark.concealed_terms import (
+    EdgeBite,
+    Lift,
     OneSkiSlow,
+    WarmingSnow,
     WorldBump,
+    WorldCompaction,
+    WorldDrag,
+    WorldEdge,
     WorldGust,
+    WorldLoad,
     WorldPatch,
     WorldPole,
     WorldPush,
     WorldSlope,
+    WorldSpeed,
+    WorldWind,
 )
 from sssi_exudyn.validation.diagnosis.hypotheses.air.drag_area import OtherDragArea
 from sssi_exudyn.validation.diagnosis.hypotheses.air.gust import PassingGust
@@ -91,7 +93,7 @@ def _sign(rng: np.random.Generator) -> float:
 
 def _wind(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
     f, l = -2.5 * size * _sign(rng), float(rng.normal(0.0, 1.0))  # noqa: E741  the slope frame's name of the axis
-    return Effect((Wind(f, l),), truth={"w_f": f})
+    return Effect((WorldWind(f, l, float(rng.uniform(0.0, 2.0 * np.pi))),), truth={"w_f": f})
 
 
 def _gust(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
@@ -103,7 +105,7 @@ def _gust(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
 
 def _drag(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
     share = 0.35 * size * (1.0 if size > 1.0 else _sign(rng))
-    return Effect((DragArea(share),), truth={"share": share})
+    return Effect((WorldDrag(0.4 * share),), truth={})
 
 
 def _patch(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
@@ -115,19 +117,19 @@ def _patch(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
 
 def _speed(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
     b = 0.005 * size
-    return Effect((SpeedDependentFriction(b, plain.speed),), truth={"b": b})
+    return Effect((WorldSpeed(b, plain.speed),), truth={"b": b})
 
 
 def _edge(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
-    return Effect((EdgeDependentFriction(0.08 * size, 0.3),), truth={"b": 0.08 * size})
+    return Effect((WorldEdge(0.08 * size),), truth={})
 
 
 def _load(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
-    return Effect((LoadDependentFriction(0.03 * size, 400.0),), truth={"b": 0.03 * size})
+    return Effect((WorldLoad(0.06 * size),), truth={})
 
 
 def _compaction(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
-    return Effect((SnowCompaction(5e3 * size),), truth={"c": 5e3 * size})
+    return Effect((WorldCompaction(5e3 * size),), truth={})
 
 
 def _slope(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
@@ -196,6 +198,19 @@ def _one_ski(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
     return Effect((OneSkiSlow(0.03 * size, _sign(rng)),), truth={})
 
 
+def _warming(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    return Effect((WarmingSnow(0.025 * size / 30.0, plain.place_at(plain.begin)),), truth={})
+
+
+def _lift(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    return Effect((Lift(0.2 * size),), truth={})
+
+
+def _bite(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    window = plain.stretch(rng, 0.3, 0.6)
+    return Effect((EdgeBite(50.0 * size, _sign(rng), *window),), window=window, truth={})
+
+
 PHYSICS: Final[dict[str, Maker]] = {
     SteadyWind.name: _wind,
     PassingGust.name: _gust,
@@ -219,7 +234,13 @@ SENSOR: Final[dict[str, Maker]] = {
     WrongInsoleGain.name: _gain,
     LoadOnCuffs.name: _cuff,
 }
-UNKNOWN: Final[dict[str, Maker]] = {"external_push": _push, "one_ski_slow": _one_ski}
+UNKNOWN: Final[dict[str, Maker]] = {
+    "external_push": _push,
+    "one_ski_slow": _one_ski,
+    WarmingSnow.name: _warming,
+    Lift.name: _lift,
+    EdgeBite.name: _bite,
+}
 EFFECTS: Final = {**PHYSICS, **SENSOR, **UNKNOWN}
 SIZES: Final = (0.5, 1.0, 2.0, 4.0)
 """The four strengths, as multiples of what each maker calls one."""

@@ -3,8 +3,8 @@
 Cases come from ``cases``.  Answers are written and hashed before anything is diagnosed.  Each case leaves one
 file; a run that was interrupted goes on with those that are missing.  Of a made case only the answer is kept: index and
 seed make it again for its diagnosis.  Beside the diagnosis two baselines see the same
-cases (the best Bayesian information criterion with white noise; the best fit in sample), and an oracle that knows the
-effect's form and asks only whether it is there.
+cases (the best Bayesian information criterion with white noise; the best fit in sample), and an oracle that sees the
+same run without the effect.
 """
 
 from __future__ import annotations
@@ -16,31 +16,37 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
+from scipy.stats import norm
 
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.fitting.measurements import Measurements, measurements_of
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.io.writing import to_json, write_atomically
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.runtime.provenance import source_digest
 from sssi_exudyn.runtime.workers import end_with_parent
-from sssi_exudyn.simulation.reduced import prepare
+from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
 from sssi_exudyn.validation.benchmark.cases import Case, Made, Recorded, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, score
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose, figures_without_findings
-from sssi_exudyn.validation.diagnosis.evidence import log_factors, overlaps
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
+from sssi_exudyn.validation.diagnosis.evidence import uncertain, whiten_columns
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
+from sssi_exudyn.validation.diagnosis.problem import STEP as PROBLEM_STEP
 from sssi_exudyn.validation.diagnosis.problem import Progress
 from sssi_exudyn.validation.diagnosis.result import Friction
 from sssi_exudyn.validation.diagnosis.search import Round
 from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
+_SNOW: Final = ("mu_t", "mu_n")
+_HALF: Final = float(norm.ppf(0.95))
 ANSWERS, SEAL = "answers.json", "answers.sha256"
 Bases = list[Recorded]
 
@@ -54,13 +60,17 @@ def base_of(recording: Recording, motion: Motion, model: Model) -> Recorded:
     return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
 
 
-def seal(folder: Path, cases: Sequence[Case]) -> str:
-    """Write the answers and their hash; the hash.  Raises ValueError where other answers are sealed there already."""
+def seal(folder: Path, cases: Sequence[Case], bases: Sequence[Recorded] = ()) -> str:
+    """Write the answers and their hash, in which are also the recordings and the method; the hash.
+
+    Raises ValueError where other answers are sealed there already.
+    """
     text = to_json([asdict(case) for case in cases])
-    digest = hashlib.sha256(text.encode()).hexdigest()
+    sealed = [text, source_digest(), *(to_json(recording.hashes) for recording, _, _ in bases)]
+    digest = hashlib.sha256("\n".join(sealed).encode()).hexdigest()
     seal = folder / SEAL
     if seal.exists() and seal.read_text(encoding="utf-8").strip() != digest:
-        raise ValueError(f"{folder} holds the seal of other answers")
+        raise ValueError(f"{folder} holds the seal of other answers, or of another method; choose another folder")
     write_atomically(folder / ANSWERS, text)
     write_atomically(seal, digest + "\n")
     return digest
@@ -73,19 +83,24 @@ def diagnose_case(made: Made, *, full: bool) -> CaseResult:
     except SimulationDiverged as error:
         return CaseResult(made.case.index, failed=str(error))
     first = found.rounds[0]
-    oracle = _oracle(made.case, found, first)
+    plain = made.plain() if made.plain else None
+    oracle = None if plain is None else _oracle(made, plain, found)
     clear = found.diagnosis.findings and (oracle or 0.0) >= STRONG  # where it is asked for
     bic, in_sample = _baselines(first)
+    latent = found.diagnosis.latent_force
+    known = found.posterior
     return CaseResult(
         index=made.case.index,
         full=full,
         diagnosis=found.diagnosis,
         friction=Friction(found.model.value("friction.mu_t"), found.model.value("friction.mu_n")),
         held_out_m=found.figures[-1].held_out_error,
-        held_out_plain_m=figures_without_findings(*made.plain()).held_out_error if made.plain and clear else None,
+        held_out_plain_m=figures_without_findings(*plain).held_out_error if plain and clear else None,
         bic=bic,
         in_sample=in_sample,
         oracle=oracle,
+        force_log_bayes_factor=None if latent is None else latent.before.log_bayes_factor,
+        friction_90={} if known is None else {name: known.interval(f"friction.{name}", _HALF)[1:] for name in _SNOW},
     )
 
 
@@ -119,18 +134,21 @@ def _baselines(searched: Round) -> tuple[str, str]:
     return best_bic[0], best_fit[0]
 
 
-def _oracle(case: Case, found: SearchResult, searched: Round) -> float | None:
-    """How many standard errors strong the effect is to one who knows its form: root of twice the log likelihood ratio
-    of the best candidate of its name.  None where the program has no such name.
+def _oracle(made: Made, plain: Recorded, found: SearchResult) -> float:
+    """How many standard errors strong the effect is to one who knows it: what it changes of the measurements beside
+    their prediction, the noise as it truly is, once all that a fit leaves free has taken its part.
     """
-    hypothesis = BY_NAME.get(case.name)
-    if hypothesis is None:
-        return None
-    candidates = hypothesis.candidates(searched.fitted, searched.responses[hypothesis.name])
-    if not candidates:
-        return None
-    best = float(np.max(log_factors(*overlaps(searched.linear, found.noise, [c.free for c in candidates]))))
-    return float(np.sqrt(max(0.0, 2.0 * best)))
+    linear, model = found.rounds[0].linear, found.first.model
+    without = measurements_of(plain[0], plain[2], plain[1].start, plain[1].stop)
+
+    def misfit(measured: Measurements, motion: Motion) -> Array:
+        run = simulate_reduced(model, prepare(model, motion, step=PROBLEM_STEP))
+        return np.asarray(measured.measured - measured.predict(model, run))
+
+    change = misfit(linear.measurements, made.motion) - misfit(without, plain[1])
+    levels = made.instruments.levels(linear.measurements)
+    white = whiten_columns(linear, levels, change[:, None])
+    return float(np.sqrt(max(0.0, float(white[:, 0] @ uncertain(linear, levels).remove_from(white)[:, 0]))))
 
 
 def run_benchmark(
@@ -148,7 +166,7 @@ def run_benchmark(
             cases[case.index] = case
             progress(len(cases) / count, f"made {len(cases)} of {count}")
         ordered = [cases[index] for index in range(count)]
-        digest = seal(folder, ordered)
+        digest = seal(folder, ordered, bases)
         diagnosing = [pool.submit(_diagnose_sealed, case, planned[case.index]) for case in ordered]
         for number, each in enumerate(as_completed(diagnosing), 1):
             each.result()

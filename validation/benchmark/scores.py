@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Final
 
@@ -18,6 +18,9 @@ from sssi_exudyn.validation.diagnosis.search_result import SURE
 
 STRONG: Final = 8.0
 """Standard errors from which an effect counts as clear."""
+_VERY_SURE: Final = 0.99
+_FORCE: Final = float(np.log(20.0))
+"""Log Bayes factor from which a force is taken to act, were nothing else asked."""
 _BINS: Final = (0.0, 0.5, 0.8, 0.95, 1.01)
 
 
@@ -29,7 +32,8 @@ class CaseResult:
     friction : fitted with all findings
     held_out_m : error on turns not fitted;  held_out_plain_m : the same were nothing concealed, where that was asked
     bic, in_sample : the name by the Bayesian information criterion with white noise, and by the best fit in sample
-    oracle : standard errors that the effect is strong to one who knows its form; None without a hypothesis of its name
+    oracle : standard errors that the effect is strong to one who sees the same run without it; None where nothing is
+    force_log_bayes_factor : of some force against none;  friction_90 : 90 % intervals, all that is found in the model
     """
 
     index: int
@@ -42,6 +46,8 @@ class CaseResult:
     bic: str = "none"
     in_sample: str = "none"
     oracle: float | None = None
+    force_log_bayes_factor: float | None = None
+    friction_90: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -95,7 +101,8 @@ class Calibration:
 class Scores:
     """All figures of the benchmark.
 
-    strong : among clear effects;  by_strength : weak to strong
+    strong : among clear effects;  by_strength : weak to strong;  force : by the latent force alone
+    sure_right : of what is said with more than 0.99;  friction_inside_90 : of all cases, and where nothing is concealed
     within_plain : error on turns not fitted within 1.5 times what the run without the effect leaves
     within_noise : the same, within 1.5 times ``held_out_noise_m``, the median of runs with nothing concealed
     by_name : for each concealed name, how often each name was given first
@@ -108,10 +115,14 @@ class Scores:
     false_alarms: Share
     false_alarms_bic: Share
     false_alarms_in_sample: Share
+    false_alarms_force: Share
+    nothing_not_adequate: Share
+    right_name_first: Share
     strong_right_or_small_set: Share
     strong_right_name_first: Share
     strong_right_bic: Share
     strong_right_in_sample: Share
+    strong_seen_force: Share
     set_coverage_where_found: Share
     found_by_strength: tuple[Share, ...]
     right_first_by_strength: tuple[Share, ...]
@@ -119,7 +130,11 @@ class Scores:
     overlap_in_time: Overlap
     interval_coverage_90: Share
     wrong_and_sure: Share
+    sure_right: Share
+    friction_inside_90: Share
+    friction_inside_90_nothing: Share
     unexplained_called_so: Share
+    unexplained_wrongly_named: Share
     pairs_both_named: Share
     held_out_after_over_before_strong: Median
     placebo_after_over_before_strong: float | None
@@ -149,7 +164,8 @@ def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Sc
     single = [(c, d) for c, d in rows if c.kind in ("physics", "sensor")]
     strong = [(c, d) for c, d in single if (d.oracle or 0.0) >= STRONG]
     found = [(c, d) for c, d in single if d.findings]
-    unknown = [d for c, d in rows if c.kind == "unexplained" and d.findings]
+    unknown = [d for c, d in rows if c.kind == "unexplained"]
+    said = [(f.probability, _is_right(c, f)) for c, d in rows for f in d.findings]
     pairs = [(c, d) for c, d in rows if c.kind == "pair"]
     overlaps = [
         _overlap(c.window, d.findings[0].where)
@@ -174,10 +190,14 @@ def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Sc
         false_alarms=_share_of(bool(d.findings) for d in nothing),
         false_alarms_bic=_share_of(d.bic != "none" for d in nothing),
         false_alarms_in_sample=_share_of(d.in_sample != "none" for d in nothing),
+        false_alarms_force=_share_of(_force_seen(d) for d in nothing),
+        nothing_not_adequate=_share_of(_not_adequate(d) for d in nothing),
+        right_name_first=_share_of(d.first_name == c.name for c, d in single),
         strong_right_or_small_set=_share_of(_set_holds(c, d, 3) for c, d in strong),
         strong_right_name_first=_share_of(d.first_name == c.name for c, d in strong),
         strong_right_bic=_share_of(d.bic == c.name for c, d in strong),
         strong_right_in_sample=_share_of(d.in_sample == c.name for c, d in strong),
+        strong_seen_force=_share_of(_force_seen(d) for _, d in strong),
         set_coverage_where_found=_share_of(_set_holds(c, d) for c, d in found),
         found_by_strength=tuple(_share_of(bool(d.findings) for _, d in each) for each in by_strength),
         right_first_by_strength=tuple(_share_of(d.first_name == c.name for c, d in each) for each in by_strength),
@@ -188,8 +208,14 @@ def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Sc
             large=_share_of(overlap >= 0.6 for overlap in overlaps),
         ),
         interval_coverage_90=_share_of(intervals),
-        wrong_and_sure=_share_of(_wrong_and_sure(c, d) for c, d in rows),
+        wrong_and_sure=_share_of(not right for p, right in said if p > SURE),
+        sure_right=_share_of(right for p, right in said if p > _VERY_SURE),
+        friction_inside_90=_share_of(inside for c, d in rows for inside in _friction_inside(c, d)),
+        friction_inside_90_nothing=_share_of(
+            inside for c, d in rows if c.kind == "none" for inside in _friction_inside(c, d)
+        ),
         unexplained_called_so=_share_of(any(f.kind == "unexplained" for f in d.findings) for d in unknown),
+        unexplained_wrongly_named=_share_of(any(f.kind != "unexplained" for f in d.findings) for d in unknown),
         pairs_both_named=_share_of(set(c.name.split("+")) <= set().union(*_names_of(d)) for c, d in pairs),
         held_out_after_over_before_strong=Median(float(np.median(after / before)) if clear else None, len(clear)),
         placebo_after_over_before_strong=float(np.median(median / before)) if clear else None,
@@ -261,8 +287,19 @@ def _is_right(case: Case, finding: Finding) -> bool:
     return finding.name in case.name.split("+")
 
 
-def _wrong_and_sure(case: Case, result: CaseResult) -> bool:
-    return any(finding.probability > SURE and not _is_right(case, finding) for finding in result.findings)
+def _force_seen(result: CaseResult) -> bool:
+    return (result.force_log_bayes_factor or 0.0) > _FORCE
+
+
+def _not_adequate(result: CaseResult) -> bool:
+    return result.diagnosis is not None and result.diagnosis.verdict == "not_adequate"
+
+
+def _friction_inside(case: Case, result: CaseResult) -> list[bool]:
+    true = {"mu_t": case.mu_t, "mu_n": case.mu_n}
+    return [
+        low <= value <= high for name, (low, high) in result.friction_90.items() if (value := true[name]) is not None
+    ]
 
 
 def _calibration(rows: Sequence[tuple[Case, CaseResult]]) -> tuple[Calibration, ...]:

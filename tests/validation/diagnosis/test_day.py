@@ -21,6 +21,7 @@ from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.validation.benchmark.cases import _model_as_known, record
+from sssi_exudyn.validation.benchmark.world import draw_instruments
 from sssi_exudyn.validation.diagnosis.day import DayExplanation, DayRun, compare_for_day, joint_evidence
 from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, log_evidence
@@ -94,7 +95,8 @@ def test_two_runs_find_what_the_first_does_not() -> None:
         start = _model_as_known(fitted, recording, stretch).start
         world = replace(fitted, start=start, terms=(*fitted.terms, law))
         given = (recording, stretch, fitted)
-        made = record(np.random.default_rng([3, number]), given, stretch, world, 0.0, 0.0)
+        rng = np.random.default_rng([3, number])
+        made = record(rng, given, stretch, world, draw_instruments(rng, stretch), 0.0, 0.0)
         problem = diagnosis_problem(*made)
         own.append(separate_fit(*first_fit(problem)))
     alone = [{each.name: each for each in compare_for_day([one])} for one in own]

@@ -174,7 +174,10 @@ def test_scores_count_the_answers() -> None:
     assert scores.strong_right_bic.hits == 3
     assert (scores.set_coverage_where_found.hits, scores.set_coverage_where_found.of) == (2, 4)
     assert (scores.interval_coverage_90.hits, scores.interval_coverage_90.of) == (1, 1)
-    assert scores.wrong_and_sure.hits == 2
+    assert (scores.wrong_and_sure.hits, scores.wrong_and_sure.of) == (2, 5)
+    assert scores.right_name_first.hits == 1
+    assert (scores.false_alarms_force.hits, scores.strong_seen_force.of) == (0, 4)
+    assert scores.friction_inside_90.of == 0
     assert scores.unexplained_called_so.hits == 1
     assert scores.pairs_both_named.hits == 1
     assert scores.overlap_in_time.mean == pytest.approx(2.0 / 2.5)

@@ -1,0 +1,194 @@
+"""What the benchmark's world has and the diagnosis cannot know, drawn for each case.
+
+Everything here stays when an effect is taken out again, so that what it changes can be told from what was wrong anyway.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.core.frames import Array, level_to_enu
+from sssi_exudyn.core.noise import ExponentialNoise, draw_noise
+from sssi_exudyn.fitting.gps_observation import predict_fixes
+from sssi_exudyn.fitting.measurements import INTERVAL, Measurements
+from sssi_exudyn.model.faults import insole_readings
+from sssi_exudyn.model.from_recording import first_guess
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import Motion, spline_motion
+from sssi_exudyn.recording.instruments.gps import Gps
+from sssi_exudyn.recording.instruments.insoles import Insoles
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.terrain.surface import Surface, surface_over
+from sssi_exudyn.validation.benchmark.concealed_terms import DragOfPosture
+from sssi_exudyn.validation.diagnosis.evidence import NoiseLevels, usual_levels
+
+STEP: Final = 0.004
+"""s; the diagnosis' full model takes longer ones, its reduced model others."""
+_MASS, _SLOPE, _DRAG, _SKI, _BOOT_CENTRE = 0.03, np.radians(0.5).item(), 0.15, 0.1, 0.01
+"""Standard deviations: shares of mass, drag and the ski's stiffnesses, rad of the slope, m of the boot centre."""
+_WAVES: Final = 12
+_LENGTHS: Final = (8.0, 60.0)
+"""m, of the snow's waves."""
+_STEEPNESS: Final = (0.002, 0.012)
+"""Root mean square slope of all waves together, from a groomed to a natural slope: heights of 1 to 10 cm."""
+_MARGIN: Final = 40.0
+"""m of snow about the start, and a metre more for each tenth of a second downhill."""
+_JOINT, _JOINT_WANDER = np.radians(0.4).item(), np.radians(0.2).item()
+"""rad of error of each joint of the capture: a foot is then 0.7 to 1° wrong, as with inertial suits."""
+_WANDER: Final = 2.0
+"""s"""
+_CLOCK: Final = ExponentialNoise(0.004, 3.0)
+"""s by which the receiver's clock wanders."""
+_FLOAT: Final = 0.25
+"""m that the receiver states while it has lost its fixed solution."""
+_CELLS: Final = 12.0
+"""N of noise of an insole's reading, white at 50 Hz."""
+_RATE: Final = 50.0
+
+
+@dataclass(frozen=True)
+class Instruments:
+    """How good the instruments of a case are.
+
+    gps : noise of a fix;  outliers : share of single fixes that are far off
+    lost : s, begin and end of a spell without a fixed solution, with its error (3,) m; None for none
+    cuff : share of the load beside the soles;  gains : (2,) of the insoles
+    joints, wander : rad of error of each joint, constant and wandering
+    """
+
+    gps: ExponentialNoise
+    outliers: float
+    lost: tuple[float, float, Array] | None
+    cuff: float
+    gains: Array
+    joints: float
+    wander: float
+
+    def levels(self, measurements: Measurements) -> NoiseLevels:
+        """Their noise as the evidence takes it."""
+        load = float(np.sqrt(2.0) * _CELLS / np.sqrt(_RATE * INTERVAL))
+        read = ExponentialNoise(load, 1.0 / _RATE)
+        height = ExponentialNoise(1.3 * self.gps.sigma, self.gps.correlation_time)
+        return replace(usual_levels(measurements), gps=self.gps, height=height, load=read, difference=read)
+
+
+def draw_instruments(rng: np.random.Generator, motion: Motion) -> Instruments:
+    """Instruments of usual quality; half of the receivers have outliers, a third lose their solution for a while."""
+    begin = float(rng.uniform(motion.start, motion.stop - 2.5))
+    lost = begin, begin + float(rng.uniform(1.5, 2.5)), rng.normal(0.0, 0.6 * _FLOAT, 3)
+    return Instruments(
+        gps=ExponentialNoise(0.02 * float(np.exp(rng.normal(0.0, 0.2))), float(rng.uniform(2.0, 5.0))),
+        outliers=0.02 * float(rng.integers(2)),
+        lost=lost if rng.uniform() < 1.0 / 3.0 else None,
+        cuff=float(rng.normal(0.06, 0.01)),
+        gains=1.0 + rng.normal(0.0, 0.01, 2),
+        joints=_JOINT * float(np.exp(rng.normal(0.0, 0.3))),
+        wander=_JOINT_WANDER * float(np.exp(rng.normal(0.0, 0.3))),
+    )
+
+
+def other_day(rng: np.random.Generator, recording: Recording, motion: Motion, fitted: Model) -> tuple[Model, Motion]:
+    """A skier who weighs other than stated, on other snow, skis and slope, started at the stretch's begin as the
+    recording has it; and his movement there.
+    """
+    assert recording.gps is not None
+    inclination = fitted.inclination + float(rng.normal(0.0, _SLOPE))
+    motion = replace(motion, inclination=inclination)
+    start = first_guess(recording.gps, motion, inclination, fitted.fall_line_azimuth)
+    skier = replace(fitted.skier, mass=fitted.skier.mass * (1.0 + float(rng.normal(0.0, _MASS))))
+    ski = replace(
+        fitted.ski,
+        young_modulus=fitted.ski.young_modulus * float(np.exp(rng.normal(0.0, _SKI))),
+        shear_modulus=fitted.ski.shear_modulus * float(np.exp(rng.normal(0.0, _SKI))),
+        boot_centre=fitted.ski.boot_centre + float(rng.normal(0.0, _BOOT_CENTRE)),
+    )
+    mu_t = fitted.friction.mu_t + float(rng.uniform(-0.02, 0.03))
+    mu_n = fitted.friction.mu_n * float(rng.uniform(0.95, 1.1))
+    posture: tuple[Term, ...] = (
+        DragOfPosture(float(rng.normal(0.0, 0.05)), float(rng.uniform(2.0, 5.0)), float(rng.uniform(0.0, 2.0 * np.pi))),
+    )
+    model = replace(
+        fitted, inclination=inclination, skier=skier, ski=ski, start=start, terms=(*fitted.terms, *posture),
+        surface=draw_hill(rng, start.f, start.l, motion.stop - motion.start),
+        solver=replace(fitted.solver, step=STEP),
+    )  # fmt: skip
+    numbers = {
+        "friction.mu_t": max(mu_t, 0.02),
+        "friction.mu_n": min(mu_n, 0.95),
+        "penetration.k": model.value("penetration.k") * float(np.exp(rng.normal(0.0, 0.15))),
+        "air.c_d": model.value("air.c_d") * (1.0 + float(rng.normal(0.0, _DRAG))),
+    }
+    return model.with_values(numbers), motion
+
+
+def draw_hill(rng: np.random.Generator, f: float, l: float, long: float) -> Surface:  # noqa: E741
+    """Waves of all lengths and directions about and below a start (m), for so ``long`` (s)."""
+    corners = np.array([[f - _MARGIN, l - _MARGIN], [f + _MARGIN + 10.0 * long, l + _MARGIN]])
+    level = surface_over(corners, 1.0, 0.0)
+    steepness = float(np.exp(rng.uniform(*np.log(_STEEPNESS))))
+    heights = np.zeros(len(level.nodes()))
+    for _ in range(_WAVES):
+        k = 2.0 * np.pi / float(np.exp(rng.uniform(*np.log(_LENGTHS))))
+        turn, phase = float(rng.uniform(-np.pi / 3.0, np.pi / 3.0)), float(rng.uniform(0.0, 2.0 * np.pi))
+        amplitude = float(rng.normal(0.0, steepness * np.sqrt(2.0 / _WAVES))) / k
+        heights += amplitude * np.sin(k * (level.nodes() @ [np.cos(turn), np.sin(turn)]) + phase)
+    return replace(level, mean=heights.reshape(level.mean.shape))
+
+
+def record_gps(
+    rng: np.random.Generator, recording: Recording, world: Model, time: Array, antenna: Array, motion: Motion,
+    instruments: Instruments,
+) -> Gps:  # fmt: skip
+    """Fixes at 10 Hz, whose receiver states 2 cm."""
+    assert recording.gps is not None
+    fixes = np.arange(motion.start, motion.stop, 0.1)
+    place = predict_fixes(world, time, antenna, fixes + draw_noise(rng, fixes, _CLOCK))
+    for axis, factor in enumerate((1.0, 1.0, 1.3)):
+        noise = replace(instruments.gps, sigma=factor * instruments.gps.sigma)
+        place[:, axis] += draw_noise(rng, fixes, noise)
+    far, turn = rng.uniform(0.2, 0.6, len(fixes)), rng.uniform(0.0, 2.0 * np.pi, len(fixes))
+    off = rng.uniform(size=len(fixes)) < instruments.outliers
+    place[:, :2] += (off * far)[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    sigma = np.full(len(fixes), 0.02)
+    if instruments.lost is not None:
+        begin, end, error = instruments.lost
+        lost = (fixes >= begin) & (fixes < end)
+        place[lost] += error
+        sigma[lost] = _FLOAT
+    enu = place @ level_to_enu(world.fall_line_azimuth).T
+    return replace(recording.gps, time=fixes, enu=enu, sigma=sigma, speed=None, course=None)
+
+
+def record_insoles(
+    rng: np.random.Generator, recording: Recording, world: Model, time: Array, sole: Array, instruments: Instruments
+) -> Insoles | None:
+    """What insoles read, at 50 Hz; None where the recording has none."""
+    if recording.insoles is None:
+        return None
+    at = np.arange(time[0], time[-1], 1.0 / _RATE)
+    felt = insole_readings(world.sensors, np.stack([np.interp(at, time, s) for s in sole.T], axis=1))
+    read = (1.0 - instruments.cuff) * instruments.gains * felt + rng.normal(0.0, _CELLS, felt.shape)
+    read = np.maximum(read, 0.0)
+    cells = np.zeros((len(at), 0))
+    return replace(recording.insoles, time=at, left=read[:, 0], right=read[:, 1], left_cells=cells, right_cells=cells)
+
+
+def record_capture(rng: np.random.Generator, motion: Motion, heading: float, instruments: Instruments) -> Motion:
+    """The movement as a capture with errors in every joint has it, turned by ``heading`` (rad)."""
+    time = np.arange(motion.start - 0.2, motion.stop + 0.2, 1.0 / 60.0)
+    time = time[(time >= motion.knots[0]) & (time <= motion.knots[-1])]
+    angles, _, _ = motion.evaluate(time)
+    knots = np.linspace(time[0], time[-1], max(4, round((time[-1] - time[0]) / _WANDER) + 1))
+    smooth = np.ones(25) / 25.0
+    for column in range(angles.shape[1]):
+        error = rng.normal(0.0, instruments.joints)
+        error = error + np.interp(time, knots, rng.normal(0.0, instruments.wander, len(knots)))
+        angles[:, column] += np.convolve(np.pad(error, 12, mode="edge"), smooth, mode="valid")
+    angles[:, PRESCRIBED.index("pelvis_rotation")] -= heading
+    made = spline_motion(motion.geometry, motion.inclination, time, angles)
+    return replace(made, antenna=motion.antenna, round_trip=motion.round_trip, start=motion.start, stop=motion.stop)
