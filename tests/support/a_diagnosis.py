@@ -64,6 +64,12 @@ def whole_version() -> dict[str, Any]:
     return {
         **FIRST_VERSION,
         "latent_force": to_plain(LatentForce(force, force)),
+        "way": {"time_s": [0.0, 1.0, 2.0], "f_m": [0.0, 8.0, 16.0], "l_m": [0.0, 2.0, 1.0]},
+        "friction_averaged": {
+            "mu_t": {"value": 0.091, "low": 0.084, "high": 0.118, "unit": "1"},
+            "mu_n": {"value": 0.72, "low": 0.70, "high": 0.74, "unit": "1"},
+        },
+        "smallest_noticed": {"gust": {"number": "w_f", "value": 3.21, "unit": "m/s"}},
         "track_distance": to_plain(TrackDistance((0.0, 0.1), (0.5, 0.6), (0.1, 0.1))),
         "weighed": [
             [

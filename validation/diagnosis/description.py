@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -22,7 +23,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOT
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.missing_force import MissingForce, missing_force, placebos
 from sssi_exudyn.validation.diagnosis.noticed import adequacy
-from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, NOTHING
+from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, NOTHING, Mixture
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.result import (
@@ -45,6 +46,7 @@ from sssi_exudyn.validation.diagnosis.result import (
     TrackDistance,
     Vector,
     Version,
+    Way,
     Weighed,
     Where,
 )
@@ -53,6 +55,11 @@ from sssi_exudyn.validation.diagnosis.search_result import LIKELY, SURE, WORTH_N
 from sssi_exudyn.validation.diagnosis.sentences import sentence_of
 from sssi_exudyn.validation.diagnosis.state import State
 
+_FRICTION: Final = ("friction.mu_t", "friction.mu_n")
+_SPREAD: Final = INTERVAL_90 / 1.6449
+"""What a standard deviation counts for (``INTERVAL_90``)."""
+_WAY_POINTS: Final = 4
+"""Of the way in each cell of the missing force."""
 _LEAST_OVERLAP: Final = 0.25
 """Share of a turn's phase that a finding covers where it is named."""
 
@@ -120,9 +127,44 @@ def describe(
         track_distance=_distance(measurements, residuals[0], residuals[-1]),
         smallest_noticed=rounds[-1].noticed,
         adequacy=near,
+        way=_way(rounds[-1].fitted),
+        friction_averaged=averaged_friction(rounds[-1], accepted, after_model),
         version=_version(),
     )
     return diagnosis, tuple(figures)
+
+
+def averaged_friction(last: Round, accepted: Sequence[Accepted], final: Refit | Posterior) -> dict[str, Number]:
+    """Friction, whatever may be the explanation: as the ``final`` model has it where all findings are right and nothing
+    more is missing, and as much beside that as the refit with another explanation has it beside the one it is compared
+    with.
+    """
+    chosen = [(each.searched.explanations, each.explanation) for each in accepted]
+    every = [*chosen, (last.explanations, last.nothing)]
+    return {name.partition(".")[2]: _averaged(every, final, name) for name in _FRICTION}
+
+
+def _averaged(
+    every: Sequence[tuple[Sequence[Explanation], Explanation]], final: Refit | Posterior, name: str
+) -> Number:
+    middle, _, high = final.interval(name, _SPREAD)
+    sigma, likely = high - middle, 1.0
+    weights, means, sigmas = [], [], []
+    for explanations, chosen in every:
+        fitted = [each for each in explanations if each.fit is not None]
+        whole = sum(each.probability for each in fitted)
+        assert chosen.fit is not None
+        value, _, above = chosen.fit.interval(name, _SPREAD)
+        for each in fitted:
+            if each is not chosen and each.fit is not None:
+                other, _, other_above = each.fit.interval(name, _SPREAD)
+                weights.append(likely * each.probability / whole)
+                means.append(middle + other - value)
+                sigmas.append(sigma * (other_above - other) / (above - value))
+        likely *= chosen.probability / whole
+    mixture = Mixture(np.array([*weights, likely]), np.array([*means, middle]), np.array([*sigmas, sigma]))
+    least, most = final.model.bounds(name)
+    return Number(mixture.mean, max(mixture.quantile(0.05), least), min(mixture.quantile(0.95), most), "1")
 
 
 def figures_of(linear: LinearModel, levels: NoiseLevels, residual: Array, folds: list[tuple[float, float]]) -> Figures:
@@ -247,6 +289,14 @@ def _distance(measurements: Measurements, first: Array, final: Array) -> TrackDi
         return tuple(np.hypot(residual[blocks["x"]], residual[blocks["y"]]).tolist())
 
     return TrackDistance(tuple(measurements.fixes.tolist()), of(first), of(final))
+
+
+def _way(fitted: FittedRun) -> Way:
+    edges = fitted.time_edges
+    parts = [np.linspace(a, b, _WAY_POINTS, endpoint=False) for a, b in pairwise(edges)]
+    time = np.concatenate([*parts, edges[-1:]])
+    f, l = (np.interp(time, fitted.run.time, fitted.run.com[:, axis]) for axis in range(2))  # noqa: E741
+    return Way(tuple(time.tolist()), tuple(f.tolist()), tuple(l.tolist()))
 
 
 def _version() -> Version:

@@ -197,6 +197,22 @@ class TrackDistance:
 
 
 @dataclass(frozen=True)
+class Way:
+    """The skier's way over the slope, seen from above: down the fall line and to its left (m), at the edges of the
+    missing force's cells and between.
+    """
+
+    time_s: tuple[float, ...]
+    f_m: tuple[float, ...]
+    l_m: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Raise ValueError where the lengths differ."""
+        if not len(self.time_s) == len(self.f_m) == len(self.l_m):
+            raise ValueError("the lists have different lengths")
+
+
+@dataclass(frozen=True)
 class Smallest:
     """The size of an effect from which it would have been noticed: the number of its that is meant, value and unit."""
 
@@ -233,6 +249,7 @@ class Diagnosis:
     verdict : "none" where nothing is missing, "explained", "ambiguous" where several names remain, "unexplained" where
         a force acts that no hypothesis explains, "not_adequate" where the recording cannot tell
     smallest_noticed : by hypothesis, from which size on it would have been noticed with all findings in the model
+    friction_averaged : mu_t and mu_n over all explanations, each as probable as it was found to be
     weighed : every hypothesis by its probability, the most probable first, in each round of the search
     stands_out : when a force was missing before anything was added
     tier : "reduced" where no fit was confirmed by the full model
@@ -251,6 +268,8 @@ class Diagnosis:
     track_distance: TrackDistance | None = None
     smallest_noticed: dict[str, Smallest] | None = None
     adequacy: Adequacy | None = None
+    way: Way | None = None
+    friction_averaged: dict[str, Number] | None = None
     version: Version | None = None
     tier: Literal["full", "reduced"] = "full"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle
 
 from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.section import Block, Drawing, Facts, Heading, Runs, Section, Text, section_of_each
@@ -16,12 +17,19 @@ from sssi_exudyn.validation.diagnosis.result import (
     ForceOverTime,
     LatentForce,
     Noise,
+    Number,
+    Smallest,
     TrackDistance,
+    Way,
     Weighed,
 )
 
 _COLOURS = (plots.SIMULATED, plots.MEASURED, plots.OTHER)
 Row = tuple[str, str, str]
+_BARS = 10
+"""Explanations that are drawn."""
+_LONGEST = 0.12
+"""Of the way's length: the longest arrow."""
 
 
 def diagnosis(runs: Runs) -> Section:
@@ -46,10 +54,24 @@ def diagnosis_blocks(found: Diagnosis) -> tuple[Block, ...]:
             blocks.append(Drawing(caption, lambda axes: _draw_force(axes, after)))
         rows = _force_rows(found.latent_force)
         blocks += [Facts(rows)] if rows else []
+        if found.way is not None:
+            way = found.way
+            caption = (
+                "The slope from above, the fall line to the right: the missing force in the snow's plane as arrows, "
+                "the circle at each one's end its standard deviation; grey where it is less than that"
+            )
+            blocks.append(Drawing(caption, lambda axes: _draw_slope(axes, way, before), 3.6))
     for finding in found.findings:
         blocks += [Heading(f"{finding.name.replace('_', ' ')} ({finding.probability:.0%})"), Facts(_finding(finding))]
+    if found.friction_averaged is not None:
+        blocks += [Heading("Friction, whatever the explanation"), Facts(_friction(found.friction_averaged))]
     if found.weighed:
-        blocks += [Heading("Probability of every hypothesis"), Facts(_hypotheses(found.weighed[0]))]
+        weighed = found.weighed[0]
+        caption = "Probability of every explanation, before anything was added"
+        blocks += [Heading(caption), Drawing(caption, lambda axes: _draw_probabilities(axes, weighed), 3.2)]
+        blocks += [Facts(_hypotheses(weighed))]
+    if found.smallest_noticed:
+        blocks += [Heading("What would have been noticed"), Facts(_smallest(found.smallest_noticed))]
     return (*blocks, Heading("Noise of the instruments"), Facts(_noise_rows(found.noise)))
 
 
@@ -129,6 +151,23 @@ def _hypotheses(posteriors: tuple[Weighed, ...]) -> list[Row]:
     ]
 
 
+def _friction(averaged: dict[str, Number]) -> list[Row]:
+    meaning = "over all explanations, each as probable as above; 90 % interval"
+    return [(name, f"{n.value:.3f}", f"{meaning} {n.low:.3f} to {n.high:.3f}") for name, n in averaged.items()]
+
+
+def _smallest(noticed: dict[str, Smallest]) -> list[Row]:
+    """From which size on each hypothesis would have been found as often as not."""
+    return [
+        (
+            name.replace("_", " "),
+            f"{each.value:.3g} {'' if each.unit == '1' else each.unit}",
+            f"{each.number}, at least",
+        )
+        for name, each in noticed.items()
+    ]
+
+
 def _noise_rows(noise: Noise) -> list[Row]:
     rows: list[Row] = [("GPS (m)", f"{noise.gps_sigma_m:.3f}", f"correlated over {noise.gps_correlation_s:.1f} s")]
     if noise.height_sigma_m is not None:
@@ -154,6 +193,38 @@ def _draw_distance(axes: Axes, diagnosis: Diagnosis, distance: TrackDistance) ->
     if diagnosis.findings:
         axes.plot(distance.time_s, distance.after_m, color=plots.SIMULATED, label="after")
     axes.set(xlabel="time (s)", ylabel="distance (m)", ylim=(0.0, None))
+
+
+def _draw_probabilities(axes: Axes, weighed: tuple[Weighed, ...]) -> None:
+    shown = [each for each in weighed[:_BARS] if each.probability > 0.0][::-1]
+    names = ["nothing is missing" if each.name == NOTHING_MISSING else each.name.replace("_", " ") for each in shown]
+    bars = axes.barh(names, [each.probability for each in shown], color=plots.SIMULATED)
+    axes.bar_label(bars, [f"{each.probability:.0%}" for each in shown], padding=3.0)
+    axes.set(xlabel="probability", xlim=(0.0, 1.1))
+
+
+def _draw_slope(axes: Axes, way: Way, missing: ForceOverTime) -> None:
+    time, f, l = (np.array(part) for part in (way.time_s, way.f_m, way.l_m))  # noqa: E741
+    axes.plot(f, l, color=plots.MEASURED, linewidth=1.5, label="way")
+    edges, force, band = np.array(missing.edges_s), np.array(missing.force_N), np.array(missing.band_N)
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    course = [np.interp(middles, time, np.gradient(part, time)) for part in (f, l)]
+    forward = np.stack(course) / np.hypot(*course)
+    left = np.stack([-forward[1], forward[0]])
+    arrow = force[:, 0] * forward + force[:, 1] * left
+    place = np.stack([np.interp(middles, time, part) for part in (f, l)])
+    size = np.hypot(*arrow)
+    spread = np.hypot(band[:, 0], band[:, 1]) / np.sqrt(2.0)
+    scale = _LONGEST * float(np.ptp(f)) / max(float(size.max()), float(spread.max()), 1.0)
+    for k in range(len(middles)):
+        clear = size[k] > spread[k]
+        colour = plots.SIMULATED if clear else plots.OTHER
+        end = place[:, k] + scale * arrow[:, k]
+        head = {"arrowstyle": "->", "color": colour, "linewidth": 1.4 if clear else 0.8, "alpha": 1.0 if clear else 0.5}
+        axes.annotate("", xy=(end[0], end[1]), xytext=(place[0, k], place[1, k]), arrowprops=head)
+        axes.add_patch(Circle((end[0], end[1]), scale * spread[k], color=colour, alpha=0.08, linewidth=0))
+    axes.set(xlabel="down the fall line (m)", ylabel="left (m)", aspect="equal")
+    axes.set_title(f"longest arrow {size.max():.0f} N", loc="right", fontsize="small")
 
 
 def _draw_force(axes: Axes, missing: ForceOverTime) -> None:

@@ -65,7 +65,10 @@ def test_a_file_of_the_first_version_is_read_and_shown(tmp_path: Path) -> None:
 
 def test_the_section_shows_what_the_file_holds(tmp_path: Path) -> None:
     section = shown(read(tmp_path, whole_version()))
-    assert section.count("<svg") == 3
+    assert section.count("<svg") == 5  # track, force before and after, slope from above, probabilities
+    assert "longest arrow 50 N" in section
+    assert "90 % interval 0.084 to 0.118" in section
+    assert "3.21 m/s" in section
     assert "log evidence +10.0 against nothing; refitted" in section
     assert "not possible" in section
     assert "after with snow patch in the model; shaded while it acts" in section

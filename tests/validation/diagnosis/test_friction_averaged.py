@@ -1,0 +1,89 @@
+"""Friction over all explanations: mixtures of normal distributions, and which fits they are made of."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from sssi_exudyn.validation.diagnosis.description import Accepted, averaged_friction
+from sssi_exudyn.validation.diagnosis.evidence import NoiseLevels
+from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, Mixture
+from sssi_exudyn.validation.diagnosis.search import Explanation, Round
+
+HALF = float(norm.ppf(0.95))
+
+
+class Fit:
+    """Friction with standard deviations, as a refit or a posterior has it."""
+
+    def __init__(self, mu_t: float, mu_n: float, sigma: float) -> None:
+        self.values, self.sigma = {"friction.mu_t": mu_t, "friction.mu_n": mu_n}, sigma
+        self.model = self
+
+    def interval(self, name: str, spread: float) -> tuple[float, float, float]:
+        value = self.values[name]
+        return value, value - spread * self.sigma, value + spread * self.sigma
+
+    def bounds(self, name: str) -> tuple[float, float]:
+        assert name in self.values
+        return 0.0, 2.0
+
+
+def explanation(name: str, probability: float, fit: Any) -> Explanation:
+    levels: Any = NoiseLevels
+    return Explanation(name, 0.0, probability, None, fit, levels)
+
+
+def of_round(*explanations: Explanation) -> Round:
+    nothing: Any = None
+    return Round(explanations, nothing, nothing, nothing, {}, {})
+
+
+def test_one_explanation_is_a_normal_distribution() -> None:
+    alone = Mixture(np.ones(1), np.array([0.06]), np.array([0.003]))
+    assert alone.mean == 0.06
+    assert alone.quantile(0.95) == pytest.approx(0.06 + HALF * 0.003, abs=1e-9)
+
+
+def test_quantiles_of_a_mixture_hold_its_share() -> None:
+    mixture = Mixture(np.array([0.7, 0.3]), np.array([0.06, 0.09]), np.array([0.002, 0.004]))
+    draws = np.random.default_rng(1)
+    which = draws.uniform(size=400_000) < 0.7
+    values = np.where(which, draws.normal(0.06, 0.002, which.size), draws.normal(0.09, 0.004, which.size))
+    for share in (0.05, 0.5, 0.95):
+        # a share of so many draws is known to 0.0008
+        assert np.mean(values < mixture.quantile(share)) == pytest.approx(share, abs=4e-3)
+
+
+def test_where_nothing_else_is_probable_friction_is_the_final_model_s() -> None:
+    final: Any = Fit(0.06, 0.55, 0.002)
+    last = of_round(explanation("", 1.0, Fit(0.07, 0.6, 0.002)), explanation("gust", 0.0, Fit(0.2, 0.9, 0.002)))
+    found = averaged_friction(last, [], final)
+    assert found["mu_t"].value == pytest.approx(0.06)
+    assert found["mu_t"].high == pytest.approx(0.06 + INTERVAL_90 * 0.002, rel=1e-5)  # 1.6449 for the quantile
+    assert found["mu_n"].low == pytest.approx(0.55 - INTERVAL_90 * 0.002, rel=1e-5)  # 1.6449 for the quantile
+
+
+def test_a_rival_s_friction_is_in_the_interval() -> None:
+    """A patch is 70 % probable, a gust, with which μ_t would be 0.03 more, 30 %."""
+    patch, gust = Fit(0.061, 0.55, 0.002), Fit(0.091, 0.55, 0.004)
+    chosen = explanation("snow_patch", 0.7, patch)
+    first = of_round(chosen, explanation("gust", 0.3, gust), explanation("wind", 0.0, None))
+    last = of_round(explanation("", 1.0, Fit(0.06, 0.55, 0.002)))
+    unused: Any = None
+    final: Any = Fit(0.06, 0.55, 0.002)
+    found = averaged_friction(last, [Accepted(first, chosen, unused, unused)], final)
+    assert found["mu_t"].value == pytest.approx(0.7 * 0.06 + 0.3 * 0.09)
+    assert found["mu_t"].low < 0.06
+    assert found["mu_t"].high > 0.09
+    spread = INTERVAL_90 / HALF
+    expected = Mixture(np.array([0.3, 0.7]), np.array([0.09, 0.06]), spread * np.array([0.004, 0.002]))
+    assert found["mu_t"].high == pytest.approx(expected.quantile(0.95), rel=1e-4)  # 1.6449 for the quantile
+    assert found["mu_n"].value == pytest.approx(0.55)
+
+
+def test_friction_is_not_below_zero() -> None:
+    final: Any = Fit(0.001, 0.55, 0.01)
+    found = averaged_friction(of_round(explanation("", 1.0, final)), [], final)
+    assert found["mu_t"].low == 0.0
