@@ -27,7 +27,8 @@ from sssi_exudyn.validation.diagnosis.result import (
 _COLOURS = (plots.SIMULATED, plots.MEASURED, plots.OTHER)
 Row = tuple[str, str, str]
 _BARS = 10
-"""Explanations that are drawn."""
+"""Explanations that are drawn, at most, and how probable they are at least."""
+_DRAWN = 0.005
 _LONGEST = 0.12
 """Of the way's length: the longest arrow."""
 
@@ -196,7 +197,7 @@ def _draw_distance(axes: Axes, diagnosis: Diagnosis, distance: TrackDistance) ->
 
 
 def _draw_probabilities(axes: Axes, weighed: tuple[Weighed, ...]) -> None:
-    shown = [each for each in weighed[:_BARS] if each.probability > 0.0][::-1]
+    shown = [each for each in weighed[:_BARS] if each.probability >= _DRAWN][::-1]
     names = ["nothing is missing" if each.name == NOTHING_MISSING else each.name.replace("_", " ") for each in shown]
     bars = axes.barh(names, [each.probability for each in shown], color=plots.SIMULATED)
     axes.bar_label(bars, [f"{each.probability:.0%}" for each in shown], padding=3.0)
