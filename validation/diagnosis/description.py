@@ -22,6 +22,7 @@ from sssi_exudyn.validation.diagnosis.held_out import best_residual, folds_of, h
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.missing_force import MissingForce, missing_force, placebos
+from sssi_exudyn.validation.diagnosis.next_measurement import next_measurements
 from sssi_exudyn.validation.diagnosis.noticed import adequacy
 from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, NOTHING, Mixture
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
@@ -38,6 +39,7 @@ from sssi_exudyn.validation.diagnosis.result import (
     Friction,
     FrictionChange,
     LatentForce,
+    Next,
     Noise,
     Number,
     Outcome,
@@ -127,6 +129,7 @@ def describe(
         track_distance=_distance(measurements, residuals[0], residuals[-1]),
         smallest_noticed=rounds[-1].noticed,
         adequacy=near,
+        next=_next(rounds[-1], accepted, state.levels),
         way=_way(rounds[-1].fitted),
         friction_averaged=averaged_friction(rounds[-1], accepted, after_model),
         version=_version(),
@@ -142,6 +145,14 @@ def averaged_friction(last: Round, accepted: Sequence[Accepted], final: Refit | 
     chosen = [(each.searched.explanations, each.explanation) for each in accepted]
     every = [*chosen, (last.explanations, last.nothing)]
     return {name.partition(".")[2]: _averaged(every, final, name) for name in _FRICTION}
+
+
+def _next(last: Round, accepted: Sequence[Accepted], levels: NoiseLevels) -> tuple[Next, ...]:
+    """For the least certain of what was found, or for what stands between nothing and something."""
+    if not accepted:
+        return next_measurements(last, last.nothing, levels) if last.nothing.probability < LIKELY else ()
+    least = min(accepted, key=lambda each: each.explanation.probability)
+    return next_measurements(least.searched, least.explanation, levels)
 
 
 def _averaged(

@@ -118,6 +118,7 @@ class Hypothesis(ABC):
     moves_all : it moves the whole track by far more than the noise, so that a linear response is a poor start of a fit,
         which then begins on both sides
     shapes_snow : the snow surface, were it free, would take up most of it before it is where it belongs
+    comes_again : it is there again on another pass of the slope
     distinctions : measurements that would distinguish it from others; each pair stands with one of the two
     """
 
@@ -128,6 +129,7 @@ class Hypothesis(ABC):
     weight: ClassVar[float] = 1.0
     moves_all: ClassVar[bool] = False
     shapes_snow: ClassVar[bool] = False
+    comes_again: ClassVar[bool] = True
     distinctions: ClassVar[tuple[Distinction, ...]] = ()
 
     @abstractmethod

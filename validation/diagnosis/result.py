@@ -222,6 +222,15 @@ class Smallest:
 
 
 @dataclass(frozen=True)
+class Next:
+    """A measurement that would distinguish two explanations, and how probably one of them would stand alone then."""
+
+    measurement: str
+    distinguishes: tuple[str, str]
+    probability: float
+
+
+@dataclass(frozen=True)
 class Adequacy:
     """By how much (m, root mean square) the track is missed, and by how much the instruments allow it to be."""
 
@@ -249,6 +258,7 @@ class Diagnosis:
     verdict : "none" where nothing is missing, "explained", "ambiguous" where several names remain, "unexplained" where
         a force acts that no hypothesis explains, "not_adequate" where the recording cannot tell
     smallest_noticed : by hypothesis, from which size on it would have been noticed with all findings in the model
+    next : what to measure, where names remain or the recording cannot tell, the most promising first
     friction_averaged : mu_t and mu_n over all explanations, each as probable as it was found to be
     weighed : every hypothesis by its probability, the most probable first, in each round of the search
     stands_out : when a force was missing before anything was added
@@ -268,6 +278,7 @@ class Diagnosis:
     track_distance: TrackDistance | None = None
     smallest_noticed: dict[str, Smallest] | None = None
     adequacy: Adequacy | None = None
+    next: tuple[Next, ...] = ()
     way: Way | None = None
     friction_averaged: dict[str, Number] | None = None
     version: Version | None = None

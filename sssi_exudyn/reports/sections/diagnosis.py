@@ -16,6 +16,7 @@ from sssi_exudyn.validation.diagnosis.result import (
     Finding,
     ForceOverTime,
     LatentForce,
+    Next,
     Noise,
     Number,
     Smallest,
@@ -64,6 +65,8 @@ def diagnosis_blocks(found: Diagnosis) -> tuple[Block, ...]:
             blocks.append(Drawing(caption, lambda axes: _draw_slope(axes, way, before), 3.6))
     for finding in found.findings:
         blocks += [Heading(f"{finding.name.replace('_', ' ')} ({finding.probability:.0%})"), Facts(_finding(finding))]
+    if found.next:
+        blocks += [Heading("What to measure next"), Facts(_next(found.next))]
     if found.friction_averaged is not None:
         blocks += [Heading("Friction, whatever the explanation"), Facts(_friction(found.friction_averaged))]
     if found.weighed:
@@ -155,6 +158,14 @@ def _hypotheses(posteriors: tuple[Weighed, ...]) -> list[Row]:
 def _friction(averaged: dict[str, Number]) -> list[Row]:
     meaning = "over all explanations, each as probable as above; 90 % interval"
     return [(name, f"{n.value:.3f}", f"{meaning} {n.low:.3f} to {n.high:.3f}") for name, n in averaged.items()]
+
+
+def _next(measurements: tuple[Next, ...]) -> list[Row]:
+    def meaning(each: Next) -> str:
+        first, second = (name.replace("_", " ") for name in each.distinguishes)
+        return f"probability that {first} or {second} would stand alone then"
+
+    return [(each.measurement, f"{each.probability:.0%}", meaning(each)) for each in measurements]
 
 
 def _smallest(noticed: dict[str, Smallest]) -> list[Row]:

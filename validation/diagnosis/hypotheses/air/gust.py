@@ -19,6 +19,7 @@ class PassingGust(InTime):
 
     name = Gust.name
     kind = "physics"
+    comes_again = False
     caption = "a gust of wind"
     smallest = "a gust of {value:.1f} m/s"
     keys = ("w_f", "w_l")

@@ -23,6 +23,7 @@ class DisplacedFixes(Hypothesis):
 
     name = GpsJump.name
     kind = "sensor"
+    comes_again = False
     caption = "displaced GPS fixes"
     distinctions = (Distinction(("gust", "unexplained_force"), "a second receiver"),)
     _USUAL = 0.6

@@ -15,6 +15,7 @@ class LatentForce(InTime):
 
     name = UnexplainedForce.name
     kind = "unexplained"
+    comes_again = False
     caption = "a force that no known law explains"
     keys = ("force_f", "force_l", "force_n")
     scale, longest, least = 80.0, 0.4, 1
