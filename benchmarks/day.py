@@ -26,7 +26,8 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.reduced import prepare
-from sssi_exudyn.validation.benchmark.cases import Recorded, other_day, record
+from sssi_exudyn.validation.benchmark.cases import Recorded, record
+from sssi_exudyn.validation.benchmark.world import draw_instruments, other_day
 from sssi_exudyn.validation.diagnosis.day import compare_for_day
 from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
 from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
@@ -52,15 +53,17 @@ def runs_of(law: str, seed: int) -> list[Recorded]:
     fitted = problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
     rng = np.random.default_rng([seed, 77])
     made: list[Recorded] = []
-    snow = None
+    snow = instruments = None
     while len(made) < RUNS:
         begin = float(rng.uniform(motion.start, motion.stop - LONG))
         stretch = replace(motion, start=begin, stop=begin + LONG)
-        drawn = other_day(rng, recording, stretch, fitted)
-        snow = snow or drawn
-        world = replace(snow, start=drawn.start, terms=(*snow.terms, *LAWS[law]))
+        drawn, _ = other_day(rng, recording, stretch, fitted)
+        snow, instruments = snow or drawn, instruments or draw_instruments(rng, stretch)
+        world = replace(snow, start=drawn.start, surface=drawn.surface, terms=(*snow.terms, *LAWS[law]))
+        skied = replace(stretch, inclination=snow.inclination)
+        own = replace(instruments, lost=None)
         try:
-            made.append(record(rng, (recording, stretch, fitted), stretch, world, 0.0, 0.0))
+            made.append(record(rng, (recording, stretch, fitted), skied, world, own, 0.0, 0.0))
         except SimulationDiverged:
             continue  # it begins in the air: another stretch
     return made
