@@ -74,7 +74,7 @@ def day(case: tuple[str, int]) -> str:
     own = []
     for made in runs_of(law, seed):
         problem = diagnosis_problem(*made)
-        own.append(separate_fit(problem, *first_fit(problem)))
+        own.append(separate_fit(*first_fit(problem)))
     alone = [{each.name or "nothing": each.probability for each in compare_for_day([one])}[law] for one in own]
     together = compare_for_day(own)
     listed = [f"{each.name or 'nothing'} {each.probability:.2f}" for each in together if each.probability > 0.05]

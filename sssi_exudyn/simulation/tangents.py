@@ -55,8 +55,9 @@ from sssi_exudyn.terrain.surface import PATCH, Surface, grid_patch, patch_under
 
 STEP: Final = 1e-20
 """Of a complex step; its square is lost beside any number, so that nothing but the derivative is left."""
-_TABLES: Final = 200_000
-"""Numbers that change the posture's tables in one pass, times instants: each takes 1 kB of memory an instant."""
+_TABLES: Final = 100_000
+"""Numbers that change the posture's tables in one pass, times instants: each takes 1 kB of memory an instant, and
+larger arrays cost more to be had than they save."""
 _OVER_TIME: Final = ("antenna", "foot", "com", "exposed")
 """How names of tables over time begin, each with one row an instant."""
 _START: Final = {"start.f": 0, "start.l": 1, "start.velocity_f": 2, "start.velocity_l": 3}
