@@ -31,11 +31,14 @@ TEXT = DOCS / "diagnosis-benchmark-text.md"
 
 
 def keep(folder: Path, commit: str) -> None:
-    """Keep the answers of a benchmark's folder, a row a case."""
+    """Keep the answers of a benchmark's folder, a row a case that was diagnosed."""
     rows = []
     for path in sorted((folder / "made").glob("*.json")):
         case = read_json(path, Case)
-        result = read_json(folder / f"case_{case.index:03d}.json", CaseResult)
+        answered = folder / f"case_{case.index:03d}.json"
+        if not answered.exists():
+            continue
+        result = read_json(answered, CaseResult)
         if result.diagnosis is not None:
             short = replace(result.diagnosis, latent_force=None, track_distance=None, way=None)
             result = replace(result, diagnosis=short)
