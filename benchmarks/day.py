@@ -25,7 +25,7 @@ from sssi_exudyn.fitting.fit import fit_reduced, problem_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.simulation.reduced import prepare
+from sssi_exudyn.simulation.prepared import prepare
 from sssi_exudyn.validation.benchmark.cases import Recorded, record
 from sssi_exudyn.validation.benchmark.world import draw_instruments, other_day
 from sssi_exudyn.validation.diagnosis.day import compare_for_day

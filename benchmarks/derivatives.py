@@ -32,7 +32,8 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.sensitivities import simulate_each
 from sssi_exudyn.simulation.tangents import run_tangents
 from sssi_exudyn.validation.capture_error import CaptureError, with_error

@@ -31,7 +31,8 @@ from sssi_exudyn.results.summary import UncertaintyFigures
 from sssi_exudyn.simulation.boot_joint import BootJoint
 from sssi_exudyn.simulation.carved import simulate_carved
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.reduced import ReducedRun, prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import ReducedRun, prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.steady_turn import (
     NoSteadyTurn,
     SteadyTurn,

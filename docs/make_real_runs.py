@@ -22,7 +22,8 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Recording
-from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.validation.posture_uncertainty import effective_friction, second_half
 
 HEADER = """\

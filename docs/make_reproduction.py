@@ -32,7 +32,7 @@ from sssi_exudyn.reports.sentences import mean_of, spread_of
 from sssi_exudyn.results.folder import SUMMARY
 from sssi_exudyn.results.stored import StoredRun, read_run
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.reduced import prepare
+from sssi_exudyn.simulation.prepared import prepare
 from sssi_exudyn.validation.agreement import filtered_ratio
 from sssi_exudyn.validation.metrics import path_length
 

@@ -22,7 +22,8 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.validation.reference import simulate_flat
 

@@ -24,7 +24,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.hands import hands_at, pole_forces, use_poles
 from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
+from sssi_exudyn.simulation.prepared import Prepared, ReducedRun
 
 _GRID: Final = 0.02
 """s between the instants at which the body's own moment is found."""

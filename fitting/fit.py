@@ -31,7 +31,7 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache, Shapes, fingerprint
 from sssi_exudyn.simulation.full import antenna_path
-from sssi_exudyn.simulation.reduced import STEP, Prepared, prepare
+from sssi_exudyn.simulation.prepared import STEP, Prepared, prepare
 from sssi_exudyn.simulation.sensitivities import sensitivities
 
 Method = Literal["joint", "paper"]

@@ -20,7 +20,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.uncertainty import Uncertainty
-from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
+from sssi_exudyn.simulation.prepared import Prepared, ReducedRun
 
 GROUPS: Final = {
     "fixes": ("x", "y"),

@@ -36,7 +36,8 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
-from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.simulation.tangents import TableChange, skier_mass_change
 

@@ -22,7 +22,7 @@ from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.posture_table import PostureTable
-from sssi_exudyn.simulation.reduced import Prepared
+from sssi_exudyn.simulation.prepared import Prepared
 from sssi_exudyn.simulation.tangents import TableChange
 
 TURNS: Final = ("roll", "pitch", "yaw")

@@ -27,7 +27,8 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.few_sensors.complete import Completed
 from sssi_exudyn.recording.few_sensors.posture_model import CLEAR_LEAN
 from sssi_exudyn.recording.instruments.gps import Gps
-from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.capture_error import CaptureError, with_error
 

@@ -21,7 +21,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, snow_grid
 from sssi_exudyn.simulation.boot_joint import BootJoint, boot_joint
-from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, first_place, load_at_start, reduced_run
+from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, first_place, load_at_start, reduced_run
 from sssi_exudyn.simulation.steady_turn import MODES, POINTS, carving_module, edge_work, edges_of
 
 COARSE_POINTS: Final = 50

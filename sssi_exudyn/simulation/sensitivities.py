@@ -15,15 +15,8 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.faults import BootCuff, InsoleGain, antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.runtime.threads import cores_used, side_by_side
-from sssi_exudyn.simulation.reduced import (
-    Prepared,
-    ReducedRun,
-    reduced_module,
-    reduced_run,
-    run_batch,
-    simulate_reduced,
-    start_of_run,
-)
+from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, reduced_run
+from sssi_exudyn.simulation.reduced import reduced_module, run_batch, simulate_reduced, start_of_run
 from sssi_exudyn.simulation.tangents import (
     STEP,
     Addition,

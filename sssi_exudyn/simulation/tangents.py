@@ -39,18 +39,8 @@ from sssi_exudyn.model.model import Model, mode_index
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.runtime.threads import cores_used, side_by_side
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.reduced import (
-    Prepared,
-    ReducedRun,
-    Rest,
-    StartOfRun,
-    empty_series,
-    load_at_start,
-    prepare,
-    reduced_module,
-    reduced_run,
-    start_of_run,
-)
+from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, empty_series, load_at_start, prepare, reduced_run
+from sssi_exudyn.simulation.reduced import Rest, StartOfRun, reduced_module, start_of_run
 from sssi_exudyn.terrain.surface import PATCH, Surface, grid_patch, patch_under
 
 STEP: Final = 1e-20

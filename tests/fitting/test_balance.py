@@ -17,7 +17,8 @@ from sssi_exudyn.motion.correction import PostureCorrection, correct_posture
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 
 TURNS = ("pelvis_rotation", "pelvis_list", "pelvis_tilt")
 

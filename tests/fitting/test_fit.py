@@ -17,7 +17,8 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.simulation.full import antenna_path, simulate
-from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 
 TRUTH = {

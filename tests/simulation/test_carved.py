@@ -20,7 +20,8 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.assembly import CARVED_STEP
 from sssi_exudyn.simulation.carved import CarvedRun, simulate_carved
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.reduced import Prepared, prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import Prepared, prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.result import SimulationResult
 
 pytestmark = pytest.mark.long

@@ -9,7 +9,7 @@ from gliding import model, standing
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.simulation.reduced import ReducedRun, prepare
+from sssi_exudyn.simulation.prepared import ReducedRun, prepare
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.simulation.tangents import skier_mass_change
 

@@ -20,7 +20,8 @@ from sssi_exudyn.core.frames import Array, slope_to_level
 from sssi_exudyn.motion.motion import Motion, spline_motion
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.tangents import run_tangents
 from sssi_exudyn.terrain.surface import Surface, surface_over
 

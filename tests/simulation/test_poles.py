@@ -16,7 +16,8 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.balance import balance_of
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.result import SimulationResult
 
 SEEN = average_geometry(1.75)

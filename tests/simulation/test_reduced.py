@@ -18,7 +18,8 @@ from sssi_exudyn.model.faults import HeadingDrift, LeverArm
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.simulation.assembly import correct_motion
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.reduced import STEP, prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import STEP, prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 
 
 @pytest.mark.parametrize("name", ["beginner", "intermediate"])

@@ -28,7 +28,8 @@ from sssi_exudyn.model.faults import BootCuff, GpsJump, HeadingDrift, InsoleGain
 from sssi_exudyn.model.from_recording import first_guess, model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.simulation.reduced import Prepared, ReducedRun, prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.sensitivities import responses_to_additions, sensitivities, simulate_each
 from sssi_exudyn.simulation.tangents import host_of, run_tangents, skier_mass_change
 from sssi_exudyn.terrain.surface import surface_over

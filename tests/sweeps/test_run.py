@@ -15,7 +15,8 @@ from sssi_exudyn import cli
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.sweeps import run as sweep_run
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.file import sweep_from

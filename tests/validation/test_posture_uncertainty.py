@@ -24,7 +24,8 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.sections.few_sensors import few_sensors
 from sssi_exudyn.results.posture import posture_figures, second_half_table
-from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.posture_uncertainty import effective_friction, over_ground, second_half, shares_of
 

@@ -21,7 +21,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.simulation.reduced import Prepared, ReducedRun
+from sssi_exudyn.simulation.prepared import Prepared, ReducedRun
 from sssi_exudyn.simulation.sensitivities import responses_to_additions
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
 from sssi_exudyn.validation.diagnosis.result import Kind, Number

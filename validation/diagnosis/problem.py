@@ -24,7 +24,8 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.runtime.cache import Cache, fingerprint
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.reduced import Prepared, prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import Prepared, prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.simulation.tangents import skier_mass_change
 from sssi_exudyn.terrain.from_heights import TILTS

@@ -18,7 +18,7 @@ from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.optimise import minimise_squares
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.simulation.reduced import Prepared
+from sssi_exudyn.simulation.prepared import Prepared
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.diagnosis.evidence import Whitener
 

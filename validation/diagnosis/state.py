@@ -22,7 +22,8 @@ from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.runtime.cache import Shapes, fingerprint
-from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.validation.diagnosis.evidence import (
     Freedom,
     LinearModel,

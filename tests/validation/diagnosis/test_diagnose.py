@@ -35,7 +35,8 @@ from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.section import Section
 from sssi_exudyn.reports.sections.diagnosis import diagnosis_blocks
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.validation.benchmark.cases import Case, Made, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page

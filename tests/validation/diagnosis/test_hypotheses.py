@@ -17,7 +17,8 @@ from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.fitting.measurements import measurements_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.simulation.reduced import prepare, simulate_reduced
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import (
     BY_NAME,
     HYPOTHESES,
