@@ -86,6 +86,8 @@ def test_the_page_has_one_section_however_often(result: Path) -> None:
         assert page.count("<h2") == plain.count("<h2") + 1
         assert page.count(">Muscles</a>") == 1
         assert f"to the power of {power} is least" in page
+        assert "over a turn" in page
+        assert "Instrumented knees" in page
         for group in ("gluteus maximus", "tibialis anterior", "hip adductors", "erector spinae", "latissimus dorsi"):
             assert page.count(f'<th scope="row">{group}</th>') == 1
         assert page.count('<th scope="row">psoas major</th>') == 2  # of the leg and of the trunk

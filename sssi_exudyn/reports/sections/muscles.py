@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,11 @@ from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import LackingJoint, MuscleFigures
 
 Mask = NDArray[np.bool_]
+_PUBLISHED: Final = (
+    "No measurement of these forces in skiing is known. Instrumented knees carry 2.5 to 2.8 body weights in walking, "
+    "3.2 to 3.5 down stairs, 4.2 in jogging and 4.3 in tennis (D'Lima et al., Arthritis Res. Ther. 15 (2013) ar4138). "
+    "What can be compared and what cannot is in docs/muscles.md."
+)
 
 
 def muscles(runs: Runs) -> Section:
@@ -42,6 +48,8 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
         Heading("Largest joint contact forces (body weights)"),
         Grid(_contact(series, figures.contact_peak_band_bodyweights)),
         Drawing(_loads_caption(figures), lambda axes: _draw_loads(axes, series), 3.0),
+        Drawing("The same over a turn, mean of all turns with all phases", lambda axes: _draw_turn(axes, series), 3.0),
+        Text(_PUBLISHED),
         Drawing("Activation of the quadriceps", lambda axes: _draw_quadriceps(axes, series), 3.0),
     )
     if not figures.lacking:
@@ -54,7 +62,7 @@ def _columns(chosen: MuscleSet) -> set[str]:
     regions = (("leg", leg_groups(chosen)), ("lumbar", LUMBAR_GROUPS))
     joints = [f"{joint}_{side[0]}" for joint in ("hip", "knee", "ankle") for side in SIDES]
     groups = {group_column(region, group, side) for region, names in regions for group in names for side in SIDES}
-    return {"turn_side", "turn_phase", *groups, *(contact_column(joint) for joint in (*joints, "L5_S1"))}
+    return {"turn", "turn_side", "turn_phase", *groups, *(contact_column(joint) for joint in (*joints, "L5_S1"))}
 
 
 def _sentence(figures: MuscleFigures) -> str:
@@ -161,6 +169,29 @@ def _draw_loads(axes: Axes, series: pd.DataFrame) -> None:
                 series["time_s"], weights - width, weights + width, color=colour, alpha=0.25, linewidth=0.0
             )
     axes.set(xlabel="time (s)", ylabel="body weights")
+
+
+def _draw_turn(axes: Axes, series: pd.DataFrame) -> None:
+    """Loads of the outside and the inside knee and of L5/S1 from the beginning to the end of a turn, with bands."""
+    share = np.linspace(0.0, 1.0, 101)
+    found: dict[str, list[Array]] = {}
+    for _, turn in series[series["turn"] > 0].groupby("turn"):
+        side = turn["turn_side"].iloc[0]
+        if side not in SIDES or not set(PHASES) <= set(turn["turn_phase"]):
+            continue
+        outer, inner = ("r", "l") if side == "left" else ("l", "r")
+        time = _values(turn, "time_s")
+        at = time[0] + share * (time[-1] - time[0])
+        for label, joint in (("outside knee", f"knee_{outer}"), ("inside knee", f"knee_{inner}"), ("L5/S1", "L5_S1")):
+            band = contact_band_column(joint)
+            columns = [_contact_weights(turn, joint), _values(turn, band) if band in turn else np.zeros(len(turn))]
+            found.setdefault(label, []).append(np.stack([np.interp(at, time, column) for column in columns]))
+    for (label, turns), colour in zip(found.items(), COLOURS, strict=False):
+        mean, width = np.mean(turns, axis=0)
+        axes.plot(100.0 * share, mean, color=colour, label=label)
+        if np.any(width > 0.0):
+            axes.fill_between(100.0 * share, mean - width, mean + width, color=colour, alpha=0.25, linewidth=0.0)
+    axes.set(xlabel="share of the turn (%)", ylabel="body weights")
 
 
 def _draw_quadriceps(axes: Axes, series: pd.DataFrame) -> None:
