@@ -16,6 +16,7 @@
       this.path = numbers(this.data.path, Float32Array);
       this.around = numbers(this.data.around, Int16Array);
       this.forces = numbers(this.data.forces, Int16Array);
+      this.heights = this.data.hill && numbers(this.data.hill.heights, Int16Array);
       this.canvas = box.querySelector("canvas");
       this.pen = this.canvas.getContext("2d");
       this.frame = 0; // whole and fraction
@@ -54,16 +55,27 @@
         const of = [0, 1].map((side) => {
           const a = 3 * (i * points + feet + side);
           const x = this.path[3 * i] + step * this.around[a], z = this.path[3 * i + 2] + step * this.around[a + 2];
-          return normal[0] * x + normal[1] * z;
+          const y = this.path[3 * i + 1] + step * this.around[a + 1];
+          return normal[0] * x + normal[1] * (z - this.hill(x, y));
         });
         lower.push(Math.min(...of));
       }
       return lower.sort((a, b) => a - b)[Math.floor(frames / 2)];
     }
 
+    // Height of the snow straight above its plane.
+    hill(x, y) {
+      if (!this.heights) return 0;
+      const known = this.data.hill, { corner, spacing, rows, columns, step } = known;
+      const within = (at, count) => Math.min(Math.max(at / spacing, 0), count - 1 - 1e-9);
+      const u = within(x - corner[0], rows), v = within(y - corner[1], columns);
+      const i = Math.floor(u), j = Math.floor(v), at = (a, b) => step * this.heights[(i + a) * columns + j + b];
+      return lerp(lerp(at(0, 0), at(1, 0), u - i), lerp(at(0, 1), at(1, 1), u - i), v - j);
+    }
+
     onSnow(x, y) {
       const i = this.data.inclination;
-      return [x, y, (this.snow - Math.sin(i) * x) / Math.cos(i)];
+      return [x, y, (this.snow - Math.sin(i) * x) / Math.cos(i) + this.hill(x, y)];
     }
 
     // Screen x, y (CSS pixels), depth (m) and pixels a metre of a place; null behind the camera.
@@ -123,30 +135,51 @@
       this.tell();
     }
 
-    // The slope as snow: cells that fade with their distance, and lines of equal height, a metre apart.
+    // The slope as snow: cells that fade with their distance, darker where they turn from a light on the left, and
+    // lines of equal height, a metre apart.
     drawSnow(x, y, reach) {
       const pen = this.pen, cell = 2, [first, last] = [-reach / cell, reach / cell - 1];
       const [i, j] = [cell * Math.round(x / cell), cell * Math.round(y / cell)];
-      pen.fillStyle = this.colour("snow");
       for (let a = first; a <= last; a++) {
         for (let b = first; b <= last; b++) {
           const away = Math.hypot((a + 0.5) * cell + i - x, (b + 0.5) * cell + j - y) / reach;
           const corners = [[0, 0], [1, 0], [1, 1], [0, 1]].map(
             ([k, l]) => this.project(this.onSnow(i + cell * (a + k), j + cell * (b + l))));
           if (away >= 1 || corners.includes(null)) continue;
-          pen.globalAlpha = 1 - away * away;
           pen.beginPath();
           corners.forEach((at, k) => (k ? pen.lineTo(at.x, at.y) : pen.moveTo(at.x, at.y)));
+          pen.fillStyle = this.colour("snow");
+          pen.globalAlpha = 1 - away * away;
           pen.fill();
+          const [p, q] = [i + cell * (a + 0.5), j + cell * b];
+          const turned = (this.hill(p, q + cell) - this.hill(p, q)) / cell;
+          if (turned > 0) {
+            pen.fillStyle = this.colour("contour");
+            pen.globalAlpha *= Math.min(0.5, 4 * turned);
+            pen.fill();
+          }
         }
       }
       pen.globalAlpha = 1;
-      const slope = Math.tan(this.data.inclination);
-      if (slope < 0.02) return;
-      const top = this.onSnow(x, y)[2];
-      for (let z = Math.ceil(top - reach * slope); z <= top + reach * slope; z++) {
-        const at = x + (top - z) / slope;
-        this.line([-reach, 0, reach].map((r) => this.onSnow(at, y + r)), this.colour("contour"), z % 5 ? 1 : 2);
+      for (let a = first; a <= last; a++) {
+        for (let b = first; b <= last; b++) this.drawContours(i + cell * a, j + cell * b, cell);
+      }
+    }
+
+    // Lines of equal height over the two triangles of a cell.
+    drawContours(x, y, cell) {
+      const at = (k, l) => this.onSnow(x + cell * k, y + cell * l);
+      for (const corners of [[at(0, 0), at(1, 0), at(1, 1)], [at(0, 0), at(1, 1), at(0, 1)]]) {
+        const heights = corners.map((corner) => corner[2]);
+        for (let z = Math.ceil(Math.min(...heights)); z <= Math.max(...heights); z++) {
+          const crossing = [];
+          for (let k = 0; k < 3; k++) {
+            const [p, q] = [corners[k], corners[(k + 1) % 3]];
+            const share = (z - p[2]) / (q[2] - p[2]);
+            if ((p[2] < z) !== (q[2] < z)) crossing.push(p.map((value, c) => lerp(value, q[c], share)));
+          }
+          if (crossing.length === 2) this.line(crossing, this.colour("contour"), z % 5 ? 1 : 2);
+        }
       }
     }
 
@@ -154,10 +187,11 @@
       const [x, y] = this.com(), reach = 14;
       this.drawSnow(x, y, reach);
       const grid = this.colour("grid"), [i, j] = [Math.round(x), Math.round(y)];
-      for (let k = -reach; k <= reach; k += 2) {
+      const steps = Array.from({ length: reach + 1 }, (_, k) => 2 * k - reach); // straight on a plane alone
+      for (const k of steps) {
         const down = 2 * Math.round((i + k) / 2), across = 2 * Math.round((j + k) / 2);
-        this.line([-reach, 0, reach].map((r) => this.onSnow(down, y + r)), grid, 1);
-        this.line([-reach, 0, reach].map((r) => this.onSnow(x + r, across)), grid, 1);
+        this.line(steps.map((r) => this.onSnow(down, y + r)), grid, 1);
+        this.line(steps.map((r) => this.onSnow(x + r, across)), grid, 1);
       }
       const { frames, feet, points, step } = this.data, now = Math.floor(this.frame);
       const every = Math.max(1, Math.round(frames / 600));

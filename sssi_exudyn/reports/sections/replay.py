@@ -65,6 +65,26 @@ _BULK: Final = {"pelvis": 0.1, "torso": 0.09, "femur": 0.075, "tibia": 0.055, "h
 _THIN: Final = 0.035
 
 
+_REACH: Final = 16.0
+"""m of snow about the way that are drawn."""
+_CELL: Final = 2.0
+"""m between heights of the snow, where these are no more than ``_MOST``."""
+_MOST: Final = 40_000
+_EVEN: Final = 1e-3
+"""m by which snow leaves its plane where it is drawn as one."""
+
+
+@dataclass(frozen=True)
+class Hill:
+    """Heights of the snow straight above the slope's plane, level frame: (a, b) m every ``spacing`` (m) down the fall
+    line's azimuth and to its left, the first at ``corner`` (2,) m.
+    """
+
+    corner: Array
+    spacing: float
+    heights: Array
+
+
 @dataclass(frozen=True)
 class Replay:
     """n frames of a run in the level frame, metres and newtons.
@@ -77,6 +97,7 @@ class Replay:
     feet : (n, 2, 3) where friction acts
     snow : (n, 2, 3) N, the snow's force on each ski
     air : (n, 3) N
+    hill : heights of the snow; None where it is its plane
     """
 
     time: Array
@@ -87,6 +108,7 @@ class Replay:
     feet: Array
     snow: Array
     air: Array
+    hill: Hill | None = None
 
 
 def poses_of(series: pd.DataFrame, geometry: Geometry, inclination: float) -> Poses:
@@ -129,7 +151,19 @@ def replay_of(series: pd.DataFrame, geometry: Geometry, model: Model, rate: floa
         feet=feet - start,
         snow=load[..., None] * level[:, 2] + friction,
         air=vectors("drag", "N"),
+        hill=hill_about(model, com, start),
     )
+
+
+def hill_about(model: Model, com: Array, start: Array) -> Hill | None:
+    """The snow about a way ``com`` (n, 3) m, level frame, counted from ``start`` (3,)."""
+    low, high = com[:, :2].min(axis=0) - _REACH, com[:, :2].max(axis=0) + _REACH
+    spacing = max(_CELL, float(np.sqrt(np.prod(high - low) / _MOST)))
+    x, y = (np.arange(a, b + spacing, spacing) for a, b in zip(low, high, strict=True))
+    slant = np.cos(model.inclination)
+    places = np.stack(np.meshgrid(x / slant, y, indexing="ij"), axis=-1).reshape(-1, 2)
+    heights = model.snow(places)[0].reshape(len(x), len(y)) / slant
+    return None if np.max(np.abs(heights)) < _EVEN else Hill(low - start[:2], spacing, heights)
 
 
 def _edges(ski: Ski, bent: Array) -> Array:
@@ -181,11 +215,25 @@ def pack(replay: Replay, name: str, model: Model) -> dict[str, Any]:
         "skis": len(SEGMENTS) + len(_LEAVES) + 2,
         "stations": len(STATIONS),
         "inclination": model.inclination,
+        "hill": None if replay.hill is None else _packed(replay.hill),
         "weight": GRAVITY * (model.skier.mass + gear),
         "bodyweight": GRAVITY * model.skier.mass,
         "path": _binary(replay.com, "<f4"),
         "around": _binary(np.rint(around / step), "<i2"),
         "forces": _binary(np.rint(forces / newton), "<i2"),
+    }
+
+
+def _packed(hill: Hill) -> dict[str, Any]:
+    """``heights`` (a, b) int16 in steps of ``step`` m."""
+    step = _step(hill.heights)
+    return {
+        "corner": hill.corner.tolist(),
+        "spacing": hill.spacing,
+        "rows": hill.heights.shape[0],
+        "columns": hill.heights.shape[1],
+        "step": step,
+        "heights": _binary(np.rint(hill.heights / step), "<i2"),
     }
 
 

@@ -2,6 +2,7 @@
 
 import base64
 import re
+from dataclasses import replace
 from importlib import resources
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from a_run import AZIMUTH, INCLINATION, MASS, SPEED, a_result, a_run
 
 from sssi_exudyn.bodies.skier.chain import SEGMENT
+from sssi_exudyn.contact.terms.terrain import TerrainBump
 from sssi_exudyn.core.frames import GRAVITY, slope_to_level
 from sssi_exudyn.reports.plots import COLOURS
 from sssi_exudyn.reports.sections.replay import RATE, STATIONS, pack, player, replay_of
@@ -73,6 +75,33 @@ def test_packed_numbers_come_back_within_a_step(run: StoredRun) -> None:
     forces = np.frombuffer(base64.b64decode(data["forces"]), "<i2").reshape(data["frames"], 3, 3)
     np.testing.assert_allclose(data["newton"] * forces[:, :2], scene.snow, atol=0.5 * data["newton"] + 1e-9)
     assert data["points"] == data["skis"] + 4 * len(STATIONS)
+
+
+def test_a_plane_is_drawn_as_one(run: StoredRun) -> None:
+    assert run.geometry is not None
+    scene = replay_of(run.series, run.geometry, run.model)
+    assert scene.hill is None
+    assert pack(scene, run.name, run.model)["hill"] is None
+
+
+def test_a_hill_is_packed_where_it_is(run: StoredRun) -> None:
+    """A bump across the way, 0.5 m over the plane: as high, straight up, where its place on the slope says."""
+    assert run.geometry is not None
+    com = a_result().com
+    bump = TerrainBump(0.5, float(com[len(com) // 2, 0]), 8.0)
+    model = replace(run.model, terms=(*run.model.terms, bump))
+    hill = pack(replay_of(run.series, run.geometry, model), run.name, model)["hill"]
+    heights = np.frombuffer(base64.b64decode(hill["heights"]), "<i2").reshape(hill["rows"], hill["columns"])
+    start = (com[0] @ slope_to_level(INCLINATION).T)[:2]
+    x, y = (hill["corner"][k] + start[k] + hill["spacing"] * np.arange(heights.shape[k]) for k in range(2))
+    places = np.stack(np.meshgrid(x / np.cos(INCLINATION), y, indexing="ij"), axis=-1).reshape(-1, 2)
+    expected = model.snow(places)[0].reshape(heights.shape) / np.cos(INCLINATION)
+    np.testing.assert_allclose(hill["step"] * heights, expected, atol=hill["step"])  # rounded to steps
+    assert np.max(expected) > 0.4
+    # the snow reaches beyond the way on all sides
+    way = com @ slope_to_level(INCLINATION).T
+    assert x[0] < way[:, 0].min() - 10.0
+    assert y[-1] > way[:, 1].max() + 10.0
 
 
 def test_every_segment_is_drawn(run: StoredRun) -> None:
