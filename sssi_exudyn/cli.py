@@ -154,7 +154,9 @@ def parser() -> argparse.ArgumentParser:
     blind.add_argument("--workers", type=_count, metavar="N", help="processes (default: one a core)")
     blind.add_argument("--full", type=int, default=30, help="cases for the full model (%(default)s)")
     of.add_parser("recordings", parents=[common, recorded, written], help="on recordings with a truth.json")
-    _add_snow(commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report"))
+    run = commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
+    _add_terms(run)
+    _add_snow(run)
     report = commands.add_parser("report", parents=[common], help="the report of a result, or of several side by side")
     report.add_argument("results", type=Path, nargs="+", metavar="DIR", help="folder of a result")
     report.add_argument("--out", type=Path, metavar="FILE", required=True, help="the report (.html or .pdf)")
@@ -454,7 +456,9 @@ def _call(options: argparse.Namespace) -> str:
         case "validate":
             summary = commands.validate(options.folder, options.result, options.out, progress=progress)
         case _:
-            summary = commands.run(options.folder, options.out, snow=options.snow, progress=progress)
+            summary = commands.run(
+                options.folder, options.out, terms=options.terms, snow=options.snow, progress=progress
+            )
     groups = _groups_of(summary)
     return to_json(groups) if options.json else format_summary(groups)
 

@@ -114,7 +114,8 @@ def test_the_snow_is_chosen(command: str, behind: Callable[..., None]) -> None:
 def test_how_much_is_said_is_chosen(
     option: list[str], behind: Callable[..., None], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def run(*_: object, snow: str, progress: Progress) -> Summary:
+    def run(*_: object, terms: list[str], snow: str, progress: Progress) -> Summary:
+        assert terms == []
         assert snow == "paper"
         with progress.stage("fit") as stage:
             stage.advance(0.5, "half")
@@ -183,6 +184,19 @@ def test_every_failure_is_one_line_with_its_status(
 def test_wrong_usage_has_status_two(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert status(arguments) == 2
     assert "usage: sssi" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("command", ["run", "fit", "simulate"])
+def test_terms_are_added(command: str, behind: Callable[..., None]) -> None:
+    seen = []
+
+    def made(*_: object, terms: list[str], **__: object) -> Summary:
+        seen.append(terms)
+        return SUMMARY
+
+    behind(command, made)
+    assert status([command, "rec", "--out", "res", "--term", "posture_air", "--term", "wind", "--quiet"]) == 0
+    assert seen == [["posture_air", "wind"]]
 
 
 def test_terms_are_a_table(behind: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:

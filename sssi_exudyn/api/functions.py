@@ -262,6 +262,7 @@ def run(
     recording: RecordingOrFolder,
     out: AnyPath | None = None,
     *,
+    terms: Sequence[Term] = (),
     snow: Snow = "paper",
     progress: ProgressWanted = False,
 ) -> Result:
@@ -271,6 +272,7 @@ def run(
     ----------
     recording : the recording, or its folder
     out : folder for the result and its report; left out, nothing is written
+    terms : further force terms, such as ``PostureAir()``
     snow : ``"paper"``, friction at the foot, or ``"carving"``, snow that edges cut
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
@@ -283,7 +285,7 @@ def run(
     from sssi_exudyn.api.result import result_of
     from sssi_exudyn.commands.runs import make_run
 
-    made = make_run(_recording(recording), _path(out), snow=snow, progress=progress_of(progress))
+    made = make_run(_recording(recording), _path(out), terms=terms, snow=snow, progress=progress_of(progress))
     return result_of(made, _path(out))
 
 

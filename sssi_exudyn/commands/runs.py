@@ -203,16 +203,27 @@ def make_fit(
         return made
 
 
-def run(folder: Path, out: Path, *, snow: Snow = "paper", progress: Progress = SILENT) -> Summary:
-    """The whole chain: fit where there is a GPS, simulate, validate, report, into ``out``; the summary."""
-    return make_run(folder, out, snow=snow, progress=progress).run.summary
+def run(
+    folder: Path, out: Path, *, terms: Sequence[str] = (), snow: Snow = "paper", progress: Progress = SILENT
+) -> Summary:
+    """The whole chain: fit where there is a GPS, simulate, validate, report, into ``out``; the summary.  ``terms`` are
+    names of force terms to add.
+    """
+    return make_run(folder, out, terms=terms_named(terms), snow=snow, progress=progress).run.summary
 
 
-def make_run(source: Path | Recording, out: Path | None, *, snow: Snow = "paper", progress: Progress = SILENT) -> Made:
+def make_run(
+    source: Path | Recording,
+    out: Path | None,
+    *,
+    terms: Sequence[Term] = (),
+    snow: Snow = "paper",
+    progress: Progress = SILENT,
+) -> Made:
     """``run`` of a recording or its folder; without ``out`` nothing is written."""
     recording = source if isinstance(source, Recording) else read_recording(source)
     make = make_simulation if recording.gps is None else make_fit
-    return make(recording, out, snow=snow, progress=progress)
+    return make(recording, out, terms=terms, snow=snow, progress=progress)
 
 
 def _snow(snow: Snow) -> tuple[Term, ...]:
