@@ -26,7 +26,7 @@ from sssi_exudyn.validation.benchmark.scores import CaseResult, Scores, score
 DOCS = Path(__file__).parent
 KEPT = DOCS / "diagnosis-benchmark.parquet"
 PAGE = DOCS / "diagnosis-benchmark.md"
-TEXT = DOCS / "diagnosis-benchmark-text.md"
+TEXT = DOCS / "diagnosis-benchmark-text.txt"
 """What stands below the figures."""
 
 

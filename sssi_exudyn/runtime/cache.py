@@ -53,8 +53,16 @@ _NAMES: Final = {
 }
 """Modules of classes that are hashed, and the names they are hashed under: those they had when keys were first kept.
 A sweep or a fit begun before a module moved goes on."""
-_LATER: Final = frozenset({"surface", "elevations", "posture"})
-"""Fields that classes got since; while they hold nothing, the key is what it was without them."""
+_LATER: Final = {
+    "Model": ("surface", "posture"),
+    "Recording": ("elevations", "poles"),
+    "Equipment": (
+        "boot_sole_length", "boot_centre", "ramp_angle", "cuff_edging", "cuff_flexion", "cuff_lean", "pole_mass",
+        "pole_length",
+    ),
+    "PolePlant": ("side",),
+}  # fmt: skip
+"""Fields that classes got since; while they hold their default, the key is what it was without them."""
 
 
 def fingerprint(*parts: object) -> str:
@@ -186,7 +194,8 @@ def _pieces(value: object) -> Iterator[bytes]:
             kind = type(value)
             yield f"{_NAMES.get(kind.__module__, kind.__module__)}.{kind.__qualname__}".encode()
             for entry in dataclasses.fields(value):
-                if entry.name in _LATER and getattr(value, entry.name) is None:
+                later = entry.name in _LATER.get(kind.__name__, ())
+                if later and getattr(value, entry.name) == entry.default:
                     continue
                 yield from _pieces(entry.name)
                 yield from _pieces(getattr(value, entry.name))
