@@ -48,6 +48,8 @@ STEP: Final = 1e-20
 _TABLES: Final = 100_000
 """Numbers that change the posture's tables in one pass, times instants: each takes 1 kB of memory an instant, and
 larger arrays cost more to be had than they save."""
+_LEAST: Final = 24
+"""Of them in a pass that is worth its run."""
 _OVER_TIME: Final = ("antenna", "foot", "com", "exposed")
 """How names of tables over time begin, each with one row an instant."""
 _START: Final = {"start.f": 0, "start.l": 1, "start.velocity_f": 2, "start.velocity_l": 3}
@@ -99,6 +101,7 @@ def run_tangents(
     plain = [i for i in range(len(makers)) if i not in tabular]
     most = max(1, _TABLES // len(prepared.time))
     count = cores_used(None) * ceil(len(tabular) / (most * cores_used(None)))  # as many on each core
+    count = min(count, ceil(len(tabular) / _LEAST))
     groups = [group for group in (tabular[i::count] for i in range(count)) if group] or [[]]
     groups[-1] = groups[-1] + plain
     reduced_module()  # once, before threads ask for it
