@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from sssi_exudyn.contact.maths import Math, Vector
 from sssi_exudyn.contact.term import SegmentState, SegmentTerm
@@ -15,6 +15,17 @@ _CHOICE = "chosen: the paper gives no number"
 
 STILL: Final = 1e-6
 """m/s; keeps the slope of the speed's root finite in still air; it changes the drag by 10⁻¹² of it at 1 m/s."""
+
+
+def _density() -> Any:
+    return quantity(
+        1.05,
+        "kg/m^3",
+        low=0.6,
+        high=1.4,
+        source="standard atmosphere near 1900 m, winter",
+        meaning="density of the air",
+    )
 
 
 @dataclass(frozen=True)
@@ -28,14 +39,7 @@ class AirDrag(SegmentTerm):
     sources: ClassVar[tuple[str, ...]] = ("paper, 2.2.4",)
 
     c_d: float = quantity(0.9, "1", low=0.1, high=2.0, source=_CHOICE, meaning="drag coefficient")
-    rho: float = quantity(
-        1.05,
-        "kg/m^3",
-        low=0.6,
-        high=1.4,
-        source="standard atmosphere near 1900 m, winter",
-        meaning="density of the air",
-    )
+    rho: float = _density()
 
     def force(self, math: Math, state: SegmentState) -> Vector:
         u_f, u_l, u_n = (air - own for air, own in zip(state.wind, state.velocity, strict=True))
@@ -73,14 +77,7 @@ class PostureAir(SegmentTerm):
         source="chosen: drag areas of an upright skier and of a tuck are then within what was measured",
         meaning="drag coefficient of a segment",
     )
-    rho: float = quantity(
-        1.05,
-        "kg/m^3",
-        low=0.6,
-        high=1.4,
-        source="standard atmosphere near 1900 m, winter",
-        meaning="density of the air",
-    )
+    rho: float = _density()
 
     def force(self, math: Math, state: SegmentState) -> Vector:
         u_f, u_l, u_n = (air - own for air, own in zip(state.wind, state.velocity, strict=True))

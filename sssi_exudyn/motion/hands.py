@@ -15,7 +15,7 @@ from sssi_exudyn.bodies.skier.anthropometry import GRIP
 from sssi_exudyn.bodies.skier.chain import HANDS, jacobians
 from sssi_exudyn.contact.maths import ArrayMath
 from sssi_exudyn.contact.term import BodyState, BodyTerm, Term, hand_forces
-from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.motion.motion import Motion, relative_poses
 
 
@@ -43,7 +43,7 @@ def hands_at(motion: Motion, time: Array) -> Hands:
     at = list(HANDS)
     arm = np.einsum("nkij,kj->nki", poses.rotation[:, at], grips)
     place = poses.origin[:, at] + arm
-    velocity = moving.velocity[:, at] + np.cross(moving.angular_velocity[:, at], arm)
+    velocity = moving.velocity[:, at] + cross(moving.angular_velocity[:, at], arm)
     return Hands(place, velocity, jacobians(poses, at, place)[1][..., 3:])
 
 

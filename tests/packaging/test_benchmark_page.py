@@ -1,22 +1,14 @@
 """The page of the blind benchmark is what its script makes of the answers that are kept."""
 
-import importlib.util
-from pathlib import Path
 from types import ModuleType
 
 import pytest
-
-DOCS = Path(__file__).parents[2] / "docs"
+from docs_script import DOCS, docs_script
 
 
 @pytest.fixture(scope="module")
 def script() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("make_benchmark", DOCS / "make_benchmark.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return docs_script("make_benchmark")
 
 
 def test_the_page_is_of_the_answers(script: ModuleType) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 import shlex
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+from docs_script import DOCS, docs_script
 
 import sssi_exudyn
 from sssi_exudyn.cli import _with_verb, parser
@@ -17,7 +17,6 @@ from sssi_exudyn.contact.term import formula
 from sssi_exudyn.core.quantity import quantities
 
 ROOT = Path(__file__).parents[2]
-DOCS = ROOT / "docs"
 PAGES = sorted(path for path in DOCS.rglob("*.md") if "generated" not in path.parts)
 NAVIGATION = re.findall(r"([\w/-]+\.md)", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
 
@@ -25,12 +24,7 @@ NAVIGATION = re.findall(r"([\w/-]+\.md)", (ROOT / "mkdocs.yml").read_text(encodi
 @pytest.fixture(scope="module")
 def made() -> ModuleType:
     """The module that makes the generated pages."""
-    spec = importlib.util.spec_from_file_location("site_pages", DOCS / "site_pages.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return docs_script("site_pages")
 
 
 def generated(made: ModuleType) -> set[str]:

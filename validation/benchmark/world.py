@@ -1,6 +1,6 @@
 """What the benchmark's world has and the diagnosis cannot know, drawn for each case.
 
-Everything here stays when an effect is taken out again, so that what it changes can be told from what was wrong anyway.
+Everything here stays when an effect is taken out again, so that what it changes is no part of what was wrong anyway.
 """
 
 from __future__ import annotations

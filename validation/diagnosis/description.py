@@ -24,7 +24,7 @@ from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.missing_force import MissingForce, missing_force, placebos
 from sssi_exudyn.validation.diagnosis.next_measurement import next_measurements
 from sssi_exudyn.validation.diagnosis.noticed import adequacy
-from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, NOTHING, Mixture
+from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, NOTHING, SPREAD, Mixture
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.result import (
@@ -58,8 +58,6 @@ from sssi_exudyn.validation.diagnosis.sentences import sentence_of
 from sssi_exudyn.validation.diagnosis.state import State
 
 _FRICTION: Final = ("friction.mu_t", "friction.mu_n")
-_SPREAD: Final = INTERVAL_90 / 1.6449
-"""What a standard deviation counts for (``INTERVAL_90``)."""
 _WAY_POINTS: Final = 4
 """Of the way in each cell of the missing force."""
 _LEAST_OVERLAP: Final = 0.25
@@ -158,17 +156,17 @@ def _next(last: Round, accepted: Sequence[Accepted], levels: NoiseLevels) -> tup
 def _averaged(
     every: Sequence[tuple[Sequence[Explanation], Explanation]], final: Refit | Posterior, name: str
 ) -> Number:
-    middle, _, high = final.interval(name, _SPREAD)
+    middle, _, high = final.interval(name, SPREAD)
     sigma, likely = high - middle, 1.0
     weights, means, sigmas = [], [], []
     for explanations, chosen in every:
         fitted = [each for each in explanations if each.fit is not None]
         whole = sum(each.probability for each in fitted)
         assert chosen.fit is not None
-        value, _, above = chosen.fit.interval(name, _SPREAD)
+        value, _, above = chosen.fit.interval(name, SPREAD)
         for each in fitted:
             if each is not chosen and each.fit is not None:
-                other, _, other_above = each.fit.interval(name, _SPREAD)
+                other, _, other_above = each.fit.interval(name, SPREAD)
                 weights.append(likely * each.probability / whole)
                 means.append(middle + other - value)
                 sigmas.append(sigma * (other_above - other) / (above - value))

@@ -27,10 +27,10 @@ TEMPER: Final = 0.6
 """Log evidence counts for this share: the world is none of our models, and errors that none of them knows make
 differences look more certain than they are.  Calibrated by the blind benchmark.
 """
-INTERVAL_90: Final = 1.6449 / TEMPER**0.5
-"""Standard deviations to either side that hold the true number in nine of ten cases: what errors that no model knows
-take from the evidence they add to the intervals.
-"""
+SPREAD: Final = TEMPER**-0.5
+"""What a standard deviation counts for: what errors that no model knows take from the evidence, they add to intervals."""
+INTERVAL_90: Final = 1.6449 * SPREAD
+"""Standard deviations to either side that hold the true number in nine of ten cases."""
 
 
 _FARTHEST: Final = 8.0
