@@ -28,7 +28,7 @@ TEMPER: Final = 0.6
 differences look more certain than they are.  Calibrated by the blind benchmark.
 """
 SPREAD: Final = TEMPER**-0.5
-"""What a standard deviation counts for: what errors that no model knows take from the evidence, they add to intervals."""
+"""What a standard deviation counts for: what errors that no model knows take from the evidence widens intervals."""
 INTERVAL_90: Final = 1.6449 * SPREAD
 """Standard deviations to either side that hold the true number in nine of ten cases."""
 
