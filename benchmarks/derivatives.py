@@ -113,11 +113,20 @@ def diagnosis_wall(folder: Path) -> float:
         return time.perf_counter() - begin
 
 
+def keep(path: Path, found: dict[str, Any]) -> None:
+    """Print what was found so far and write it, so that nothing is lost where a later part ends early."""
+    text = json.dumps(found, indent=1)
+    print(text, flush=True)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", type=Path, required=True, help="file the figures go to")
     parser.add_argument("--diagnose", type=Path, nargs="*", default=[], help="recordings whose diagnosis is timed")
     options = parser.parse_args()
+    for folder in options.diagnose:
+        read_recording(folder)  # a wrong folder shows now, not after minutes
     parts = ("gradient_speedup", "batch_speedup", "diagnosis_wall_s", "detail")
     found: dict[str, Any] = {"cores": os.cpu_count(), **{part: {} for part in parts}}
     for name in NAMES:
@@ -131,13 +140,12 @@ def main() -> None:
         found["gradient_speedup"][name] = gradient["speedup"]
         found["batch_speedup"][name] = max(batch["speedup_by_cores"].values())
         found["detail"][name] = {"gradient": gradient, "batch": batch}
-        print(json.dumps(found, indent=1), flush=True)
+        keep(options.json, found)
     if options.diagnose:
         simulate(model, motion, stop=motion.start + 0.1)  # compiles what a diagnosis needs besides
     for folder in options.diagnose:
         found["diagnosis_wall_s"][folder.resolve().name] = diagnosis_wall(folder)
-        print(json.dumps(found["diagnosis_wall_s"]), flush=True)
-    options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        keep(options.json, found)
 
 
 if __name__ == "__main__":

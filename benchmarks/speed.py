@@ -41,6 +41,8 @@ REFERENCE = 0.001
 """s, the step that the others' errors are held against."""
 OTHERS = (0.005, 0.010)
 """s, besides the default."""
+COARSE = 20
+"""Beam elements of a ski, as an estimate is judged with."""
 
 
 def timed(work: Callable[[], Any], repeats: int = 1) -> tuple[float, Any]:
@@ -54,14 +56,17 @@ def timed(work: Callable[[], Any], repeats: int = 1) -> tuple[float, Any]:
 
 
 def full_model(model: Model, motion: Motion) -> dict[str, Any]:
-    """Real-time factor and largest error of the antenna's path by step, and at the default step without the tree."""
-    usual = model.solver.step
-    runs = [(name_of(step), step, True) for step in (REFERENCE, *sorted((usual, *OTHERS)))]
-    runs.append((f"{name_of(usual)} without the tree", usual, False))
+    """Real-time factor and largest error of the antenna's path by step, and at the default step without the tree, with
+    all elements of a ski and with ``COARSE`` ones.
+    """
+    usual, fine = model.solver.step, model.solver.elements
+    runs = [(name_of(step), step, True, fine) for step in (REFERENCE, *sorted((usual, *OTHERS)))]
+    runs.append((f"{name_of(usual)} without the tree", usual, False, fine))
+    runs.append((f"{name_of(usual)} without the tree, {COARSE} elements", usual, False, COARSE))
     rows: dict[str, Any] = {}
     reference = None
-    for name, step, tree in runs:
-        chosen = replace(model, solver=replace(model.solver, step=step))
+    for name, step, tree, elements in runs:
+        chosen = replace(model, solver=replace(model.solver, step=step, elements=elements))
         if reference is None:
             chosen = replace(chosen, solver=replace(chosen.solver, relative_tolerance=1e-6))
         repeats = 1 if reference is None else 2
