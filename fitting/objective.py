@@ -132,7 +132,7 @@ def counts_of(track: Track, residual: Array | None = None) -> Array:
     counts = np.minimum(1.0, (np.median(track.sigma) / track.sigma) ** 2)
     if residual is None:
         return np.asarray(counts)
-    apart = residual - median_filter(residual, size=(_NEIGHBOURS, 1), mode="nearest")
+    apart = residual - median_filter(residual, size=(_NEIGHBOURS, 1), mode="mirror")
     spread = max(1.4826 * float(np.median(np.abs(apart))), _LEAST_SPREAD * float(np.median(track.sigma)))
     far = np.sum((apart / spread) ** 2, axis=1)
     return np.asarray(np.minimum(counts, student_weight(far, 2)))

@@ -11,10 +11,11 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array, level_to_enu, slope_to_level
-from sssi_exudyn.core.noise import ExponentialNoise, student_weight, whiten
+from sssi_exudyn.core.noise import ExponentialNoise, student_weight
 from sssi_exudyn.fitting.balance import Balance
 from sssi_exudyn.fitting.gps_observation import predict_fixes
 from sssi_exudyn.fitting.measurements import averages, measurements_of, total_and_difference
+from sssi_exudyn.fitting.uneven_noise import log_divisors, whiten
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
@@ -107,11 +108,19 @@ class Observation:
 
     def whiten(self, levels: Mapping[str, ExponentialNoise], columns: Array) -> Array:
         """Columns (N, c) as they are in units of independent noise."""
-        out = columns / self.scale[:, None]
+        out = np.array(columns, dtype=np.float64)
         for name, place in self.blocks.items():
             if place.stop > place.start:
-                out[place] = whiten(self.times[name], out[place], levels[name])
+                out[place] = whiten(self.times[name], out[place], levels[name], self.scale[place])
         return out
+
+    def log_volume(self, levels: Mapping[str, ExponentialNoise]) -> float:
+        """Σ log of what ``whiten`` divides by."""
+        return sum(
+            log_divisors(self.times[name], levels[name], self.scale[place])
+            for name, place in self.blocks.items()
+            if place.stop > place.start
+        )
 
 
 def observation_of(recording: Recording, model: Model, motion: Motion, counts: Array) -> Observation:

@@ -26,7 +26,7 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise, log_divisors
+from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
 from sssi_exudyn.fitting.observation import Observation
 from sssi_exudyn.fitting.optimise import Optimum, minimise
@@ -433,7 +433,7 @@ def log_evidence(found: Posterior) -> float:
     """
     seen = found.setting.seen
     evidence = _evidence(found.setting, found, found.responses, found.levels)
-    return evidence - float(np.sum(np.log(seen.scale))) - 0.5 * len(seen.measured) * float(np.log(2.0 * np.pi))
+    return evidence - 0.5 * len(seen.measured) * float(np.log(2.0 * np.pi))
 
 
 def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
@@ -449,12 +449,12 @@ def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tupl
 
 
 def _evidence(setting: Setting, point: Point | Posterior, responses: Responses, levels: Levels) -> float:
-    """``log_evidence`` up to what does not depend on the noise's levels."""
+    """``log_evidence`` but for a constant."""
     y, u = _all_uncertain(setting, point, responses, levels)
     factor = _precision(u)
     pull = u.T @ y
     evidence = -0.5 * float(y @ y - pull @ cho_solve(factor, pull)) - float(np.sum(np.log(np.diag(factor[0]))))
-    return evidence - sum(log_divisors(setting.seen.times[name], level) for name, level in levels.items())
+    return evidence - setting.seen.log_volume(levels)
 
 
 def _weigh_surface(setting: Setting, point: Point, responses: Responses, levels: Levels) -> Setting:

@@ -86,7 +86,8 @@ class PostureErrors:
     def __init__(self, parts: Parts, prepared: Prepared, errors: tuple[PostureError, ...]) -> None:
         self.errors = errors
         self.time = prepared.time
-        self._knots = _knots(float(self.time[0]), float(self.time[-1]))
+        # as ``supports`` counts them: the tables end up to a step later
+        self._knots = _knots(parts.motion.start, parts.motion.stop)
         self._responses = _responses(parts, prepared.time, {(error.kind, error.side) for error in errors})
 
     def profile(self, error: PostureError, time: Array) -> Array:

@@ -43,9 +43,11 @@ MEMORY: Final = 3.0
 BAROMETER: Final = (0.12, ExponentialNoise(4.5, 1000.0))
 """Of a barometer's heights: twice what is independent (m), and a wander of 0.2 m in a second, as a logger's show that
 went down a glacier; it forgets in 1000 s, much longer than a run."""
-_NOTICED: Final = 0.5
-"""Of a fix's standard deviation: a movement of the whole track that small is not noticed."""
-_NOTICED_LOAD: Final = 0.35
+_NOTICED: Final = 0.1
+"""Of a fix's standard deviation: a movement of the whole track that small is not noticed.  Many modes that move it by
+half of it are left out together: with 0.5 slopes were off by three of their standard deviations, mu_n by 2.3.
+"""
+_NOTICED_LOAD: Final = 0.07
 """Of the insoles' noise: they are read twenty times a second."""
 _LIFTED: Final = 0.03
 """m; of two skis the one higher than the other by much more than this is off the snow."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import draw_noise
 from sssi_exudyn.fitting.posterior import Setting, linearise_at, moved_point
+from sssi_exudyn.fitting.uneven_noise import draw_uneven_noise
 from sssi_exudyn.model.model import Model
 
 
@@ -37,6 +37,8 @@ def draw_run(model: Model, setting: Setting, rng: np.random.Generator) -> DrawnR
             values[i] += sigma * rng.standard_normal()
     sizes = rng.standard_normal(len(setting.errors) + 1)
     measured = moved_point(setting, point, responses, values, sizes).predicted.copy()
-    for name, at in setting.seen.blocks.items():
-        measured[at] += draw_noise(rng, setting.seen.times[name], setting.seen.usual[name]) * setting.seen.scale[at]
-    return DrawnRun(replace(setting, seen=replace(setting.seen, measured=measured)), values, sizes)
+    seen = setting.seen
+    for name, at in seen.blocks.items():
+        if at.stop > at.start:
+            measured[at] += draw_uneven_noise(rng, seen.times[name], seen.usual[name], seen.scale[at])
+    return DrawnRun(replace(setting, seen=replace(seen, measured=measured)), values, sizes)

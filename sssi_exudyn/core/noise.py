@@ -81,6 +81,26 @@ def log_divisors(time: Array, noise: ExponentialNoise) -> float:
     return len(time) * float(np.log(noise.sigma)) + 0.5 * float(np.sum(np.log(-np.expm1(-2.0 * decay))))
 
 
+def excess(scale: Array) -> Array:
+    """(n,) d = √((s/s₀)² − 1) of samples that are s times noisier than usual, s₀ the least of these."""
+    return np.asarray(np.sqrt(np.maximum((scale / np.min(scale)) ** 2 - 1.0, 0.0)))
+
+
+def uneven_covariance(time: Array, noise: ExponentialNoise, scale: Array) -> Array:
+    """(n, n) of noise that is ``scale`` (n,) times larger at single samples at ``time`` (n,) s: a fix that is far off,
+    a receiver that has lost its solution; the correlation time above 0.
+
+        e = σ₀ (a + d b),   σ₀ = s₀ σ
+
+    a and b are independent processes of variance one with the same correlation, d the ``excess``: so a sample that is
+    far off tells nothing of its neighbours.  Were the noise s σ a instead, a fix off by half a metre would say what its
+    neighbours' error is, a twentieth of its own, to a few millimetres.
+    """
+    more = excess(scale)
+    decay = np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
+    return np.asarray((float(np.min(scale)) * noise.sigma) ** 2 * decay * (1.0 + np.outer(more, more)))
+
+
 def draw_noise(rng: np.random.Generator, time: Array, noise: ExponentialNoise) -> Array:
     """(n,) of such noise at ``time`` (n,), increasing; the correlation time above 0."""
     out = np.empty(len(time))

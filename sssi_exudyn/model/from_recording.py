@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sssi_exudyn.bodies.skier.chain import FEET, SEGMENT
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.terms.body_forces import PlantedPole
-from sssi_exudyn.core.frames import slope_to_enu
+from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.model.model import Model, Start
 from sssi_exudyn.motion.hands import hands_at
@@ -72,6 +74,8 @@ def planted_poles(recording: Recording, motion: Motion) -> tuple[PlantedPole, ..
 
 _FAR = 6.0
 """Of the median distance of the first fixes from a line through them: one normal error in a billion is beyond."""
+_MOST_FAR = 2
+"""Of the first fixes that may be far off."""
 _FIRST = 1.2
 """s of fixes from which place and velocity at the start are guessed; long against the noise, short against a turn."""
 
@@ -92,10 +96,29 @@ def first_guess(gps: Gps, motion: Motion, inclination: float, azimuth: float) ->
     apart = np.abs(gps.time - motion.start)
     near = np.argsort(apart)[: max(6, int(np.count_nonzero(apart <= _FIRST)))]
     since = gps.time[near] - motion.start
-    order = min(3, max(1, len(since) - 3))
-    line = np.polynomial.polynomial.polyfit(since, slope[near, :2], order)
-    apart = np.linalg.norm(slope[near, :2] - np.polynomial.polynomial.polyval(since, line).T, axis=1)
-    kept = apart <= _FAR * float(np.median(apart))
-    if np.count_nonzero(kept) >= order + 3 and not np.all(kept):  # single fixes that are far off
-        line = np.polynomial.polynomial.polyfit(since[kept], slope[near[kept], :2], order)
+    line = _smooth_line(since, slope[near, :2], float(np.median(gps.sigma)))
     return Start(f=float(line[0, 0]), l=float(line[0, 1]), velocity_f=float(line[1, 0]), velocity_l=float(line[1, 1]))
+
+
+def _smooth_line(time: Array, place: Array, sigma: float) -> Array:
+    """(order + 1, 2) coefficients of a cubic, or less of few, by least squares through places (n, 2) m at ``time`` (n,)
+    s, but for single ones that are far off for fixes of ``sigma`` (m).
+
+    These are found by least trimmed squares: the curve that is best when it may leave out two places, of all ways to
+    leave out two.  One that is far off at the end would bend any curve that has to heed it.
+    Source: Rousseeuw, J. Am. Stat. Assoc. 79 (1984) 871.
+    """
+    order = min(3, max(1, len(time) - 3))
+    powers = np.vander(time, order + 1, increasing=True)
+
+    def fit(kept: NDArray[np.intp]) -> Array:
+        return np.asarray(np.linalg.lstsq(powers[kept], place[kept], rcond=None)[0])
+
+    everything = np.arange(len(time))
+    left_out = min(_MOST_FAR, len(time) - order - 3)
+    if left_out <= 0:
+        return fit(everything)
+    ways = [np.setdiff1d(everything, out) for out in combinations(range(len(time)), left_out)]
+    best = min(ways, key=lambda kept: float(np.sum((place[kept] - powers[kept] @ fit(kept)) ** 2)))
+    apart = np.linalg.norm(place - powers @ fit(best), axis=1)
+    return fit(np.flatnonzero(apart <= _FAR * max(float(np.median(apart)), sigma)))

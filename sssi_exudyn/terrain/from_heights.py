@@ -23,7 +23,7 @@ from scipy.linalg import block_diag, cho_solve, cholesky
 from scipy.optimize import minimize_scalar
 
 from sssi_exudyn.core.frames import GRAVITY, Array
-from sssi_exudyn.core.noise import ExponentialNoise, student_weight
+from sssi_exudyn.core.noise import ExponentialNoise, student_weight, uneven_covariance
 from sssi_exudyn.terrain.surface import Surface, surface_over
 
 OFFSET: Final = 10.0
@@ -314,10 +314,9 @@ def _covariance(heights: Heights, amplitude: float, weight: Array) -> Array:
 
 def _own_errors(heights: Heights) -> Array:
     """(n, n) m² of one run's heights by their origin and the receiver's slow error."""
-    lag = np.abs(heights.time[:, None] - heights.time)
-    own = heights.sigma / np.median(heights.sigma)  # fixes that say they are less sure are off together
-    decay = np.exp(-lag / max(heights.noise.correlation_time, 1e-9))
-    return np.asarray(OFFSET**2 + heights.noise.sigma**2 * np.outer(own, own) * decay)
+    noise = replace(heights.noise, correlation_time=max(heights.noise.correlation_time, 1e-9))
+    # fixes that say they are less sure are off together
+    return OFFSET**2 + uneven_covariance(heights.time, noise, heights.sigma / np.median(heights.sigma))
 
 
 def _of_surface(a: Array, b: Array, amplitude: float) -> Array:

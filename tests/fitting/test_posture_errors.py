@@ -28,8 +28,9 @@ _ALLOWED = {"acceleration": (0.3, 0.02), "rate": (0.3, 0.04), "velocity": (0.05,
 @cache
 def example() -> tuple[Model, Motion, Prepared]:
     recording, motion = bundled("beginner")
+    motion = replace(motion, stop=STOP)
     model = model_of(recording, motion)
-    return model, motion, prepare(model, motion, stop=STOP, step=0.01)
+    return model, motion, prepare(model, motion, step=0.01)
 
 
 def found(*errors: PostureError) -> PostureErrors:
@@ -112,3 +113,15 @@ def test_errors_that_wander_follow_any_slow_course() -> None:
     # Cubic splines of spacing h on a wave of length L: (2πh/L)⁴/384 ~ 0.02 at the ends, less within.
     assert np.abs(best - course).max() < 0.03
     assert shapes.max() <= 1.0 + 1e-9
+
+
+def test_a_run_of_any_length_has_the_supports_that_are_counted() -> None:
+    # the tables end up to a step later than the motion: rounding to a whole number of intervals must not depend on that
+    model, motion, _ = example()
+    for stop in motion.start + 1.5 * 2.5 + np.array([-0.009, -0.001, 0.0, 0.001, 0.009]):
+        short = replace(motion, stop=float(stop))
+        count = supports(short.start, short.stop)
+        errors = tuple(PostureError("yaw", 0, support, ONE) for support in range(count))
+        made = PostureErrors(Parts(model, short), prepare(model, short, step=0.01), errors)
+        # together cubic B-splines of height 2/3 are one, and each is scaled to one
+        np.testing.assert_allclose(sum(made.profile(error, made.time) for error in errors), 1.5, rtol=1e-9)

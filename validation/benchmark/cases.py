@@ -20,6 +20,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.validation.benchmark.balanced_skier import balance_skier
 from sssi_exudyn.validation.benchmark.effects import EFFECTS, PHYSICS, SENSOR, SIZES, UNKNOWN, plain_run
 from sssi_exudyn.validation.benchmark.world import (
     Instruments,
@@ -143,6 +144,7 @@ def _draw(
     terms = tuple(t for e in effects for t in e.terms)
     sensors = tuple(s for e in effects for s in e.sensors)
     world = replace(true, terms=(*true.terms, *terms), sensors=sensors)
+    motion = balance_skier(replace(world, sensors=()), motion, recording)
     given = (replace(recording, name=f"case_{index:03d}"), stated, fitted)
     same_noise = deepcopy(rng)
     faults = sum(e.delay for e in effects), sum(e.heading for e in effects)

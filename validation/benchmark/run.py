@@ -23,11 +23,15 @@ from scipy.stats import norm
 
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.fitting.estimate import estimate
+from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.fitting.measurements import Measurements, measurements_of
+from sssi_exudyn.fitting.snow_surface import on_snow_surface
+from sssi_exudyn.fitting.unknowns import snow_beforehand
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.io.writing import to_json, write_atomically
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.provenance import source_digest
@@ -53,12 +57,15 @@ Bases = list[Recorded]
 
 
 def base_of(recording: Recording, motion: Motion, model: Model) -> Recorded:
-    """A recording with its movement and its model fitted to it, as cases are made from.
+    """A recording with its movement, corrected as an estimate has it, and the estimate's friction, as cases are made
+    from.
 
     Raises ValueError without a GPS.
     """
-    problem = problem_of(recording, motion, model, "joint")
-    return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
+    problem = problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint")
+    found = estimate(problem, recording, motion, full=False).fitted.model
+    friction = {name: found.value(name) for name in snow_beforehand(model)}
+    return recording, correct_posture(motion, found.posture), model.with_values(friction)
 
 
 def seal(folder: Path, cases: Sequence[Case], bases: Sequence[Recorded] = ()) -> str:

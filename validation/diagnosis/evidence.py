@@ -21,8 +21,9 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.optimize import Bounds, minimize
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise, log_divisors, whiten, whiten_with_slope
+from sssi_exudyn.core.noise import ExponentialNoise, uneven_covariance
 from sssi_exudyn.fitting.measurements import Measurements
+from sssi_exudyn.fitting.uneven_noise import log_divisors, whiten, whiten_with_slope
 from sssi_exudyn.terrain.from_heights import AMPLITUDE
 
 _LOAD_SHARE: Final = 0.03
@@ -128,13 +129,12 @@ def whiten_columns(
     given.
     """
     measurements = linear.measurements
-    scaled = columns / measurements.scale[:, None]
     found = []
     for name, place in measurements.blocks.items():
-        time, block = measurements.time_of(name), scaled[place]
+        time, block, scale = measurements.time_of(name), columns[place], measurements.scale[place]
         if rows is not None:
-            time, block = time[rows[name]], block[rows[name]]
-        found.append(whiten(time, block, levels.of(name)) if len(time) else block)
+            time, block, scale = time[rows[name]], block[rows[name]], scale[rows[name]]
+        found.append(whiten(time, block, levels.of(name), scale) if len(time) else block)
     return np.concatenate(found)
 
 
@@ -143,7 +143,8 @@ def log_volume(linear: LinearModel, levels: NoiseLevels) -> float:
     total = 0.0
     for name, place in linear.measurements.blocks.items():
         if place.stop > place.start:
-            total += log_divisors(linear.measurements.time_of(name), levels.of(name))
+            time, scale = linear.measurements.time_of(name), linear.measurements.scale[place]
+            total += log_divisors(time, levels.of(name), scale)
     return total
 
 
@@ -164,8 +165,7 @@ class _Evidence:
     def __init__(self, linear: LinearModel, extra: Freedom | None) -> None:
         free = linear.free if extra is None else linear.free.with_more(extra.columns, extra.scales)
         self.linear = linear
-        columns = np.column_stack([linear.residual, free.columns * free.scales, linear.posture, linear.surface])
-        self.columns = columns / linear.measurements.scale[:, None]
+        self.columns = np.column_stack([linear.residual, free.columns * free.scales, linear.posture, linear.surface])
         fixed, waves = 1 + len(free.scales), self.columns.shape[1] - linear.surface.shape[1]
         self.sized = {"posture": slice(fixed, waves), "surface": slice(waves, None)}
         self.blocks = {name: at for name, at in linear.measurements.blocks.items() if at.stop > at.start}
@@ -182,7 +182,9 @@ class _Evidence:
         parts = {}
         for name, at in self.blocks.items():
             columns = self.columns[at] * scales
-            parts[name] = whiten_with_slope(self.linear.measurements.time_of(name), columns, levels.of(name))
+            measurements = self.linear.measurements
+            time, scale = measurements.time_of(name), measurements.scale[at]
+            parts[name] = whiten_with_slope(time, columns, levels.of(name), scale)
         total = np.sum([white.T @ white for white, _, _ in parts.values()], axis=0)
         factor = cho_factor(total[1:, 1:] + np.eye(len(total) - 1), lower=True)
         weights = np.concatenate([[1.0], -cho_solve(factor, total[1:, 0])])
@@ -237,10 +239,9 @@ def whitener(linear: LinearModel, levels: NoiseLevels, kept: Array | None = None
     size = len(linear.residual)
     covariance = np.zeros((size, size))
     for name, place in linear.measurements.blocks.items():
-        time, noise = linear.measurements.time_of(name), levels.of(name)
-        apart = np.abs(time[:, None] - time[None, :])
-        covariance[place, place] = noise.sigma**2 * np.exp(-apart / noise.correlation_time)
-    covariance *= np.outer(linear.measurements.scale, linear.measurements.scale)
+        if place.stop > place.start:
+            time, scale = linear.measurements.time_of(name), linear.measurements.scale[place]
+            covariance[place, place] = uneven_covariance(time, levels.of(name), scale)
     for errors in (levels.posture * linear.posture, levels.surface * linear.surface):
         covariance += errors @ errors.T
     if kept is not None:

@@ -69,9 +69,10 @@ def covariance(given: LinearModel) -> Array:
     size = len(given.residual)
     found = np.zeros((size, size))
     for name, place in given.measurements.blocks.items():
-        time, noise = given.measurements.time_of(name), LEVELS.of(name)
-        found[place, place] = noise.sigma**2 * np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
-    found *= np.outer(given.measurements.scale, given.measurements.scale)
+        time, noise, scale = given.measurements.time_of(name), LEVELS.of(name), given.measurements.scale[place]
+        more = np.sqrt((scale / scale.min()) ** 2 - 1.0)
+        alike = np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
+        found[place, place] = (scale.min() * noise.sigma) ** 2 * alike * (1.0 + np.outer(more, more))
     posture, surface = LEVELS.posture * given.posture, LEVELS.surface * given.surface
     return found + posture @ posture.T + surface @ surface.T
 

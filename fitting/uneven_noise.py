@@ -1,0 +1,136 @@
+"""Noise of which single samples have more (``core.noise.uneven_covariance``), made white sample by sample.
+
+e = σ₀ (a + d b): the state (a, b) is Markov, so a Kalman filter makes independent numbers of the samples, with their
+derivatives by the correlation time.  Source: Särkkä, Bayesian Filtering and Smoothing (2013), ch. 4 and 12.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.noise import ExponentialNoise, draw_noise, excess
+from sssi_exudyn.core.noise import log_divisors as even_log_divisors
+from sssi_exudyn.core.noise import whiten as whiten_even
+from sssi_exudyn.core.noise import whiten_with_slope as whiten_even_with_slope
+from sssi_exudyn.runtime.jit import njit
+
+
+def whiten(time: Array, columns: Array, noise: ExponentialNoise, scale: Array) -> Array:
+    """Columns as independent numbers of variance one, if they are such noise.
+
+    Parameters
+    ----------
+    time : (n,) s, increasing
+    columns : (n, c), independent of each other
+    noise : of a sample of scale one
+    scale : (n,) by how much noisier each sample is, above 0
+
+    Returns (n, c).
+    """
+    least = float(np.min(scale))
+    base = ExponentialNoise(least * noise.sigma, noise.correlation_time)
+    if np.all(scale == least):
+        return whiten_even(time, columns, base)
+    white, _, _, _ = _filter(*_steps(time, noise), excess(scale), columns, slope=False)
+    return np.asarray(white / base.sigma)
+
+
+def whiten_with_slope(time: Array, columns: Array, noise: ExponentialNoise, scale: Array) -> tuple[Array, Array, float]:
+    """What ``whiten`` gives, its derivative by the correlation time's logarithm, and that of ``log_divisors``;
+    arguments as there, the correlation time above 0.
+    """
+    least = float(np.min(scale))
+    base = ExponentialNoise(least * noise.sigma, noise.correlation_time)
+    if np.all(scale == least):
+        return whiten_even_with_slope(time, columns, base)
+    white, slope, _, by_volume = _filter(*_steps(time, noise), excess(scale), columns, slope=True)
+    return white / base.sigma, slope / base.sigma, float(by_volume)
+
+
+def log_divisors(time: Array, noise: ExponentialNoise, scale: Array) -> float:
+    """Σ log of what ``whiten`` divides by: what turns a density of whitened numbers into one of the measured ones; the
+    correlation time above 0.
+    """
+    least = float(np.min(scale))
+    base = ExponentialNoise(least * noise.sigma, noise.correlation_time)
+    if np.all(scale == least):
+        return even_log_divisors(time, base)
+    _, _, volume, _ = _filter(*_steps(time, noise), excess(scale), np.zeros((len(time), 0)), slope=False)
+    return len(time) * float(np.log(base.sigma)) + float(volume)
+
+
+def draw_uneven_noise(rng: np.random.Generator, time: Array, noise: ExponentialNoise, scale: Array) -> Array:
+    """(n,) of such noise; arguments as for ``log_divisors``."""
+    least, more = float(np.min(scale)), excess(scale)
+    drawn = draw_noise(rng, time, noise)
+    if np.any(more > 0.0):
+        drawn = drawn + more * draw_noise(rng, time, noise)
+    return np.asarray(least * drawn)
+
+
+def _steps(time: Array, noise: ExponentialNoise) -> tuple[Array, Array, Array]:
+    """(n,) correlation φ of each sample with the one before, its derivative by the correlation time's logarithm, and
+    1 − φ²; as if the first came after an eternity.
+    """
+    decay = np.full(len(time), np.inf)
+    if noise.correlation_time > 0.0:
+        decay[1:] = np.diff(time) / noise.correlation_time
+    kept = np.exp(-decay)
+    slope = np.zeros(len(time))
+    slope[1:] = kept[1:] * decay[1:] if noise.correlation_time > 0.0 else 0.0
+    return kept, slope, -np.expm1(-2.0 * decay)  # expm1 keeps 1 − φ² right where a step is a tiny share of the time
+
+
+@njit(cache=True, error_model="numpy")
+def _filter(kept, kept_slope, fresh, more, columns, slope):
+    """Innovations in standard deviations (n, c), Σ log of these, and, with ``slope``, derivatives of both by the
+    correlation time's logarithm.
+
+    kept, kept_slope, fresh : (n,) φ, its derivative, 1 − φ²;  more : (n,) d
+    """
+    n, c = columns.shape
+    white, by_time = np.zeros((n, c)), np.zeros((n if slope else 0, c))
+    a, b = np.zeros(c), np.zeros(c)  # the state's mean, a column each, and its derivative
+    a1, b1 = np.zeros(c), np.zeros(c)
+    aa, ab, bb = 1.0, 0.0, 1.0  # its covariance, and the derivative of that
+    aa1, ab1, bb1 = 0.0, 0.0, 0.0
+    volume, volume1 = 0.0, 0.0
+    for k in range(n):
+        f, f1, d = kept[k], kept_slope[k], more[k]
+        ff, ff1 = f * f, 2.0 * f * f1
+        aa1, ab1, bb1 = ff1 * (aa - 1.0) + ff * aa1, ff1 * ab + ff * ab1, ff1 * (bb - 1.0) + ff * bb1
+        aa, ab, bb = ff * aa + fresh[k], ff * ab, ff * bb + fresh[k]
+        at_a, at_b = aa + d * ab, ab + d * bb
+        spread = at_a + d * at_b
+        root = np.sqrt(spread)
+        gain_a, gain_b = at_a / spread, at_b / spread
+        volume += np.log(root)
+        at_a1, at_b1, by_spread, gain_a1, gain_b1 = 0.0, 0.0, 0.0, 0.0, 0.0
+        if slope:
+            at_a1, at_b1 = aa1 + d * ab1, ab1 + d * bb1
+            by_spread = (at_a1 + d * at_b1) / spread
+            gain_a1, gain_b1 = at_a1 / spread - gain_a * by_spread, at_b1 / spread - gain_b * by_spread
+            volume1 += 0.5 * by_spread
+        for j in range(c):
+            if slope:
+                a1[j] = f1 * a[j] + f * a1[j]
+                b1[j] = f1 * b[j] + f * b1[j]
+            a[j] *= f
+            b[j] *= f
+            rest = columns[k, j] - a[j] - d * b[j]
+            white[k, j] = rest / root
+            if slope:
+                rest1 = -a1[j] - d * b1[j]
+                by_time[k, j] = (rest1 - 0.5 * by_spread * rest) / root
+                a1[j] += gain_a1 * rest + gain_a * rest1
+                b1[j] += gain_b1 * rest + gain_b * rest1
+            a[j] += gain_a * rest
+            b[j] += gain_b * rest
+        aa1, ab1, bb1 = (
+            aa1 - gain_a1 * at_a - gain_a * at_a1,
+            ab1 - gain_a1 * at_b - gain_a * at_b1,
+            bb1 - gain_b1 * at_b - gain_b * at_b1,
+        )
+        aa, ab, bb = aa - gain_a * at_a, ab - gain_a * at_b, bb - gain_b * at_b
+    return white, by_time, volume, volume1
