@@ -21,13 +21,21 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
+from scipy.linalg import cho_solve
 
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
+from sssi_exudyn.fitting.noise_levels import (
+    BEFOREHAND,
+    Levels,
+    LinearRun,
+    averaged_covariance,
+    draw,
+    precision,
+    weigh_noise,
+)
 from sssi_exudyn.fitting.observation import Observation
 from sssi_exudyn.fitting.optimise import Optimum, minimise
 from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors, grown
@@ -41,6 +49,8 @@ from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.simulation.tangents import TableChange, skier_mass_change
 
+MEASUREMENTS: Final = "measurements"
+"""Where the uncertainty by the instruments' noise is counted."""
 STEP: Final = 0.01
 """s; steps of the reduced model."""
 ROUNDS: Final = 12
@@ -60,16 +70,7 @@ _BENT_AT_THE_END: Final = 0.5
 """The same for a search that has nearly settled: where no step lessens the misfit by old responses, new ones may."""
 _TOLERANCE: Final = 1e-6
 """Of J where its linear form is searched."""
-_BEFOREHAND: Final = 20.0
-"""Independent measurements that the usual size of a noise counts for, beside those of the run."""
-_MEMORIES: Final = tuple(2.0**k for k in range(-3, 4))
-"""Correlation times that are weighed against each other, in units of the usual one."""
-_MEMORY_SPREAD: Final = 1.0
-"""Standard deviation of a correlation time's logarithm about the usual one's."""
-_GIVEN: Final = "moment"
-"""The group of measurements whose noise is not estimated less than it is given: how well a skier balances is no matter
-of the run."""
-_WEIGHINGS: Final = 4
+_SURFACE_WEIGHINGS: Final = 4
 _DAMPINGS: Final = (0.0, 1.0, 10.0, 100.0, 1000.0)
 """Of steps that are tried."""
 _KEPT: Final = 0.5
@@ -77,8 +78,6 @@ _KEPT: Final = 0.5
 _DIFFERENCE: Final = 1e-3
 """Standard deviations of an error by which the body's own moment is differentiated."""
 
-Levels = Mapping[str, ExponentialNoise]
-"""Noise by block."""
 Say = Callable[[str], None]
 Observed = Callable[[Model, ReducedRun], Array]
 
@@ -243,7 +242,7 @@ def find_posterior(
             if heavy_tails:
                 setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
         setting = _weigh_surface(setting, point, responses, levels)
-        levels = _weigh_noise(setting, point, responses, levels)
+        levels = weigh_noise(_linear(setting, point, responses), levels)
         found = _solve(setting, point, responses, levels)
         before = point
         point, misfit, kept = _step(setting, point, responses, levels, found)
@@ -259,13 +258,14 @@ def find_posterior(
             full = None
         elif _ends(moved, _bend(point, linearised), roughly=roughly and kept):
             break
+    covariance, shares = _over_memories(setting, point, responses, levels, found)
     return Posterior(
         model=point.model,
         setting=setting,
         values=setting.values(point.model),
-        covariance=found.covariance,
+        covariance=covariance,
         sizes=point.sizes,
-        shares=found.shares,
+        shares=shares,
         levels=levels,
         predicted=point.predicted,
         beyond=point.beyond,
@@ -274,6 +274,17 @@ def find_posterior(
         rounds=rounds,
         moved=moved,
     )
+
+
+def _over_memories(
+    setting: Setting, point: Point, responses: Responses, levels: Levels, found: _Found
+) -> tuple[Array, dict[str, Array]]:
+    """θ's covariance (k, k) and whose it is, averaged over how long the instruments' noise remembers."""
+    k = len(setting.unknowns)
+    averaged = averaged_covariance(_linear(setting, point, responses), levels)[:k, :k]
+    covariance = averaged * np.outer(setting.sigmas, setting.sigmas)
+    of_noise = found.shares[MEASUREMENTS] ** 2 + np.diag(covariance - found.covariance)
+    return covariance, {**found.shares, MEASUREMENTS: np.sqrt(np.maximum(of_noise, 0.0))}
 
 
 def _ends(moved: float, bend: float, *, roughly: bool) -> bool:
@@ -404,57 +415,21 @@ def _whiten(setting: Setting, point: Point | Posterior, responses: Responses, le
     return _Whitened(table[:, 0], table[:, 1 : 1 + k], table[:, 1 + k :])
 
 
-def _weigh_noise(setting: Setting, point: Point, responses: Responses, levels: Levels) -> Levels:
-    """The noise's levels by expectation and maximisation, from what remains when all that is uncertain is taken out."""
-    groups = setting.seen.groups
-    for _ in range(_WEIGHINGS):
-        y, u = _all_uncertain(setting, point, responses, levels)
-        factor = _precision(u)
-        left = y - u @ cho_solve(factor, u.T @ y)
-        found = dict(levels)
-        for group, names in groups.items():
-            rows = np.concatenate([np.arange(len(y))[setting.seen.blocks[name]] for name in names])
-            square = float(left[rows] @ left[rows] + np.sum(u[rows] * cho_solve(factor, u[rows].T).T))
-            noise, usual = levels[names[0]], setting.seen.usual[names[0]]
-            more = _BEFOREHAND * (usual.sigma / noise.sigma) ** 2
-            sigma = noise.sigma * float(np.sqrt((square + more) / (len(rows) + _BEFOREHAND)))
-            if group == _GIVEN:
-                sigma = max(sigma, usual.sigma)
-            found |= dict.fromkeys(names, ExponentialNoise(sigma, noise.correlation_time))
-        levels = found
-    for names in (names for group, names in groups.items() if group != _GIVEN):
-        levels = _choose_memory(setting, point, responses, levels, names)
-    return levels
-
-
 def log_evidence(found: Posterior) -> float:
     """Log probability density of all measurements (SI units), all that is uncertain integrated out about the estimate:
     what two laws leave of one recording may be compared by it.
     """
-    seen = found.setting.seen
-    evidence = _evidence(found.setting, found, found.responses, found.levels)
-    return evidence - 0.5 * len(seen.measured) * float(np.log(2.0 * np.pi))
+    return _linear(found.setting, found, found.responses).log_evidence(found.levels)
 
 
 def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
     """θ (count, k), within their bounds, and η (count, m), drawn together from what is known about the estimate."""
     setting = found.setting
-    _, u = _all_uncertain(setting, found, found.responses, found.levels)
-    factor, _ = _precision(u)
-    off = solve_triangular(factor, rng.standard_normal((u.shape[1], count)), trans="T", lower=True).T
+    off = draw(_linear(setting, found, found.responses), found.levels, count, rng)
     k = len(setting.unknowns)
     bounds = np.array([found.model.bounds(name) for name in setting.names])
     values = np.clip(found.values + off[:, :k] * setting.sigmas, bounds[:, 0], bounds[:, 1])
     return values, found.sizes + off[:, k:]
-
-
-def _evidence(setting: Setting, point: Point | Posterior, responses: Responses, levels: Levels) -> float:
-    """``log_evidence`` but for a constant."""
-    y, u = _all_uncertain(setting, point, responses, levels)
-    factor = _precision(u)
-    pull = u.T @ y
-    evidence = -0.5 * float(y @ y - pull @ cho_solve(factor, pull)) - float(np.sum(np.log(np.diag(factor[0]))))
-    return evidence - setting.seen.log_volume(levels)
 
 
 def _weigh_surface(setting: Setting, point: Point, responses: Responses, levels: Levels) -> Setting:
@@ -466,13 +441,13 @@ def _weigh_surface(setting: Setting, point: Point, responses: Responses, levels:
         return setting
     places = np.flatnonzero(modes)
     sigma = float(setting.sigmas[places[0]])
-    y, u = _all_uncertain(setting, point, responses, levels)
-    for _ in range(_WEIGHINGS):
-        factor = _precision(u)
+    y, u = _linear(setting, point, responses).whitened(levels)
+    for _ in range(_SURFACE_WEIGHINGS):
+        factor = precision(u)
         amounts = cho_solve(factor, u.T @ y)[places]
         left = np.diag(cho_solve(factor, np.eye(u.shape[1])))[places]
         square = sigma**2 * float(amounts @ amounts + np.sum(left))
-        before, sigma = sigma, float(np.sqrt((square + _BEFOREHAND) / (len(places) + _BEFOREHAND)))
+        before, sigma = sigma, float(np.sqrt((square + BEFOREHAND) / (len(places) + BEFOREHAND)))
         u[:, places] *= sigma / before
     unknowns = (
         replace(each, prior=replace(each.prior, sigma=sigma)) if of_surface else each
@@ -481,31 +456,12 @@ def _weigh_surface(setting: Setting, point: Point, responses: Responses, levels:
     return replace(setting, unknowns=tuple(unknowns))
 
 
-def _all_uncertain(
-    setting: Setting, point: Point | Posterior, responses: Responses, levels: Levels
-) -> tuple[Array, Array]:
-    """Residual (N,) were all that is uncertain as beforehand, and responses (N, k + m) to a standard deviation."""
-    white = _whiten(setting, point, responses, levels)
-    residual = white.residual + white.numbers @ (setting.values(point.model) - setting.means)
-    return residual, np.column_stack([white.numbers * setting.sigmas, white.errors])
-
-
-def _choose_memory(
-    setting: Setting, point: Point, responses: Responses, levels: Levels, names: tuple[str, ...]
-) -> Levels:
-    """With the correlation time of some blocks' noise under which all measurements are most probable."""
-    usual = setting.seen.usual[names[0]].correlation_time
-    tried = []
-    for share in _MEMORIES:
-        each = {**levels, **dict.fromkeys(names, ExponentialNoise(levels[names[0]].sigma, share * usual))}
-        evidence = _evidence(setting, point, responses, each)
-        tried.append((evidence - 0.5 * (np.log(share) / _MEMORY_SPREAD) ** 2, each))
-    return max(tried, key=lambda pair: pair[0])[1]
-
-
-def _precision(columns: Array) -> tuple[Array, bool]:
-    """The Cholesky factor, as ``cho_solve`` takes it, of what is known afterwards of amplitudes of variance one."""
-    return cho_factor(columns.T @ columns + np.eye(columns.shape[1]), lower=True)
+def _linear(setting: Setting, point: Point | Posterior, responses: Responses) -> LinearRun:
+    """A run linearised about a point in θ and η."""
+    ahead = responses.by_error @ point.sizes + responses.by_number @ (setting.values(point.model) - setting.means)
+    residual = setting.seen.measured - point.predicted + ahead
+    columns = np.column_stack([responses.by_number * setting.sigmas, responses.by_error])
+    return LinearRun(setting.seen, residual, columns)
 
 
 @dataclass(frozen=True)
@@ -524,7 +480,7 @@ def _solve(setting: Setting, point: Point, responses: Responses, levels: Levels,
     white = _whiten(setting, point, responses, levels)
     if damping > 0.0:
         white = white.held(np.sqrt(damping) / setting.sigmas, np.sqrt(damping), point.sizes)
-    factor = _precision(white.errors)
+    factor = precision(white.errors)
 
     def without_errors(columns: Array) -> Array:
         """C⁻¹ times the columns."""
@@ -558,7 +514,7 @@ def _solve(setting: Setting, point: Point, responses: Responses, levels: Levels,
 def _shares(setting: Setting, covariance: Array, weighted: Array, errors: Array) -> dict[str, Array]:
     """Standard deviations of θ (k,) by the group that they come from."""
     gain = covariance @ weighted.T  # K
-    variances: dict[str, Array] = {"measurements": np.sum(gain**2, axis=1)}
+    variances: dict[str, Array] = {MEASUREMENTS: np.sum(gain**2, axis=1)}
     of_errors = (gain @ errors) ** 2
     of_priors = covariance**2 / setting.sigmas**2
     own = [unknown.group for unknown in setting.unknowns]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -155,7 +156,11 @@ def test_waves_are_as_high_as_the_measurements_show(monkeypatch: pytest.MonkeyPa
     setting = replace(setting, unknowns=tuple(Unknown((f"surface.m{i}",), Prior(0.0, 1.0)) for i in range(60)))
     columns = rng.normal(size=(300, 60))
     measured = columns @ (2.0 * rng.normal(size=60)) + rng.normal(size=300)
-    monkeypatch.setattr(module, "_all_uncertain", lambda at, *_: (measured, columns * at.sigmas))
+
+    def linear(at: Setting, *_: object) -> SimpleNamespace:
+        return SimpleNamespace(whitened=lambda _levels: (measured, columns * at.sigmas))
+
+    monkeypatch.setattr(module, "_linear", linear)
     found = module._weigh_surface(setting, *linearised(), setting.seen.usual)
     # 60 amounts of 2 and 20 that say 1 make 1.80, 0.18 its standard deviation
     assert found.sigmas[0] == pytest.approx(1.8, abs=0.36)
