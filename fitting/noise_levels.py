@@ -34,6 +34,10 @@ _GIVEN: Final = "moment"
 of the run."""
 _SLOWEST: Final = "fixes"
 """The group of measurements over whose noise's correlation time estimates are averaged."""
+_BY_MODEL: Final = ("speed", "load", "load difference")
+"""Groups of measurements whose noise is larger than usual where the model lacks something; a receiver's fixes often are
+noisier than stated.
+"""
 _NEGLIGIBLE: Final = 1e-3
 """Of the most probable one: correlation times that are left out."""
 _WEIGHINGS: Final = 4
@@ -118,6 +122,17 @@ def averaged_covariance(linear: LinearRun, levels: Levels) -> Array:
         other, covariance = linear.estimate(each)
         total += weight * (covariance + np.outer(other - mean, other - mean))
     return total
+
+
+def widening(seen: Observation, levels: Levels) -> float:
+    """By how much standard errors grow where noise is larger than its instruments': what is left over is then no noise
+    alone but what the model lacks, and that does not average out as noise does.
+
+    Source: Birge, Phys. Rev. 40 (1932) 207; the scale factor of the Particle Data Group, Phys. Rev. D 110 (2024)
+    030001, section 5.2.
+    """
+    first = [seen.groups[group][0] for group in _BY_MODEL if group in seen.groups]
+    return max([1.0, *(levels[name].sigma / seen.usual[name].sigma for name in first)])
 
 
 def draw(linear: LinearRun, levels: Levels, count: int, rng: np.random.Generator) -> Array:

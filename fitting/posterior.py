@@ -35,6 +35,7 @@ from sssi_exudyn.fitting.noise_levels import (
     draw,
     precision,
     weigh_noise,
+    widening,
 )
 from sssi_exudyn.fitting.observation import Observation
 from sssi_exudyn.fitting.optimise import Optimum, minimise
@@ -204,6 +205,11 @@ class Posterior:
         return float(np.mean(np.hypot(self.residual[blocks["x"]], self.residual[blocks["y"]])))
 
     @property
+    def widened(self) -> float:
+        """By how much standard errors were widened for what the model lacks."""
+        return widening(self.setting.seen, self.levels)
+
+    @property
     def residual(self) -> Array:
         """(N,) measured less predicted."""
         return np.asarray(self.setting.seen.measured - self.predicted)
@@ -258,7 +264,7 @@ def find_posterior(
             full = None
         elif _ends(moved, _bend(point, linearised), roughly=roughly and kept):
             break
-    covariance, shares = _over_memories(setting, point, responses, levels, found)
+    covariance, shares = _in_the_end(setting, point, responses, levels, found)
     return Posterior(
         model=point.model,
         setting=setting,
@@ -276,15 +282,19 @@ def find_posterior(
     )
 
 
-def _over_memories(
+def _in_the_end(
     setting: Setting, point: Point, responses: Responses, levels: Levels, found: _Found
 ) -> tuple[Array, dict[str, Array]]:
-    """θ's covariance (k, k) and whose it is, averaged over how long the instruments' noise remembers."""
+    """θ's covariance (k, k) and standard deviations (k,) by group: averaged over how long the fixes' noise remembers,
+    and widened by what the model lacks.
+    """
     k = len(setting.unknowns)
     averaged = averaged_covariance(_linear(setting, point, responses), levels)[:k, :k]
     covariance = averaged * np.outer(setting.sigmas, setting.sigmas)
     of_noise = found.shares[MEASUREMENTS] ** 2 + np.diag(covariance - found.covariance)
-    return covariance, {**found.shares, MEASUREMENTS: np.sqrt(np.maximum(of_noise, 0.0))}
+    shares = {**found.shares, MEASUREMENTS: np.sqrt(np.maximum(of_noise, 0.0))}
+    wide = widening(setting.seen, levels)
+    return covariance * wide**2, {group: wide * share for group, share in shares.items()}
 
 
 def _ends(moved: float, bend: float, *, roughly: bool) -> bool:
@@ -428,7 +438,7 @@ def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tupl
     off = draw(_linear(setting, found, found.responses), found.levels, count, rng)
     k = len(setting.unknowns)
     bounds = np.array([found.model.bounds(name) for name in setting.names])
-    values = np.clip(found.values + off[:, :k] * setting.sigmas, bounds[:, 0], bounds[:, 1])
+    values = np.clip(found.values + found.widened * off[:, :k] * setting.sigmas, bounds[:, 0], bounds[:, 1])
     return values, found.sizes + off[:, k:]
 
 

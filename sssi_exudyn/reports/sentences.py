@@ -123,7 +123,9 @@ def _friction(summary: Summary) -> str:
     )
     if found.missed is not None:
         what, times = found.missed
-        words += f" That is too narrow: what is left over of the {what} is {times:.0f} times the usual noise."
+        wide = found.widened or 1.0
+        widened = f"That is widened {wide:.1f} times" if wide > 1.0 else "That is too narrow"
+        words += f" {widened}: what is left over of the {what} is {times:.0f} times the usual noise."
     if found.fits_priors:
         return words
     worst = found.largest[0]

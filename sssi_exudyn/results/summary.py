@@ -129,6 +129,7 @@ class UncertaintyFigures:
     noise : of the measurements, by kind
     fits_priors : whether no correction is beyond three standard deviations
     log_evidence : log probability of all measurements, by which two results of one recording may be compared
+    widened : by how much intervals are wider than noise makes them, as loads or speed are missed by more than noise
     """
 
     interval_90: Mapping[str, Interval]
@@ -138,12 +139,12 @@ class UncertaintyFigures:
     noise: Mapping[str, Noise]
     fits_priors: bool
     log_evidence: float | None = None
+    widened: float | None = None
 
     @property
     def missed(self) -> tuple[str, float] | None:
         """The kind of measurement that is missed by most of what its instruments usually have, and how many times; None
-        where none is by more than ``MISSED`` times: what the model leaves out is then more than noise, and no interval
-        holds it.
+        where none is by more than ``MISSED`` times: what the model leaves out is then more than noise.
         """
         found = [(name, noise.times_usual) for name, noise in self.noise.items() if noise.times_usual is not None]
         worst = max(found, key=lambda pair: pair[1], default=None)

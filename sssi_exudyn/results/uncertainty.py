@@ -51,6 +51,7 @@ def uncertainty_figures(found: Posterior) -> UncertaintyFigures:
         },
         fits_priors=abs(every[0].sigmas) <= _FAR,
         log_evidence=log_evidence(found),
+        widened=found.widened,
     )
 
 

@@ -50,7 +50,7 @@ def _lines(run: StoredRun) -> list[str]:
         kind, times = found.missed
         lines.append(
             f"What is left over of the {kind} is {times:.0f} times the noise of such instruments: the model leaves"
-            " something out, such as waves of the snow that no height shows, and the intervals do not hold that."
+            " something out, such as waves of the snow that no height shows, and the intervals may not hold that."
         )
     if moment.verdict == "bad":
         size = f"{moment.rms_Nm:.0f} N m rms, {moment.peak_Nm:.0f} N m at most"
