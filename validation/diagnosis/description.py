@@ -11,9 +11,9 @@ import numpy as np
 
 from sssi_exudyn.analysis.turns import PHASES, find_turns
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import whiten
 from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.fitting.posterior import Posterior
+from sssi_exudyn.fitting.uneven_noise import whiten
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.runtime.provenance import versions
@@ -254,9 +254,10 @@ def _where(window: tuple[float, float], fitted: FittedRun) -> Where:
 
 def _memory(residual: Array, measurements: Measurements, levels: NoiseLevels) -> float:
     """Correlation of neighbours in the track's residual once the noise's own correlation is taken out."""
-    blocks = measurements.blocks
-    pairs = [whiten(measurements.fixes, residual[blocks[name]], levels.gps) for name in ("x", "y")]
-    return float(np.mean([np.corrcoef(e[:-1], e[1:])[0, 1] for e in pairs]))
+    at = [measurements.blocks[name] for name in ("x", "y")]
+    both = np.stack([residual[place] for place in at], axis=1)
+    white = whiten(measurements.fixes, both, levels.gps, measurements.scale[at[0]])
+    return float(np.mean([np.corrcoef(e[:-1], e[1:])[0, 1] for e in white.T]))
 
 
 def _friction(model: Model) -> Friction:
