@@ -93,8 +93,8 @@ def uneven_covariance(time: Array, noise: ExponentialNoise, scale: Array) -> Arr
         e = σ₀ (a + d b),   σ₀ = s₀ σ
 
     a and b are independent processes of variance one with the same correlation, d the ``excess``: so a sample that is
-    far off tells nothing of its neighbours.  Were the noise s σ a instead, a fix off by half a metre would say what its
-    neighbours' error is, a twentieth of its own, to a few millimetres.
+    far off carries no information on its neighbours.  Were the noise s σ a instead, a fix off by half a metre would
+    fix its neighbours' error, a twentieth of its own, to a few millimetres.
     """
     more = excess(scale)
     decay = np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)

@@ -57,7 +57,7 @@ def test_slopes_are_those_of_differences() -> None:
     assert by_volume == pytest.approx((volumes[0] - volumes[1]) / (2.0 * step), abs=1e-7)
 
 
-def test_a_sample_that_is_far_off_tells_nothing_of_its_neighbours() -> None:
+def test_a_sample_that_is_far_off_carries_no_information_on_its_neighbours() -> None:
     time = 0.1 * np.arange(41)
     residual = np.full(41, 0.3)  # a slow error of one standard deviation
     usual = np.sum(whiten(time, residual[:, None], NOISE, np.ones(41)) ** 2)
