@@ -226,7 +226,7 @@ def _add_import(command: argparse.ArgumentParser) -> None:
         type=Path,
         nargs="+",
         metavar="FILE",
-        help="a motion capture, or PLACE=FILE of sensors; and files of fixes and insoles; or a folder of many runs",
+        help="a motion capture, or PLACE=FILE of sensors; and files of fixes, insoles, poles; or a folder of many runs",
     )
     command.add_argument("--out", type=Path, metavar="FOLDER", required=True, help="the recording's folder")
     command.add_argument("--defaults", type=Path, metavar="TOML", help="a file of answers, such as mass_kg = 71")

@@ -96,7 +96,7 @@ def import_files(
 
     Parameters
     ----------
-    files : a motion capture, or ``"PLACE=FILE"`` of single sensors; and files of fixes and insoles
+    files : a motion capture, or ``"PLACE=FILE"`` of single sensors; and files of fixes, insoles, poles
     out : the recording's folder, made here
     defaults : TOML file of answers, by the same names
     answers : what no file holds, by the names of ``Answers``, such as ``mass_kg`` or ``antenna_joint``

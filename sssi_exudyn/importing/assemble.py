@@ -30,10 +30,11 @@ from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes
 from sssi_exudyn.recording.instruments.gps import READERS, gps_from_fixes, read_fixes
 from sssi_exudyn.recording.instruments.imu import PLACES as IMU_PLACES
 from sssi_exudyn.recording.instruments.insoles import is_insoles, read_insoles
+from sssi_exudyn.recording.instruments.poles import read_poles
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Recording
 
-MOTION, GPS, INSOLES, SENSORS = "motion.bvh", "gps.csv", "insoles.csv", "sensors"
+MOTION, GPS, INSOLES, POLES, SENSORS = "motion.bvh", "gps.csv", "insoles.csv", "poles.csv", "sensors"
 _EQUIPMENT: Final = ("skis", "ski_mass_kg", "boot_mass_kg", "ankle_to_ski_base_m", "boot_centre_m")
 _OF_FIXES: Final = ("antenna_joint", "antenna_offset_m", "gps_sigma_m")
 _DAY: Final = 86400.0
@@ -49,6 +50,7 @@ class _Sources:
     motion: Path | None
     gps: Path | None
     insoles: Path | None
+    poles: Path | None
     sensors: tuple[tuple[str, Path], ...] = ()
     """Place and file of each single sensor, where there is no capture."""
 
@@ -59,7 +61,7 @@ class _Sources:
 
     def of(self, name: str) -> Path | None:
         """The source of a file of the recording."""
-        return {MOTION: self.motion, GPS: self.gps, INSOLES: self.insoles}.get(name)
+        return {MOTION: self.motion, GPS: self.gps, INSOLES: self.insoles, POLES: self.poles}.get(name)
 
 
 def option_of(name: str) -> str:
@@ -68,9 +70,9 @@ def option_of(name: str) -> str:
 
 
 def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Recording:
-    """Make the recording folder ``out`` out of ``files``: one motion capture, and where there are, one file of fixes
-    and one of insoles, recognised by suffix and header; or, instead of the capture, single sensors' files, each given
-    with its place (``import_sensors``).
+    """Make the recording folder ``out`` out of ``files``: one motion capture, and where there are, one file of fixes,
+    one of insoles and one of load cells in the poles, recognised by suffix and header; or, instead of the capture,
+    single sensors' files, each given with its place (``import_sensors``).
 
     Raises InputError for files that no reader takes, two of a kind, whatever a reader refuses, answers that are
     missing, an ``out`` that holds a recording already, and what ``read_recording`` refuses of the result.
@@ -85,7 +87,7 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
         try:
             _write(made, sources, answers)
             recording = _read_back(made, sources)
-            for name in (MOTION, SENSORS, GPS, INSOLES, FILE):  # the file that makes it a recording comes last
+            for name in (MOTION, SENSORS, GPS, INSOLES, POLES, FILE):  # the file that makes it a recording comes last
                 if (made / name).exists():
                     (made / name).replace(out / name)
         finally:
@@ -106,10 +108,12 @@ def _sort_sources(files: Sequence[Path]) -> _Sources:
     if sensors and "motion" in found:
         raise InputError(found["motion"], "", "there are single sensors as well", "give one or the other")
     if sensors:
-        return _Sources(None, found.get("fixes"), found.get("insoles"), sensors)
+        if "poles" in found:
+            raise InputError(found["poles"], "", "forces of poles need a motion capture", "leave them out, or add one")
+        return _Sources(None, found.get("fixes"), found.get("insoles"), None, sensors)
     if "motion" not in found:
         raise InputError(files[0], "", "no file holds a motion capture", f"add one: {', '.join(MOTION_READERS)}")
-    return _Sources(found["motion"], found.get("fixes"), found.get("insoles"))
+    return _Sources(found["motion"], found.get("fixes"), found.get("insoles"), found.get("poles"))
 
 
 def _kind(path: Path) -> str:
@@ -117,7 +121,9 @@ def _kind(path: Path) -> str:
     if suffix in MOTION_READERS:
         return "motion"
     if suffix in READERS:
-        return "insoles" if suffix == ".csv" and is_insoles(path) else "fixes"
+        if suffix == ".csv" and is_insoles(path):
+            return "poles" if "pole" in path.stem.lower() else "insoles"  # both have a force left and one right
+        return "fixes"
     known = ", ".join((*MOTION_READERS, *READERS))
     raise InputError(path, "", f"no reader for {path.suffix!r}", f"export it as one of {known}")
 
@@ -131,7 +137,7 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
         notes += bvh.notes
         (made / MOTION).write_text(bvh_text(bvh), encoding="utf-8")
     _check_answers(sources, fixes, began, answers)
-    given = (sources.motion, *(path for _, path in sources.sensors), sources.gps, sources.insoles)
+    given = (sources.motion, *(path for _, path in sources.sensors), sources.gps, sources.insoles, sources.poles)
     settings: dict[str, Any] = {
         "format": 1,
         "name": one_line(answers.name or sources.first.stem),
@@ -166,6 +172,10 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
         read_insoles(sources.insoles)  # errors name this file, not the copy
         settings["insoles"] = {"file": INSOLES}
         (made / INSOLES).write_bytes(read_bytes(sources.insoles))
+    if sources.poles is not None:
+        read_poles(sources.poles)
+        settings["poles"] = {"file": POLES}
+        (made / POLES).write_bytes(read_bytes(sources.poles))
     (made / FILE).write_text(tomli_w.dumps(settings), encoding="utf-8")
 
 

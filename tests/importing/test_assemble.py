@@ -49,6 +49,23 @@ def test_imported_recording_is_the_recording(tmp_path: Path) -> None:
     assert {path.name for path in (tmp_path / "out").iterdir()} == {*FILES, "recording.toml", ".lock"}
 
 
+def test_forces_of_poles_are_known_by_the_files_name(tmp_path: Path) -> None:
+    sources = files(tmp_path)
+    time = np.arange(0.0, 3.0, 0.02)
+    pressed = np.where((time > 1.0) & (time < 1.3), 80.0, 0.5)
+    rows = [f"{t:.2f},{pressed[i]:.1f},{0.4 + 0.1 * (i % 2):.1f}" for i, t in enumerate(time)]
+    poles = tmp_path / "Poles_run1.csv"
+    poles.write_text("time_s,left_N,right_N\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    found = import_recording([*sources, poles], tmp_path / "out", ANSWERS)
+    assert found.poles is not None
+    assert found.insoles is not None
+    assert found.poles.left.max() == pytest.approx(79.5)  # counted from rest
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {*FILES, "poles.csv", "recording.toml", ".lock"}
+    poles.write_text("time_s,left_N,right_N\n0.0,x,1.0\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"Poles_run1\.csv"):
+        import_recording([*sources, poles], tmp_path / "other", ANSWERS)
+
+
 def test_what_nobody_says_is_assumed_and_said_to_be(tmp_path: Path) -> None:
     found = import_recording(files(tmp_path), tmp_path / "out", Answers(mass_kg=70.0))
     (words,) = [notice for notice in found.notices if notice.startswith("assumed")]
