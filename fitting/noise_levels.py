@@ -43,7 +43,8 @@ noisier than stated.
 """
 _NEGLIGIBLE: Final = 1e-3
 """Of the most probable one: correlation times that are left out."""
-_WEIGHINGS: Final = 4
+WEIGHINGS: Final = 4
+"""Rounds of expectation and maximisation."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def precision(columns: Array) -> tuple[Array, bool]:
 def weigh_noise(linear: LinearRun, levels: Levels) -> Levels:
     """The noise's levels, from what remains when all that is uncertain is taken out."""
     seen = linear.seen
-    for _ in range(_WEIGHINGS):
+    for _ in range(WEIGHINGS):
         y, u = linear.whitened(levels)
         factor = precision(u)
         left = y - u @ cho_solve(factor, u.T @ y)

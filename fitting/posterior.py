@@ -29,6 +29,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
 from sssi_exudyn.fitting.noise_levels import (
     BEFOREHAND,
+    WEIGHINGS,
     Levels,
     LinearRun,
     averaged_covariance,
@@ -71,7 +72,6 @@ _BENT_AT_THE_END: Final = 0.5
 """The same for a search that has nearly settled: where no step lessens the misfit by old responses, new ones may."""
 _TOLERANCE: Final = 1e-6
 """Of J where its linear form is searched."""
-_SURFACE_WEIGHINGS: Final = 4
 _DAMPINGS: Final = (0.0, 1.0, 10.0, 100.0, 1000.0)
 """Of steps that are tried."""
 _KEPT: Final = 0.5
@@ -452,7 +452,7 @@ def _weigh_surface(setting: Setting, point: Point, responses: Responses, levels:
     places = np.flatnonzero(modes)
     sigma = float(setting.sigmas[places[0]])
     y, u = _linear(setting, point, responses).whitened(levels)
-    for _ in range(_SURFACE_WEIGHINGS):
+    for _ in range(WEIGHINGS):
         factor = precision(u)
         amounts = cho_solve(factor, u.T @ y)[places]
         left = np.diag(cho_solve(factor, np.eye(u.shape[1])))[places]

@@ -9,6 +9,7 @@ joint moments and every export.
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Final
@@ -116,6 +117,23 @@ class PostureErrors:
 def supports(start: float, stop: float) -> int:
     """How many supports an error that wanders has from ``start`` to ``stop`` (s)."""
     return len(_knots(start, stop)) - 4
+
+
+def errors_of(
+    sizes: Mapping[str, tuple[float, float]], start: float, stop: float, wandering: Collection[str] | None = None
+) -> tuple[PostureError, ...]:
+    """Errors of each kind, of both feet or the trunk, in a run from ``start`` to ``stop`` (s); none of size 0.
+
+    sizes : standard deviations (rad or m) of a constant error and of one that wanders
+    wandering : the kinds that wander; None for all
+    """
+    found = []
+    for kind, (constant, wander) in sizes.items():
+        for side in (-1,) if kind in LEANS else (0, 1):
+            found.append(PostureError(kind, side, -1, constant))
+            if wandering is None or kind in wandering:
+                found += [PostureError(kind, side, i, wander) for i in range(supports(start, stop))]
+    return tuple(error for error in found if error.sigma > 0.0)
 
 
 def _profile(knots: Array, support: int, time: Array) -> Array:

@@ -28,9 +28,8 @@ def whiten(time: Array, columns: Array, noise: ExponentialNoise, scale: Array) -
 
     Returns (n, c).
     """
-    least = float(np.min(scale))
-    base = ExponentialNoise(least * noise.sigma, noise.correlation_time)
-    if np.all(scale == least):
+    base = _least(noise, scale)
+    if _even(scale):
         return whiten_even(time, columns, base)
     white, _, _, _ = _filter(*_steps(time, noise), excess(scale), columns, slope=False)
     return np.asarray(white / base.sigma)
@@ -40,9 +39,8 @@ def whiten_with_slope(time: Array, columns: Array, noise: ExponentialNoise, scal
     """What ``whiten`` gives, its derivative by the correlation time's logarithm, and that of ``log_divisors``;
     arguments as there, the correlation time above 0.
     """
-    least = float(np.min(scale))
-    base = ExponentialNoise(least * noise.sigma, noise.correlation_time)
-    if np.all(scale == least):
+    base = _least(noise, scale)
+    if _even(scale):
         return whiten_even_with_slope(time, columns, base)
     white, slope, _, by_volume = _filter(*_steps(time, noise), excess(scale), columns, slope=True)
     return white / base.sigma, slope / base.sigma, float(by_volume)
@@ -52,9 +50,8 @@ def log_divisors(time: Array, noise: ExponentialNoise, scale: Array) -> float:
     """Σ log of what ``whiten`` divides by: what turns a density of whitened numbers into one of the measured ones; the
     correlation time above 0.
     """
-    least = float(np.min(scale))
-    base = ExponentialNoise(least * noise.sigma, noise.correlation_time)
-    if np.all(scale == least):
+    base = _least(noise, scale)
+    if _even(scale):
         return even_log_divisors(time, base)
     _, _, volume, _ = _filter(*_steps(time, noise), excess(scale), np.zeros((len(time), 0)), slope=False)
     return len(time) * float(np.log(base.sigma)) + float(volume)
@@ -67,6 +64,15 @@ def draw_uneven_noise(rng: np.random.Generator, time: Array, noise: ExponentialN
     if np.any(more > 0.0):
         drawn = drawn + more * draw_noise(rng, time, noise)
     return np.asarray(least * drawn)
+
+
+def _least(noise: ExponentialNoise, scale: Array) -> ExponentialNoise:
+    """The noise of the least noisy samples."""
+    return ExponentialNoise(float(np.min(scale)) * noise.sigma, noise.correlation_time)
+
+
+def _even(scale: Array) -> bool:
+    return bool(np.all(scale == np.min(scale)))
 
 
 def _steps(time: Array, noise: ExponentialNoise) -> tuple[Array, Array, Array]:

@@ -8,7 +8,7 @@ from typing import Final
 
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.fitting.objective import Prior
-from sssi_exudyn.fitting.posture_errors import LEANS, TURNS, PostureError, supports
+from sssi_exudyn.fitting.posture_errors import LEANS, TURNS, PostureError, errors_of
 from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm, Sensor
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.few_sensors.complete import FootSigma
@@ -130,10 +130,4 @@ def posture_errors(
     if assumed is not None:
         sizes |= {kind: (getattr(assumed, kind),) * 2 for kind in (*TURNS, "height")}
     sizes |= dict.fromkeys(LEANS, (about.trunk, about.trunk_wander))
-    found = []
-    for kind, (constant, wander) in sizes.items():
-        for side in (-1,) if kind in LEANS else (0, 1):
-            found.append(PostureError(kind, side, -1, constant))
-            if not cut or kind in _STEERING:
-                found += [PostureError(kind, side, i, wander) for i in range(supports(start, stop))]
-    return tuple(error for error in found if error.sigma > 0.0)
+    return errors_of(sizes, start, stop, _STEERING if cut else None)

@@ -13,7 +13,7 @@ import numpy as np
 
 from sssi_exudyn.fitting.observation import observation_of
 from sssi_exudyn.fitting.posterior import Setting, linearise_at
-from sssi_exudyn.fitting.posture_errors import LEANS, PostureError, grown, supports
+from sssi_exudyn.fitting.posture_errors import errors_of, grown
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
@@ -43,7 +43,7 @@ def balance_skier(model: Model, motion: Motion, recording: Recording) -> Motion:
     time = recording.gps.time
     counts = np.ones(np.count_nonzero((time >= motion.start - 1e-9) & (time <= motion.stop + 1e-9)))
     seen = observation_of(recording, model, motion, counts)
-    setting = Setting(motion, seen, (), _moves(motion), (model.skier.mass, _NO_MASS))
+    setting = Setting(motion, seen, (), errors_of(_MOVES, motion.start, motion.stop), (model.skier.mass, _NO_MASS))
     for _ in range(_ROUNDS):
         point, responses = linearise_at(model, setting)
         left, by_move = point.predicted[seen.moments] / _LEFT, responses.by_error[seen.moments, :-1] / _LEFT
@@ -51,13 +51,3 @@ def balance_skier(model: Model, motion: Motion, recording: Recording) -> Motion:
         change = responses.posture.angles(sizes)
         model = replace(model, posture=grown(model.posture, responses.posture.time, change))
     return correct_posture(motion, model.posture)
-
-
-def _moves(motion: Motion) -> tuple[PostureError, ...]:
-    found = []
-    for kind, (standing, within) in _MOVES.items():
-        for side in (-1,) if kind in LEANS else (0, 1):
-            found.append(PostureError(kind, side, -1, standing))
-            count = supports(motion.start, motion.stop)
-            found += [PostureError(kind, side, support, within) for support in range(count)]
-    return tuple(found)

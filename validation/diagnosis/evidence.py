@@ -179,10 +179,9 @@ class _Evidence:
         scales = np.ones(self.columns.shape[1])
         for name, at in self.sized.items():
             scales[at] = getattr(levels, name)
-        parts = {}
+        parts, measurements = {}, self.linear.measurements
         for name, at in self.blocks.items():
             columns = self.columns[at] * scales
-            measurements = self.linear.measurements
             time, scale = measurements.time_of(name), measurements.scale[at]
             parts[name] = whiten_with_slope(time, columns, levels.of(name), scale)
         total = np.sum([white.T @ white for white, _, _ in parts.values()], axis=0)
