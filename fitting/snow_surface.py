@@ -49,6 +49,8 @@ half of it are left out together: with 0.5 slopes were off by three of their sta
 """
 _NOTICED_LOAD: Final = 0.07
 """Of the insoles' noise: they are read twenty times a second."""
+_NOTICED_TILT: Final = 0.001
+"""rad; 0.4 mm from one ski to the other, of which insoles notice some millimetres."""
 _LIFTED: Final = 0.03
 """m; of two skis the one higher than the other by much more than this is off the snow."""
 _DATUM: Final = 10.0
@@ -84,6 +86,7 @@ def _noticed(recording: Recording) -> Noticed:
         _NOTICED * float(np.median(recording.gps.sigma)),
         np.inf if recording.gps.speed is None else _NOTICED * SPEED.sigma,
         np.inf if recording.insoles is None else _NOTICED_LOAD * LOADS["load"][0] * GRAVITY,
+        np.inf if recording.insoles is None else _NOTICED_TILT,
     )
 
 
@@ -92,15 +95,18 @@ class SurfaceProcess:
     """The snow surface of a run as a process of which the heights are one measurement among others.
 
     surface : an estimate of it; the modes are those of before any height was known, the first two the plane's tilt
-    places : (n, 2) m of the run's heights;  all_places : (m, 2) m, of these and of other runs' heights
-    shaped : (m,) m, what the model's own terms made of the snow at all places
-    follow : (k, n) 1/m, how the modes' amounts follow from the surface's heights at the run's places
-    smooth : (n, m), how these follow from what is measured at all places
+    ground : what an elevation model makes of it, or the level plane
+    places : (p, 2) m along the run's way and around it
+    measured : (m, 2) m of the heights, those of the run at hand first
+    shaped : (m,) m, what the model's own terms made of the snow where heights are measured
+    follow : (k, p) 1/m, how the modes' amounts follow from the surface's heights at ``places``
+    smooth : (p, m), how these follow from the measured ones
     """
 
     surface: Surface
+    ground: Surface
     places: Array
-    all_places: Array
+    measured: Array
     shaped: Array
     follow: Array
     smooth: Array
@@ -108,14 +114,15 @@ class SurfaceProcess:
     def at(self, surface: Surface) -> SurfaceProcess:
         """The process where another estimate of it is; its nodes may be others, as a corrected posture moves them."""
         along = surface.at(self.places)[:, 0]
-        amounts = self.follow @ (along - along[0])
+        amounts = self.follow @ (along - self.ground.at(self.places)[:, 0])
         heights = surface.at(self.surface.nodes())[:, 0].reshape(self.surface.mean.shape)
-        rest = heights - along[0] - np.tensordot(amounts, self.surface.modes, axes=1)
+        first = surface.at(self.measured[:1])[0, 0]
+        rest = heights - first - np.tensordot(amounts, self.surface.modes, axes=1)
         return replace(self, surface=replace(self.surface, mean=rest, amounts=tuple(amounts.tolist())))
 
     def beside(self, model: Model) -> Surface:
         """The surface that the heights show beside what the model's own terms make of the snow."""
-        change = replace(model, surface=None).snow(self.all_places)[0] - self.shaped
+        change = replace(model, surface=None).snow(self.measured)[0] - self.shaped
         amounts = np.array(self.surface.amounts) - self.follow @ self.smooth @ change
         return replace(self.surface, amounts=tuple(amounts.tolist()))
 
@@ -128,11 +135,11 @@ def surface_process(model: Model, recording: Recording, motion: Motion) -> Surfa
     found = _estimate(model, recording, motion)
     if found is None:
         return None
-    surface, follow, smooth = found.estimate.process(found.empty)
+    surface, places, follow, smooth = found.estimate.process(found.empty, _noticed(recording))
     heights = found.estimate.heights
-    surface = replace(surface, mean=surface.mean + found.ground)
+    surface, ground = replace(surface, mean=surface.mean + found.ground), replace(found.empty, mean=found.ground)
     shaped = replace(model, surface=None).snow(heights.all_places)[0]
-    return SurfaceProcess(surface, heights.places, heights.all_places, shaped, follow, smooth)
+    return SurfaceProcess(surface, ground, places, heights.all_places, shaped, follow, smooth)
 
 
 @dataclass(frozen=True)

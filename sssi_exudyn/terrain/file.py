@@ -16,11 +16,10 @@ from sssi_exudyn.core.quantity import quantities, quantity
 from sssi_exudyn.io.bounds import MAX_DURATION
 from sssi_exudyn.io.files import inside, read_bytes
 from sssi_exudyn.io.settings import Settings, check_keys, key_of, numbers_of, text_of
-from sssi_exudyn.terrain.surface import Surface
+from sssi_exudyn.terrain.surface import MOST_MODES, Surface
 
 FILE: Final = "surface.npy"
 _MOST_BYTES: Final = 50_000_000
-MOST_MODES: Final = 100
 _FARTHEST: Final = 100.0 * MAX_DURATION
 """m from the frame's origin; nobody skis faster than 100 m/s."""
 _MOST_AMOUNT: Final = 10.0

@@ -24,7 +24,7 @@ from scipy.optimize import minimize_scalar
 
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.core.noise import ExponentialNoise, student_weight, uneven_covariance
-from sssi_exudyn.terrain.surface import Surface, surface_over
+from sssi_exudyn.terrain.surface import MOST_MODES, Surface, surface_over
 
 OFFSET: Final = 10.0
 """m to which the height's origin is known."""
@@ -46,13 +46,10 @@ _SETTLED: Final = 0.05
 """Change of a weight that is none."""
 _MOST: Final = 500
 """Heights at most; more are averaged by neighbours.  With other runs, the run at hand has half of them."""
-MOST_MODES: Final = 100
 TILTS: Final = 2
 """Modes of such a process that come first, the plane's tilt along and across the slope."""
-MOST_WAVES: Final = 100
-"""Modes of a surface of which nothing is known yet."""
-_SEEN: Final = 0.005
-"""m; waves that are smaller, root mean square along the way, are left out."""
+_EXACT: Final = 0.001
+"""m to which a surface's modes are found from its own heights."""
 _APART: Final = 1.0
 """m over which a slope is taken from heights."""
 _MOST_ALONG: Final = 300
@@ -105,11 +102,13 @@ class Noticed:
     none.
 
     place : m of the track;  speed : m/s of it;  lift : m/s² by which the snow throws the skier up
+    tilt : rad across the way, by which one ski is higher than the other
     """
 
     place: float
     speed: float = np.inf
     lift: float = np.inf
+    tilt: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -165,44 +164,43 @@ class Estimate:
             amounts=(0.0,) * len(modes),
         )
 
-    def process(self, empty: Surface) -> tuple[Surface, Array, Array]:
+    def process(self, empty: Surface, noticed: Noticed) -> tuple[Surface, Array, Array, Array]:
         """The mean as a spline on the nodes of ``empty``, its modes those of the surface before any height was known,
-        relative to the first place; how they follow a surface's heights along the way, (k, n), and how that follows
-        from the measured ones of all runs, (n, m).
+        relative to the first place; places (p, 2) along the way and around it, how the modes' amounts follow from a
+        surface's heights there, (k, p), and how these follow from the measured ones of all runs, (p, m).
 
-        The first two modes are the plane's tilt, the others the leading ones along the way of a process with waves of
-        all lengths, in standard deviations.  What they leave of the mean is kept as it is.
+        The first two modes are the plane's tilt, the others the leading ones, in standard deviations, of a process
+        with waves of all lengths in what the other instruments notice of it: loads tell of short waves, and the track
+        of slopes across the way, which no height along it shows.  What they leave of the mean is kept as it is.
         """
-        nodes, places = empty.nodes(), self.heights.places
-        gain = cho_solve((self._solved[0], True), self._cross(places).T).T  # (places, heights)
-
-        def waves(at: Array) -> Array:
-            """(m, n) m²: covariance of waves at places (m, 2) with those along the way."""
-            return _of_waves(at, places, self.amplitude)
-
-        found, shapes = np.linalg.eigh(waves(places))
-        strong = np.flatnonzero(found > len(places) * _SEEN**2)[::-1][:MOST_WAVES]
-        spread = np.sqrt(found[strong])
+        nodes, first = empty.nodes(), self.heights.places[:1]
+        places, table = self._noticed(noticed)
+        cross = self._cross(places)
+        gain = cho_solve((self._solved[0], True), cross.T).T  # (places, heights)
+        thrown = _of_waves(places, places, self.amplitude) @ table.T
+        found, shapes = np.linalg.eigh(table @ thrown)
+        strong = np.flatnonzero(found > 1.0)[::-1][:MOST_MODES]
+        mixed = table.T @ (shapes[:, strong] / np.sqrt(found[strong]))
 
         def modes(at: Array) -> Array:
             """(k, n) m at places (n, 2)."""
-            return np.column_stack([TILT * at, waves(at) @ shapes[:, strong] / spread]).T
+            return np.column_stack([TILT * at, _of_waves(at, places, self.amplitude) @ mixed]).T
 
-        first = modes(places[:1])
-        along, shown = modes(places) - first, modes(nodes) - first
-        # the amounts that meet the mean along the way, the most probable beforehand where many do
-        normal = along @ along.T / _SEEN**2 + np.eye(len(along))
-        follow = np.linalg.solve(normal, along / _SEEN**2)
-        smooth = gain - gain[:1]
+        # amounts are known from heights to within an origin and the waves that are left out
+        beside = OFFSET**2 + _EXACT**2 * np.eye(len(places))
+        known = cholesky(_of_surface(places, places, self.amplitude) + beside, lower=True)
+        follow = cho_solve((known, True), modes(places).T).T
+        shown = modes(nodes) - modes(first)
+        smooth = gain - cho_solve((self._solved[0], True), self._cross(first).T).T
         amounts = follow @ smooth @ self.heights.all_heights
-        mean = self.mean(nodes) - self.mean(places[:1])[0]
+        mean = self.mean(nodes) - self.mean(first)[0]
         surface = replace(
             empty,
             mean=(mean - amounts @ shown).reshape(empty.mean.shape),
             modes=shown.reshape(-1, *empty.mean.shape),
             amounts=tuple(amounts.tolist()),
         )
-        return surface, np.asarray(follow), np.asarray(smooth)
+        return surface, places, np.asarray(follow), np.asarray(smooth)
 
     def _deviation(self, nodes: Array) -> Array:
         """(n,) m, standard deviation at ``nodes`` (n, 2) relative to the mean height along the way."""
@@ -217,9 +215,21 @@ class Estimate:
     def _modes(self, nodes: Array, noticed: Noticed) -> Array:
         """(k, n) m at ``nodes`` (n, 2): the posterior's Karhunen–Loève modes in what is noticed of them.
 
+        The modes are those of all that is noticed; what they are elsewhere follows by regression.
+        """
+        around, table = self._noticed(noticed)
+        measured = table @ self._cross(around)
+        gain = cho_solve((self._solved[0], True), measured.T)
+        found, shapes = np.linalg.eigh(table @ self._prior(around, around) @ table.T - measured @ gain)
+        strong = np.flatnonzero(found > 1.0)[::-1][:MOST_MODES]
+        covariance = self._prior(nodes, around) @ table.T - self._cross(nodes) @ gain
+        return np.asarray((covariance @ shapes[:, strong] / np.sqrt(found[strong])).T)
+
+    def _noticed(self, noticed: Noticed) -> tuple[Array, Array]:
+        """Places (p, 2) m along the way and around it, and what is noticed, (r, p), of a surface's heights there.
+
         A slope's change pulls with g along it: once integrated that changes the speed, twice the place, up to what
-        another start makes up for.  Along the way a wave throws the skier up, v² times its curvature.  The modes are
-        those of all this in units of what is noticed; what they are elsewhere follows by regression.
+        another start makes up for.  Along the way a wave throws the skier up, v² times its curvature.
         """
         some = slice(None, None, -(-len(self.heights.time) // _MOST_ALONG))
         places, time, velocity = self.heights.places[some], self.heights.time[some], _velocities(self.heights)[some]
@@ -235,14 +245,10 @@ class Estimate:
             rows += [[-each, each, none, none, *[none] * 3], [none, none, -each, each, *[none] * 3]]
         thrown = np.diag(speed[:, 0] ** 2 / (_APART**2 * noticed.lift))
         rows.append([*[none] * 4, thrown, thrown, -2.0 * thrown])
+        to_f, to_l = (np.diag(share / (_APART * noticed.tilt)) for share in (-ahead[:, 1], ahead[:, 0]))
+        rows.append([to_f, -to_f, to_l, -to_l, *[none] * 3])
         table = np.block(rows)
-        table = table[np.any(table != 0.0, axis=1)] / np.sqrt(count)
-        measured = table @ self._cross(around)
-        gain = cho_solve((self._solved[0], True), measured.T)
-        found, shapes = np.linalg.eigh(table @ self._prior(around, around) @ table.T - measured @ gain)
-        strong = np.flatnonzero(found > 1.0)[::-1][:MOST_MODES]
-        covariance = self._prior(nodes, around) @ table.T - self._cross(nodes) @ gain
-        return np.asarray((covariance @ shapes[:, strong] / np.sqrt(found[strong])).T)
+        return around, table[np.any(table != 0.0, axis=1)] / np.sqrt(count)
 
 
 def level_surface(heights: Heights) -> Surface:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 from scipy.ndimage import spline_filter
@@ -20,6 +21,8 @@ from sssi_exudyn.runtime.jit import njit
 
 PATCH = 6
 """Numbers of a patch: h (m), ∂h/∂f, ∂h/∂l (1), ∂²h/∂f², ∂²h/∂f∂l, ∂²h/∂l² (1/m)."""
+MOST_MODES: Final = 240
+"""Of a hill of 180 m some 200 are noticed; without half of them the others shook loads as much as insoles are off."""
 
 
 @njit(cache=True, error_model="numpy")

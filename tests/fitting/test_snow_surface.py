@@ -244,7 +244,7 @@ def test_runs_of_one_slope_share_its_surface(two_runs: Path) -> None:
     assert shared_beside < 0.06
     process = surface_process(model, recording, motion)
     assert process is not None
-    assert process.smooth.shape == (len(process.places), len(process.all_places))
+    assert process.smooth.shape == (len(process.places), len(process.measured))
     # what the model's terms make of the snow, nothing here, leaves the heights' surface as it is
     again = process.beside(model).at(along)[:, 0]
     np.testing.assert_allclose(again, process.surface.at(along)[:, 0], atol=1e-12)

@@ -9,7 +9,7 @@ import pytest
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
-from sssi_exudyn.terrain.from_heights import Estimate, Heights, Noticed, estimate_surface, level_surface
+from sssi_exudyn.terrain.from_heights import WAVES, Estimate, Heights, Noticed, estimate_surface, level_surface
 from sssi_exudyn.terrain.surface import Surface
 
 SIGMA = 0.03
@@ -232,6 +232,47 @@ def test_modes_hold_what_throws_the_skier_up() -> None:
     assert left_over(Noticed(0.5, lift=0.1)) < 0.3
     # the track alone shows the long ones
     assert left_over(Noticed(0.5)) > 0.5
+
+
+def test_modes_hold_how_much_higher_one_ski_is() -> None:
+    # slopes across the way, as of surfaces drawn from the process
+    time, places, estimate = a_poor_receiver(9)
+    velocity = np.stack([np.full(len(time), 10.0), 7.5 * np.cos(1.5 * time)], axis=1)
+    across = np.stack([-velocity[:, 1], velocity[:, 0]], axis=1) / np.linalg.norm(velocity, axis=1)[:, None]
+    around = np.concatenate([places + 0.5 * across, places - 0.5 * across])
+    tilt = np.hstack([np.eye(len(time)), -np.eye(len(time))])
+
+    def left_over(noticed: Noticed) -> float:
+        """rad, root mean square, of the tilt that the modes do not hold."""
+        surface = estimate.surface(level_surface(estimate.heights), noticed)
+        by_modes = np.stack([replace(surface, mean=mode).at(around)[:, 0] for mode in surface.modes], axis=1)
+        whole = tilt @ estimate.covariance(around) @ tilt.T
+        tilts = tilt @ by_modes
+        return float(np.sqrt(np.trace(whole - tilts @ tilts.T) / len(time)))
+
+    # 1.4 degrees in all; modes of less than 1 mrad are left out, and 2 m between nodes lose some of the shortest
+    assert left_over(Noticed(0.5, tilt=0.001)) < np.radians(0.5)
+    # the track alone leaves the short ones
+    assert left_over(Noticed(0.5)) > np.radians(1.0)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_surface_of_the_process_is_one_of_usual_amounts(seed: int) -> None:
+    # what modes that are left out leave over along the way, and the heights' origin, must not be taken for waves
+    time, places = way()
+    rng = np.random.default_rng(seed)
+    amplitude = 0.4
+    height = np.sum([hill(rng, places, share * amplitude, length) for share, length in WAVES], axis=0)
+    heights = Heights(time, places, height + 0.7, np.full(len(time), 0.002), ExponentialNoise(0.002, 3.0))
+    surface, around, follow, _ = Estimate(heights, amplitude, np.ones(len(time))).process(
+        level_surface(heights), Noticed(0.002, lift=0.02, tilt=0.001)
+    )
+    amounts = np.array(surface.amounts)
+    # each has variance one beforehand: a mean square of 50 is 1.0 within 0.6, three sigma; what is unknown lessens it
+    assert 0.4 < np.mean(amounts[:50] ** 2) < 1.6
+    assert np.max(np.abs(amounts)) < 4.0
+    # the surface's own heights give the amounts back, but of waves that are short for nodes 2 m apart
+    np.testing.assert_allclose((follow @ surface.at(around)[:, 0])[:50], amounts[:50], atol=0.2)
 
 
 def test_modes_hold_what_changes_the_speed() -> None:
