@@ -9,7 +9,6 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import Fitted, Progress, fit
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
@@ -137,7 +136,7 @@ def setting_of(
         motion=motion,
         seen=observation_of(recording, model, motion, problem.counts),
         unknowns=tuple(Unknown(names, prior) for names, prior in {**usual, **(more or {})}.items()),
-        errors=posture_errors(about, motion.start, motion.stop, cut=is_carved(model.terms)),
+        errors=posture_errors(about, motion.start, motion.stop),
         mass=(recording.skier.mass, about.mass),
     )
 

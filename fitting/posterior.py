@@ -56,8 +56,6 @@ MEASUREMENTS: Final = "measurements"
 STEP: Final = 0.01
 """s; steps of the reduced model."""
 ROUNDS: Final = 12
-CARVED_ROUNDS: Final = 4
-"""The same where edges cut, as a round takes minutes there."""
 _SETTLED: Final = 0.15
 """Standard deviations by which nothing moves any more."""
 _ROUGHLY: Final = 0.6
@@ -238,8 +236,7 @@ def find_posterior(
     seen = setting.seen
     levels: Levels = seen.usual
     linearised, moved, kept = point.sizes, np.inf, True
-    most = CARVED_ROUNDS if is_carved(model.terms) else ROUNDS
-    for rounds in range(1, most + 1):
+    for rounds in range(1, ROUNDS + 1):
         if rounds > 1:
             bent = _BENT if moved > _STRAIGHT else _BENT_AT_THE_END
             again = not kept or _bend(point, linearised) > bent
@@ -256,7 +253,7 @@ def find_posterior(
         changes = (setting.values(point.model) - setting.values(before.model)) / spread
         moved = float(np.max(np.abs(np.concatenate([changes, point.sizes - before.sizes]))))
         say(f"round {rounds}: moved by {moved:.2f} standard deviations, {_description(point.model)}")
-        if full is not None and (moved < _STRAIGHT or rounds == most - 1):
+        if full is not None and (moved < _STRAIGHT or rounds == ROUNDS - 1):
             say("full model")
             surplus = full(point.model) - (point.predicted - point.beyond)
             surplus[setting.seen.moments] = 0.0
@@ -276,7 +273,7 @@ def find_posterior(
         predicted=point.predicted,
         beyond=point.beyond,
         responses=responses,
-        optimum=_ending(found.optimum, misfit, moved, most),
+        optimum=_ending(found.optimum, misfit, moved),
         rounds=rounds,
         moved=moved,
     )
@@ -335,11 +332,11 @@ def moved_point(setting: Setting, point: Point, responses: Responses, values: Ar
     return _point_at(setting, model, sizes, point.beyond)
 
 
-def _ending(optimum: Optimum, misfit: float, moved: float, rounds: int) -> Optimum:
+def _ending(optimum: Optimum, misfit: float, moved: float) -> Optimum:
     """How the search ended: it has not converged while it still moves by what matters."""
     if moved < _STRAIGHT:
         return replace(optimum, objective=misfit)
-    reason = f"stopped: the last of {rounds} rounds moved by {moved:.1f} standard deviations"
+    reason = f"stopped: the last of {ROUNDS} rounds moved by {moved:.1f} standard deviations"
     return replace(optimum, objective=misfit, converged=False, reason=reason)
 
 

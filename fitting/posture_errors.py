@@ -9,7 +9,7 @@ joint moments and every export.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Final
@@ -119,20 +119,16 @@ def supports(start: float, stop: float) -> int:
     return len(_knots(start, stop)) - 4
 
 
-def errors_of(
-    sizes: Mapping[str, tuple[float, float]], start: float, stop: float, wandering: Collection[str] | None = None
-) -> tuple[PostureError, ...]:
+def errors_of(sizes: Mapping[str, tuple[float, float]], start: float, stop: float) -> tuple[PostureError, ...]:
     """Errors of each kind, of both feet or the trunk, in a run from ``start`` to ``stop`` (s); none of size 0.
 
     sizes : standard deviations (rad or m) of a constant error and of one that wanders
-    wandering : the kinds that wander; None for all
     """
     found = []
     for kind, (constant, wander) in sizes.items():
         for side in (-1,) if kind in LEANS else (0, 1):
             found.append(PostureError(kind, side, -1, constant))
-            if wandering is None or kind in wandering:
-                found += [PostureError(kind, side, i, wander) for i in range(supports(start, stop))]
+            found += [PostureError(kind, side, i, wander) for i in range(supports(start, stop))]
     return tuple(error for error in found if error.sigma > 0.0)
 
 

@@ -40,7 +40,6 @@ _GROUPS: Final = {
     LeverArm.name: "antenna",
 }
 """Where a number's uncertainty is counted, by what owns it."""
-_STEERING: Final = ("yaw", "roll")
 _POSTURE: Final = {
     "yaw": "feet's yaw",
     "roll": "feet's roll",
@@ -119,10 +118,10 @@ def unknown_numbers(model: Model, priors: Mapping[str, Prior], recording: Record
 
 
 def posture_errors(
-    about: Uncertainty, start: float, stop: float, assumed: FootSigma | None = None, *, cut: bool = False
+    about: Uncertainty, start: float, stop: float, assumed: FootSigma | None = None
 ) -> tuple[PostureError, ...]:
     """All ways in which the posture may be wrong from ``start`` to ``stop`` (s); ``assumed`` says how wrong feet may be
-    whose posture was not captured.  Where edges cut, ``cut``, only what steers them wanders: each error costs a run.
+    whose posture was not captured.
     """
     sizes = dict.fromkeys(TURNS, (about.foot, about.foot_wander))
     sizes["forward"] = (about.foot_place, about.foot_place_wander)
@@ -130,4 +129,4 @@ def posture_errors(
     if assumed is not None:
         sizes |= {kind: (getattr(assumed, kind),) * 2 for kind in (*TURNS, "height")}
     sizes |= dict.fromkeys(LEANS, (about.trunk, about.trunk_wander))
-    return errors_of(sizes, start, stop, _STEERING if cut else None)
+    return errors_of(sizes, start, stop)

@@ -67,7 +67,9 @@ class Coupling(NamedTuple):
 class CarvedSeries(NamedTuple):
     """What a run fills at t instants.
 
-    place, velocity : (t, 3) m, m/s of the pelvis;  turned : (t, 2, 2) rad, yaw and roll of the skis
+    place, velocity : (t, 3) m, m/s of the pelvis
+    bent, bending : (t, 2, 2 + k) rad and m, yaw, roll and bend of the skis, and their rates
+    acceleration : (t, 7 + 2k) of the pelvis, then of what bends each ski
     loads, sole, edges : (t, 2) N, N, rad;  friction, force, moment : (t, 2, 3) N, N, N m as in ``ReducedSeries``
     power : (t, 3) W that the snow takes from both skis by friction along and across the edges and by pressing
     reserve : (t, 2, 2) N by ski, what the walls bear at most, and what they do bear
@@ -75,7 +77,9 @@ class CarvedSeries(NamedTuple):
 
     place: Array
     velocity: Array
-    turned: Array
+    bent: Array
+    bending: Array
+    acceleration: Array
     loads: Array
     sole: Array
     edges: Array
@@ -107,6 +111,24 @@ def turn_ski(foot, psi, phi, frame):
         frame[row, 0] = a * x + b * y
         side = -b * x + a * y
         frame[row, 1], frame[row, 2] = c * side + s * z, -s * side + c * z
+
+
+@njit(cache=True, error_model="numpy")
+def pose_ski(parameters, motion, surface, n, side, x, v, q, rate, snow, frame, local):
+    """A ski at an instant, the pelvis at a place with a velocity (tuples), the ski turned by q (2 + k,): the foot as
+    ``press_edges`` takes it, velocity and spin in the slope's frame, and the axes that the ski yaws and rolls about.
+
+    snow, frame, local : (3, 3) are filled with the snow's axes, the ski's rotation, and that on the snow
+    """
+    foot_frame = motion.foot_rotation[n, side]
+    turn_ski(foot_frame, q[0], q[1], frame)
+    height = standing_on(parameters, plus(x, three(motion.foot_place[n, side], 0)), surface, snow)
+    local[:] = np.dot(snow, frame)
+    upright = (foot_frame[0, 2], foot_frame[1, 2], foot_frame[2, 2])
+    long = (frame[0, 0], frame[1, 0], frame[2, 0])
+    spin = plus(three(motion.foot_spin[n, side], 0), plus(times(rate[0], upright), times(rate[1], long)))
+    moving = plus(v, three(motion.foot_velocity[n, side], 0))
+    return (height, out_of(snow, moving), local, out_of(snow, spin)), moving, spin, upright, long
 
 
 @njit(cache=True, error_model="numpy")
@@ -268,18 +290,9 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
             for side in range(2):
                 base = 3 + side * own
                 foot_frame = motion.foot_rotation[n, side]
-                turn_ski(foot_frame, new_q[side, 0], new_q[side, 1], frame)
-                at = plus(new_x, three(motion.foot_place[n, side], 0))
-                height = standing_on(parameters, at, surface, snow)
-                local[:] = np.dot(snow, frame)
-                upright = (foot_frame[0, 2], foot_frame[1, 2], foot_frame[2, 2])
-                long = (frame[0, 0], frame[1, 0], frame[2, 0])
-                spin = plus(
-                    three(motion.foot_spin[n, side], 0),
-                    plus(times(new_rate[side, 0], upright), times(new_rate[side, 1], long)),
+                foot, _, _, upright, long = pose_ski(
+                    parameters, motion, surface, n, side, new_x, new_v, new_q[side], new_rate[side], snow, frame, local
                 )
-                moving = plus(new_v, three(motion.foot_velocity[n, side], 0))
-                foot = (height, out_of(snow, moving), local, out_of(snow, spin))
                 pressed[:] = 0.0
                 stiff[:] = 0.0
                 for c in range(of_snow):
@@ -336,7 +349,6 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
                 series.loads[n, side] = load
                 left, up = (frame[0, 1], frame[1, 1], frame[2, 1]), (frame[0, 2], frame[1, 2], frame[2, 2])
                 series.edges[n, side] = math.atan2(dot(left, normal), dot(up, normal))
-                series.turned[n, side, 0], series.turned[n, side, 1] = new_q[side, 0], new_q[side, 1]
                 moment = into(snow, (pressed[3], pressed[4], pressed[5]))
                 for c in range(3):
                     series.force[n, side, c] = force[c]
@@ -384,8 +396,11 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
         for c in range(3):
             x[c], v[c], acceleration[c] = new_x[c], new_v[c], trial[c]
             series.place[n, c], series.velocity[n, c] = new_x[c], new_v[c]
+        for i in range(size):
+            series.acceleration[n, i] = trial[i]
         for side in range(2):
             for k in range(own):
                 q[side, k], rate[side, k] = new_q[side, k], new_rate[side, k]
+                series.bent[n, side, k], series.bending[n, side, k] = q[side, k], rate[side, k]
             accept(of_ski(memory, side))
     return motion.time.shape[0]

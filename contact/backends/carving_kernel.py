@@ -72,32 +72,22 @@ def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rat
 
     Left out of the derivatives: how the directions of the forces turn, and the change of the edge angle.
     """
-    height, velocity, frame, spin = foot
+    frame = foot[2]
     modes = ski.omega.shape[0]
     size = 6 + modes
     by, lines, towards, slopes, seen = work.by, work.lines, work.towards, work.slopes, work.seen
     seen[:] = 0.0
     towards[:] = 0.0
     for i in range(ski.width.shape[0]):
-        left_arm = bent_vector(frame, three(ski.points[i, 0], 0), ski.shape, eta, i, 0)
-        right_arm = bent_vector(frame, three(ski.points[i, 1], 0), ski.shape, eta, i, 1)
-        left_depth, right_depth = -height - left_arm[2], -height - right_arm[2]
-        low = 1 if right_depth > left_depth else 0
-        lower, upper = (right_depth, left_depth) if low == 1 else (left_depth, right_depth)
+        low, lower, upper, edge, arm, other, tangent, _, moving = deeper_edge(ski, foot, eta, rate, i)
         memory.next_groove[low, i], memory.next_offset[low, i], memory.next_speed[low, i] = 0.0, 0.0, 0.0
         # the other edge presses too where the ski is flat, and has no wall
         memory.next_groove[1 - low, i] = max(upper, memory.arrived_groove[1 - low, i]) if upper > 0.0 else 0.0
         memory.next_offset[1 - low, i] = 0.0
-        sine = max(-1.0, min(1.0, (right_depth - left_depth) / ski.width[i]))
-        edge = math.asin(sine)
-        arm, other = (right_arm, left_arm) if low == 1 else (left_arm, right_arm)
-        tangent = bent_vector(frame, three(ski.tangents[i, low], 0), ski.turning, eta, i, low)
         length = math.sqrt(dot(tangent, tangent))
         flat = math.sqrt(tangent[0] * tangent[0] + tangent[1] * tangent[1])
         t = (tangent[0] / flat, tangent[1] / flat, 0.0)
         n = (-t[1], t[0], 0.0)
-        bending = bent_vector(frame, (0.0, 0.0, 0.0), ski.shape, rate, i, low)
-        moving = plus(plus(velocity, cross(spin, arm)), bending)
         v_t, v_n, sinking = dot(moving, t), dot(moving, n), -moving[2]
         memory.next_speed[low, i], memory.next_speed[1 - low, i] = v_t, v_t
         if lower <= 0.0:
@@ -156,6 +146,26 @@ def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rat
                     + found[at + 4] * by[ACROSS, c]
                 )
     matrix -= np.dot(towards.T, slopes)
+
+
+@njit(cache=True, error_model="numpy")
+def deeper_edge(ski, foot, eta, rate, i):
+    """Of one station: which edge is the deeper one, its depth and that of the other (m), the edge angle (rad), the
+    places of both edges about the foot (m), the deeper edge's tangent (not of unit length), and its velocity by the
+    modes alone and in all (m/s), on the snow.
+    """
+    height, velocity, frame, spin = foot
+    left = bent_vector(frame, three(ski.points[i, 0], 0), ski.shape, eta, i, 0)
+    right = bent_vector(frame, three(ski.points[i, 1], 0), ski.shape, eta, i, 1)
+    left_depth, right_depth = -height - left[2], -height - right[2]
+    low = 1 if right_depth > left_depth else 0
+    lower, upper = (right_depth, left_depth) if low == 1 else (left_depth, right_depth)
+    edge = math.asin(max(-1.0, min(1.0, (right_depth - left_depth) / ski.width[i])))
+    arm, other = (right, left) if low == 1 else (left, right)
+    tangent = bent_vector(frame, three(ski.tangents[i, low], 0), ski.turning, eta, i, low)
+    bending = bent_vector(frame, (0.0, 0.0, 0.0), ski.shape, rate, i, low)
+    moving = plus(plus(velocity, cross(spin, arm)), bending)
+    return low, lower, upper, edge, arm, other, tangent, bending, moving
 
 
 @njit(cache=True, error_model="numpy")

@@ -25,10 +25,12 @@ and, with the same arguments, each followed by its derivatives, row by row:
 
 and the whole of its linearisation, written into two arrays:
 
-    point_linearisation, foot_…, segment_…, body_…, wind_…, terrain_linearisation(parameters, …, by_state, by_parameter)
+    point_linearisation, foot_…, segment_…, body_…, wind_…, terrain_…, edge_…,
+    memory_linearisation(parameters, …, by_state, by_parameter)
 
 with the same arguments once more.  by_state (outputs, variables) holds the derivatives by depth and rate; load, v_t,
-v_n, edge, groove, f and l; f, l and the velocity; f and l.  by_parameter (outputs, all parameters) holds those by the
+v_n, edge, groove, f and l; f, l and the velocity; f and l; lower, upper, rate, groove, offset, v_t, v_n, rise and edge
+for the edge's forces and for its memory.  by_parameter (outputs, all parameters) holds those by the
 parameters of the place's terms, for segments those of the wind as well; the rest is left alone.
 
 The text is kept as a module in a cache folder, under its own hash, so that Numba's cache on disk holds across
@@ -171,6 +173,7 @@ def _facing(a: dict[str, Operand]) -> tuple[Operand, Operand, Operand, Operand, 
 _EDGE: Final = (
     "lower", "upper", "rate", "width", "groove", "offset", "step", "v_t", "v_n", "rise", "edge", "length",
 )  # fmt: skip
+_EDGE_STATE: Final = ("lower", "upper", "rate", "groove", "offset", "v_t", "v_n", "rise", "edge")
 _VELOCITY: Final = ("v_f", "v_l", "v_n")
 _FACING: Final = ("m_ff", "m_fl", "m_fn", "m_ll", "m_ln", "m_nn")
 _AIR: Final = ("w_f", "w_l", "w_n")
@@ -243,14 +246,23 @@ _EDGE_LAWS: Final = (
     _Law(
         "edge_force",
         "edge_derivatives",
-        "",
+        "edge_linearisation",
         _EDGE,
         ("lower", "upper", "rate", "v_t", "v_n"),
-        (),
+        _EDGE_STATE,
         4,
         lambda math, term, a: term.force(math, places.EdgeState(**a)),
     ),
-    _Law("edge_memory", "", "", _EDGE, (), (), 2, lambda math, term, a: term.remember(math, places.EdgeState(**a))),
+    _Law(
+        "edge_memory",
+        "",
+        "memory_linearisation",
+        _EDGE,
+        (),
+        _EDGE_STATE,
+        2,
+        lambda math, term, a: term.remember(math, places.EdgeState(**a)),
+    ),
     _Law(
         "edge_capacity", "", "", _EDGE, (), (), 1, lambda math, term, a: (term.capacity(math, places.EdgeState(**a)),)
     ),

@@ -28,6 +28,18 @@ class Groove(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
+def between_stations(station, first, place):
+    """The stations that a place lies between, searched from ``first`` on, and the share of the way to the second."""
+    last = station.shape[0] - 1
+    ahead = first
+    while ahead < last and station[ahead + 1] < place:
+        ahead += 1
+    beyond = min(ahead + 1, last)
+    share = (place - station[ahead]) / (station[beyond] - station[ahead]) if beyond > ahead else 0.0
+    return ahead, beyond, share
+
+
+@njit(cache=True, error_model="numpy")
 def advect(ski, memory, step):
     """Bring the memory from where the last step left it to where the points are ``step`` (s) later; what comes from
     ahead of the ski, or from a point that went backwards, is fresh snow.
@@ -40,11 +52,7 @@ def advect(ski, memory, step):
             place = station[i] + step * speed
             groove, offset = 0.0, 0.0
             if speed >= 0.0 and place <= station[last]:
-                ahead = i
-                while ahead < last and station[ahead + 1] < place:
-                    ahead += 1
-                beyond = min(ahead + 1, last)
-                share = (place - station[ahead]) / (station[beyond] - station[ahead]) if beyond > ahead else 0.0
+                ahead, beyond, share = between_stations(station, i, place)
                 groove = memory.groove[edge, ahead] + share * (memory.groove[edge, beyond] - memory.groove[edge, ahead])
                 offset = memory.offset[edge, ahead] + share * (memory.offset[edge, beyond] - memory.offset[edge, ahead])
             memory.arrived_groove[edge, i] = groove

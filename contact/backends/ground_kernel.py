@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from sssi_exudyn.contact.backends.structs import LawParameters
 from sssi_exudyn.contact.backends.vectors import ski_axes
 from sssi_exudyn.runtime.jit import njit
 from sssi_exudyn.terrain.surface import on_patch, patch_under
@@ -39,3 +40,9 @@ def foot_axes(parameters, surface, place, rotation):
     """``ski_axes`` of a foot on the snow at its place."""
     under = patch_under(surface, place[0], place[1])
     return ski_axes(ground(parameters, under, place[0], place[1])[1], rotation)
+
+
+@njit(cache=True, error_model="numpy")
+def with_values(parameters, values):
+    """The same laws with other parameters (p,)."""
+    return LawParameters(values, parameters.first, parameters.others, parameters.addresses)

@@ -28,6 +28,7 @@ segment_force: Callable[..., tuple[float, float, float]]
 segment_derivatives: Callable[..., tuple[float, ...]]
 body_force: Callable[..., tuple[float, float, float]]
 terrain_height: Callable[..., tuple[float, float, float]]
+with_values: Callable[..., LawParameters]
 uneven: Callable[..., bool]
 upright: Callable[..., tuple[float, float, float]]
 ground: Callable[..., tuple[float, tuple[float, float, float]]]
@@ -343,12 +344,6 @@ def first_state(start):
         np.zeros(size), np.zeros((4 + modes, 3 + modes)),
     )  # fmt: skip
     return state, work
-
-
-@njit(cache=True, error_model="numpy")
-def with_values(parameters, values):
-    """The same laws with other parameters (p,)."""
-    return LawParameters(values, parameters.first, parameters.others, parameters.addresses)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

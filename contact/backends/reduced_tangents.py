@@ -1,5 +1,5 @@
 """Derivatives of a run of the reduced model by any numbers, carried along with it: a template that ``compiled`` joins
-with ``reduced_kernel`` and the laws.
+with ``reduced_kernel``, ``surroundings_tangents`` and the laws.
 
 At an instant the residual r(a, q, q̇, p) = 0 gives the accelerations a, where by Newmark's rule
 
@@ -24,7 +24,7 @@ import numpy as np
 from sssi_exudyn.contact.backends.structs import LawParameters, NewtonWork, ReducedState, SkiWork, TangentState
 from sssi_exudyn.contact.backends.vectors import cross, dot, out_of, plus, ski_axes, three, times
 from sssi_exudyn.runtime.jit import njit
-from sssi_exudyn.terrain.surface import PATCH, grid_patch, on_change, on_patch, patch_changes, patch_under
+from sssi_exudyn.terrain.surface import PATCH, on_change, on_patch, patch_changes, patch_under
 
 advance: Callable[..., bool]
 first_state: Callable[..., tuple[ReducedState, NewtonWork]]
@@ -34,10 +34,13 @@ point_force: Callable[..., float]
 foot_force: Callable[..., tuple[float, float]]
 point_linearisation: Callable[..., None]
 foot_linearisation: Callable[..., None]
-segment_linearisation: Callable[..., None]
-body_linearisation: Callable[..., None]
 terrain_height: Callable[..., tuple[float, float, float]]
 terrain_linearisation: Callable[..., None]
+normal_tangent: Callable[..., tuple[float, float, float]]
+linearise_ground: Callable[..., None]
+linearise_patch: Callable[..., None]
+collect_patch: Callable[..., None]
+linearise_air: Callable[..., None]
 uneven: Callable[..., bool]
 
 PLACE, VELOCITY, TURN, SPIN, MODES = 0, 3, 6, 9, 12
@@ -51,13 +54,6 @@ FURTHER = 10
 LOAD, GROOVE, FRICTION, EDGE, SOLE, MOMENT = 0, 1, 2, 5, 6, 7
 ONES = np.eye(PATCH)
 """Patches of which one number is one."""
-
-
-@njit(cache=True, error_model="numpy")
-def normal_tangent(h_f, h_l, s, dh_f, dh_l):
-    """Change of the snow's normal s (−h_f, −h_l, 1) with that of its slopes."""
-    ds = -s * s * s * (h_f * dh_f + h_l * dh_l)
-    return -dh_f * s - h_f * ds, -dh_l * s - h_l * ds, ds
 
 
 @njit(cache=True, error_model="numpy")
@@ -93,27 +89,6 @@ def ski_work(modes, parameters):
         np.zeros((2, 7)), np.zeros((2, parameters)), np.zeros((2, 7)), np.zeros((3, 5)), np.zeros((3, parameters)),
         np.zeros((3, parameters)), np.zeros((2, 6)),
     )  # fmt: skip
-
-
-@njit(cache=True, error_model="numpy")
-def linearise_ground(parameters, under, f, l, by_state, by_parameter):
-    """Fill the derivatives of the snow's height and slopes at a place near a patch by the place and by the laws'
-    parameters.
-    """
-    terrain_linearisation(parameters, f, l, by_state, by_parameter)
-    linearise_patch(under, f, l, by_state)
-
-
-@njit(cache=True, error_model="numpy")
-def linearise_patch(under, f, l, by_state):
-    """Add the derivatives of a patch's height and slopes by the place."""
-    _, h_f, h_l = on_patch(under, f, l)
-    by_state[0, 0] += h_f
-    by_state[0, 1] += h_l
-    by_state[1, 0] += under[5]
-    by_state[1, 1] += under[6]
-    by_state[2, 0] += under[6]
-    by_state[2, 1] += under[7]
 
 
 @njit(cache=True, error_model="numpy")
@@ -443,21 +418,6 @@ def collect_inputs(z, zq, zv, feet, ski, modes, begun):
 
 
 @njit(cache=True, error_model="numpy")
-def collect_patch(z, inputs, surface, f, l):
-    """Fill the last rows of ``z`` with the tangents of the patch under a ski at a place."""
-    grids, amounts = inputs.surface, inputs.amounts
-    if grids.shape[0] == 0:
-        return
-    first = z.shape[0] - PATCH
-    z[first:] = 0.0
-    for i in range(grids.shape[0]):
-        found = grid_patch(grids[i], surface.origin, surface.spacing, f, l)
-        for c in range(PATCH):
-            for k in range(z.shape[1]):
-                z[first + c, k] += found[c] * amounts[i, k]
-
-
-@njit(cache=True, error_model="numpy")
 def first_tangents(modes, inputs):
     """The tangents before the first instant, and the arrays that later ones are found in.
 
@@ -501,13 +461,12 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
     modes = contact.omega.shape[0]
     state, newton = first_state(start)
     work, tangent = ski_work(modes, parameters.values.shape[0]), first_tangents(modes, inputs)
-    step, mass, gravity, area = motion.step, motion.mass, motion.gravity, motion.area
+    step, mass, gravity = motion.step, motion.mass, motion.gravity
     omega, ratio = contact.omega, contact.ratio
     size, many, begun = 3 + 2 * modes, inputs.mass.shape[0], inputs.mass.shape[0]
-    fixed = MODES + 2 * modes
     further = MODAL + modes
     columns = inputs.columns
-    with_tables, with_body = inputs.feet.shape[3], inputs.body.shape[2]
+    with_tables = inputs.feet.shape[3]
     q, rate, acceleration = tangent.place, tangent.rate, tangent.acceleration
     matrix, right, skis, z, first, last = (
         tangent.matrix, tangent.right, tangent.skis, tangent.inputs, tangent.first, tangent.last
@@ -580,73 +539,10 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
                 for j in range(modes):
                     column = 3 + ski * modes + j
                     matrix[i, column] -= by_place * found[row, MODES + j] + by_rate * found[row, MODES + modes + j]
-        by, by_parameter = work.air_state, work.air_parameter
-        for e in range(area.shape[0]):
-            moving = plus(v, three(motion.exposed_velocity[n, e], 0))
-            facing = motion.exposed_facing[n, e]
-            segment_linearisation(
-                parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], area[e],
-                facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
-                by, by_parameter,
-            )  # fmt: skip
-            for c in range(3):
-                for d in range(2):
-                    matrix[c, d] -= by_place * by[c, d]
-                    for k in range(begun, many):
-                        right[c, k] += by[c, d] * q[d, k]
-                for d in range(3):
-                    matrix[c, d] -= by_rate * by[c, 2 + d]
-                    for k in range(begun, many):
-                        right[c, k] += by[c, 2 + d] * rate[d, k]
-                    for k in range(begun, with_body):
-                        right[c, k] += by[c, 2 + d] * inputs.body[n, 6 + 3 * e + d, k]
-            row_of_values = -1
-            for i in range(columns.segment.shape[0]):
-                column = columns.segment[i]
-                if columns.row[column] != row_of_values:
-                    row_of_values = columns.row[column]
-                    others = with_values(parameters, columns.values[row_of_values])
-                    segment_linearisation(
-                        others, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2],
-                        area[e], facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
-                        by, by_parameter,
-                    )  # fmt: skip
-                for c in range(3):
-                    factor = by_parameter[c, columns.index[column]]
-                    for k in range(max(first[fixed + column], begun), last[fixed + column]):
-                        right[c, k] += factor * z[fixed + column, k]
-        at, moving = plus(x, three(motion.com_place[n], 0)), plus(v, three(motion.com_velocity[n], 0))
-        by_parameter = work.body_parameter
-        body_linearisation(
-            parameters, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], by, by_parameter
+        linearise_air(
+            parameters, motion, inputs, n, x, v, by_place, by_rate, q, rate, begun, work.air_state, work.air_parameter,
+            work.body_parameter, matrix, right,
         )  # fmt: skip
-        for c in range(3):
-            for d in range(2):
-                matrix[c, d] -= by_place * by[c, d]
-                for k in range(begun, many):
-                    right[c, k] += by[c, d] * q[d, k]
-                for k in range(begun, with_body):
-                    right[c, k] += by[c, d] * inputs.body[n, d, k]
-            for d in range(3):
-                matrix[c, d] -= by_rate * by[c, 2 + d]
-                for k in range(begun, many):
-                    right[c, k] += by[c, 2 + d] * rate[d, k]
-                for k in range(begun, with_body):
-                    right[c, k] += by[c, 2 + d] * inputs.body[n, 3 + d, k]
-        row_of_values = -1
-        for i in range(columns.body.shape[0]):
-            column = columns.body[i]
-            if columns.row[column] != row_of_values:
-                row_of_values = columns.row[column]
-                others = with_values(parameters, columns.values[row_of_values])
-                body_linearisation(
-                    others, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], by,
-                    by_parameter,
-                )  # fmt: skip
-            for c in range(3):
-                factor = by_parameter[c, columns.index[column]]
-                for k in range(max(first[fixed + column], begun), last[fixed + column]):
-                    right[c, k] += factor * z[fixed + column, k]
         solve_many(matrix, right, begun)
         for i in range(size):
             for k in range(begun, many):

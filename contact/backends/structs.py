@@ -254,7 +254,7 @@ class ParameterColumns(NamedTuple):
     values : (r, p) other parameters, at which the derivative of some is taken in the run's own states
     row : (c,) row of ``values`` at which it is taken, −1 for the run's own; equal ones stand together
     ski : (c,) whether a ski's forces depend on it
-    point, segment, body, terrain : which of them the laws of that place depend on
+    point, segment, body, terrain, edge : which of them the laws of that place depend on
     """
 
     index: Any
@@ -265,6 +265,7 @@ class ParameterColumns(NamedTuple):
     segment: Any
     body: Any
     terrain: Any
+    edge: Any
 
 
 class TangentInputs(NamedTuple):

@@ -13,9 +13,10 @@ import numpy as np
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.modes import modal_ski
 from sssi_exudyn.contact.backends.carved_run_kernel import CarvedSeries, Coupling, Joint
+from sssi_exudyn.contact.backends.carving_kernel import EdgeSki
 from sssi_exudyn.contact.backends.compiled import law_parameters
 from sssi_exudyn.contact.backends.groove_kernel import Groove
-from sssi_exudyn.contact.backends.structs import ReducedSeries
+from sssi_exudyn.contact.backends.structs import LawParameters, PrescribedMotion, ReducedSeries, SnowGrid
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model, along_snow
@@ -28,6 +29,8 @@ COARSE_POINTS: Final = 50
 """Contact points on each edge where steps are coarse: a ski goes on by less than their distance, too."""
 COARSE_MODES: Final = 8
 """Vibrations of each ski there: with step and points they move a run of 6 s by 0.1 to 0.2 m."""
+SHARE: Final = np.array([0.5, 0.5])
+"""(2,) of the load at the start by foot."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +52,51 @@ class CarvedRun:
     side_reserve: Array
 
 
+@dataclass(frozen=True)
+class Carved:
+    """What a run is made of, as the kernel takes it, and what it left.
+
+    at : the tables, the capture corrected;  surface : ``SnowGrid``;  points, modes : of each ski
+    place, velocity : (3,) m, m/s of the pelvis at the start;  bent : (2, 2 + modes) of the skis then
+    """
+
+    at: Prepared
+    parameters: LawParameters
+    motion: PrescribedMotion
+    surface: SnowGrid
+    ski: EdgeSki
+    coupling: Coupling
+    joint: Joint
+    points: int
+    modes: int
+    place: Array
+    velocity: Array
+    bent: Array
+    series: CarvedSeries
+
+    def fresh_snow(self) -> Groove:
+        """What the snow remembers before the start: nothing."""
+        return Groove(*np.zeros((8, 2, 2, self.points)))
+
+
 def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> CarvedRun:
     """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
+    done = carved_run(model, prepared, joint)
+    series = done.series
+    most, used = series.reserve[..., 0], series.reserve[..., 1]
+    return CarvedRun(
+        run=reduced_run_of(done),
+        yaw=series.bent[..., 0],
+        roll=series.bent[..., 1],
+        friction=series.power[:, 0],
+        skid=series.power[:, 1],
+        pressing=series.power[:, 2],
+        side_reserve=np.where(most > 0.0, 1.0 - used / np.where(most > 0.0, most, 1.0), 0.0),
+    )
+
+
+def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> Carved:
+    """One run with all that it was made of.  Raises SimulationDiverged as ``simulate_carved`` does."""
     at = prepared.correct_capture(model)
     kernel = carving_module()
     parameters, motion, surface = law_parameters(model.terms), at.kernel_motion(), snow_grid(model.surface)
@@ -63,8 +109,7 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
     coupling = Coupling(np.ascontiguousarray(participation[:, :3]), np.ascontiguousarray(participation[:, 3:]))
     memory, work = Groove(*np.zeros((8, 2, 2, points))), edge_work(points, modes)
     place, velocity = first_place(model, at)
-    share = np.array([0.5, 0.5])
-    load = float(load_at_start(at, share))
+    load = float(load_at_start(at, SHARE))
     place[2] = kernel.rest_height(parameters, ski, motion, surface, place, load, memory, work)
     held = _kernel_joint(joint or boot_joint(model.equipment))
     bent = np.zeros((2, 2 + modes))
@@ -72,14 +117,16 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
         parameters, ski, coupling, held, motion, surface, place, load, bent, memory, work
     ):
         raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
-    velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], share)
-    series = _empty_series(len(at.time))
+    velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], SHARE)
+    series = _empty_series(len(at.time), modes)
     done = kernel.run_carved(
         parameters, ski, coupling, held, motion, surface, place, velocity, bent, memory, work, series
     )
     if done < len(at.time):
         raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge on snow that edges cut")
-    return _run_of(at, series)
+    return Carved(
+        at, parameters, motion, surface, ski, coupling, held, points, modes, place, velocity, bent, series
+    )  # fmt: skip
 
 
 def _kernel_joint(joint: BootJoint) -> Joint:
@@ -87,13 +134,16 @@ def _kernel_joint(joint: BootJoint) -> Joint:
     return Joint(joint.stiffness, joint.damping, joint.inertia, np.zeros((2, 2)))
 
 
-def _empty_series(count: int) -> CarvedSeries:
+def _empty_series(count: int, modes: int) -> CarvedSeries:
+    bent = np.zeros((2, count, 2, 2 + modes))
     three, pair = np.zeros((2, count, 3)), np.zeros((5, count, 2))
     by_ski = np.zeros((3, count, 2, 3))
     return CarvedSeries(
         place=three[0],
         velocity=three[1],
-        turned=np.zeros((count, 2, 2)),
+        bent=bent[0],
+        bending=bent[1],
+        acceleration=np.zeros((count, 7 + 2 * modes)),
         loads=pair[0],
         sole=pair[1],
         edges=pair[2],
@@ -105,22 +155,13 @@ def _empty_series(count: int) -> CarvedSeries:
     )
 
 
-def _run_of(at: Prepared, series: CarvedSeries) -> CarvedRun:
-    yaw = series.turned[..., 0]
-    foot = at.foot_rotation
+def reduced_run_of(done: Carved) -> ReducedRun:
+    """The run that the kernel filled, as every run of the reduced model."""
+    series, at = done.series, done.at
+    yaw, foot = series.bent[..., 0], at.foot_rotation
     forward = np.cos(yaw)[..., None] * foot[..., 0] + np.sin(yaw)[..., None] * foot[..., 1]
     kept = ReducedSeries(
         series.place, series.velocity, series.loads, series.sole, series.friction, series.edges, series.force,
         series.moment,
     )  # fmt: skip
-    run = replace(reduced_run(at, kept, len(at.time)), foot_forward=forward)
-    most, used = series.reserve[..., 0], series.reserve[..., 1]
-    return CarvedRun(
-        run=run,
-        yaw=yaw,
-        roll=series.turned[..., 1],
-        friction=series.power[:, 0],
-        skid=series.power[:, 1],
-        pressing=series.power[:, 2],
-        side_reserve=np.where(most > 0.0, 1.0 - used / np.where(most > 0.0, most, 1.0), 0.0),
-    )
+    return replace(reduced_run(at, kept, len(at.time)), foot_forward=forward)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from sssi_exudyn.contact.backends import ground_kernel, reduced_kernel, reduced_tangents
+from sssi_exudyn.contact.backends import ground_kernel, reduced_kernel, reduced_tangents, surroundings_tangents
 from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
 from sssi_exudyn.contact.backends.structs import (
     InitialState,
@@ -39,7 +39,7 @@ from sssi_exudyn.simulation.prepared import (
 
 def reduced_module() -> Any:
     """The compiled functions of the reduced model, on snow that edges do not cut."""
-    return compile_kernel(ground_kernel, reduced_kernel, reduced_tangents)
+    return compile_kernel(ground_kernel, surroundings_tangents, reduced_kernel, reduced_tangents)
 
 
 @dataclass(frozen=True)

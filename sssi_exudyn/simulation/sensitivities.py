@@ -9,16 +9,15 @@ import numpy as np
 
 from sssi_exudyn.contact.backends.compiled import in_order, law_parameters
 from sssi_exudyn.contact.backends.structs import ReducedSeries
-from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.model.faults import BootCuff, InsoleGain, antenna_shift
+from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.runtime.threads import cores_used, side_by_side
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, reduced_run
-from sssi_exudyn.simulation.reduced import reduced_module, run_batch, simulate_reduced, start_of_run
+from sssi_exudyn.simulation.reduced import reduced_module, run_batch, start_of_run
+from sssi_exudyn.simulation.tangent_inputs import STEP
 from sssi_exudyn.simulation.tangents import (
-    STEP,
     Addition,
     TableChange,
     along,
@@ -31,20 +30,6 @@ from sssi_exudyn.simulation.tangents import (
 
 _ADDITIONS: Final = 96
 """Derivatives of one pass; more would fill the memory rather than save time."""
-_OF_TABLES: Final = 0.5
-"""Standard deviations of an error of the posture, and of a shape of the snow surface, of a difference."""
-_OF_START: Final = {
-    "start.f": 0.05,
-    "start.l": 0.05,
-    "start.velocity_f": 0.05,
-    "start.velocity_l": 0.05,
-    "start.heading_offset": 5e-3,
-}
-"""m, m/s and rad of a difference: a fifth of what is not known of them."""
-_SHARE: Final = 0.02
-"""Of a number's bounds, a difference at most."""
-_RELATIVE: Final = 0.1
-"""Of the number itself, a difference."""
 
 
 def sensitivities(
@@ -58,57 +43,15 @@ def sensitivities(
     the size of those changes of the posture's tables, at size 0.
 
     Exact: the run's tangents are carried along with it, and ``observed`` is differentiated by a complex step.  It must
-    therefore be a formula over the run's arrays and the model's numbers that NumPy continues to complex ones.  On snow
-    that edges cut, through whose groove no tangents are carried, runs are compared whose numbers differ a little.
+    therefore be a formula over the run's arrays and the model's numbers that NumPy continues to complex ones.
 
     Raises SimulationDiverged as ``simulate_reduced`` does, KeyError for an unknown name.
     """
-    if is_carved(model.terms):
-        return _differences(model, prepared, names, observed, changes)
     run, slopes = run_tangents(model, prepared, names, changes)
     first = observed(model, run)
     models = [*(complex_model(model, name) for name in names), *(model for _ in changes)]
     columns = [np.imag(observed(each, along(run, slopes, i))) / STEP for i, each in enumerate(models)]
     return first, np.stack(columns, axis=-1) if columns else np.zeros((*first.shape, 0))
-
-
-def _differences(
-    model: Model,
-    prepared: Prepared,
-    names: Sequence[str],
-    observed: Callable[[Model, ReducedRun], Array],
-    changes: Sequence[TableChange],
-) -> tuple[Array, Array]:
-    """``sensitivities`` by one more run for each number and each change of the tables."""
-    run = simulate_reduced(model, prepared)
-    first = observed(model, run)
-
-    def by_number(name: str) -> Array:
-        step = _difference_of(model, name)
-        other = model.with_values({name: model.value(name) + step})
-        seen = observed(other, run if _is_reading(model, name) else simulate_reduced(other, prepared))
-        return np.asarray((seen - first) / step)
-
-    def by_change(change: TableChange) -> Array:
-        return np.asarray((observed(model, simulate_reduced(model, change(prepared, _OF_TABLES))) - first) / _OF_TABLES)
-
-    columns = [*side_by_side(by_number, names), *side_by_side(by_change, changes)]
-    return first, np.stack(columns, axis=-1) if columns else np.zeros((*first.shape, 0))
-
-
-def _is_reading(model: Model, name: str) -> bool:
-    """Whether a number changes what instruments show of a run, and not the run."""
-    return name == "start.clock_offset" or isinstance(model.owner(name.partition(".")[0]), BootCuff | InsoleGain)
-
-
-def _difference_of(model: Model, name: str) -> float:
-    """How far runs are apart whose difference is the derivative by a number: beyond the kinks of walls that yield."""
-    if name.startswith("surface."):
-        return _OF_TABLES
-    if name in _OF_START:
-        return _OF_START[name]
-    low, high = model.bounds(name)
-    return min(_SHARE * (high - low), max(abs(model.value(name)), 1e-3) * _RELATIVE)
 
 
 def responses_to_additions(

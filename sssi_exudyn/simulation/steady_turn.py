@@ -15,7 +15,16 @@ import numpy as np
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.modes import edge_turning, modal_ski
 from sssi_exudyn.bodies.ski.ski import Ski
-from sssi_exudyn.contact.backends import carved_run_kernel, carving_kernel, groove_kernel, ground_kernel, turn_kernel
+from sssi_exudyn.contact.backends import (
+    carved_run_kernel,
+    carved_tangents_kernel,
+    carving_kernel,
+    edge_tangents,
+    groove_kernel,
+    ground_kernel,
+    surroundings_tangents,
+    turn_kernel,
+)
 from sssi_exudyn.contact.backends.carving_kernel import EdgeSki, EdgeWork
 from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
 from sssi_exudyn.contact.backends.groove_kernel import Groove
@@ -155,7 +164,16 @@ def edges_of(ski: Ski, points: int = POINTS, modes: int = MODES) -> EdgeSki:
 
 def carving_module() -> Any:
     """The compiled functions of skis on snow that edges cut, alone and under a skier: those that are called."""
-    return compile_kernel(ground_kernel, groove_kernel, carving_kernel, turn_kernel, carved_run_kernel)
+    return compile_kernel(
+        ground_kernel,
+        groove_kernel,
+        carving_kernel,
+        turn_kernel,
+        carved_run_kernel,
+        surroundings_tangents,
+        edge_tangents,
+        carved_tangents_kernel,
+    )
 
 
 def edge_work(points: int, modes: int) -> EdgeWork:

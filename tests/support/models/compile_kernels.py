@@ -11,7 +11,6 @@ from sssi_exudyn.bodies.muscles.muscles import skier_muscles
 from sssi_exudyn.bodies.muscles.paths import muscle_paths
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED, average_geometry
 from sssi_exudyn.contact.terms.carving import Carving
-from sssi_exudyn.simulation.carved import simulate_carved
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.prepared import prepare
 from sssi_exudyn.simulation.reduced import simulate_reduced
@@ -20,11 +19,11 @@ from sssi_exudyn.simulation.steady_turn import TurnCase, edges_of, start_rolling
 
 
 def compile_full() -> None:
-    """The full model, the muscles' paths, a ski in a turn, and runs on snow that edges cut."""
+    """The full model, the muscles' paths, a ski in a turn, and runs on snow that edges cut with their tangents."""
     skier, carving = model(), model((Carving(),))
     simulate(skier, standing(0.1), stop=0.02)
     steady_turn(TurnCase(0.5), start_rolling(edges_of(skier.ski)))
-    simulate_carved(carving, prepare(carving, standing(0.1)))
+    sensitivities(carving, prepare(carving, standing(0.1)), ["carving.mu"], lambda _, run: run.pelvis)
     simulate(carving, standing(0.1, pelvis_list=0.05), stop=0.02)
     muscle_paths(skier_muscles(average_geometry(1.75)).model, np.zeros((1, len(PRESCRIBED))))
 

@@ -1,0 +1,78 @@
+"""A run on snow that edges cut with its exact derivatives by any numbers, the groove's memory included."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sssi_exudyn.contact.backends.carved_tangents_kernel import CarvedTangents
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.simulation.carved import SHARE, Carved, carved_run, reduced_run_of
+from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, load_at_start
+from sssi_exudyn.simulation.steady_turn import carving_module, edge_work
+from sssi_exudyn.simulation.tangent_inputs import (
+    Direction,
+    climb_at_start,
+    listed_parameters,
+    place_at_start,
+    rank,
+    run_slopes,
+    slope_of,
+    tangent_inputs,
+)
+
+
+class CarvedLinearisation:
+    """One run, and its derivatives in as many directions as are asked for.
+
+    Raises SimulationDiverged as ``simulate_carved`` does.
+    """
+
+    def __init__(self, model: Model, prepared: Prepared) -> None:
+        self.model = model
+        self.done = carved_run(model, prepared)
+        self.run = reduced_run_of(self.done)
+
+    def derivatives(self, directions: Sequence[Direction]) -> tuple[ReducedRun, dict[str, Array]]:
+        """The run, and of each of its fields the derivatives in those directions."""
+        done, kernel = self.done, carving_module()
+        order = sorted(range(len(directions)), key=lambda i: rank(directions[i].tables))
+        ordered = [directions[i] for i in order]
+        many, points, modes = len(ordered), done.points, done.modes
+        listed, by_parameter = listed_parameters(self.model.terms, ordered)
+        inputs = tangent_inputs(done.at, ordered, listed, by_parameter, modes)
+        counts = len(listed.index), len(done.parameters.values)
+        lines = kernel.edge_lines(points, modes, *counts)
+        room = kernel.carved_room(points, modes, *counts, many)
+        work, memory = edge_work(points, modes), done.fresh_snow()
+        skis = (done.parameters, done.ski, done.coupling, done.joint)
+        z, zv = np.zeros((2, 7 + 2 * modes, many))
+        z[:3], zv[:3] = place_at_start(done.at, ordered)
+        load = np.array([slope_of(load_at_start(d.tables or done.at, SHARE)) for d in ordered])
+        feet = inputs.feet.copy()
+        feet[:, :, 3:6] = feet[:, :, 9:12] = 0.0
+        still = np.zeros_like(done.motion.foot_velocity)
+        kernel.rest_tangents(
+            *skis, done.motion._replace(foot_velocity=still, foot_spin=still), done.surface,
+            inputs._replace(feet=feet), done.place, done.bent, load, memory, work, lines, room, z,
+        )  # fmt: skip
+        for foot in range(2):
+            start, change = (done.place, done.velocity), (z[:3], zv[:3])
+            _, climb = climb_at_start(kernel, done.parameters, done.surface, done.at, start, change, inputs, foot)
+            zv[2] += SHARE[foot] * climb
+        series = _empty_tangents(done, many)
+        kernel.carved_tangents(
+            *skis, done.motion, done.surface, inputs, z, zv, done.fresh_snow(), work, lines, room, done.series, series
+        )
+        back = np.argsort(np.array(order, dtype=np.intp))
+        found = run_slopes(done.at, ordered, series, series.forward)
+        return self.run, {name: array[..., back] for name, array in found.items()}
+
+
+def _empty_tangents(done: Carved, many: int) -> CarvedTangents:
+    count = len(done.at.time)
+    pelvis, by_foot, vectors = np.zeros((2, count, 3, many)), np.zeros((3, count, 2, many)), (4, count, 2, 3, many)
+    friction, force, moment, forward = np.zeros(vectors)
+    return CarvedTangents(pelvis[0], pelvis[1], by_foot[0], by_foot[1], friction, by_foot[2], force, moment, forward)
