@@ -15,6 +15,7 @@ from typing import Literal
 
 import numpy as np
 from carving_skis import FIRM, LENGTH, SIDECUT, WithoutGroove, bent_ski
+from carving_text import END, TEXT
 
 from sssi_exudyn import load, run
 from sssi_exudyn.api.result import Result
@@ -52,118 +53,6 @@ ROOT = Path(__file__).parents[1]
 INTERMEDIATE = ROOT / "examples" / "intermediate"
 SECONDS = 4.0
 EDGES = (30.0, 45.0, 60.0, 65.0, 70.0)
-
-TEXT = """# Carving
-
-Made by `PYTHONPATH=tests/support/models python docs/make_carving.py`.
-
-In the paper the snow's friction acts at the foot: it knows no edge, no yaw moment and no groove. Here is the law of an edge
-that cuts, and a rig that runs one ski on it, so that skis can be compared:
-
-```sh
-sssi ski turn slalom_165 fischer_rc4_sc_165 --edge 30:70 --speed 10 --out skis.html
-```
-
-`--edge` takes one angle, several (`30,45,60`) or a range (`30:70:5`), `--load` the load along the snow's normal,
-`--json FILE` writes `ski`, `edge_deg`, `radius_m`, `radius_low_m`, `radius_high_m` and `side_reserve` for each ski and
-angle, `null` where the ski slips out of the turn. A ski is one of the catalogue or a file of that form.
-
-## The law
-
-`{formula}`
-
-Each section of the ski presses with its wetted area times the snow's hardness; its deeper edge is held by the wall of the
-groove, whose strength is in proportion to depth, and slips where that is not enough; friction is on the resultant of both.
-The tangent of every edge point is its own: sidecut, bend and twist turn it, and so steer the ski. There is no yaw moment
-besides. The snow remembers two numbers for each edge point, which move towards the tail as the ski moves on: how deep the
-groove is that arrives from ahead, and how far the edge is from its wall. A point that rises from the groove's floor by
-more than the snow springs back presses no more, but the wall still holds it. Sideslip leaves the groove behind.
-
-| parameter | default | bounds | source |
-|---|---|---|---|
-{parameters}
-
-The strength by default is that of the firmest snow that Mössner measured: with 2.5e5 Pa, above the middle of his range, the
-slalom ski skids at 60° and slips beyond (below), where skiers carve.
-
-## The rig
-
-One ski, held at the boot centre, runs on a plane at a given edge angle of the sole until its turn is steady. The load acts
-at the boot centre, and the resultant is square to the base. Sinking, pitch, sideslip, yaw rate and the ski's bend (20
-vibrations, 100 points an edge) are found. The side reserve is 1 − Σ|q|/Σ(S_f·a): the share of the wall's strength along the
-edge that is not used.
-
-Bars are one standard deviation of {uncertain}; what they do to the curvature adds up as squares.
-
-`sssi sweep examples/sweep_ski_turn.toml --out DIR` changes sidecut, bending and twisting stiffness from turn to turn
-(`docs/sweeps.md`).
-
-## In a run
-
-```sh
-sssi run FOLDER --snow carving --out DIR        # also sssi fit, sssi simulate
-sssi simulate FOLDER --model DIR/model.toml --out DIR2
-```
-
-put such snow under a recorded skier, in the place of penetration and friction; in `model.toml` it is `[[term]] name =
-"carving"`. Fits search with the reduced model and the full one judges, as ever; the run that is written is the full
-model's. `sssi sweep` takes the same term with either tier: `carving.hardness` and so on can be swept, and `equipment.skis`
-sets ski against ski. `summary.json` has a group `carving` (the snow's numbers, what they come to as μ_t and μ_n, side
-reserve, how the skis turn against the feet), and `friction` is null.
-
-Posture and heading are the captured ones. The skis alone are free below the feet: each yaws and rolls against a spring and
-a damper (1000 N m/rad and 600 N m/rad, estimates). With a tenth of the yaw stiffness a ski that skids spins under the boot,
-which a leg prevents. Steps are 1.25 ms: in a step a ski goes on by less than the distance of its contact points. Terms of
-air, wind, terrain and body act as always; those that change the paper's friction do not go with it.
-
-A fit seeks μ, and H and S_f with priors of (1 ± 0.4)·10⁸ N/m³ and (4 ± 1)·10⁵ Pa; where their standard errors come out as
-large, the recording says nothing of them. Derivatives are
-exact: the tangents of groove and offset are carried towards the tail as these are, along the branch that each point takes.
-Where nothing yields between two runs they are within 10⁻⁷ of their difference. Kinks average out, more or less: over a run
-of 15 s tangents by friction and by the start are within 6 % of differences over a tenth of what is not known of these
-beforehand, those by H and S_f within 4 % in one model and 28 % in another. They grow as the run does, not faster: nothing is
-chaotic in the groove.
-A fit searches with steps of 2.5 ms, 50 points and 8 vibrations, which the full model's run sets right.
-
-Not yet: a heading of the skier that the snow decides, and balance. A captured posture fits one path; where skis carve
-another, the skier is carried along by them without falling. Skis that lie exactly flat, as no captured ones do, the full
-model does not solve: which edge is the deeper one is rounding there; the reduced model does.
-
-### One recording, both laws
-
-`examples/intermediate`, made in a world of the paper's law, by `sssi run` with and without `--snow carving`:
-
-{laws}
-
-### Ski against ski
-
-{against}
-## What it was held against
-
-700 N along the snow's normal and the default snow unless stated otherwise; θ is the edge angle, R the radius, R_sc that of the
-sidecut. "Expected" with [Q] is an earlier sketch of the same law, which is no measurement: where both differ, a second
-implementation that marches from the tip to the tail (`tests/simulation/test_steady_turn.py`) agrees with the rig.
-
-| case | expected | found | within |
-|---|---|---|---|
-"""
-
-END = """
-## What could not be compared
-
-- Federolf et al. (2010): the radii of his turns stand in tables that were not at hand.
-- Mössner's sledge (maximum deviations 0.44 and 0.14 m in turns of 67 and 42 m): its track was not at hand.
-- Komissarov (2019), carving only below a slope of 8 to 20°: a whole turn on a slope, which the rig does not run.
-
-## What is sure and what is not
-
-The closed forms, the balance, the energy and the second implementation are sure: the law is computed as it is written. That
-snow obeys this law with these numbers is not: hardness and strength of a piste differ by decades, springing back and the
-offset at which the wall yields are estimates, and the radius hangs on both where the wall yields. The skis of the shops have
-the makers' widths; their stiffness is estimated. So the differences between such skis come from their outlines alone.
-Not covered: chatter, the sharpness of the edge, layered snow, the stiff zone under the boot. At low edge angles the radius is
-not settled by measurements either.
-"""
 
 
 def turn(

@@ -74,6 +74,8 @@ _DAMPINGS: Final = (0.0, 1.0, 10.0, 100.0, 1000.0)
 """Of steps that are tried."""
 _KEPT: Final = 0.5
 """Share of the promised decrease of the misfit with which a step is taken."""
+_ROUGH: Final = 0.1
+"""Share of the misfit that may be promised at the end of a search that has converged."""
 _DIFFERENCE: Final = 1e-3
 """Standard deviations of an error by which the body's own moment is differentiated."""
 
@@ -333,11 +335,17 @@ def moved_point(setting: Setting, point: Point, responses: Responses, values: Ar
 
 
 def _ending(optimum: Optimum, misfit: float, moved: float) -> Optimum:
-    """How the search ended: it has not converged while it still moves by what matters."""
-    if moved < _STRAIGHT:
-        return replace(optimum, objective=misfit)
-    reason = f"stopped: the last of {ROUNDS} rounds moved by {moved:.1f} standard deviations"
-    return replace(optimum, objective=misfit, converged=False, reason=reason)
+    """How the search ended: it has not converged while it still moves by what matters, nor where no step takes away
+    what the linear form of the misfit promises, ``optimum``'s objective being what that would leave.
+    """
+    if moved >= _STRAIGHT:
+        reason = f"stopped: the last of {ROUNDS} rounds moved by {moved:.1f} standard deviations"
+        return replace(optimum, objective=misfit, converged=False, reason=reason)
+    promised = 1.0 - optimum.objective / misfit if misfit > 0.0 else 0.0
+    if promised > _ROUGH:
+        reason = f"stopped: no step lessens the misfit, though its linear form promises {promised:.0%}"
+        return replace(optimum, objective=misfit, converged=False, reason=reason)
+    return replace(optimum, objective=misfit)
 
 
 def _description(model: Model) -> str:

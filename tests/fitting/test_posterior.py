@@ -16,6 +16,7 @@ from sssi_exudyn.fitting.estimate import setting_of
 from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.observation import Observation
+from sssi_exudyn.fitting.optimise import Optimum
 from sssi_exudyn.fitting.posterior import (
     Point,
     Responses,
@@ -213,3 +214,13 @@ def test_single_samples_that_are_far_off_count_less_but_fixes_keep_their_counts(
     assert share[place.start] == pytest.approx(np.sqrt(104.0 / 5.0))
     assert share[place.start + 1] == pytest.approx(np.sqrt(4.0 / 5.0))
     assert np.all(share[: seen.blocks["y"].stop] == 1.0)
+
+
+def test_a_search_that_takes_no_step_it_promises_has_not_converged() -> None:
+    found = Optimum(np.zeros(1), 60.0, 3, True, "converged: the objective no longer changes")
+    assert module._ending(found, 62.0, 0.1).converged  # rounding and bends leave some per cent
+    stopped = module._ending(found, 100.0, 0.0)
+    assert not stopped.converged
+    assert stopped.objective == 100.0
+    assert stopped.reason == "stopped: no step lessens the misfit, though its linear form promises 40%"
+    assert not module._ending(found, 60.0, 1.2).converged
