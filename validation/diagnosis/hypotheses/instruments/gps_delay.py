@@ -16,3 +16,7 @@ class GpsDelay(KnownNumber):
     def sentence(self, numbers: Numbers, model: Model) -> str:
         late = numbers["clock_offset"].value
         return f"the GPS clock is {abs(late):.3f} s {by_sign(late, 'late', 'early')}; no physics is missing"
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        late = numbers["clock_offset"].value
+        return f"the receiver's clock is {abs(late):.2f} s {by_sign(late, 'late', 'early')}; the skiing is not at fault"

@@ -65,3 +65,7 @@ class DisplacedFixes(Hypothesis):
     def sentence(self, numbers: Numbers, model: Model) -> str:
         distance = np.hypot(numbers["x"].value, numbers["y"].value)
         return f"the GPS fixes are displaced by {distance:.2f} m; no physics is missing"
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        distance = np.hypot(numbers["x"].value, numbers["y"].value)
+        return f"the receiver's fixes are {distance:.2f} m off; the skiing is not at fault"
