@@ -27,6 +27,7 @@ from sssi_exudyn.validation.benchmark.known_answers import NOTHING
 from sssi_exudyn.validation.benchmark.page import interval_in_words, share_in_words
 from sssi_exudyn.validation.benchmark.scores import share
 from sssi_exudyn.validation.benchmark.semi_real import FAULTS, Answer, SemiReal, judge
+from sssi_exudyn.validation.diagnosis.result import Number
 
 DOCS = Path(__file__).parent
 KEPT = DOCS / "semi-real.parquet"
@@ -77,12 +78,12 @@ def page() -> str:
 
 def _head(judged: Sequence[Judged]) -> list[str]:
     faults = [answer for _, answer in judged if answer.fault != NOTHING]
-    runs = {case.recording for case, _ in judged}
+    runs = {answer.recording for answer in faults}
     return [
         "# Faults concealed in runs from the field",
         "",
         f"{len(runs)} recordings from the field ([real runs](real-runs.md)), in whose data faults of instruments were "
-        f"concealed: {len(faults)} cases and {len(judged) - len(faults)} untouched runs, diagnosed by the reduced model.",
+        f"concealed: {len(faults)} cases, and {len(judged) - len(faults)} untouched runs, diagnosed by the reduced model.",
     ]
 
 
@@ -101,8 +102,26 @@ def _totals(judged: Sequence[Judged]) -> list[str]:
         ("all cases: could not be diagnosed", [a.answer == "failed" for a in (*untouched, *faults)]),
         (f"rightly named, with a place: times overlap by {PLACED} or more", placed),
         ("rightly named: 90 % intervals hold the concealed size", [bool(a.sized) for a in right]),
+        ("all faults: the 90 % interval of μ_t holds the untouched run's μ_t", _friction_kept(judged)),
     ]
     return ["| | result | 95 % interval |", "|---|---|---|", *(_share_row(*row) for row in rows)]
+
+
+def _friction_kept(judged: Sequence[Judged]) -> list[bool]:
+    untouched = {case.recording: _mu_t(case) for case, _ in judged if case.fault == NOTHING}
+    pairs = [(untouched[case.recording], _mu_t(case)) for case, _ in judged if case.fault != NOTHING]
+    return [now.low <= before.value <= now.high for before, now in pairs if before and now]
+
+
+def _mu_t(case: SemiReal) -> Number | None:
+    """Averaged over all explanations."""
+    averaged = None if case.diagnosis is None else case.diagnosis.friction_averaged
+    return None if averaged is None else averaged["mu_t"]
+
+
+def _mu_t_in_words(case: SemiReal) -> str:
+    number = _mu_t(case)
+    return "–" if number is None else f"{number.value:.3f} ({number.low:.3f} to {number.high:.3f})"
 
 
 def _share_row(meaning: str, answers: Sequence[bool]) -> str:
@@ -128,28 +147,30 @@ def _by_size(judged: Sequence[Judged]) -> list[str]:
 
 
 def _runs(judged: Sequence[Judged]) -> list[str]:
-    noise = {case.recording: case.noise_m for case, _ in judged if case.noise_m is not None}
-    lines = ["| run | stretch | fixes | σ stated | noise | untouched |", "|---|---|---|---|---|---|"]
+    lines = [
+        "| run | stretch | fixes | σ stated | noise | untouched | μ_t, 90 % interval |",
+        "|---|---|---|---|---|---|---|",
+    ]
     for case, answer in judged:
         if case.fault == NOTHING:
-            missed = noise.get(case.recording)
+            near = None if case.diagnosis is None else case.diagnosis.adequacy
             lines.append(
                 f"| {case.recording} | {case.begin_s:.0f} to {case.end_s:.0f} s | {case.fixes} | {case.stated_m:.1f} m | "
-                f"{'–' if missed is None else f'{missed:.1f} m'} | {_found(answer)} |"
+                f"{'–' if near is None else f'{near.missed_m:.1f} m'} | {_found(answer)} | {_mu_t_in_words(case)} |"
             )
     return lines
 
 
 def _answers(judged: Sequence[Judged]) -> list[str]:
-    lines = ["| run | concealed | in the noise | answer | found | time overlaps | found, 90 % interval |"]
-    lines.append("|---|---|---|---|---|---|---|")
+    lines = ["| run | concealed | in the noise | answer | found | time overlaps | found, 90 % interval | μ_t |"]
+    lines.append("|---|---|---|---|---|---|---|---|")
     for case, answer in judged:
         if answer.fault != NOTHING:
             numbers = ", ".join(_number(name, value) for name, value in case.numbers.items())
             overlap = "" if answer.overlap is None else f"{answer.overlap:.2f}"
             lines.append(
                 f"| {case.recording} | {case.fault}: {numbers} | {answer.times:.1f} | {answer.answer} | {_found(answer)} | "
-                f"{overlap} | {', '.join(_intervals(case))} |"
+                f"{overlap} | {', '.join(_intervals(case))} | {_mu_t_in_words(case)} |"
             )
     return lines
 

@@ -17,12 +17,12 @@ def test_the_page_is_of_the_answers(script: ModuleType) -> None:
     assert script.page() == (DOCS / "semi-real.md").read_text(encoding="utf-8")
 
 
-def test_every_run_was_diagnosed_untouched_and_with_each_fault(script: ModuleType) -> None:
+def test_every_run_was_diagnosed_untouched_and_with_each_fault_or_none(script: ModuleType) -> None:
     judged, commit = script.kept()
     faults: dict[str, set[str]] = {}
     for case, _ in judged:
         faults.setdefault(case.recording, set()).add(case.fault)
-    assert all(concealed == {"none", *FAULTS} for concealed in faults.values())
+    assert all(concealed in ({"none"}, {"none", *FAULTS}) for concealed in faults.values())
     assert len(commit) >= 7
 
 
