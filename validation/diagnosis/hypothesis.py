@@ -252,7 +252,7 @@ class SteadyFault(Everywhere):
 class KnownNumber(Hypothesis):
     """A number that every model has, which is not what its instrument states.
 
-    number : its name in the model;  scale : its usual size
+    number : its name in the model;  scale : its usual size, of good instruments
     """
 
     kind = "sensor"
@@ -264,7 +264,11 @@ class KnownNumber(Hypothesis):
         return [Probe(fitted.model, self.number)]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        return [Candidate(fitted.model, Freedom(responses, np.array([self.scale])), ((self.number,),))]
+        return [Candidate(fitted.model, Freedom(responses, np.array([self.usual(fitted)])), ((self.number,),))]
+
+    def usual(self, fitted: FittedRun) -> float:
+        """Its usual size in a run; ``scale`` unless the instrument makes it larger."""
+        return self.scale
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
         return None
