@@ -154,6 +154,20 @@ def parser() -> argparse.ArgumentParser:
     blind.add_argument("--workers", type=_count, metavar="N", help="processes (default: one a core)")
     blind.add_argument("--full", type=int, default=30, help="cases for the full model (%(default)s)")
     of.add_parser("recordings", parents=[common, recorded, written], help="on recordings with a truth.json")
+    field = of.add_parser(
+        "semi-real", parents=[common, written], help="on recordings in whose data faults are concealed"
+    )
+    field.add_argument("folders", type=Path, nargs="+", metavar="FOLDER", help="recordings from the field")
+    field.add_argument(
+        "--sizes",
+        type=_positive,
+        nargs="*",
+        default=[3.0, 10.0],
+        metavar="N",
+        help="how many times the noise each fault moves the fixes (default: 3 10; none: the runs untouched)",
+    )
+    field.add_argument("--seconds", type=_positive, default=20.0, help="of each run's middle (default: %(default)s)")
+    field.add_argument("--seed", type=int, default=1, help="default: %(default)s")
     run = commands.add_parser("run", parents=[common, recorded, written], help="fit, simulate, validate, report")
     _add_terms(run)
     _add_snow(run)
@@ -195,6 +209,17 @@ def _count(text: str) -> int:
     if not text.isdecimal() or not 1 <= int(text) <= _MOST_WORKERS:
         raise argparse.ArgumentTypeError(f"{text!r} is no number of processes, 1 to {_MOST_WORKERS}")
     return int(text)
+
+
+def _positive(text: str) -> float:
+    """A number above zero."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no number above zero")
+    return value
 
 
 def _add_terms(command: argparse.ArgumentParser) -> None:
@@ -432,6 +457,16 @@ def _call(options: argparse.Namespace) -> str:
         case "benchmark" if options.about == "recordings":
             compared = commands.diagnose_known(options.folder, options.out, progress=progress)
             return to_json(compared) if options.json else format_table(to_plain(compared))
+        case "benchmark" if options.about == "semi-real":
+            answers = commands.semi_real(
+                options.folders,
+                options.out,
+                sizes=options.sizes,
+                seconds=options.seconds,
+                seed=options.seed,
+                progress=progress,
+            )
+            return to_json(answers) if options.json else format_table(to_plain(answers))
         case "benchmark":
             scores = commands.benchmark(
                 options.folders,

@@ -20,6 +20,7 @@ from sssi_exudyn.io.typed import convert
 from sssi_exudyn.results.summary import Summary, summary_from_dict, summary_to_dict
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.validation.benchmark.known_answers import Comparison
+from sssi_exudyn.validation.benchmark.semi_real import Answer
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 SUMMARY = summary_from_dict(
@@ -225,6 +226,21 @@ def test_known_answers_are_a_table(behind: Callable[..., None], capsys: pytest.C
     assert lines[0] == ["recording", "hidden", "found", "probability", "alternatives", "answer"]
     assert lines[1] == ["a", "none", "none", "right"]
     assert lines[2] == ["b", "gust", "wind", "0.6123", "gust, nothing", "in the set"]
+
+
+def test_faults_concealed_in_real_runs_are_a_table(
+    behind: Callable[..., None], capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = [Answer("glacier", "gps_jump", 10.0, "explained", "gps_jump", 0.99, (), "right", 0.92, True)]
+    asked: dict[str, object] = {}
+    behind("semi_real", lambda *_, **settings: asked.update(settings) or rows)
+    assert status(["benchmark", "semi-real", "a", "b", "--out", "res", "--sizes", "3", "10"]) == 0
+    assert (asked["sizes"], asked["seconds"], asked["seed"]) == ([3.0, 10.0], 20.0, 1)
+    lines = [re.split(" {2,}", line) for line in capsys.readouterr().out.splitlines()]
+    assert lines[1][:4] == ["glacier", "gps_jump", "10", "explained"]
+    for wrong in ("0", "-3", "inf", "many"):
+        assert status(["benchmark", "semi-real", "a", "--out", "res", "--seconds", wrong]) == 2
+        assert f"'{wrong}' is no number above zero" in capsys.readouterr().err
 
 
 def test_a_reader_that_stops_early_is_no_traceback() -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sssi_exudyn.commands.catalogue import identify, terms
-    from sssi_exudyn.commands.diagnosis import benchmark, diagnose, diagnose_day, diagnose_known
+    from sssi_exudyn.commands.diagnosis import benchmark, diagnose, diagnose_day, diagnose_known, semi_real
     from sssi_exudyn.commands.examples import example
     from sssi_exudyn.commands.muscles_command import muscles, muscles_list
     from sssi_exudyn.commands.recordings import import_files, import_folder, inspect, terrain
@@ -29,6 +29,7 @@ __all__ = [
     "muscles_list",
     "report",
     "run",
+    "semi_real",
     "simulate",
     "terms",
     "terrain",
@@ -37,7 +38,7 @@ __all__ = [
 ]
 _MODULES = {
     "catalogue": ("identify", "terms"),
-    "diagnosis": ("benchmark", "diagnose", "diagnose_day", "diagnose_known"),
+    "diagnosis": ("benchmark", "diagnose", "diagnose_day", "diagnose_known", "semi_real"),
     "examples": ("example",),
     "muscles_command": ("muscles", "muscles_list"),
     "recordings": ("import_files", "import_folder", "inspect", "terrain"),

@@ -30,6 +30,7 @@ from sssi_exudyn.simulation.full import simulate as simulate_model
 from sssi_exudyn.validation.benchmark.known_answers import Comparison, compare, read_truth
 from sssi_exudyn.validation.benchmark.run import base_of, run_benchmark
 from sssi_exudyn.validation.benchmark.scores import Scores
+from sssi_exudyn.validation.benchmark.semi_real import Answer, Stretch, middle, run_semi_real
 from sssi_exudyn.validation.diagnosis.day import compare_for_day
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose as find_missing
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
@@ -66,10 +67,7 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, p
 
     Raises InputError where two folders have the same name.
     """
-    names = [folder.resolve().name for folder in folders]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(out / name, "", "two recordings would leave their results here", "rename one's folder")
+    names = _names(folders, out)
     with folder_lock(out):
         found = {
             name: _search(folder, out / name, reduced, progress) for folder, name in zip(folders, names, strict=True)
@@ -89,6 +87,15 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, p
         for name in names:  # kept until now, so that an interrupted day goes on where it was
             Cache(out / name / CACHE).remove()
         return day
+
+
+def _names(folders: Sequence[Path], out: Path) -> list[str]:
+    """Of the folders, under which their results are written in ``out``.  Raises InputError where two are the same."""
+    names = [folder.resolve().name for folder in folders]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(out / name, "", "two recordings would leave their results here", "rename one's folder")
+    return names
 
 
 def _search(source: Path | Recording, out: Path | None, reduced: bool, progress: Progress) -> tuple[Made, SearchResult]:
@@ -172,3 +179,30 @@ def benchmark(
             return run_benchmark(
                 out, bases, count=cases, seed=seed, full=full, workers=processes, progress=stage.advance
             )
+
+
+def semi_real(
+    recordings: Sequence[Path],
+    out: Path,
+    *,
+    sizes: Sequence[float],
+    seconds: float,
+    seed: int,
+    progress: Progress = SILENT,
+) -> list[Answer]:
+    """Conceal faults of instruments in the data of ``recordings``, of ``sizes`` times what each untouched run is missed
+    by, and diagnose the middle ``seconds`` of each by the reduced model into ``out``; what was found, a row a case.
+    Those that ``out`` has already are not done again.
+
+    Raises InputError for a recording that cannot be used, before anything is computed.
+    """
+    with folder_lock(out):
+        runs: list[Stretch] = []
+        for folder, name in zip(recordings, _names(recordings, out), strict=True):
+            recording, motion = read_folder(folder, progress)
+            try:
+                runs.append(middle(replace(recording, name=name), motion, seconds))
+            except ValueError as error:
+                raise InputError(folder / FILE, "[gps]", str(error), "leave this recording out") from error
+        with progress.stage("benchmark") as stage:
+            return run_semi_real(out, runs, sizes=sizes, seed=seed, progress=stage.advance)

@@ -15,7 +15,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.probabilities import STANDS_OUT
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Alternative, Number
 from sssi_exudyn.validation.diagnosis.search_result import SURE, WORTH_NAMING
-from sssi_exudyn.validation.diagnosis.sentences import list_alternatives
+from sssi_exudyn.validation.diagnosis.words.sentence import list_alternatives
 
 
 def sentence_of_day(explanations: Sequence[DayExplanation], runs: int, model: Model) -> str:

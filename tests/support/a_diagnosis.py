@@ -70,6 +70,11 @@ def whole_version() -> dict[str, Any]:
             "mu_n": {"value": 0.72, "low": 0.70, "high": 0.74, "unit": "1"},
         },
         "smallest_noticed": {"gust": {"number": "w_f", "value": 3.21, "unit": "m/s"}},
+        "held_out": [
+            {"t0_s": 0.0, "t1_s": 0.06, "turn": None, "before_m": 0.6, "after_m": 0.2},
+            {"t0_s": 0.06, "t1_s": 0.1, "turn": 1, "before_m": 0.5, "after_m": 0.1},
+        ],
+        "paragraph": "In turn 1 the snow is slower.",
         "track_distance": to_plain(TrackDistance((0.0, 0.1), (0.5, 0.6), (0.1, 0.1))),
         "weighed": [
             [

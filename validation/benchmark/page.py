@@ -60,13 +60,13 @@ def benchmark_page(scores: Scores) -> str:
     ]
     for key, (meaning, aim) in _TARGETS.items():
         figure = getattr(scores, key)
-        lines.append(f"| {meaning} | {_share(figure)} | {_interval(figure)} | {aim} |")
+        lines.append(f"| {meaning} | {share_in_words(figure)} | {interval_in_words(figure)} | {aim} |")
     overlap = scores.overlap_in_time
     mean = "–" if overlap.mean is None else f"{overlap.mean:.2f}"
     lines.append(
         f"| overlap in time of effects with a place, rightly named (mean of {overlap.cases}) | {mean} | | 0.6 |"
     )
-    lines.append(f"| the same, at least 0.6 | {_share(overlap.large)} | {_interval(overlap.large)} | |")
+    lines.append(f"| the same, at least 0.6 | {share_in_words(overlap.large)} | {interval_in_words(overlap.large)} | |")
     gain = scores.held_out_after_over_before_strong
     median = "–" if gain.median is None else f"{gain.median:.2f}"
     lines.append(
@@ -77,11 +77,11 @@ def benchmark_page(scores: Scores) -> str:
         lines.append(f"| the same with a force drawn at random in its place | {placebo:.2f} | | |")
     lines += ["", "| by strength | weakest | weak | strong | strongest |", "|---|---|---|---|---|"]
     for key, meaning in _BY_STRENGTH.items():
-        lines.append(f"| {meaning} | " + " | ".join(_share(each) for each in getattr(scores, key)) + " |")
+        lines.append(f"| {meaning} | " + " | ".join(share_in_words(each) for each in getattr(scores, key)) + " |")
     lines += ["", "| stated probability, mean | right | 95 % interval |", "|---|---|---|"]
     for each in scores.calibration:
         if each.stated is not None:
-            lines.append(f"| {each.stated:.2f} | {_share(each.right)} | {_interval(each.right)} |")
+            lines.append(f"| {each.stated:.2f} | {share_in_words(each.right)} | {interval_in_words(each.right)} |")
     lines += ["", "| hidden | named first |", "|---|---|"]
     for name, row in sorted(scores.by_name.items()):
         named = ", ".join(f"{other} {count}" for other, count in sorted(row.items(), key=lambda each: -each[1]))
@@ -89,11 +89,13 @@ def benchmark_page(scores: Scores) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _share(figure: Share) -> str:
+def share_in_words(figure: Share) -> str:
+    """A share in per cent with its counts; a dash among none."""
     return "–" if figure.share is None else f"{100.0 * figure.share:.0f} % ({figure.hits} of {figure.of})"
 
 
-def _interval(figure: Share) -> str:
+def interval_in_words(figure: Share) -> str:
+    """Its 95 % interval; empty among none."""
     if figure.low is None or figure.high is None:
         return ""
     return f"{100.0 * figure.low:.0f} to {100.0 * figure.high:.0f} %"

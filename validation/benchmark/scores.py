@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Final
@@ -168,11 +168,11 @@ def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Sc
     said = [(f.probability, _is_right(c, f)) for c, d in rows for f in d.findings]
     pairs = [(c, d) for c, d in rows if c.kind == "pair"]
     overlaps = [
-        _overlap(c.window, d.findings[0].where)
+        overlap(c.window, d.findings[0].where)
         for c, d in found
         if c.window and d.first_name == c.name and d.findings[0].where
     ]
-    intervals = [inside for c, d in found if d.first_name == c.name for inside in _inside(c, d.findings[0])]
+    intervals = [inside for c, d in found if d.first_name == c.name for inside in inside_90(c.truth, d.findings[0])]
     clear = [d for _, d in strong if d.findings]
     before = _metres([d.findings[0].evidence.held_out_error_m.before for d in clear])
     after = _metres([d.findings[-1].evidence.held_out_error_m.after for d in clear])
@@ -205,7 +205,7 @@ def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Sc
         overlap_in_time=Overlap(
             cases=len(overlaps),
             mean=float(np.mean(overlaps)) if overlaps else None,
-            large=_share_of(overlap >= 0.6 for overlap in overlaps),
+            large=_share_of(each >= 0.6 for each in overlaps),
         ),
         interval_coverage_90=_share_of(intervals),
         wrong_and_sure=_share_of(not right for p, right in said if p > SURE),
@@ -268,16 +268,17 @@ def _by_name(single: Sequence[tuple[Case, CaseResult]]) -> dict[str, dict[str, i
     return table
 
 
-def _overlap(window: tuple[float, float], where: Where) -> float:
-    """Intersection over union."""
+def overlap(window: tuple[float, float], where: Where) -> float:
+    """Intersection over union of two stretches of time."""
     both = min(window[1], where.t1_s) - max(window[0], where.t0_s)
     either = max(window[1], where.t1_s) - min(window[0], where.t0_s)
     return max(0.0, both) / either
 
 
-def _inside(case: Case, finding: Finding) -> list[bool]:
+def inside_90(truth: Mapping[str, float], finding: Finding) -> list[bool]:
+    """Whether each of the true numbers is inside its 90 % interval, as far as the finding has it."""
     numbers = finding.parameters
-    return [numbers[k].low <= v <= numbers[k].high for k, v in case.truth.items() if k in numbers]
+    return [numbers[k].low <= v <= numbers[k].high for k, v in truth.items() if k in numbers]
 
 
 def _is_right(case: Case, finding: Finding) -> bool:

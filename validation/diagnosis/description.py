@@ -38,6 +38,7 @@ from sssi_exudyn.validation.diagnosis.result import (
     ForceOverTime,
     Friction,
     FrictionChange,
+    HeldOut,
     LatentForce,
     Next,
     Noise,
@@ -54,14 +55,17 @@ from sssi_exudyn.validation.diagnosis.result import (
 )
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search_result import LIKELY, SURE, WORTH_NAMING, Figures
-from sssi_exudyn.validation.diagnosis.sentences import sentence_of
 from sssi_exudyn.validation.diagnosis.state import State
+from sssi_exudyn.validation.diagnosis.words.paragraph import paragraph_of
+from sssi_exudyn.validation.diagnosis.words.sentence import sentence_of
 
 _FRICTION: Final = ("friction.mu_t", "friction.mu_n")
 _WAY_POINTS: Final = 4
 """Of the way in each cell of the missing force."""
 _LEAST_OVERLAP: Final = 0.25
 """Share of a turn's phase that a finding covers where it is named."""
+_MOST: Final = 0.5
+"""Share of a turn that a stretch covers where it stands for that turn."""
 
 
 @dataclass(frozen=True)
@@ -93,8 +97,9 @@ def describe(
     every = [rounds[0].linear, *(each.linear for each in accepted)]
     folds = folds_of(measurements, rounds[0].fitted.edge_changes)
     residuals = [best_residual(linear, state.levels) for linear in every]
+    left_out = [held_out_errors(linear, state.levels, folds)[:, 0] for linear in every]
     figures = [
-        figures_of(linear, state.levels, residual, folds) for linear, residual in zip(every, residuals, strict=True)
+        figures_of(linear, state.levels, *each) for linear, *each in zip(every, residuals, left_out, strict=True)
     ]
     if estimates is not None:  # what the model does that is written
         for i, posterior in ((0, estimates[0]), (-1, estimates[1])):
@@ -107,15 +112,17 @@ def describe(
     for found, linear, worse, better in zip(accepted, every[:-1], figures[:-1], figures[1:], strict=True):
         each, best = found.searched, found.explanation
         columns = placebos(each.fitted, each.responses[LATENT_FORCE.name])
-        errors = held_out_errors(linear, state.levels, folds, columns)
+        errors = np.nanmean(held_out_errors(linear, state.levels, folds, columns), axis=0)
         findings.append(_finding(each, best, after_model, missing, _evidence(worse, better, errors)))
     near = adequacy(residuals[-1], measurements)
     verdict = _verdict(findings, near, rounds[-1].nothing.probability)
+    models = before_model.model, after_model.model
+    following = _next(rounds[-1], accepted, state.levels)
     diagnosis = Diagnosis(
         format=1,
         recording=recording,
         verdict=verdict,
-        sentence=sentence_of(findings, verdict, rounds[-1], near, (before_model.model, after_model.model), figures),
+        sentence=sentence_of(findings, verdict, rounds[-1], near, models, figures),
         findings=tuple(findings),
         friction=FrictionChange(_friction(before_model.model), _friction(after_model.model)),
         noise=_noise(state.levels, problem.about),
@@ -127,10 +134,12 @@ def describe(
         track_distance=_distance(measurements, residuals[0], residuals[-1]),
         smallest_noticed=rounds[-1].noticed,
         adequacy=near,
-        next=_next(rounds[-1], accepted, state.levels),
+        next=following,
         way=_way(rounds[-1].fitted),
         friction_averaged=averaged_friction(rounds[-1], accepted, after_model),
         version=_version(),
+        held_out=_held_out(rounds[0].fitted, folds, left_out[0], left_out[-1]),
+        paragraph=paragraph_of(findings, verdict, rounds[-1], near, models[1], figures, following),
     )
     return diagnosis, tuple(figures)
 
@@ -176,13 +185,15 @@ def _averaged(
     return Number(mixture.mean, max(mixture.quantile(0.05), least), min(mixture.quantile(0.95), most), "1")
 
 
-def figures_of(linear: LinearModel, levels: NoiseLevels, residual: Array, folds: list[tuple[float, float]]) -> Figures:
-    """Of a fit, with everything that is uncertain where it is most probable: there it leaves ``residual`` (N,)."""
+def figures_of(linear: LinearModel, levels: NoiseLevels, residual: Array, left_out: Array) -> Figures:
+    """Of a fit, with everything that is uncertain where it is most probable: there it leaves ``residual`` (N,).
+
+    left_out : (fixes,) m, its ``held_out_errors``
+    """
     measurements = linear.measurements
-    alone = np.zeros((len(residual), 1))
     return Figures(
         track_error(residual, measurements),
-        float(held_out_errors(linear, levels, folds, alone)[0]),
+        float(np.nanmean(left_out)),
         misfit(linear, levels),
         _memory(residual, measurements, levels),
     )
@@ -243,13 +254,34 @@ def _where(window: tuple[float, float], fitted: FittedRun) -> Where:
     run = fitted.run
     way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(run.com, axis=0), axis=1))])
     distance = [float(np.interp(t, run.time, way)) for t in window]
-    met = {
-        phase
-        for turn in find_turns(run.time, run.com).turns
-        for phase, (begin, end) in turn.phases.items()
-        if min(end, window[1]) - max(begin, window[0]) > _LEAST_OVERLAP * (end - begin)
+    every = {
+        number: [
+            phase
+            for phase, (begin, end) in turn.phases.items()
+            if min(end, window[1]) - max(begin, window[0]) > _LEAST_OVERLAP * (end - begin)
+        ]
+        for number, turn in enumerate(find_turns(run.time, run.com).turns, 1)
     }
-    return Where(window[0], window[1], (distance[0], distance[1]), "both", tuple(p for p in PHASES if p in met))
+    met = {number: of_turn for number, of_turn in every.items() if of_turn}
+    phases = tuple(phase for phase in PHASES if any(phase in of_turn for of_turn in met.values()))
+    return Where(window[0], window[1], (distance[0], distance[1]), "both", phases, tuple(met))
+
+
+def _held_out(
+    fitted: FittedRun, folds: Sequence[tuple[float, float]], before: Array, after: Array
+) -> tuple[HeldOut, ...]:
+    """Each stretch that was left out, with its mean of the errors (fixes,) m; it stands for the turn of which it covers
+    more than half.
+    """
+    fixes, turns = fitted.measurements.fixes, find_turns(fitted.run.time, fitted.run.com).turns
+    found = []
+    for begin, end in folds:
+        inside = (fixes >= begin) & (fixes < end)
+        covered = [(min(end, turn.end) - max(begin, turn.start)) / turn.duration for turn in turns]
+        number = next((count for count, share in enumerate(covered, 1) if share > _MOST), None)
+        if np.any(inside):
+            found.append(HeldOut(begin, end, number, float(np.mean(before[inside])), float(np.mean(after[inside]))))
+    return tuple(found)
 
 
 def _memory(residual: Array, measurements: Measurements, levels: NoiseLevels) -> float:

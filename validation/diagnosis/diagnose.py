@@ -17,7 +17,7 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.validation.diagnosis.description import Accepted, describe, figures_of
-from sssi_exudyn.validation.diagnosis.held_out import best_residual, folds_of
+from sssi_exudyn.validation.diagnosis.held_out import best_residual, folds_of, held_out_errors
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.probabilities import STANDS_OUT
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Progress, diagnosis_problem
@@ -156,4 +156,5 @@ def figures_without_findings(recording: Recording, motion: Motion, model: Model)
     problem, state, fit = first_fit(problem)
     folds = folds_of(problem.measurements, fitted_run(problem, state, fit).edge_changes)
     linear = linear_model(problem, state, fit)
-    return figures_of(linear, state.levels, best_residual(linear, state.levels), folds)
+    left_out = held_out_errors(linear, state.levels, folds)[:, 0]
+    return figures_of(linear, state.levels, best_residual(linear, state.levels), left_out)

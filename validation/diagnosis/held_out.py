@@ -25,13 +25,18 @@ def folds_of(measurements: Measurements, edge_changes: Array) -> list[tuple[floa
     return list(itertools.pairwise(edges))
 
 
-def held_out_errors(linear: LinearModel, levels: NoiseLevels, folds: list[tuple[float, float]], more: Array) -> Array:
-    """(c,) mean horizontal error (m) at the fixes of each fold, predicted from everything outside of it, by each of c
-    models that have one number more, whose response is a column of ``more`` (N, c) and whose usual size is one.
+def held_out_errors(
+    linear: LinearModel, levels: NoiseLevels, folds: list[tuple[float, float]], more: Array | None = None
+) -> Array:
+    """(fixes, c) horizontal errors (m) at the fixes of each fold, predicted from everything outside of it, by each of c
+    models that have one number more, whose response is a column of ``more`` (N, c) and whose usual size is one; without
+    ``more`` by the one model that has none.
 
     What is uncertain is estimated from outside, too: parameters, instruments, posture and snow surface.
     """
     measurements = linear.measurements
+    if more is None:
+        more = np.zeros((len(linear.residual), 1))
     free = linear.all_free(levels)
     columns = free.columns * free.scales
     blocks = measurements.blocks
@@ -46,7 +51,7 @@ def held_out_errors(linear: LinearModel, levels: NoiseLevels, folds: list[tuple[
         left = linear.residual[:, None] - columns @ of_rest - more * amplitude
         inside = _within(measurements.fixes, begin, end)
         errors[inside] = np.hypot(left[blocks["x"]], left[blocks["y"]])[inside]
-    return np.asarray(np.nanmean(errors, axis=0))
+    return errors
 
 
 def _within(time: Array, begin: float, end: float) -> NDArray[np.bool_]:

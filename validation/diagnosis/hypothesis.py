@@ -17,7 +17,7 @@ import numpy as np
 
 from sssi_exudyn.analysis.turns import edge_changes
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.model import Model
@@ -114,6 +114,7 @@ class Hypothesis(ABC):
     caption : what it adds to the model, as a figure names it
     smallest : words for the size from which it would have been noticed, of a ``value`` or, of an angle, ``degrees``; ""
         where a reader would not ask
+    plain_smallest : the same in a coach's words, of a ``value``, of ``degrees`` or of ``kmh``
     weight : prior probability relative to the others
     moves_all : it moves the whole track by far more than the noise, so that a linear response is a poor start of a fit,
         which then begins on both sides
@@ -126,6 +127,7 @@ class Hypothesis(ABC):
     kind: ClassVar[Kind]
     caption: ClassVar[str]
     smallest: ClassVar[str] = ""
+    plain_smallest: ClassVar[str] = ""
     weight: ClassVar[float] = 1.0
     moves_all: ClassVar[bool] = False
     shapes_snow: ClassVar[bool] = False
@@ -148,6 +150,10 @@ class Hypothesis(ABC):
     def sentence(self, numbers: Numbers, model: Model) -> str:
         """What its fitted numbers mean, in a clause; ``model`` is the fitted one."""
 
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        """The same in a coach's words and sizes, without symbols; where ``sentence`` has none, it does."""
+        return self.sentence(numbers, model)
+
     def possible(self, model: Model) -> bool:
         """Whether a model fitted with it is physically possible."""
         return True
@@ -156,6 +162,18 @@ class Hypothesis(ABC):
 def by_sign(value: float, positive: str, negative: str) -> str:
     """The word for the sign of ``value``."""
     return positive if value > 0.0 else negative
+
+
+def as_slope(delta_mu: float) -> str:
+    """In words, the change of the slope that brakes or drives as much as friction along the ski that is ``delta_mu``
+    greater; their difference is of the third order.
+    """
+    return f"as if the slope were {abs(np.degrees(delta_mu)):.1f}° {by_sign(delta_mu, 'flatter', 'steeper')}"
+
+
+def as_weight(force: float) -> str:
+    """In words, a force (N) as a weight."""
+    return f"as strong as the weight of {abs(force) / GRAVITY:.1f} kg"
 
 
 def add_part(model: Model, part: Term | Sensor) -> Model:
@@ -234,7 +252,7 @@ class SteadyFault(Everywhere):
 class KnownNumber(Hypothesis):
     """A number that every model has, which is not what its instrument states.
 
-    number : its name in the model;  scale : its usual size
+    number : its name in the model;  scale : its usual size, of good instruments
     """
 
     kind = "sensor"
@@ -246,7 +264,11 @@ class KnownNumber(Hypothesis):
         return [Probe(fitted.model, self.number)]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        return [Candidate(fitted.model, Freedom(responses, np.array([self.scale])), ((self.number,),))]
+        return [Candidate(fitted.model, Freedom(responses, np.array([self.usual(fitted)])), ((self.number,),))]
+
+    def usual(self, fitted: FittedRun) -> float:
+        """Its usual size in a run; ``scale`` unless the instrument makes it larger."""
+        return self.scale
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
         return None

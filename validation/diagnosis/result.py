@@ -36,13 +36,16 @@ class Alternative:
 
 @dataclass(frozen=True)
 class Where:
-    """When a finding acts (s, the recording's clock), on which metres of the path, on which side, in which phases."""
+    """When a finding acts (s, the recording's clock), on which metres of the path, on which side, in which phases, and
+    in which turns (1, 2, … as in the tables of turns).
+    """
 
     t0_s: float
     t1_s: float
     distance_m: tuple[float, float]
     side: Literal["left", "right", "both"]
     phase: tuple[str, ...]
+    turns: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -197,6 +200,19 @@ class TrackDistance:
 
 
 @dataclass(frozen=True)
+class HeldOut:
+    """A stretch of time (s) that was left out of a fit, and the mean distance (m) between its fixes and what the fit to
+    all others predicts, before and after; ``turn`` is the number of the turn that it is, None where it is none.
+    """
+
+    t0_s: float
+    t1_s: float
+    turn: int | None
+    before_m: float
+    after_m: float
+
+
+@dataclass(frozen=True)
 class Way:
     """The skier's way over the slope, seen from above: down the fall line and to its left (m), at the edges of the
     missing force's cells and between.
@@ -262,6 +278,8 @@ class Diagnosis:
     friction_averaged : mu_t and mu_n over all explanations, each as probable as it was found to be
     weighed : every hypothesis by its probability, the most probable first, in each round of the search
     stands_out : when a force was missing before anything was added
+    held_out : the stretches that were left out of a fit, each in turn
+    paragraph : the diagnosis in a coach's words
     tier : "reduced" where no fit was confirmed by the full model
     """
 
@@ -283,6 +301,8 @@ class Diagnosis:
     friction_averaged: dict[str, Number] | None = None
     version: Version | None = None
     tier: Literal["full", "reduced"] = "full"
+    held_out: tuple[HeldOut, ...] = ()
+    paragraph: str = ""
 
     def __repr__(self) -> str:
         return f"<Diagnosis {self.recording}: {self.verdict}, {len(self.findings)} findings>"

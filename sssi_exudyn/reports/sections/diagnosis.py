@@ -44,6 +44,8 @@ def diagnosis(runs: Runs) -> Section:
 def diagnosis_blocks(found: Diagnosis) -> tuple[Block, ...]:
     """The section of one diagnosis."""
     blocks: list[Block] = [Text(found.sentence)]
+    if found.paragraph:
+        blocks += [Heading("For the coach"), Text(found.paragraph)]
     if found.track_distance is not None:
         distance = found.track_distance
         blocks.append(Drawing(_distance_caption(found), lambda axes: _draw_distance(axes, found, distance)))
@@ -95,6 +97,11 @@ def _captions(diagnosis: Diagnosis) -> str:
 
 def _distance_caption(diagnosis: Diagnosis) -> str:
     noise = "the band is the standard deviation of the GPS noise"
+    if diagnosis.held_out:
+        noise += (
+            ". Each stretch between two dotted lines was left out of a fit once, and the bars are what that fit misses "
+            "there on average; numbers are those of turns"
+        )
     if not diagnosis.findings:
         return f"Horizontal distance between simulated antenna and GPS; {noise}"
     shaded = "; shaded while it acts" if any(finding.where for finding in diagnosis.findings) else ""
@@ -204,7 +211,26 @@ def _draw_distance(axes: Axes, diagnosis: Diagnosis, distance: TrackDistance) ->
     axes.plot(distance.time_s, distance.before_m, color=plots.MEASURED, linestyle="--", label="before")
     if diagnosis.findings:
         axes.plot(distance.time_s, distance.after_m, color=plots.SIMULATED, label="after")
+    if diagnosis.held_out:
+        _draw_held_out(axes, diagnosis)
     axes.set(xlabel="time (s)", ylabel="distance (m)", ylim=(0.0, None))
+
+
+def _draw_held_out(axes: Axes, diagnosis: Diagnosis) -> None:
+    """Stretches that were left out of a fit, and the mean error that it has there."""
+    stretches = diagnosis.held_out
+    begin, end = [each.t0_s for each in stretches], [each.t1_s for each in stretches]
+    for instant in {*begin, *end}:
+        axes.axvline(instant, color=plots.INK, linewidth=0.8, linestyle=":", alpha=0.6)
+    before, after = [each.before_m for each in stretches], [each.after_m for each in stretches]
+    drawn = [("before, left out", before, plots.MEASURED), ("after, left out", after, plots.SIMULATED)]
+    for label, errors, colour in drawn[: 2 if diagnosis.findings else 1]:
+        axes.hlines(errors, begin, end, label=label, color=colour, linewidth=4.0, alpha=0.45)
+    for each in stretches:
+        if each.turn is not None:
+            place = 0.5 * (each.t0_s + each.t1_s), 0.98
+            above = axes.get_xaxis_transform()
+            axes.text(*place, f"{each.turn}", transform=above, ha="center", va="top", fontsize="small")
 
 
 def _draw_probabilities(axes: Axes, weighed: tuple[Weighed, ...]) -> None:

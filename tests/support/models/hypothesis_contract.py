@@ -50,7 +50,7 @@ def check_on_run(hypothesis: Hypothesis, fitted: FittedRun) -> None:
 
 
 def check_candidate(hypothesis: Hypothesis, fitted: FittedRun, candidate: Candidate, size: int) -> None:
-    """Shapes and priors, the window inside the run, a sentence for both signs of the amplitudes."""
+    """Shapes and priors, the window inside the run, a sentence and plain words for both signs of the amplitudes."""
     count = len(candidate.amplitudes)
     assert candidate.free.columns.shape == (size, count)
     assert candidate.free.scales.shape == (count,)
@@ -59,7 +59,7 @@ def check_candidate(hypothesis: Hypothesis, fitted: FittedRun, candidate: Candid
     # only an amplitude of zero leaves the run as it was; a number of every model stands where it was fitted
     amplitudes = {name: candidate.model.value(name) for group in candidate.amplitudes for name in group}
     assert all(value == 0.0 or math.isclose(value, fitted.model.value(name)) for name, value in amplitudes.items())
-    readings = set()
+    readings, plain = set(), set()
     for sign in (-1.0, 1.0):
         numbers = _numbers(candidate, sign * candidate.free.scales)
         window = hypothesis.window(fitted, candidate, numbers)
@@ -70,8 +70,14 @@ def check_candidate(hypothesis: Hypothesis, fitted: FittedRun, candidate: Candid
         assert sentence[0].islower() or sentence[0] == "μ"  # it follows "between 3.0 s and 4.0 s"
         assert not sentence.endswith(".")
         readings.add(sentence)
+        words = hypothesis.plain_words(numbers, fitted.model)
+        assert words[0].islower()
+        assert not words.endswith(".")
+        assert not any(symbol in words for symbol in ("μ", "N s", "rad", "nan"))  # a coach's words
+        plain.add(words)
     signed = any(candidate.model.bounds(group[0])[0] < 0.0 for group in candidate.amplitudes)
-    assert len(readings) == (2 if signed and hypothesis.name not in UNSIGNED else 1)
+    expected = 2 if signed and hypothesis.name not in UNSIGNED else 1
+    assert len(readings) == len(plain) == expected
 
 
 def check_probe(fitted: FittedRun, probe: Probe, response: Array) -> None:

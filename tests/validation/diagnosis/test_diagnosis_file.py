@@ -15,12 +15,13 @@ from schema_check import check_against_schema
 
 from sssi_exudyn.analysis.turns import find_turns
 from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.typed import json_schema, read_json
 from sssi_exudyn.io.writing import to_json, to_plain
 from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.section import Section
 from sssi_exudyn.reports.sections.diagnosis import diagnosis_blocks
-from sssi_exudyn.validation.diagnosis.description import _where
+from sssi_exudyn.validation.diagnosis.description import _held_out, _where
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 SCHEMA = Path(__file__).parents[3] / "validation" / "diagnosis" / "diagnosis.schema.json"
@@ -59,6 +60,7 @@ def test_a_file_of_the_first_version_is_read_and_shown(tmp_path: Path) -> None:
     assert "snow patch (97%)" in section
     assert "0.030" in section
     assert "<svg" not in section  # it has no data for a figure
+    assert "For the coach" not in section
     written = json.loads(to_json(diagnosis))
     assert_holds(written, FIRST_VERSION)
 
@@ -67,6 +69,9 @@ def test_the_section_shows_what_the_file_holds(tmp_path: Path) -> None:
     section = shown(read(tmp_path, whole_version()))
     assert section.count("<svg") == 5  # track, force before and after, slope from above, probabilities
     assert "longest arrow 50 N" in section
+    assert "left out of a fit once" in section
+    assert "after, left out" in section
+    assert "In turn 1 the snow is slower." in section
     assert "90 % interval 0.084 to 0.118" in section
     assert "3.21 m/s" in section
     assert "log evidence +10.0 against nothing; refitted" in section
@@ -97,14 +102,33 @@ def test_what_does_not_fit_is_refused_with_its_place(
         check_against_schema(content, json.loads(SCHEMA.read_text(encoding="utf-8")))
 
 
-def test_a_finding_names_the_phases_of_the_turns_that_it_covers() -> None:
+def a_slalom() -> tuple[Array, Array]:
+    """Times and path of turns of two seconds at 10 m/s."""
     time = np.arange(0.0, 9.0, 0.02)
     course = 0.6 * np.cos(2.0 * np.pi * time / 4.0)  # extrema, the transitions, every two seconds
-    path = np.cumsum(0.2 * np.stack([np.cos(course), np.sin(course), 0.0 * course], axis=1), axis=0)
+    return time, np.cumsum(0.2 * np.stack([np.cos(course), np.sin(course), 0.0 * course], axis=1), axis=0)
+
+
+def test_a_finding_names_the_phases_of_the_turns_that_it_covers() -> None:
+    time, path = a_slalom()
     fitted: Any = SimpleNamespace(run=SimpleNamespace(time=time, com=path))
     turn = find_turns(time, path).turns[1]
     begin, end = turn.phases["control"]
     assert _where((begin, end), fitted).phase == ("control",)
     assert _where((begin, turn.end), fitted).phase == ("control", "completion")
+    assert _where((begin, turn.end), fitted).turns == (2,)
+    assert _where((begin, turn.end + 0.5), fitted).turns == (2, 3)
     whole = _where((begin, end), fitted)
     assert whole.distance_m[1] - whole.distance_m[0] == pytest.approx(10.0 * (end - begin), rel=1e-3)  # at 10 m/s
+
+
+def test_a_stretch_that_was_left_out_stands_for_the_turn_of_which_it_covers_most() -> None:
+    time, path = a_slalom()
+    fixes = np.arange(0.0, 9.0, 1.0)
+    fitted: Any = SimpleNamespace(run=SimpleNamespace(time=time, com=path), measurements=SimpleNamespace(fixes=fixes))
+    turn = find_turns(time, path).turns[1]
+    folds = [(0.0, 0.5), (0.5, 0.9), (turn.start + 0.3, turn.end + 0.3)]
+    first, second = _held_out(fitted, folds, np.full(9, 0.4), fixes)
+    assert (first.turn, first.before_m, first.after_m) == (None, 0.4, 0.0)
+    inside = fixes[(fixes >= turn.start + 0.3) & (fixes < turn.end + 0.3)]
+    assert (second.turn, second.after_m) == (2, np.mean(inside))

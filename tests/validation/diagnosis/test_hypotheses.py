@@ -61,6 +61,21 @@ def test_each_is_tried_on_a_run(hypothesis: Hypothesis, fitted: FittedRun) -> No
     check_on_run(hypothesis, fitted)
 
 
+def test_displaced_fixes_are_usually_several_times_what_the_receiver_states(fitted: FittedRun) -> None:
+    jump = BY_NAME["gps_jump"]
+    responses = np.zeros((len(fitted.prediction), 0))
+    telephone = replace(fitted, measurements=replace(fitted.measurements, gps_sigma=12.0))
+    assert np.all(jump.candidates(fitted, responses)[0].free.scales == 0.6)  # stated 2 cm
+    assert np.all(jump.candidates(telephone, responses)[0].free.scales == 36.0)
+
+
+def test_a_late_clock_is_usually_as_late_as_a_receiver_s_interval(fitted: FittedRun) -> None:
+    delay, responses = BY_NAME["gps_delay"], np.zeros((len(fitted.prediction), 1))
+    assert delay.candidates(fitted, responses)[0].free.scales == 0.25  # ten fixes a second
+    second = replace(fitted, measurements=replace(fitted.measurements, fixes=np.arange(5.0)))
+    assert delay.candidates(second, responses)[0].free.scales == 1.0
+
+
 def test_one_place_for_each_pair() -> None:
     pairs = [
         frozenset({hypothesis.name, other})

@@ -21,3 +21,10 @@ class OtherDragArea(SteadyLaw):
     def sentence(self, numbers: Numbers, model: Model) -> str:
         share = numbers["share"].value
         return f"the skier's drag area is {abs(100 * share):.0f} % {by_sign(share, 'larger', 'smaller')} than assumed"
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        share = numbers["share"].value
+        return (
+            f"the air brakes {abs(100 * share):.0f} % {by_sign(share, 'more', 'less')} than expected of this skier, by "
+            "clothing or posture"
+        )

@@ -7,7 +7,7 @@ import numpy as np
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypotheses.air.wind import wind_in_words
+from sssi_exudyn.validation.diagnosis.hypotheses.air.wind import plain_wind, wind_in_words
 from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, InTime, Numbers
 
 
@@ -22,6 +22,7 @@ class PassingGust(InTime):
     comes_again = False
     caption = "a gust of wind"
     smallest = "a gust of {value:.1f} m/s"
+    plain_smallest = "a gust of {kmh:.0f} km/h"
     keys = ("w_f", "w_l")
     scale, longest, least = 5.0, 0.5, 4
     rises = (1.0, 0.4)
@@ -47,3 +48,6 @@ class PassingGust(InTime):
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         return f"a gust blows, {wind_in_words(numbers)} at its peak"
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        return f"a gust blows, at its strongest {plain_wind(numbers)}"

@@ -24,11 +24,23 @@ class SteadyWind(SteadyLaw):
     def sentence(self, numbers: Numbers, model: Model) -> str:
         return f"a steady wind blows, {wind_in_words(numbers)}"
 
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        return f"a steady wind blows, {plain_wind(numbers)}"
+
 
 def wind_in_words(numbers: Numbers) -> str:
-    """Strength and direction of a wind."""
+    """Strength (m/s) and direction of a wind."""
+    return _in_words(numbers, 1.0, "m/s", 1)
+
+
+def plain_wind(numbers: Numbers) -> str:
+    """The same in km/h."""
+    return _in_words(numbers, 3.6, "km/h", 0)
+
+
+def _in_words(numbers: Numbers, factor: float, unit: str, digits: int) -> str:
     down, left = numbers["w_f"].value, numbers["w_l"].value
-    parts = [f"{abs(down):.1f} m/s {by_sign(down, 'down', 'up')} the slope"]
+    parts = [f"{abs(factor * down):.{digits}f} {unit} {by_sign(down, 'down', 'up')} the slope"]
     if abs(left) > 0.5:
-        parts.append(f"{abs(left):.1f} m/s to the {by_sign(left, 'left', 'right')}")
+        parts.append(f"{abs(factor * left):.{digits}f} {unit} to the {by_sign(left, 'left', 'right')}")
     return " and ".join(parts)

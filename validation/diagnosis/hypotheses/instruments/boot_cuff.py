@@ -20,3 +20,6 @@ class LoadOnCuffs(SteadyFault):
         return (
             f"the boots' cuffs carry {abs(100 * share):.0f} % {by_sign(share, 'more', 'less')} of the load than usual"
         )
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        return f"{self.sentence(numbers, model)}, which the insoles do not feel; the skiing is not at fault"

@@ -1,5 +1,7 @@
 """GPS fixes that are displaced for a while."""
 
+from typing import Final
+
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
@@ -26,7 +28,10 @@ class DisplacedFixes(Hypothesis):
     comes_again = False
     caption = "displaced GPS fixes"
     distinctions = (Distinction(("gust", "unexplained_force"), "a second receiver"),)
-    _USUAL = 0.6
+    _USUAL: Final = 0.6
+    """m, of a receiver with a fixed solution."""
+    _TIMES: Final = 3.0
+    """What the receiver states of its fixes, where that is more: fixes less displaced are its noise."""
 
     def probes(self, fitted: FittedRun) -> list[Probe]:
         return []
@@ -34,6 +39,7 @@ class DisplacedFixes(Hypothesis):
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         time, found = fitted.measurements.fixes, []
         n = len(time)
+        usual = max(self._USUAL, self._TIMES * fitted.measurements.gps_sigma)
         step = max(1, n // 80)
         edges = [*range(0, n, step), n]
         for a in range(len(edges) - 1):
@@ -51,7 +57,7 @@ class DisplacedFixes(Hypothesis):
                 found.append(
                     Candidate(
                         add_part(fitted.model, part),
-                        Freedom(columns, np.full(2, self._USUAL)),
+                        Freedom(columns, np.full(2, usual)),
                         ((f"{owner}.x",), (f"{owner}.y",)),
                         {},
                         (max(t0, float(time[0])), min(t1, float(time[-1]))),
@@ -65,3 +71,7 @@ class DisplacedFixes(Hypothesis):
     def sentence(self, numbers: Numbers, model: Model) -> str:
         distance = np.hypot(numbers["x"].value, numbers["y"].value)
         return f"the GPS fixes are displaced by {distance:.2f} m; no physics is missing"
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        distance = np.hypot(numbers["x"].value, numbers["y"].value)
+        return f"the receiver's fixes are {distance:.2f} m off; the skiing is not at fault"

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, KnownNumber, Numbers
+from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, KnownNumber, Numbers, by_sign
 
 
 class HeadingMisalignment(KnownNumber):
@@ -12,7 +12,7 @@ class HeadingMisalignment(KnownNumber):
     """
 
     name = "heading_misalignment"
-    caption = "a correction of the capture's heading"
+    caption = "a motion capture that is turned"
     number = "start.heading_offset"
     scale = 0.1
     weight = 4.0
@@ -25,3 +25,10 @@ class HeadingMisalignment(KnownNumber):
     def sentence(self, numbers: Numbers, model: Model) -> str:
         offset = np.degrees(numbers["heading_offset"].value)
         return f"the capture's heading is off by {offset:+.1f}°; no physics is missing"
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        offset = np.degrees(numbers["heading_offset"].value)
+        return (
+            f"the motion capture is turned by {abs(offset):.1f}°, and has to be turned back to the "
+            f"{by_sign(offset, 'left', 'right')}; the skiing is not at fault"
+        )

@@ -20,3 +20,6 @@ class OtherLeverArm(SteadyFault):
     def sentence(self, numbers: Numbers, model: Model) -> str:
         distance = np.sqrt(sum(numbers[key].value ** 2 for key, _ in self.amplitudes))
         return f"the antenna sits {distance:.2f} m from where the recording says"
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        return f"{self.sentence(numbers, model)}; the skiing is not at fault"

@@ -16,6 +16,8 @@ from sssi_exudyn.validation.diagnosis.hypothesis import (
     Numbers,
     Probe,
     add_part,
+    as_weight,
+    by_sign,
     name_in_model,
     probes_by,
 )
@@ -63,4 +65,12 @@ class PolePlants(Hypothesis):
         return (
             f"each pole plant gives {numbers['forward'].value:+.0f} N s in the direction of travel and "
             f"{numbers['up'].value:+.0f} N s away from the snow"
+        )
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        forward, up = (numbers[key].value for key in self._KEYS)
+        faster = forward / (model.skier.mass + 2.0 * (model.equipment.ski_mass + model.equipment.boot_mass))
+        return (
+            f"each pole plant makes the skier {abs(3.6 * faster):.1f} km/h {by_sign(faster, 'faster', 'slower')}, and "
+            f"{by_sign(up, 'lifts', 'presses')} him for a tenth of a second, {as_weight(up / 0.1)}"
         )

@@ -5,7 +5,7 @@ import numpy as np
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import InTime, Numbers
+from sssi_exudyn.validation.diagnosis.hypothesis import InTime, Numbers, as_weight, by_sign
 
 
 class LatentForce(InTime):
@@ -33,4 +33,13 @@ class LatentForce(InTime):
         return (
             f"a force acts that no known law explains: {numbers['force_f'].value:+.0f} N down the slope, "
             f"{numbers['force_l'].value:+.0f} N to the left, {numbers['force_n'].value:+.0f} N away from the snow"
+        )
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        force = np.array([numbers[key].value for key in self.keys])
+        largest = int(np.argmax(np.abs(force)))
+        ways = ("down the slope", "up the slope"), ("to the left", "to the right"), ("off the snow", "into the snow")
+        return (
+            "something pushes the skier that none of the known causes explains, "
+            f"{as_weight(np.linalg.norm(force).item())}, most of it {by_sign(force[largest], *ways[largest])}"
         )

@@ -4,7 +4,7 @@ import numpy as np
 
 from sssi_exudyn.contact.terms.friction_corrections import EdgeDependentFriction
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, Numbers, SteadyLaw
+from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, Numbers, SteadyLaw, as_slope, by_sign
 
 
 class FrictionByEdge(SteadyLaw):
@@ -22,3 +22,10 @@ class FrictionByEdge(SteadyLaw):
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         return f"μ_t changes by {numbers['b'].value * np.pi / 18:+.4f} for each 10° of edge angle"
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        b = numbers["b"].value
+        return (
+            f"the skis glide {by_sign(b, 'worse', 'better')} the more they are edged: {as_slope(b * np.pi / 18)} for "
+            "each 10° of edge angle"
+        )

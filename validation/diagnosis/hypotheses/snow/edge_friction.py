@@ -37,5 +37,12 @@ class EdgesCut(SteadyLaw):
             f"the edges cut: friction of {abs(numbers['c'].value):.2f} acts across each edge, not across the whole ski"
         )
 
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        share = min(abs(numbers["c"].value) / model.friction.mu_n, 1.0)
+        return (
+            "the skis grip along the curve of their edges and not along their own length: with "
+            f"{100 * share:.0f} % of their grip to the side"
+        )
+
     def possible(self, model: Model) -> bool:
         return model.value(f"{self.name}.c") > 0.0

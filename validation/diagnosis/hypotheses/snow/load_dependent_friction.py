@@ -4,7 +4,7 @@ import numpy as np
 
 from sssi_exudyn.contact.terms.friction_corrections import LoadDependentFriction
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, Numbers, SteadyLaw
+from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, Numbers, SteadyLaw, as_slope, by_sign
 
 
 class FrictionByLoad(SteadyLaw):
@@ -20,3 +20,7 @@ class FrictionByLoad(SteadyLaw):
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         return f"μ_t changes by {numbers['b'].value:+.4f} when the load on a ski doubles"
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        b = numbers["b"].value
+        return f"a ski glides {by_sign(b, 'worse', 'better')} with more load on it: {as_slope(b)} at twice the load"

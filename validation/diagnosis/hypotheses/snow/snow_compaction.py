@@ -2,7 +2,7 @@
 
 from sssi_exudyn.contact.terms.friction_corrections import SnowCompaction
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Numbers, SteadyLaw
+from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Numbers, SteadyLaw, as_weight
 
 
 class CompactedSnow(SteadyLaw):
@@ -17,3 +17,7 @@ class CompactedSnow(SteadyLaw):
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         return "the snow resists being pressed down ahead of the skis"
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        braking = 0.01 * model.ski.length * numbers["c"].value
+        return f"the snow gives way and brakes: {as_weight(braking)} for each centimetre that a ski sinks in"

@@ -17,6 +17,7 @@ from sssi_exudyn.validation.diagnosis.hypothesis import (
     Numbers,
     Probe,
     add_part,
+    as_slope,
     by_sign,
     intervals,
     name_in_model,
@@ -33,6 +34,7 @@ class PatchOfSnow(Hypothesis):
     kind = "physics"
     caption = "a stretch of other snow"
     smallest = "a stretch of snow whose μ_t differs by {value:.3f}"
+    plain_smallest = "a stretch of slower or faster snow, as if the slope changed by {degrees:.1f}°"
     distinctions = (Distinction(("unexplained_force",), "a second run over the same place"),)
     _USUAL: Final = 0.06
     _SLICKEST: Final = 0.01  # half of the least gliding friction that Wolfsperger et al. (2021) measured
@@ -73,3 +75,7 @@ class PatchOfSnow(Hypothesis):
             f"the skis glide on {by_sign(delta, 'slower', 'faster')} snow: μ_t is {elsewhere + delta:.3f} there "
             f"against {elsewhere:.3f} elsewhere"
         )
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        delta = numbers["delta_mu_t"].value
+        return f"the snow is {by_sign(delta, 'slower', 'faster')} there: {as_slope(delta)}"

@@ -4,7 +4,7 @@ import numpy as np
 
 from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFriction
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Numbers, SteadyLaw
+from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Numbers, SteadyLaw, as_slope, by_sign
 
 
 class FrictionBySpeed(SteadyLaw):
@@ -19,3 +19,9 @@ class FrictionBySpeed(SteadyLaw):
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         return f"μ_t changes by {numbers['b'].value:+.4f} for each m/s of speed"
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        b = numbers["b"].value
+        return (
+            f"the skis glide {by_sign(b, 'worse', 'better')} the faster they go: {as_slope(b / 3.6)} for each km/h more"
+        )

@@ -25,3 +25,7 @@ class RollOrDip(Terrain):
     def sentence(self, numbers: Numbers, model: Model) -> str:
         rise = numbers["rise"].value
         return f"the skis go over a {by_sign(rise, 'roll', 'dip')} of {abs(rise):.2f} m"
+
+    def plain_words(self, numbers: Numbers, model: Model) -> str:
+        rise = numbers["rise"].value
+        return f"the piste has a {by_sign(rise, 'roll', 'dip')} of {100 * abs(rise):.0f} cm there"

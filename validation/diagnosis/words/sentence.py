@@ -1,4 +1,4 @@
-"""A diagnosis in words: its findings in one sentence, and the measurement that would decide between explanations."""
+"""A diagnosis in one sentence: its findings, and the measurement that would decide between explanations."""
 
 from __future__ import annotations
 
