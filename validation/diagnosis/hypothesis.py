@@ -140,7 +140,7 @@ class Hypothesis(ABC):
 
     @abstractmethod
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        """Candidates from the responses (N, probes), a unit of amplitude."""
+        """Candidates from the responses (N, probes), a unit of amplitude; none where no instrument would show it."""
 
     @abstractmethod
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float] | None:
@@ -228,6 +228,8 @@ class Everywhere(Hypothesis):
         return probes_by(model, part, [key for key, _ in self.amplitudes])
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
+        if not np.any(responses):
+            return []  # of an instrument that the recording lacks
         part = self.part(fitted)
         owner = name_in_model(fitted.model, part)
         names = tuple((f"{owner}.{key}",) for key, _ in self.amplitudes)

@@ -25,7 +25,15 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import (
     STEADY_LAWS,
     distinguishing_measurement,
 )
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Hypothesis, Numbers, Probe, SteadyLaw, probes_by
+from sssi_exudyn.validation.diagnosis.hypothesis import (
+    FittedRun,
+    Hypothesis,
+    Numbers,
+    Probe,
+    SteadyLaw,
+    probes_by,
+    responses_of,
+)
 
 ROOT = Path(__file__).parents[3]
 IN_THE_FORMAT = 20
@@ -74,6 +82,17 @@ def test_a_late_clock_is_usually_as_late_as_a_receiver_s_interval(fitted: Fitted
     assert delay.candidates(fitted, responses)[0].free.scales == 0.25  # ten fixes a second
     second = replace(fitted, measurements=replace(fitted.measurements, fixes=np.arange(5.0)))
     assert delay.candidates(second, responses)[0].free.scales == 1.0
+
+
+def test_faults_of_instruments_that_a_recording_lacks_are_not_weighed(fitted: FittedRun) -> None:
+    measurements = fitted.measurements
+    without = replace(measurements, windows=np.zeros(0), loads=np.zeros((0, 2)))
+    place = FittedRun(fitted.model, fitted.prepared, fitted.run, without, without.predict(fitted.model, fitted.run))
+    for name in ("insole_gain", "boot_cuff"):
+        for run, count in ((fitted, 1), (place, 0)):
+            hypothesis = BY_NAME[name]
+            responses = responses_of(hypothesis.probes(run), run.prepared, run.measurements)
+            assert len(hypothesis.candidates(run, responses)) == count
 
 
 def test_one_place_for_each_pair() -> None:
