@@ -75,7 +75,7 @@ chaotic in the groove.
 
 A fit searches with steps of 2.5 ms, 50 points and 8 vibrations, which the full model's run sets right. All errors of the
 posture are sought, as by the paper's law. What it minimises is rough: whole steps of Gauss and Newton often lessen nothing,
-and a search may end where damped ones do not either; it is then told as not converged. Why is not settled; a flat ski takes
+and a search may end where damped ones do not either; it is then reported as not converged. Why is not settled; a flat ski takes
 its whole load over a tenth of a millimetre of such snow. By the reduced model alone, on recordings made in a world of the
 paper's law, on two cores that others used too, μ_t and μ_n of runs without the errors of posture found:
 
