@@ -47,7 +47,7 @@ their rates."""
 TURNED, SNOW_TURNED = 0, 3
 """First rows of the turns (rotation vectors) of the ski and of the snow's axes."""
 LOAD, EDGE, SOLE, FORCE, FRICTION, MOMENT, FORWARD, SEEN = 0, 1, 2, 3, 6, 9, 12, 15
-"""First rows of what is told of a ski, and their count."""
+"""First rows of what is found of a ski, and their count."""
 
 
 class CarvedTangents(NamedTuple):

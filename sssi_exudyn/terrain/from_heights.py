@@ -179,22 +179,21 @@ class Estimate:
         """
         nodes, first = empty.nodes(), self.heights.places[:1]
         places, table = self._noticed(noticed)
-        cross = self._cross(places)
-        gain = cho_solve((self._solved[0], True), cross.T).T  # (places, heights)
-        thrown = _of_waves(places, places, self.amplitude) @ table.T
-        found, shapes = np.linalg.eigh(table @ thrown)
-        strong = np.flatnonzero(found > 1.0)[::-1][: self._most_modes]
-        mixed = table.T @ (shapes[:, strong] / np.sqrt(found[strong]))
+        gain = cho_solve((self._solved[0], True), self._cross(places).T).T  # (places, heights)
+        waves = _of_waves(places, places, self.amplitude)
+        sizes, shapes = self._leading(table @ (waves @ table.T))
+        mixed = table.T @ (shapes / sizes)
 
-        def modes(at: Array) -> Array:
-            """(k, n) m at places (n, 2)."""
-            return np.column_stack([TILT * at, _of_waves(at, places, self.amplitude) @ mixed]).T
+        def modes(at: Array, covariance: Array) -> Array:
+            """(k, n) m at places (n, 2), where the waves' covariance with those at ``places`` is (n, p)."""
+            return np.column_stack([TILT * at, covariance @ mixed]).T
 
         # amounts are known from heights to within an origin and the waves that are left out
         beside = OFFSET**2 + _EXACT**2 * np.eye(len(places))
-        known = cholesky(_of_surface(places, places, self.amplitude) + beside, lower=True)
-        follow = cho_solve((known, True), modes(places).T).T
-        shown = modes(nodes) - modes(first)
+        known = cholesky(_with_tilt(waves, places, places) + beside, lower=True)
+        follow = cho_solve((known, True), modes(places, waves).T).T
+        on_nodes, at_first = (modes(at, _of_waves(at, places, self.amplitude)) for at in (nodes, first))
+        shown = on_nodes - at_first
         smooth = gain - cho_solve((self._solved[0], True), self._cross(first).T).T
         amounts = follow @ smooth @ self.heights.all_heights
         mean = self.mean(nodes) - self.mean(first)[0]
@@ -206,9 +205,12 @@ class Estimate:
         )
         return surface, places, np.asarray(follow), np.asarray(smooth)
 
-    @property
-    def _most_modes(self) -> int:
-        return MOST_MODES if np.median(self.heights.sigma) < _POOR else _OF_POOR
+    def _leading(self, covariance: Array) -> tuple[Array, Array]:
+        """Standard deviations (k,) and directions (r, k) of the covariance (r, r) of what is noticed, largest first."""
+        found, shapes = np.linalg.eigh(covariance)
+        most = MOST_MODES if np.median(self.heights.sigma) < _POOR else _OF_POOR
+        strong = np.flatnonzero(found > 1.0)[::-1][:most]
+        return np.sqrt(found[strong]), shapes[:, strong]
 
     def _deviation(self, nodes: Array) -> Array:
         """(n,) m, standard deviation at ``nodes`` (n, 2) relative to the mean height along the way."""
@@ -228,10 +230,9 @@ class Estimate:
         around, table = self._noticed(noticed)
         measured = table @ self._cross(around)
         gain = cho_solve((self._solved[0], True), measured.T)
-        found, shapes = np.linalg.eigh(table @ self._prior(around, around) @ table.T - measured @ gain)
-        strong = np.flatnonzero(found > 1.0)[::-1][: self._most_modes]
+        sizes, shapes = self._leading(table @ self._prior(around, around) @ table.T - measured @ gain)
         covariance = self._prior(nodes, around) @ table.T - self._cross(nodes) @ gain
-        return np.asarray((covariance @ shapes[:, strong] / np.sqrt(found[strong])).T)
+        return np.asarray((covariance @ shapes / sizes).T)
 
     def _noticed(self, noticed: Noticed) -> tuple[Array, Array]:
         """Places (p, 2) m along the way and around it, and what is noticed, (r, p), of a surface's heights there.
@@ -335,7 +336,12 @@ def _own_errors(heights: Heights) -> Array:
 
 def _of_surface(a: Array, b: Array, amplitude: float) -> Array:
     """(m, n) m²: covariance beforehand of the surface, with the plane's tilt, at places (m, 2) and (n, 2)."""
-    return np.asarray(_of_waves(a, b, amplitude) + TILT**2 * a @ b.T)
+    return _with_tilt(_of_waves(a, b, amplitude), a, b)
+
+
+def _with_tilt(waves: Array, a: Array, b: Array) -> Array:
+    """(m, n) m²: covariance of ``waves`` (m, n) with the plane's tilt added."""
+    return np.asarray(waves + TILT**2 * a @ b.T)
 
 
 def _of_waves(a: Array, b: Array, amplitude: float) -> Array:
