@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.fit import Fitted, Progress, fit
+from sssi_exudyn.fitting.fit import Fitted, Method, Progress, fit
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
 from sssi_exudyn.fitting.observation import observation_of
 from sssi_exudyn.fitting.posterior import Posterior, Setting, find_posterior
@@ -42,6 +42,13 @@ class JudgingRun:
     time: Array
     antenna: Array
     sole_force: Array
+
+
+def is_estimated(recording: Recording, method: Method) -> bool:
+    """Whether a fit by that method estimates all that is uncertain, not friction, start and heading alone: the paper's
+    does not, nor one of a posture that is mostly assumed, whose errors are far from small.
+    """
+    return method == "joint" and recording.completed is None
 
 
 def estimate(

@@ -25,7 +25,7 @@ from sssi_exudyn.contact.term import Term
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
-from sssi_exudyn.fitting.estimate import estimate
+from sssi_exudyn.fitting.estimate import estimate, is_estimated
 from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
 from sssi_exudyn.fitting.fit import fit as fit_problem
 from sssi_exudyn.fitting.gps_observation import correct_fixes
@@ -181,7 +181,7 @@ def make_fit(
         cache = cache_in(out)
         work = "fit carving" if is_carved(chosen.terms) else "fit"
         with progress.stage("fit", expected_seconds(work, motion)) as stage:
-            if method == "joint" and recording.completed is None:
+            if is_estimated(recording, method):
                 found = estimate(problem, recording, motion, cache=cache, progress=stage.advance)
                 fitted, uncertainty = found.fitted, uncertainty_figures(found.posterior)
                 draws = draws_table(found.posterior)

@@ -152,10 +152,10 @@ def figures_of_run(run: AnyRun, model: Model, recording: Recording) -> Figures:
 def figures_of_fit(fitted: Fitted) -> Figures:
     """The figures of a fit."""
     figures: dict[str, float] = {}
-    for name, value, se in zip(fitted.names, fitted.values, fitted.standard_errors, strict=True):
-        column, _, factor = _FITTED_UNITS[name]
-        figures[f"fitted_{column}"] = factor * float(value)
-        figures[f"fitted_{column}_se"] = factor * float(se)
+    for name, (column, _, factor) in _FITTED_UNITS.items():
+        if name in fitted.names:  # an estimate has many more, the snow surface's modes among them
+            figures[f"fitted_{column}"] = factor * fitted.value(name)
+            figures[f"fitted_{column}_se"] = factor * fitted.standard_error(name)
     distance = np.linalg.norm(fitted.residual, axis=1)
     figures["gps_mean_error_m"] = float(np.mean(distance))
     figures["gps_rms_error_m"] = float(np.sqrt(np.mean(distance**2)))

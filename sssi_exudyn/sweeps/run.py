@@ -14,6 +14,7 @@ import pyarrow as pa
 from sssi_exudyn.bodies.ski.ski import Ski
 from sssi_exudyn.contact.registry import term_named
 from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
+from sssi_exudyn.fitting.estimate import estimate, is_estimated
 from sssi_exudyn.fitting.fit import fit, problem_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.model import Model
@@ -151,8 +152,10 @@ def _compute(job: Job, run: SweepRun) -> tuple[Figures, AnyRun | None]:
     if job.task == "fit":
         if job.method == "joint" and job.model is None:
             model = on_snow_surface(model, recording, motion)
-        problem = problem_of(recording, motion, model, job.method)
-        return figures_of_fit(fit(problem, motion, job.method, full=job.tier == "full")), None
+        problem, full = problem_of(recording, motion, model, job.method), job.tier == "full"
+        if is_estimated(recording, job.method):
+            return figures_of_fit(estimate(problem, recording, motion, full=full).fitted), None
+        return figures_of_fit(fit(problem, motion, job.method, full=full)), None
     simulated: AnyRun
     if job.tier == "full":
         simulated = simulate(model, motion)

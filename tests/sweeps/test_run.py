@@ -14,6 +14,9 @@ from bundled import bundled
 from sssi_exudyn import cli
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.fitting.estimate import estimate
+from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.simulation.prepared import prepare
 from sssi_exudyn.simulation.reduced import simulate_reduced
@@ -70,6 +73,20 @@ def test_fits_are_swept_without_any_parameter(tmp_path: Path) -> None:
     # half to twice the truth in 3 s: that it is a fit, not how good
     assert 0.03 < record.figures["fitted_mu_t"] < 0.12
     assert record.figures["converged"] == 1.0
+    assert list(record.figures) == [column.name for column in plan.columns]
+
+
+def test_joint_fits_of_a_sweep_are_those_of_sssi_fit(tmp_path: Path) -> None:
+    plan = plan_of(task="fit", duration_s=3.0)
+    record = record_of(plan.job, plan.run(0), tmp_path)
+    assert record.error == ""
+    recording, motion = bundled("beginner")
+    motion = replace(motion, stop=motion.start + 3.0)
+    model = on_snow_surface(model_of(recording, motion), recording, motion)
+    fitted = estimate(problem_of(recording, motion, model, "joint"), recording, motion, full=False).fitted
+    # the very same computation, of whose numbers a table has the first
+    assert record.figures["fitted_mu_t"] == fitted.value("friction.mu_t")
+    assert record.figures["fitted_mu_n_se"] == fitted.standard_error("friction.mu_n")
     assert list(record.figures) == [column.name for column in plan.columns]
 
 

@@ -1,6 +1,6 @@
 """How often the intervals of an estimate hold the truth, on runs whose errors are drawn from the priors.
 
-    python benchmarks/coverage.py --json FILE [--runs 100] [--seconds 6] [--seed 1]
+    python benchmarks/interval_coverage.py --json FILE [--runs 100] [--seconds 6] [--seed 1]
 
 Every run begins with the bundled postures, alternately; its measurements are the reduced model's with errors of the
 posture, the skier, snow, air and instruments drawn from their priors, and noise.  What was computed is kept in FILE
