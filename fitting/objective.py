@@ -18,7 +18,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise, student_weight
+from sssi_exudyn.core.noise import ExponentialNoise, tail_weight
 from sssi_exudyn.fitting.gps_observation import Track, predict_fixes
 from sssi_exudyn.model.model import Model
 
@@ -127,7 +127,6 @@ def counts_of(track: Track, residual: Array | None = None) -> Array:
     """(n,) what each fix counts, 1 for an ordinary one: less where it says so itself by its standard deviation, and,
     with a residual (n, 2) m, where it is far off its neighbours.
 
-    The second is the weight of a Student distribution.
     """
     counts = np.minimum(1.0, (np.median(track.sigma) / track.sigma) ** 2)
     if residual is None:
@@ -135,7 +134,7 @@ def counts_of(track: Track, residual: Array | None = None) -> Array:
     apart = residual - median_filter(residual, size=(_NEIGHBOURS, 1), mode="mirror")
     spread = max(1.4826 * float(np.median(np.abs(apart))), _LEAST_SPREAD * float(np.median(track.sigma)))
     far = np.sum((apart / spread) ** 2, axis=1)
-    return np.asarray(np.minimum(counts, student_weight(far, 2)))
+    return np.asarray(np.minimum(counts, tail_weight(far, 2)))
 
 
 def uncertainty(problem: Problem, sensitivity: Array, noise: ExponentialNoise) -> Array:

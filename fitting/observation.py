@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array, level_to_enu, slope_to_level
-from sssi_exudyn.core.noise import ExponentialNoise, student_weight
+from sssi_exudyn.core.noise import ExponentialNoise, tail_weight
 from sssi_exudyn.fitting.balance import Balance
 from sssi_exudyn.fitting.gps_observation import predict_fixes
 from sssi_exudyn.fitting.measurements import averages, measurements_of, total_and_difference
@@ -103,7 +103,7 @@ class Observation:
         scale = self.scale.copy()
         for name, place in self.blocks.items():
             if name not in GROUPS["fixes"]:
-                scale[place] /= np.sqrt(student_weight((residual[place] / (scale[place] * levels[name].sigma)) ** 2, 1))
+                scale[place] /= np.sqrt(tail_weight((residual[place] / (scale[place] * levels[name].sigma)) ** 2, 1))
         return replace(self, scale=scale)
 
     def whiten(self, levels: Mapping[str, ExponentialNoise], columns: Array) -> Array:

@@ -5,8 +5,8 @@
 h is a process over the plane with waves of all lengths, a sum of Matérn 5/2 processes; c and g are the height's origin
 and the plane's own error, known beforehand to within ``OFFSET`` and ``TILT``; e is the receiver's slow error
 (exponential correlation over ``noise.correlation_time``) and w what is independent from fix to fix.  The waves'
-amplitude is the one that makes the heights most probable, with a weak prior.  Single fixes that are far off count less:
-each is weighed as under a Student distribution.  Heights of other runs on the slope join them; each run has an origin c
+amplitude is the one that makes the heights most probable, with a weak prior.  Single fixes that are far off count less
+(``core.noise.tail_weight``).  Heights of other runs on the slope join them; each run has an origin c
 and a slow error e of its own.
 
 Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to 2.30 and 4.17.
@@ -23,7 +23,7 @@ from scipy.linalg import block_diag, cho_solve, cholesky
 from scipy.optimize import minimize_scalar
 
 from sssi_exudyn.core.frames import GRAVITY, Array
-from sssi_exudyn.core.noise import ExponentialNoise, student_weight, uneven_covariance
+from sssi_exudyn.core.noise import ExponentialNoise, tail_weight, uneven_covariance
 from sssi_exudyn.terrain.surface import MOST_MODES, Surface, surface_over
 
 OFFSET: Final = 10.0
@@ -362,7 +362,7 @@ def _weights(estimate: Estimate) -> Array:
     residual, variance = estimate._solved[1] / np.diag(inverse), 1.0 / np.diag(inverse)
     own = (SHORT * estimate.heights.all_sigmas) ** 2
     square = residual**2 / (variance - own / estimate.weight + own)
-    return student_weight(square, 1)
+    return tail_weight(square, 1)
 
 
 def _bounded_heights(heights: Heights) -> Heights:

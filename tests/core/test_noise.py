@@ -10,6 +10,7 @@ from sssi_exudyn.core.noise import (
     chi_square_per_dof,
     effective_samples,
     fit_noise,
+    tail_weight,
     whiten,
 )
 
@@ -82,3 +83,16 @@ def test_extremes_of_the_autocorrelation_time() -> None:
     # Five lags of noise, each 1/√n = 0.7 %, twice: a standard error of 3 %; four times that.
     assert autocorrelation_time(white) == pytest.approx(1.0, abs=0.12)
     assert autocorrelation_time(np.full(50, 0.7)) == 50.0
+
+
+@pytest.mark.parametrize("dimensions", [1, 2])
+def test_tails_count_less_and_ordinary_noise_as_it_is(dimensions: int) -> None:
+    square = np.sum(np.random.default_rng(5).standard_normal((200_000, dimensions)) ** 2, axis=1)
+    weight = tail_weight(square, dimensions)
+    # a hundredth of ordinary samples lies beyond what counts fully
+    assert np.mean(weight < 1.0) == pytest.approx(0.0124, abs=0.001)
+    # so levels of noise and standard errors of Gaussian measurements stay what they are: 1.2 % of the level
+    assert np.mean(weight * square) / dimensions == pytest.approx(1.0, abs=0.03)
+    far = np.array([0.0, 100.0, 400.0])
+    assert tail_weight(far, dimensions)[0] == 1.0
+    assert tail_weight(far, dimensions)[1] == pytest.approx(4.0 * tail_weight(far, dimensions)[2])
