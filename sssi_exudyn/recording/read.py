@@ -248,7 +248,7 @@ def _read_few_sensors(
         notices=_clean(notices + slope_notices + made.notes + cut),
         completed=made,
         elevations=_read_elevations(folder, settings, toml, hashes, gps),
-        uncertainty=_read_uncertainty(settings, toml),
+        uncertainty=_read_uncertainty(settings, toml, 0.0 if made.lag is None else made.lag.sigma),
     )
 
 
@@ -380,14 +380,16 @@ def _apart(gps: Gps, other: Gps) -> float:
     return float(np.min(cKDTree(gps.enu[:, :2]).query(there[:, :2])[0]))
 
 
-def _read_uncertainty(settings: Settings, toml: Path) -> Uncertainty:
-    """``[uncertainty]``, the usual where it says nothing else."""
+def _read_uncertainty(settings: Settings, toml: Path, lag: float = 0.0) -> Uncertainty:
+    """``[uncertainty]``, the usual where it says nothing else: of a clock whose lag was found, ``lag`` (s)."""
+    usual = Uncertainty()
+    usual = replace(usual, clock=max(usual.clock, lag))
     if "uncertainty" not in settings:
-        return Uncertainty()
+        return usual
     table = table_of(settings, "uncertainty", toml)
     check_keys(table, _keys(Uncertainty), toml, "[uncertainty]")
     names = tuple(quantities(Uncertainty))
-    return Uncertainty(**numbers_of(Uncertainty, table, toml, "[uncertainty]", optional=names))
+    return replace(usual, **numbers_of(Uncertainty, table, toml, "[uncertainty]", optional=names))
 
 
 def _read_motion(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> tuple[Bvh, float | None]:

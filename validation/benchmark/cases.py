@@ -100,7 +100,7 @@ def plan(count: int, seed: int) -> list[tuple[str, str, int]]:
     unknown = [(others[i % len(others)], "unexplained", (i // len(others) + i) % 4) for i in range(round(count / 12))]
     names = [*((n, "physics") for n in PHYSICS), *((n, "sensor") for n in SENSOR)]
     rest = count - len(nothing) - len(pairs) - len(unknown)
-    single = [(*names[i % len(names)], (i // len(names)) % 4) for i in range(rest)]
+    single = [(*names[i % len(names)], (i % len(names) + i // len(names)) % 4) for i in range(rest)]
     cases = [*nothing, *pairs, *unknown, *single]
     order = rng.permutation(len(cases))
     return [cases[i] for i in order]

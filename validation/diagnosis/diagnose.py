@@ -17,6 +17,8 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.validation.diagnosis.description import Accepted, describe, figures_of
+from sssi_exudyn.validation.diagnosis.evidence import Freedom
+from sssi_exudyn.validation.diagnosis.form_error import form_error
 from sssi_exudyn.validation.diagnosis.held_out import best_residual, folds_of, held_out_errors
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.probabilities import STANDS_OUT
@@ -62,6 +64,7 @@ def diagnose(
     rounds = [compare_hypotheses(problem, state, base)]
     state = replace(state, first_evidence=rounds[0].nothing.log_evidence)
     accepted: list[Accepted] = []
+    forms: list[Freedom] = []
     while len(accepted) < MOST_FINDINGS:
         latest = rounds[-1]
         allowed = ONCE_MORE if accepted else STANDS_OUT
@@ -71,7 +74,8 @@ def diagnose(
         try:
             progress(None, f"posture and snow surface with {best.name}")
             following = estimate_again(problem, replace(state, levels=best.levels), best.fit, full=full)
-            rounds.append(compare_hypotheses(*following))
+            forms.append(form_error(latest, best))
+            rounds.append(compare_hypotheses(following[0], _beside(following[1], forms), following[2]))
         except SimulationDiverged as error:
             progress(None, f"the search ends: with {best.name} {error}")
             break
@@ -101,6 +105,14 @@ def diagnose(
         figures=figures,
         separate_fit=partial(separate_fit, problem, state, base, accepted),
     )
+
+
+def _beside(state: State, forms: Sequence[Freedom]) -> State:
+    """The state in which the forms of findings may be wrong too."""
+    free = state.nuisances.free
+    for form in forms:
+        free = free.with_more(form.columns, form.scales)
+    return replace(state, nuisances=replace(state.nuisances, free=free))
 
 
 def _compare_again(

@@ -30,6 +30,8 @@ _CELL: Final = 0.4
 """s; the finest division of a run in the search for a place."""
 _MOST_CELLS: Final = 48
 """Cells at most."""
+_FAULTY: Final = 3.0
+"""Standard deviations that an instrument states, beyond which it is at fault."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,7 @@ class FittedRun:
     """A fitted run that hypotheses are tried on.
 
     prediction : (N,) what the instruments would measure of it, by the reduced model
+    stated : standard deviations of the model's numbers, as their instruments state them
     """
 
     model: Model
@@ -44,6 +47,7 @@ class FittedRun:
     run: ReducedRun
     measurements: Measurements
     prediction: Array
+    stated: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def time_edges(self) -> Array:
@@ -269,8 +273,8 @@ class KnownNumber(Hypothesis):
         return [Candidate(fitted.model, Freedom(responses, np.array([self.usual(fitted)])), ((self.number,),))]
 
     def usual(self, fitted: FittedRun) -> float:
-        """Its usual size in a run; ``scale`` unless the instrument makes it larger."""
-        return self.scale
+        """Its usual size in a run: ``scale``, or more where the instrument states that it may be off by more."""
+        return max(self.scale, _FAULTY * fitted.stated.get(self.number, 0.0))
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
         return None

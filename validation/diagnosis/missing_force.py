@@ -87,7 +87,7 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     known, g = uncertain(linear, levels), whiten_columns(linear, levels, shaped)
     gram, pull = g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual)
     gains, factors = zip(
-        *(_gain(_covariance(middles, size, time), gram, pull) for size in _SIZES for time in _CORRELATIONS),
+        *(_gain(latent_covariance(middles, size, time), gram, pull) for size in _SIZES for time in _CORRELATIONS),
         strict=True,
     )
     gain = gains[int(np.argmax(factors))]
@@ -113,13 +113,15 @@ def placebos(fitted: FittedRun, responses: Array) -> Array:
     ``responses`` as in ``missing_force``.
     """
     edges = fitted.time_edges
-    lower = np.linalg.cholesky(_covariance(0.5 * (edges[1:] + edges[:-1]), _SIZE, _CORRELATION))
+    lower = np.linalg.cholesky(latent_covariance(0.5 * (edges[1:] + edges[:-1]), _SIZE, _CORRELATION))
     draws = np.random.default_rng(0).normal(size=(lower.shape[0], PLACEBOS))
     return np.asarray(responses @ (lower @ draws))
 
 
-def _covariance(middles: Array, size: float, time: float) -> Array:
-    """(3·c, 3·c) N² of a missing force in its three directions, before the data speak."""
+def latent_covariance(middles: Array, size: float, time: float) -> Array:
+    """(3·c, 3·c) N² of a missing force of a ``size`` (N) that keeps its direction for a ``time`` (s), in its three
+    directions in cells about ``middles`` (c,) s, before the data speak.
+    """
     apart = np.abs(middles[:, None] - middles[None, :])
     return np.asarray(np.kron(np.eye(3), size**2 * np.exp(-apart / time)))
 

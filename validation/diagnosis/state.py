@@ -213,7 +213,9 @@ def fitted_run(problem: DiagnosisProblem, state: State, fit: Refit) -> FittedRun
     """The fitted model and its run, as hypotheses see it."""
     run = simulate_reduced(fit.model, problem.prepared)
     prediction = _reduced_prediction(problem, state, fit)
-    return FittedRun(fit.model, problem.prepared, run, problem.measurements, prediction)
+    stated = {name: parameter.prior.sigma for parameter in problem.parameters for name in parameter.names}
+    stated["start.clock_offset"] = problem.about.clock
+    return FittedRun(fit.model, problem.prepared, run, problem.measurements, prediction, stated)
 
 
 def _reduced_prediction(problem: DiagnosisProblem, state: State, fit: Refit) -> Array:

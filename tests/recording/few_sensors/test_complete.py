@@ -116,6 +116,8 @@ def test_the_receivers_lag_is_taken_off(on_skis: Recording) -> None:
     # skis that skid turn before the course does, which looks like more lag
     assert on_skis.completed.lag.value == pytest.approx(LAG, abs=2.0 * on_skis.completed.lag.sigma)
     assert any("lag the sensors" in notice for notice in on_skis.notices)
+    # what is left of it is uncertain by as much as it was found
+    assert on_skis.uncertainty.clock == on_skis.completed.lag.sigma
 
 
 def test_a_telephone_in_a_pocket_makes_a_whole_motion(whole: Recording, in_a_pocket: Path) -> None:

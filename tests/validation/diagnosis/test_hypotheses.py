@@ -84,6 +84,18 @@ def test_a_late_clock_is_usually_as_late_as_a_receiver_s_interval(fitted: Fitted
     assert delay.candidates(second, responses)[0].free.scales == 1.0
 
 
+@pytest.mark.parametrize(
+    ("name", "number"), [("heading_misalignment", "heading_offset"), ("gps_delay", "clock_offset")]
+)
+def test_a_fault_is_more_than_its_instrument_states(name: str, number: str, fitted: FittedRun) -> None:
+    hypothesis, responses = BY_NAME[name], np.zeros((len(fitted.prediction), 1))
+    usual = float(hypothesis.candidates(fitted, responses)[0].free.scales[0])
+    poor = replace(fitted, stated={f"start.{number}": 0.5})
+    assert hypothesis.candidates(poor, responses)[0].free.scales == 1.5
+    good = replace(fitted, stated={f"start.{number}": 0.001})
+    assert hypothesis.candidates(good, responses)[0].free.scales == usual
+
+
 def test_faults_of_instruments_that_a_recording_lacks_are_not_weighed(fitted: FittedRun) -> None:
     measurements = fitted.measurements
     without = replace(measurements, windows=np.zeros(0), loads=np.zeros((0, 2)))

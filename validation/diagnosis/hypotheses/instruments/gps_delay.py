@@ -17,7 +17,7 @@ class GpsDelay(KnownNumber):
 
     def usual(self, fitted: FittedRun) -> float:
         """A receiver that has one fix a second may report it as much later."""
-        return max(self.scale, float(np.median(np.diff(fitted.measurements.fixes))))
+        return max(super().usual(fitted), float(np.median(np.diff(fitted.measurements.fixes))))
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         late = numbers["clock_offset"].value

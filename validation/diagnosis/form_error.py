@@ -1,0 +1,54 @@
+"""What the form of a finding may be wrong by: nobody knows how exactly a gust swells or a patch begins.
+
+A finding moves the measurements by d.  So does, nearly, a force g at the centre of mass, cell by cell in time, found by
+least squares in units of the noise, with a latent force's prior (``missing_force``):
+
+    d = R g + e,   g ~ N(0, K)
+
+The true effect is (1 + δ) g, with δ of standard deviation ``FORM`` in every cell and direction, neighbours included, as
+an effect may begin earlier or end later than was found.  A second finding has to explain what this does not.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+
+from sssi_exudyn.validation.diagnosis.evidence import Freedom, whiten_columns
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
+from sssi_exudyn.validation.diagnosis.missing_force import latent_covariance
+from sssi_exudyn.validation.diagnosis.search import Explanation, Round
+
+FORM: Final = 0.3
+"""Standard deviation of an effect's force about that of the law that is taken for it: measured ramps of gusts and edges
+of patches differ by some tenths.
+"""
+_SIZE: Final = 180.0
+"""N; of a force that does what a finding does, beforehand: a strong one, as it is known to be there."""
+_CORRELATION: Final = 0.3
+"""s over which it keeps its direction: short, so as to follow any form."""
+_NEGLIGIBLE: Final = 0.05
+"""Of the largest force: cells in which a form error is left out."""
+
+
+def form_error(latest: Round, found: Explanation) -> Freedom:
+    """What may vary beside a finding of a round: (N, k) forces along the run in which it acts; none for a fault of an
+    instrument, which is no force.
+    """
+    responses = latest.responses[LATENT_FORCE.name]
+    fit, candidate = found.fit, found.candidate
+    if BY_NAME[found.name].kind == "sensor" or fit is None or candidate is None:
+        return Freedom(np.zeros((len(responses), 0)), np.zeros(0))
+    amplitudes = {name for group in candidate.amplitudes for name in group}
+    of_finding = np.array([bool(amplitudes & set(parameter.names)) for parameter in fit.parameters])
+    moved = fit.sensitivity[:, of_finding] @ fit.pulls[of_finding]
+    edges = latest.fitted.time_edges
+    prior = latent_covariance(0.5 * (edges[1:] + edges[:-1]), _SIZE, _CORRELATION)
+    white = whiten_columns(latest.linear, found.levels, np.column_stack([moved, responses]))
+    gram, pull = white[:, 1:].T @ white[:, 1:], white[:, 1:].T @ white[:, 0]
+    force = np.linalg.solve(np.eye(len(prior)) + prior @ gram, prior @ pull)
+    size = maximum_filter1d(np.abs(force.reshape(3, -1)), 3, axis=1, mode="nearest").ravel()
+    kept = size > _NEGLIGIBLE * float(np.max(size, initial=0.0))
+    return Freedom(np.asarray(responses[:, kept]), FORM * size[kept])
