@@ -12,9 +12,9 @@ from sssi_exudyn.reports.section import Markup, Section
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.validation.diagnosis.day import DayExplanation
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.probabilities import STANDS_OUT
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Alternative, Number
 from sssi_exudyn.validation.diagnosis.search_result import SURE, WORTH_NAMING
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import STANDS_OUT
 from sssi_exudyn.validation.diagnosis.words.sentence import list_alternatives
 
 

@@ -21,9 +21,9 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, NoiseLevels, log_volume, whiten_columns
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, add_part, responses_of
-from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, SIZES, probabilities
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Number
 from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, SIZES, probabilities
 
 SHARED: Final = ("friction.mu_t", "friction.mu_n")
 

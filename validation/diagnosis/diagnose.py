@@ -10,21 +10,19 @@ from dataclasses import replace
 from functools import partial
 from typing import Final
 
+import numpy as np
+
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.validation.diagnosis.description import Accepted, describe, figures_of
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
-from sssi_exudyn.validation.diagnosis.form_error import form_error
-from sssi_exudyn.validation.diagnosis.held_out import best_residual, folds_of, held_out_errors
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
-from sssi_exudyn.validation.diagnosis.probabilities import STANDS_OUT
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE, STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Progress, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.refit import Refit
-from sssi_exudyn.validation.diagnosis.search import compare_hypotheses
+from sssi_exudyn.validation.diagnosis.search import Explanation, Round, compare_hypotheses
 from sssi_exudyn.validation.diagnosis.search_result import Figures, SearchResult, SeparateFit
 from sssi_exudyn.validation.diagnosis.state import (
     State,
@@ -35,6 +33,10 @@ from sssi_exudyn.validation.diagnosis.state import (
     remove,
     settle,
 )
+from sssi_exudyn.validation.diagnosis.statistics.form_error import form_error
+from sssi_exudyn.validation.diagnosis.statistics.held_out import best_residual, folds_of, held_out_errors
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import STANDS_OUT
+from sssi_exudyn.validation.diagnosis.words.description import Accepted, describe, figures_of
 
 MOST_FINDINGS: Final = 3
 ONCE_MORE: Final = 0.05
@@ -74,7 +76,7 @@ def diagnose(
         try:
             progress(None, f"posture and snow surface with {best.name}")
             following = estimate_again(problem, replace(state, levels=best.levels), best.fit, full=full)
-            forms.append(form_error(latest, best))
+            forms.append(_form_error(latest, best))
             rounds.append(compare_hypotheses(following[0], _beside(following[1], forms), following[2]))
         except SimulationDiverged as error:
             progress(None, f"the search ends: with {best.name} {error}")
@@ -105,6 +107,17 @@ def diagnose(
         figures=figures,
         separate_fit=partial(separate_fit, problem, state, base, accepted),
     )
+
+
+def _form_error(latest: Round, found: Explanation) -> Freedom:
+    """Of the form of what a round found; a fault of an instrument is no force, and has none."""
+    fit, candidate, by_force = found.fit, found.candidate, latest.responses[LATENT_FORCE.name]
+    if fit is None or candidate is None or BY_NAME[found.name].kind == "sensor":
+        return Freedom(np.zeros((len(by_force), 0)), np.zeros(0))
+    amplitudes = {name for group in candidate.amplitudes for name in group}
+    of_finding = np.array([bool(amplitudes & set(parameter.names)) for parameter in fit.parameters])
+    moved = fit.sensitivity[:, of_finding] @ fit.pulls[of_finding]
+    return form_error(latest.linear, found.levels, moved, by_force, latest.fitted.time_edges)
 
 
 def _beside(state: State, forms: Sequence[Freedom]) -> State:

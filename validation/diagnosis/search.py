@@ -30,12 +30,12 @@ from sssi_exudyn.validation.diagnosis.evidence import (
 )
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Hypothesis, responses_of
-from sssi_exudyn.validation.diagnosis.noticed import smallest_noticed
-from sssi_exudyn.validation.diagnosis.probabilities import SIZES, probabilities
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
 from sssi_exudyn.validation.diagnosis.result import Smallest
 from sssi_exudyn.validation.diagnosis.state import State, fit_model, fitted_run, get_or_make, linear_model
+from sssi_exudyn.validation.diagnosis.statistics.noticed import smallest_noticed
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import SIZES, probabilities
 
 _FINALISTS: Final = 6
 _WORTHWHILE: Final = 12.0

@@ -8,7 +8,6 @@ from matplotlib.patches import Circle
 
 from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.section import Block, Drawing, Facts, Heading, Runs, Section, Text, section_of_each
-from sssi_exudyn.validation.diagnosis.missing_force import DIRECTIONS
 from sssi_exudyn.validation.diagnosis.result import (
     NOTHING_MISSING,
     Change,
@@ -24,6 +23,7 @@ from sssi_exudyn.validation.diagnosis.result import (
     Way,
     Weighed,
 )
+from sssi_exudyn.validation.diagnosis.statistics.missing_force import DIRECTIONS
 
 _COLOURS = (plots.SIMULATED, plots.MEASURED, plots.OTHER)
 Row = tuple[str, str, str]

@@ -25,11 +25,11 @@ from sssi_exudyn.validation.benchmark.world import draw_instruments
 from sssi_exudyn.validation.diagnosis.day import DayExplanation, DayRun, compare_for_day, joint_evidence
 from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, log_evidence
-from sssi_exudyn.validation.diagnosis.probabilities import STANDS_OUT, probabilities
 from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.result import Number
 from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
 from sssi_exudyn.validation.diagnosis.state import first_fit
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import STANDS_OUT, probabilities
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "intermediate"
 

@@ -44,7 +44,6 @@ from sssi_exudyn.validation.benchmark.run import seal
 from sssi_exudyn.validation.benchmark.scores import CaseResult, score, share
 from sssi_exudyn.validation.diagnosis import diagnose as diagnose_module
 from sssi_exudyn.validation.diagnosis import search
-from sssi_exudyn.validation.diagnosis.description import Accepted
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, usual_levels
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
@@ -60,6 +59,7 @@ from sssi_exudyn.validation.diagnosis.state import (
     noise_whitener,
     remove,
 )
+from sssi_exudyn.validation.diagnosis.words.description import Accepted
 
 ROOT = Path(__file__).parents[3]
 SCHEMA = ROOT / "validation" / "diagnosis" / "diagnosis.schema.json"

@@ -25,7 +25,7 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     whiten_columns,
     whitener,
 )
-from sssi_exudyn.validation.diagnosis.missing_force import _gain, discoveries
+from sssi_exudyn.validation.diagnosis.statistics.missing_force import _gain, discoveries
 
 LEVELS = NoiseLevels(
     ExponentialNoise(0.02, 2.0),

@@ -14,12 +14,13 @@ from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.simulation.prepared import prepare
 from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.validation.diagnosis.diagnose import _form_error as form_error
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, log_evidence, usual_levels
-from sssi_exudyn.validation.diagnosis.form_error import FORM, form_error
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, responses_of
 from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
+from sssi_exudyn.validation.diagnosis.statistics.form_error import FORM
 
 PUSH = 120.0
 """N down the fall line."""

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from sssi_exudyn.validation.diagnosis.description import Accepted, averaged_friction
 from sssi_exudyn.validation.diagnosis.evidence import NoiseLevels
-from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, Mixture
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, Mixture
+from sssi_exudyn.validation.diagnosis.words.description import Accepted, averaged_friction
 
 HALF = float(norm.ppf(0.95))
 

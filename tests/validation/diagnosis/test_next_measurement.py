@@ -12,10 +12,10 @@ from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate
-from sssi_exudyn.validation.diagnosis.next_measurement import _again, next_measurements, settled
-from sssi_exudyn.validation.diagnosis.probabilities import TEMPER
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search_result import SURE
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import TEMPER
+from sssi_exudyn.validation.diagnosis.words.next_measurement import _again, next_measurements, settled
 
 
 def explanation(name: str, probability: float, candidate: Candidate | None = None, fit: Any = None) -> Explanation:

@@ -12,8 +12,8 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, log_factors, overlaps
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate
-from sssi_exudyn.validation.diagnosis.noticed import adequacy, smallest_noticed
-from sssi_exudyn.validation.diagnosis.probabilities import NOTHING, TEMPER
+from sssi_exudyn.validation.diagnosis.statistics.noticed import adequacy, smallest_noticed
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import NOTHING, TEMPER
 
 
 def test_an_effect_of_the_smallest_size_is_found_as_often_as_not(monkeypatch: pytest.MonkeyPatch) -> None:

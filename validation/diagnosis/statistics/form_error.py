@@ -16,10 +16,9 @@ from typing import Final
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from sssi_exudyn.validation.diagnosis.evidence import Freedom, whiten_columns
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
-from sssi_exudyn.validation.diagnosis.missing_force import latent_covariance
-from sssi_exudyn.validation.diagnosis.search import Explanation, Round
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, NoiseLevels, whiten_columns
+from sssi_exudyn.validation.diagnosis.statistics.missing_force import latent_covariance
 
 FORM: Final = 0.3
 """Standard deviation of an effect's force about that of the law that is taken for it: measured ramps of gusts and edges
@@ -33,22 +32,16 @@ _NEGLIGIBLE: Final = 0.05
 """Of the largest force: cells in which a form error is left out."""
 
 
-def form_error(latest: Round, found: Explanation) -> Freedom:
-    """What may vary beside a finding of a round: (N, k) forces along the run in which it acts; none for a fault of an
-    instrument, which is no force.
+def form_error(linear: LinearModel, levels: NoiseLevels, moved: Array, by_force: Array, edges: Array) -> Freedom:
+    """What may vary beside a finding: (N, k) forces along the run in which it acts.
+
+    moved : (N,) what the finding does to the measurements of ``linear``
+    by_force : (N, 3·c) responses to a newton of a latent force in the cells between ``edges`` (c + 1,) s
     """
-    responses = latest.responses[LATENT_FORCE.name]
-    fit, candidate = found.fit, found.candidate
-    if BY_NAME[found.name].kind == "sensor" or fit is None or candidate is None:
-        return Freedom(np.zeros((len(responses), 0)), np.zeros(0))
-    amplitudes = {name for group in candidate.amplitudes for name in group}
-    of_finding = np.array([bool(amplitudes & set(parameter.names)) for parameter in fit.parameters])
-    moved = fit.sensitivity[:, of_finding] @ fit.pulls[of_finding]
-    edges = latest.fitted.time_edges
     prior = latent_covariance(0.5 * (edges[1:] + edges[:-1]), _SIZE, _CORRELATION)
-    white = whiten_columns(latest.linear, found.levels, np.column_stack([moved, responses]))
+    white = whiten_columns(linear, levels, np.column_stack([moved, by_force]))
     gram, pull = white[:, 1:].T @ white[:, 1:], white[:, 1:].T @ white[:, 0]
     force = np.linalg.solve(np.eye(len(prior)) + prior @ gram, prior @ pull)
     size = maximum_filter1d(np.abs(force.reshape(3, -1)), 3, axis=1, mode="nearest").ravel()
     kept = size > _NEGLIGIBLE * float(np.max(size, initial=0.0))
-    return Freedom(np.asarray(responses[:, kept]), FORM * size[kept])
+    return Freedom(np.asarray(by_force[:, kept]), FORM * size[kept])

@@ -22,10 +22,10 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.validation.diagnosis.evidence import NoiseLevels, uncertain, usual_levels, whiten_columns
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.probabilities import TEMPER
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Next
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search_result import SURE
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import TEMPER
 
 _SETTLED: Final = float(np.log(SURE / (1.0 - SURE)))
 """Log odds from which a name stands alone."""

@@ -13,8 +13,8 @@ from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.validation.diagnosis.evidence import usual_levels
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, Hypothesis
-from sssi_exudyn.validation.diagnosis.probabilities import NOTHING, STANDS_OUT, TEMPER
 from sssi_exudyn.validation.diagnosis.result import Adequacy, Smallest
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import NOTHING, STANDS_OUT, TEMPER
 
 _NOTICED: Final = (1.0 - STANDS_OUT) / STANDS_OUT
 """Odds of an effect against nothing from which it is found."""

@@ -18,13 +18,8 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.runtime.provenance import versions
 from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels
-from sssi_exudyn.validation.diagnosis.held_out import best_residual, folds_of, held_out_errors, misfit, track_error
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
-from sssi_exudyn.validation.diagnosis.missing_force import MissingForce, missing_force, placebos
-from sssi_exudyn.validation.diagnosis.next_measurement import next_measurements
-from sssi_exudyn.validation.diagnosis.noticed import adequacy
-from sssi_exudyn.validation.diagnosis.probabilities import INTERVAL_90, NOTHING, SPREAD, Mixture
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.result import (
@@ -56,6 +51,17 @@ from sssi_exudyn.validation.diagnosis.result import (
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search_result import LIKELY, SURE, WORTH_NAMING, Figures
 from sssi_exudyn.validation.diagnosis.state import State
+from sssi_exudyn.validation.diagnosis.statistics.held_out import (
+    best_residual,
+    folds_of,
+    held_out_errors,
+    misfit,
+    track_error,
+)
+from sssi_exudyn.validation.diagnosis.statistics.missing_force import MissingForce, missing_force, placebos
+from sssi_exudyn.validation.diagnosis.statistics.noticed import adequacy
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, NOTHING, SPREAD, Mixture
+from sssi_exudyn.validation.diagnosis.words.next_measurement import next_measurements
 from sssi_exudyn.validation.diagnosis.words.paragraph import paragraph_of
 from sssi_exudyn.validation.diagnosis.words.sentence import sentence_of
 
