@@ -186,7 +186,7 @@ def _with_usual(answers: Answers, sources: _Sources, fixes: Fixes | None) -> tup
     telephone, and the receiver is in it.
     """
     places = {place for place, _ in sources.sensors if place in IMU_PLACES}
-    usual = {**USUAL, **(OF_TELEPHONES.get(*places, {}) if len(places) == 1 else {})}
+    usual = {**USUAL, **(OF_TELEPHONES.get(min(places), {}) if len(places) == 1 else {})}
     if answers.antenna_joint is not None:
         usual["antenna_offset_m"] = (0.0, 0.0, 0.0)  # at the joint that is named, not where another's would be
     kept = fixes is not None and "sigma_m" in fixes.columns
