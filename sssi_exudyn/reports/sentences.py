@@ -31,7 +31,7 @@ def sentences(runs: Runs) -> list[str]:
     """The result in words: the skiing and the agreement of each recording, what was missing, and how two differ."""
     found = [
         f"{run.name}: {_early_stop(run.summary)}{_skiing(run.summary)}{_agreement(run.summary)}"
-        f"{_friction(run.summary)}{_cutting(run.summary)}{_residual(run.summary)}{_assumed(run.summary)}{_missing(run.summary)}"
+        f"{_friction(run.summary)}{_of_few_sensors(run.summary)}{_cutting(run.summary)}{_residual(run.summary)}{_assumed(run.summary)}{_missing(run.summary)}"
         for run in runs
     ]
     if len(runs) == 2:
@@ -62,6 +62,9 @@ def _skiing(summary: Summary) -> str:
     if speed is not None and radius is not None:
         words += f", at {speed:.1f} m/s on a radius of {radius:.1f} m"
     words += "."
+    posture = summary.posture
+    if posture is not None and any(entry.startswith("steering angle") for entry in posture.assumed):
+        return words + " "  # what was assumed of the skis is no result
     if apart is not None and steering is not None:
         skis = f"in a wedge of {apart:.0f}°" if apart >= WEDGE_DEG else f"parallel to {apart:.0f}°"
         edge = "skidded" if steering >= SKIDDED_DEG else "almost carved"
@@ -130,6 +133,24 @@ def _friction(summary: Summary) -> str:
         return words
     worst = found.largest[0]
     return f"{words} But {worst.what} had to be corrected by {abs(worst.sigmas):.1f} of its standard deviations."
+
+
+def _of_few_sensors(summary: Summary) -> str:
+    """Effective friction, and whether the model tells how the speed of a run of few sensors changes."""
+    if summary.posture is None:
+        return ""
+    effective, half = summary.posture.effective_friction, summary.posture.second_half
+    words = ""
+    if effective.value is not None and effective.se is not None:
+        words += f" Effective friction, skidding included, is {effective.value:.3f} ± {effective.se:.3f}."
+    predicted, constant = half.speed_rms_mps, half.constant_speed_rms_mps
+    if predicted is not None and constant is not None:
+        words += (
+            f" The second half's speed, predicted from the first, is {predicted:.1f} m/s off (rms); the first half's"
+            f" mean speed is {constant:.1f} m/s off"
+        )
+        words += "." if predicted < constant else ": the model does not tell how the speed of this run changes."
+    return words
 
 
 def _cutting(summary: Summary) -> str:
