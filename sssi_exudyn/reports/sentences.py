@@ -62,17 +62,23 @@ def _skiing(summary: Summary) -> str:
     if speed is not None and radius is not None:
         words += f", at {speed:.1f} m/s on a radius of {radius:.1f} m"
     words += "."
-    posture = summary.posture
-    if posture is not None and any(entry.startswith("steering angle") for entry in posture.assumed):
-        return words + " "  # what was assumed of the skis is no result
-    if apart is not None and steering is not None:
-        skis = f"in a wedge of {apart:.0f}°" if apart >= WEDGE_DEG else f"parallel to {apart:.0f}°"
-        edge = "skidded" if steering >= SKIDDED_DEG else "almost carved"
-        words += f" Skis {skis}, turns {edge}: the skis point {steering:.0f}° off the way they go"
-        words += (
-            "." if share is None else f", and the outside one bears {100.0 * share:.0f}\u00a0% of the load in mid-turn."
-        )
+    if apart is None or steering is None or _steering_is_assumed(summary):
+        return words + " "
+    edge = "skidded" if steering >= SKIDDED_DEG else "almost carved"
+    point = f"{edge}: the skis point {steering:.0f}° off the way they go"
+    if summary.posture is not None:  # which sets them parallel, and the load on them
+        return f"{words} Turns {point}. "
+    skis = f"in a wedge of {apart:.0f}°" if apart >= WEDGE_DEG else f"parallel to {apart:.0f}°"
+    words += f" Skis {skis}, turns {point}"
+    words += (
+        "." if share is None else f", and the outside one bears {100.0 * share:.0f}\u00a0% of the load in mid-turn."
+    )
     return words + " "
+
+
+def _steering_is_assumed(summary: Summary) -> bool:
+    """Whether few sensors have left open where the skis point: what was assumed of them is no result."""
+    return summary.posture is not None and any(each.startswith("steering") for each in summary.posture.assumed)
 
 
 def _early_stop(summary: Summary) -> str:
@@ -194,11 +200,12 @@ def _compared(first: Summary, second: Summary) -> list[tuple[str, tuple[Known | 
         (_over_turns(first, name), _over_turns(second, name))
         for name in ("mean_speed_mps", "turn_radius_m", "steering_angle_mean_deg")
     )
+    assumed = _steering_is_assumed(first) or _steering_is_assumed(second)
     mu_t = _with_error(first.friction.mu_t), _with_error(second.friction.mu_t)
     return [
         ("the mean speed", speed, " m/s", "higher", "lower"),
         ("the turn radius", radius, " m", "larger", "smaller"),
-        ("the skid angle", skid, "°", "larger", "smaller"),
+        ("the skid angle", (None, None) if assumed else skid, "°", "larger", "smaller"),
         ("μ_t", mu_t, "", "higher", "lower"),
     ]
 

@@ -81,8 +81,11 @@ def test_of_few_sensors_nothing_that_was_assumed_is_a_result(run: StoredRun) -> 
     assert "is 3.2 m/s off (rms); the first half's mean speed is 0.6 m/s off: the model does not tell" in words
     measured = with_figures(run, posture=few_sensors(("arms: held in front",), 0.4))
     (words,) = sentences([measured])
-    assert "the skis point 1° off the way they go" in words
+    assert "Turns almost carved: the skis point 1° off the way they go." in words
+    assert "parallel" not in words
     assert "the model does not tell" not in words
+    assert "skid angle" not in sentences([assumed, measured])[2]
+    assert "skid angle" in sentences([measured, measured])[2]
     shown = str(few_sensors_section([assumed]).blocks) + str(turns([assumed]).blocks)
     assert "e-" not in shown
 
