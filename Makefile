@@ -37,11 +37,11 @@ format: $(VENV)/.installed-dev
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# The site, in site/; pictures and notebooks are computed anew, which takes a minute.  Every warning is an error: a link
+# The site, in site/; pictures and notebooks are computed anew, which takes a minute or two.  Every warning is an error: a link
 # that leads nowhere, a name without a docstring.
 docs: $(VENV)/.installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
-	@echo "Open site/index.html in a browser."
+	@echo "Open site/index.html in a browser; with search: python3 -m http.server --directory site, then localhost:8000."
 
 clean:
 	rm -rf $(VENV) site docs/generated build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -25,7 +25,7 @@ from sssi_exudyn.contact.terms.wind import DragArea, Gust, Wind
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked, quantities
 from sssi_exudyn.core.text import did_you_mean
-from sssi_exudyn.runtime.plugins import same_part
+from sssi_exudyn.runtime.plugins import origin_of, same_part
 
 TERMS: Final[tuple[type[Term], ...]] = (
     HuntCrossley,
@@ -114,11 +114,14 @@ def combine_terms(terms: Iterable[Term], more: Sequence[Term]) -> tuple[Term, ..
 
 
 def terms_table() -> list[dict[str, str | float]]:
-    """One row a parameter: name, kind, parameter, unit, default, low, high, source, meaning, formula."""
+    """One row a parameter: name, kind, origin ("built in", or the plug-in's name), parameter, unit, default, low, high,
+    source, meaning, formula.
+    """
     return [
         {
             "name": cls.name,
             "kind": cls.kind,
+            "origin": "built in" if (plugin := origin_of(cls)) is None else plugin.name,
             "parameter": about.name,
             "unit": about.unit,
             "default": about.default,

@@ -48,7 +48,24 @@ class PointState:
 
 @dataclass(frozen=True)
 class PointTerm(Term):
-    """The snow's push on one contact point, along its normal."""
+    """The snow's push on one contact point, along its normal.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class Springs(sssi_exudyn.PointTerm):
+    ...     '''Springs under the edge.
+    ...
+    ...     Formula: F_N = k·δ·length
+    ...     '''
+    ...
+    ...     name = "springs"
+    ...     sources = ("an example",)
+    ...     k: float = quantity(5e4, "N/m^2", low=1e3, high=1e6, source="chosen", meaning="stiffness")
+    ...
+    ...     def force(self, math, state):
+    ...         return self.k * math.maximum(0.0, state.depth) * state.length
+    """
 
     kind: ClassVar[str] = "point"
 
@@ -84,7 +101,24 @@ class FootState:
 
 @dataclass(frozen=True)
 class FootTerm(Term):
-    """The snow's drag on a foot, in the snow's tangent plane."""
+    """The snow's drag on a foot, in the snow's tangent plane.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class WetSnow(sssi_exudyn.FootTerm):
+    ...     '''Suction of a water film.
+    ...
+    ...     Formula: f_t = −c·v_t²·ΣF_N·sign(v_t)
+    ...     '''
+    ...
+    ...     name = "wet_snow"
+    ...     sources = ("an example",)
+    ...     c: float = quantity(0.0, "s^2/m^2", low=0.0, high=0.01, source="chosen", meaning="rise")
+    ...
+    ...     def force(self, math, state):
+    ...         return -self.c * state.v_t**2 * state.load * math.saturate(state.v_t, 0.1), 0.0
+    """
 
     kind: ClassVar[str] = "foot"
 
@@ -112,7 +146,24 @@ class SegmentState:
 
 @dataclass(frozen=True)
 class SegmentTerm(Term):
-    """The air's push on a body segment, at its centre of mass."""
+    """The air's push on a body segment, at its centre of mass.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class SlowAir(sssi_exudyn.SegmentTerm):
+    ...     '''Air so slow that its drag is linear.
+    ...
+    ...     Formula: F = c·u
+    ...     '''
+    ...
+    ...     name = "slow_air"
+    ...     sources = ("an example",)
+    ...     c: float = quantity(0.0, "kg/s", low=0.0, high=5.0, source="chosen", meaning="linear drag")
+    ...
+    ...     def force(self, math, state):
+    ...         return tuple(self.c * (air - own) for air, own in zip(state.wind, state.velocity))
+    """
 
     kind: ClassVar[str] = "segment"
 
@@ -132,7 +183,24 @@ class PlaceState:
 
 @dataclass(frozen=True)
 class WindTerm(Term):
-    """Motion of the air over the ground."""
+    """Motion of the air over the ground.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class Downslope(sssi_exudyn.WindTerm):
+    ...     '''A wind down the fall line.
+    ...
+    ...     Formula: w = (w_f, 0, 0)
+    ...     '''
+    ...
+    ...     name = "downslope"
+    ...     sources = ("an example",)
+    ...     w_f: float = quantity(0.0, "m/s", low=0.0, high=9.0, source="chosen", meaning="down the slope")
+    ...
+    ...     def velocity(self, math, state):
+    ...         return self.w_f, 0.0, 0.0
+    """
 
     kind: ClassVar[str] = "wind"
 
@@ -143,7 +211,24 @@ class WindTerm(Term):
 
 @dataclass(frozen=True)
 class TerrainTerm(Term):
-    """Shape of the snow surface over the mean slope plane."""
+    """Shape of the snow surface over the mean slope plane.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class Waves(sssi_exudyn.TerrainTerm):
+    ...     '''Waves of 6.3 m down the slope.
+    ...
+    ...     Formula: h = a·sin(f)
+    ...     '''
+    ...
+    ...     name = "waves"
+    ...     sources = ("an example",)
+    ...     a: float = quantity(0.0, "m", low=0.0, high=0.3, source="chosen", meaning="height of waves")
+    ...
+    ...     def height(self, math, f, l):
+    ...         return self.a * math.sin(f), self.a * math.cos(f), 0.0
+    """
 
     kind: ClassVar[str] = "terrain"
 
@@ -169,7 +254,24 @@ class BodyState:
 
 @dataclass(frozen=True)
 class BodyTerm(Term):
-    """A force on the skier's centre of mass, or at his hands, which moves him the same."""
+    """A force on the skier's centre of mass, or at his hands, which moves him the same.
+
+    Examples
+    --------
+    >>> @dataclass(frozen=True)
+    ... class Parachute(sssi_exudyn.BodyTerm):
+    ...     '''A small parachute.
+    ...
+    ...     Formula: F = −c·v
+    ...     '''
+    ...
+    ...     name = "parachute"
+    ...     sources = ("an example",)
+    ...     c: float = quantity(0.0, "kg/s", low=0.0, high=99.0, source="chosen", meaning="linear drag")
+    ...
+    ...     def force(self, math, state):
+    ...         return tuple(-self.c * each for each in state.velocity)
+    """
 
     kind: ClassVar[str] = "body"
 

@@ -128,7 +128,7 @@ def notebook_page(name: str) -> str:
                 parts.append(f"```text\n{said.getvalue().rstrip()}\n```")
             if value is not None and not silent:
                 html = getattr(value, "_repr_html_", None)
-                parts.append(f"<div>{html()}</div>" if html else f"```text\n{value!r}\n```")
+                parts.append(f'<div class="output">{html()}</div>' if html else f"```text\n{value!r}\n```")
             for number in plt.get_fignums():
                 picture = f"{name}_{count}_{number}.png"
                 plt.figure(number).savefig(MADE / picture, dpi=110, bbox_inches="tight")

@@ -19,6 +19,7 @@ from typing import Final, Literal
 import numpy as np
 
 from sssi_exudyn.contact.registry import is_carved
+from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, fit_noise
 from sssi_exudyn.fitting.gps_observation import correct_fixes, track_of
@@ -280,11 +281,26 @@ def fit_reduced(
 def _search(
     problem: Problem, evaluate: Callable[[Array], tuple[float, Array, Array]], start: Array, tolerance: float
 ) -> Optimum:
-    """Where the objective is least; ``evaluate`` gives it with its gradient and its Gauss-Newton curvature."""
+    """Where the objective is least; ``evaluate`` gives it with its gradient and its Gauss-Newton curvature.  A step to
+    where the simulation diverges is too long: it is taken back.  Raises SimulationDiverged when it does at the start.
+    """
+    begun = False
+
+    def evaluate_or_step_back(values: Array) -> tuple[float, Array, Array]:
+        nonlocal begun
+        try:
+            found = evaluate(values)
+        except SimulationDiverged:
+            if not begun:
+                raise
+            return np.inf, np.zeros(len(values)), np.eye(len(values))
+        begun = True
+        return found
+
     if problem.priors:
-        return minimise_squares(evaluate, start, problem.bounds, objective_tolerance=tolerance)
-    first = evaluate(start)[2]
-    return minimise(lambda x: evaluate(x)[:2], start, problem.bounds, first, objective_tolerance=tolerance)
+        return minimise_squares(evaluate_or_step_back, start, problem.bounds, objective_tolerance=tolerance)
+    first = evaluate_or_step_back(start)[2]
+    return minimise(lambda x: evaluate_or_step_back(x)[:2], start, problem.bounds, first, objective_tolerance=tolerance)
 
 
 def full_residual(problem: Problem, motion: Motion, values: Array, cache: Cache | None = None) -> Array:

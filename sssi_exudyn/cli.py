@@ -251,11 +251,12 @@ def _add_import(command: argparse.ArgumentParser) -> None:
         type=Path,
         nargs="+",
         metavar="FILE",
-        help="a motion capture, or PLACE=FILE of sensors; and files of fixes, insoles, poles; or a folder of many runs",
+        help="a motion capture, or PLACE=FILE of sensors (gyroscope and accelerometer may be two of a place); and files"
+        " of fixes, insoles, poles; or a folder of many runs",
     )
     command.add_argument("--out", type=Path, metavar="FOLDER", required=True, help="the recording's folder")
     command.add_argument("--defaults", type=Path, metavar="TOML", help="a file of answers, such as mass_kg = 71")
-    command.add_argument("--name", help="the recording's; default: the capture's file name")
+    command.add_argument("--name", help="the recording's; default: the capture's file, of sensors the folder")
     command.add_argument("--sex", choices=("male", "female"), help="chooses the anthropometric table")
     command.add_argument("--skis", help="a ski of the catalogue")
     command.add_argument("--antenna-joint", metavar="JOINT", help="the joint the receiver moves with, such as Spine2")

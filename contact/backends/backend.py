@@ -18,11 +18,12 @@ import exudyn as exu
 import numpy as np
 from exudyn.itemInterface import ObjectGenericODE2
 
-from sssi_exudyn.contact.backends import carved_full_kernel, groove_kernel, ground_kernel
 from sssi_exudyn.contact.backends import full_kernel as kernel
+from sssi_exudyn.contact.backends import ground_kernel
 from sssi_exudyn.contact.backends.arrays import ArrayKernel, ArrayLaws
+from sssi_exudyn.contact.backends.carving import carved_full_kernel, groove_kernel
+from sssi_exudyn.contact.backends.carving.groove_kernel import Groove
 from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
-from sssi_exudyn.contact.backends.groove_kernel import Groove
 from sssi_exudyn.contact.backends.interpreted import interpreted_kernel
 from sssi_exudyn.contact.backends.structs import (
     Carrier,

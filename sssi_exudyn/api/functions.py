@@ -509,7 +509,8 @@ def load_sweep(folder: AnyPath) -> SweepResult:
 
 
 def terms() -> list[dict[str, str | float]]:
-    """Every force term and its parameters, a row a parameter: unit, default, bounds, source, meaning, formula.
+    """Every force term and its parameters, a row a parameter: origin (built in, or a plug-in), unit, default, bounds,
+    source, meaning, formula.
 
     Examples
     --------

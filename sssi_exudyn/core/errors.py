@@ -12,7 +12,15 @@ _LONGEST: Final = 1000
 
 
 class SssiError(Exception):
-    """Something went wrong that the user can read about in one line."""
+    """Something went wrong that the user can read about in one line.
+
+    Examples
+    --------
+    >>> try:
+    ...     result = sssi_exudyn.run("monday")
+    ... except sssi_exudyn.SssiError as error:
+    ...     print(error)
+    """
 
     def __init__(self, message: object = "") -> None:
         super().__init__(one_line(message, 4 * _LONGEST))
@@ -29,6 +37,13 @@ class InputError(SssiError):
     place : where in it, e.g. ``"line 12"``, ``"[gps] sigma_m"``, ``""`` for the whole file
     problem : what is wrong
     fix : what the user can do about it
+
+    Examples
+    --------
+    >>> try:
+    ...     recording = sssi_exudyn.read_recording("monday")
+    ... except sssi_exudyn.InputError as error:
+    ...     print(error.file, error.place, error.fix)
     """
 
     def __init__(self, file: str | Path, place: str, problem: str, fix: str) -> None:
@@ -49,6 +64,13 @@ class SimulationDiverged(SssiError):
     time : recording's clock at which the solver gave up (s)
     what : which quantity left its range, in words
     partial : the result up to ``time`` (a ``SimulationResult``), or None
+
+    Examples
+    --------
+    >>> try:
+    ...     result = sssi_exudyn.simulate("monday")
+    ... except sssi_exudyn.SimulationDiverged as error:
+    ...     print(error.time)
     """
 
     def __init__(self, time: float, what: str, partial: object = None) -> None:

@@ -20,6 +20,11 @@ class Answers:
         y up, z forward)
     gps_sigma_m : standard deviation of a horizontal fix
     gps_offset_s : how long after the capture's first frame the first fix was taken
+
+    Examples
+    --------
+    >>> answers = sssi_exudyn.Answers(antenna_joint="Spine2", gps_sigma_m=0.02)
+    >>> sssi_exudyn.import_files(["run.mvnx", "run.gpx"], "monday", **dataclasses.asdict(answers))
     """
 
     name: str | None = None

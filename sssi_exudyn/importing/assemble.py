@@ -23,7 +23,7 @@ from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.bvh_writer import bvh_text
 from sssi_exudyn.importing.defaults import OF_TELEPHONES, PLACES, UNCERTAIN, USUAL
 from sssi_exudyn.importing.motion_formats import MOTION_READERS, read_motion
-from sssi_exudyn.importing.sensor_logs import BAROMETER, PRESSURE, split_place, write_pressure, write_sensors
+from sssi_exudyn.importing.sensor_logs import PRESSURE, read_logs, split_place, write_pressure, write_sensors
 from sssi_exudyn.io.files import read_bytes
 from sssi_exudyn.io.writing import clear_errors, folder_lock
 from sssi_exudyn.recording.instruments.fixes import OPTIONAL, REQUIRED, Fixes
@@ -56,7 +56,7 @@ class _Sources:
 
     @property
     def first(self) -> Path:
-        """What the recording is called after."""
+        """What an error about what no file holds speaks of."""
         return self.motion or self.sensors[0][1]
 
     def of(self, name: str) -> Path | None:
@@ -136,11 +136,15 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
         bvh, began = read_motion(sources.motion, answers.height_m)
         notes += bvh.notes
         (made / MOTION).write_text(bvh_text(bvh), encoding="utf-8")
+    logs = read_logs(sources.sensors)
+    if logs:
+        began = logs[0].began
+        notes += tuple(note for log in logs for note in log.notes)
     _check_answers(sources, fixes, began, answers)
     given = (sources.motion, *(path for _, path in sources.sensors), sources.gps, sources.insoles, sources.poles)
     settings: dict[str, Any] = {
         "format": 1,
-        "name": one_line(answers.name or sources.first.stem),
+        "name": one_line(answers.name or (sources.motion.stem if sources.motion else made.parent.resolve().name)),
         "note": f"imported from {', '.join(one_line(path.name) for path in given if path is not None)}",
         "skier": _without_none({"mass_kg": answers.mass_kg, "height_m": answers.height_m, "sex": answers.sex}),
         "equipment": _without_none({name: getattr(answers, name) for name in _EQUIPMENT}),
@@ -153,11 +157,9 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
     if sources.motion is not None:
         settings["motion"] = _without_none({"file": MOTION, "heading_deg": answers.heading_deg})
     else:
-        settings["sensors"] = write_sensors(sources.sensors, made)
+        settings |= write_sensors(logs, made)
     for place, path in sources.sensors:
-        if place == BAROMETER:
-            settings[BAROMETER] = {"file": f"{SENSORS}/{BAROMETER}.csv"}
-        elif place == PRESSURE:
+        if place == PRESSURE:
             write_pressure(path, made, answers.mass_kg or 0.0)
             settings["insoles"] = {"file": INSOLES}
     if answers.slope_deg is not None:
@@ -183,8 +185,8 @@ def _with_usual(answers: Answers, sources: _Sources, fixes: Fixes | None) -> tup
     """The answers with what is usual where there are none, and the names of those.  A sensor alone, with fixes, is a
     telephone, and the receiver is in it.
     """
-    places = [place for place, _ in sources.sensors if place in IMU_PLACES]
-    usual = {**USUAL, **(OF_TELEPHONES.get(places[0], {}) if len(places) == 1 else {})}
+    places = {place for place, _ in sources.sensors if place in IMU_PLACES}
+    usual = {**USUAL, **(OF_TELEPHONES.get(min(places), {}) if len(places) == 1 else {})}
     if answers.antenna_joint is not None:
         usual["antenna_offset_m"] = (0.0, 0.0, 0.0)  # at the joint that is named, not where another's would be
     kept = fixes is not None and "sigma_m" in fixes.columns
@@ -205,9 +207,10 @@ def _check_answers(sources: _Sources, fixes: Fixes | None, began: float | None, 
         needed.append("gps_offset_s")
     missing = [option_of(name) for name in dict.fromkeys(needed) if getattr(answers, name) is None]
     if missing:
-        raise InputError(
-            sources.first, "", f"no file holds {', '.join(missing)}", "give these options (sssi import --help)"
-        )
+        fix = "give these options (sssi import --help)"
+        if option_of("gps_offset_s") in missing:
+            fix += ", --gps-offset-s 0 where motion and fixes count from the same zero"
+        raise InputError(sources.first, "", f"no file holds {', '.join(missing)}", fix)
 
 
 def _gps_table(path: Path, fixes: Fixes, began: float | None, answers: Answers) -> dict[str, Any]:
@@ -228,7 +231,7 @@ def _gps_table(path: Path, fixes: Fixes, began: float | None, answers: Answers) 
             "segment": answers.antenna_joint,
             "offset_m": list(answers.antenna_offset_m or ()),
             "sigma_m": None if "sigma_m" in fixes.columns else answers.gps_sigma_m,
-            "time_offset_s": offset or None,
+            "time_offset_s": round(offset, 6) or None,
         }
     )
 

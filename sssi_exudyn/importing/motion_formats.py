@@ -81,6 +81,10 @@ class MotionReader:
     suffix : of its files, with the dot
     read : of a file and the skier's height (m, None where it is not known), the capture and the UTC of its time 0 (s
         since 1970, None where the file does not have it)
+
+    Examples
+    --------
+    >>> sssi_exudyn.use_plugin(sssi_exudyn.MotionReader(".abc", read_abc))
     """
 
     suffix: str

@@ -1,15 +1,18 @@
 """Loggers' tables of single sensors, made into the files of a recording of few sensors.
 
 A file is given with its place, ``left_ski=imu_left.csv``, ``barometer=baro.csv`` or ``insoles=foot.csv``.  Columns are
-known by the names that loggers give them: ``t_s`` or ``seconds_elapsed``, ``ax … az``, ``gx … gz`` (a unit in brackets
-may follow), ``qw … qz``; other columns, text among them, are left out.
+known by the names that loggers give them: ``t_s``, ``seconds_elapsed`` or ``Time``, ``ax … az``, ``gx … gz``,
+``Gyroscope x``, ``Acceleration x``, ``qw … qz``, or ``x``, ``y``, ``z`` in a file that is called after its instrument.
+A unit in brackets may follow.  Other columns, text among them, are left out.  Gyroscope and accelerometer may be two
+files of one place.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -17,20 +20,48 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.io.bounds import MAX_COLUMNS, check_samples
 from sssi_exudyn.io.files import read_text
-from sssi_exudyn.io.table import check_time, numbers
-from sssi_exudyn.recording.instruments.imu import PLACES, read_barometer, read_imu
+from sssi_exudyn.io.table import Table, bridge_gaps, check_time, numbers
+from sssi_exudyn.recording.instruments.imu import PLACES, check_channels, read_barometer, read_imu
 from sssi_exudyn.recording.instruments.insoles import read_insoles
 
 BAROMETER, PRESSURE = "barometer", "insoles"
+_RATE: Final = {axis: f"rate_{axis}_radps" for axis in "xyz"}
+_FORCE: Final = {axis: f"acceleration_{axis}_mps2" for axis in "xyz"}
 _NAMES: Final = {
     "t_s": "time_s",
     "seconds_elapsed": "time_s",
-    **{f"a{axis}": f"acceleration_{axis}_mps2" for axis in "xyz"},
-    **{f"g{axis}": f"rate_{axis}_radps" for axis in "xyz"},
+    "Time": "time_s",
+    "pressure": "pressure_hPa",
+    "Pressure": "pressure_hPa",
+    **{written: _FORCE[axis] for axis in "xyz" for written in (f"a{axis}", f"Acceleration {axis}")},
+    **{written: _RATE[axis] for axis in "xyz" for written in (f"g{axis}", f"Gyroscope {axis}")},
     **{f"q{part}": f"orientation_{part}" for part in "wxyz"},
 }
-_CHANNELS: Final = ("time_s", "acceleration_", "rate_", "orientation_", "pressure_Pa")
+_BY_FILE: Final = {"gyro": _RATE, "accel": _FORCE}
+"""What ``x``, ``y`` and ``z`` are, by a word in the file's name."""
+_CHANNELS: Final = ("time_s", "acceleration_", "rate_", "orientation_", "pressure_")
+_UNITS: Final = {
+    "time_s": ("s",),
+    "acceleration": ("m/s2", "m/s^2", "m/s²"),
+    "rate": ("rad/s",),
+    "pressure": ("hPa", "mbar"),
+}
+"""The units that a column's brackets may name."""
 _SIDES: Final = {"L": "left", "R": "right"}
+
+
+@dataclass(frozen=True)
+class Log:
+    """A sensor's table under the names of a recording.
+
+    place : where the sensor sits;  began : UTC of ``time_s`` = 0, s since 1970, None where the file does not have it
+    notes : what was noticed, in words
+    """
+
+    place: str
+    table: Table
+    began: float | None
+    notes: tuple[str, ...] = ()
 
 
 def split_place(file: Path) -> tuple[str, Path] | None:
@@ -39,29 +70,46 @@ def split_place(file: Path) -> tuple[str, Path] | None:
     return (place, Path(name)) if is_placed and place in (*PLACES, BAROMETER, PRESSURE) else None
 
 
-def write_sensors(files: Sequence[tuple[str, Path]], folder: Path) -> list[dict[str, str]]:
-    """Write ``sensors/<place>.csv`` for every (place, file) into ``folder``; the tables ``[[sensors]]`` of its
-    ``recording.toml``.
+def read_logs(files: Sequence[tuple[str, Path]]) -> list[Log]:
+    """The sensors of every (place, file) but pressure cells, one a place: gyroscope and accelerometer that are two
+    files are put together.
 
-    Raises InputError for two sensors on one place and for faulty files.
+    Raises InputError for two sensors on one place and for faulty files, with the place in the file that was given.
     """
-    (folder / "sensors").mkdir()
-    tables: list[dict[str, str]] = []
+    logs: dict[str, Log] = {}
     for place, path in files:
         if place == PRESSURE:
             continue
-        name = f"sensors/{place}.csv"
-        if (folder / name).exists():
-            raise InputError(path, "", f"there is a sensor on {place!r} already", "give one of them")
-        _write(folder / name, _channels(path))
+        log = _read_log(place, path)
+        logs[place] = _together(logs[place], log) if place in logs else log
+    for log in logs.values():
+        _check_whole(log)
+    return list(logs.values())
+
+
+def write_sensors(logs: Sequence[Log], folder: Path) -> dict[str, Any]:
+    """Write ``sensors/<place>.csv`` for every log into ``folder``; the tables ``[[sensors]]`` and ``[barometer]`` of
+    its ``recording.toml``.
+
+    Clocks are those of the first log, where files know the time of day.  Raises InputError for faulty channels.
+    """
+    (folder / "sensors").mkdir()
+    sensors: list[dict[str, Any]] = []
+    tables: dict[str, Any] = {"sensors": sensors}
+    for log in logs:
+        name = f"sensors/{log.place}.csv"
+        _write(folder / name, log.table.columns)
+        later = 0.0 if log.began is None or logs[0].began is None else round(log.began - logs[0].began, 3)
+        offset = {"time_offset_s": later} if later else {}
         try:  # errors name the file that was given
-            if place == BAROMETER:
+            if log.place == BAROMETER:
                 read_barometer(folder / name)
+                tables[BAROMETER] = {"file": name, **offset}
             else:
-                read_imu(folder / name, place)
-                tables.append({"file": name, "on": place})
+                read_imu(folder / name, log.place)
+                sensors.append({"file": name, "on": log.place, **offset})
         except InputError as error:
-            raise InputError(path, error.place, error.problem, error.fix) from None
+            raise InputError(log.table.file, error.place, error.problem, error.fix) from None
     return tables
 
 
@@ -119,24 +167,77 @@ def _cells(path: Path) -> list[tuple[int, list[str]]]:
     return [(number, line.split(",")) for number, line in lines]
 
 
-def _channels(path: Path) -> dict[str, Array]:
-    """The channels of a logger's table under the names of a recording; samples that repeat a time are left out."""
+def _read_log(place: str, path: Path) -> Log:
+    """A logger's table; samples that repeat a time are left out."""
     lines = _cells(path)
-    names = [_NAMES.get(name.split("(")[0].strip(), name.strip()) for name in lines[0][1]]
+    header = [name.strip().strip('"') for name in lines[0][1]]
+    names = [_channel(path, name) for name in header]
     used = [column for column, name in enumerate(names) if name.startswith(_CHANNELS)]
     if "time_s" not in names or len(used) < 2:
-        found = ", ".join(name.strip() for name in lines[0][1])
+        found = ", ".join(header)
         raise InputError(path, "header", f"no time and channels among {found}", "name them t_s, ax … az, gx … gz")
     for number, words in lines:
         if len(words) != len(names):
             raise InputError(
                 path, f"line {number}", f"{len(words)} values where {len(names)} are due", "export it again"
             )
-    rows = [(number, ",".join(words[column] for column in used)) for number, words in lines[1:]]
-    values = numbers(path, rows, len(used), ",")
-    at = [names[column] for column in used].index("time_s")
-    fresh = np.r_[True, np.diff(values[:, at]) != 0.0]
-    return {names[column]: values[fresh, i] for i, column in enumerate(used)}
+    clock = header.index("time") if "seconds_elapsed" in header and "time" in header else None
+    kept = used if clock is None else [*used, clock]
+    values = numbers(path, [(number, ",".join(words[i] for i in kept)) for number, words in lines[1:]], len(kept), ",")
+    columns = {names[column]: values[:, i] for i, column in enumerate(used)}
+    began = None if clock is None else float(1e-9 * values[0, -1] - columns["time_s"][0])  # ns since 1970
+    fresh = np.r_[True, np.diff(columns["time_s"]) != 0.0]
+    if "pressure_hPa" in columns:
+        columns["pressure_Pa"] = 100.0 * columns.pop("pressure_hPa")
+    at = tuple(number for (number, _), keep in zip(lines[1:], fresh, strict=True) if keep)
+    table = Table(path, {name: column[fresh] for name, column in columns.items()}, at)
+    check_time(path, table.columns["time_s"], tuple(f"line {number}" for number in at))
+    check_channels(table)
+    return Log(place, table, began)
+
+
+def _channel(path: Path, written: str) -> str:
+    """A recording's name for a column, or the name that is written; raises InputError for another unit."""
+    name, _, unit = (part.strip(" )") for part in written.partition("("))
+    axes = [of for word, of in _BY_FILE.items() if word in path.stem.lower()]
+    channel = axes[0][name] if len(axes) == 1 and name in axes[0] else _NAMES.get(name, name)
+    units = _UNITS.get(channel if channel == "time_s" else channel.partition("_")[0])
+    if channel.startswith(_CHANNELS) and unit and units is not None and unit not in units:
+        raise InputError(path, f"header, {name}", f"its unit is {unit!r}", f"convert it to {units[0]}")
+    return channel
+
+
+def _check_whole(log: Log) -> None:
+    """Raise InputError for a gyroscope or an accelerometer alone."""
+    found = log.table.columns.keys()
+    missing = "rates" if _RATE["x"] not in found else "acceleration" if len(found) == 1 + len(_RATE) else ""
+    if missing and log.place != BAROMETER:
+        fix = f"add the other instrument's file as {log.place}=FILE too"
+        raise InputError(log.table.file, "header", f"it holds no {missing}", fix)
+
+
+def _together(one: Log, other: Log) -> Log:
+    """Two files of one sensor as one: the accelerometer's values at the gyroscope's times, by straight lines."""
+    first, second = (one, other) if _RATE["x"] in one.table.columns else (other, one)
+    rates, forces = first.table, second.table
+    path = other.table.file
+    if not set(_RATE.values()) <= rates.columns.keys() or forces.columns.keys() != {"time_s", *_FORCE.values()}:
+        problem = f"there is a sensor on {other.place!r} already, {one.table.file}"
+        raise InputError(path, "", problem, "give one of them, or a gyroscope's file and an accelerometer's")
+    if rates.columns.keys() & set(_FORCE.values()):
+        raise InputError(forces.file, "", f"{rates.file} has the acceleration already", "give one of them")
+    clock = bridge_gaps(forces.file, forces.columns["time_s"])
+    time = forces.columns["time_s"][clock.keep]
+    if first.began is not None and second.began is not None:
+        time = time + (second.began - first.began)
+    inside = (rates.columns["time_s"] >= time[0]) & (rates.columns["time_s"] <= time[-1])
+    if np.count_nonzero(inside) < 3:
+        raise InputError(path, "", f"it has no time in common with {one.table.file}", "give two files of one run")
+    columns = {name: column[inside] for name, column in rates.columns.items()}
+    for name in _FORCE.values():
+        columns[name] = np.interp(columns["time_s"], time, forces.columns[name][clock.keep])
+    lines = tuple(line for line, keep in zip(rates.lines, inside, strict=True) if keep)
+    return Log(one.place, Table(rates.file, columns, lines), first.began, clock.notes)
 
 
 def _write(path: Path, columns: dict[str, Array]) -> None:

@@ -83,6 +83,12 @@ class Model:
     sensors : what the recording's instruments get wrong
     surface : the snow's heights over the slope's plane; None for the plane
     posture : what is added to the captured posture; None for nothing
+
+    Examples
+    --------
+    >>> model = sssi_exudyn.model_of("examples/beginner").with_values({"friction.mu_t": 0.12})
+    >>> model.value("friction.mu_t")
+    0.12
     """
 
     name: str

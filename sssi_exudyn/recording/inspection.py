@@ -194,33 +194,29 @@ def _instrument(name: str, time: Array) -> Instrument:
 
 
 def _compare(recording: Recording) -> tuple[Comparison, ...]:
-    """Slope and heading as used, beside the estimates from motion and fixes."""
+    """Slope and heading as used; where they were given, beside the estimates from motion and fixes."""
     slope, heading = recording.slope, recording.heading
     used = (
-        ("inclination", slope.inclination, not slope.estimated),
-        ("fall-line azimuth", slope.fall_line_azimuth, not slope.estimated),
-        ("heading", heading.value, not heading.estimated),
+        ("inclination", slope.inclination, slope.estimated, slope.sigma_inclination),
+        ("fall-line azimuth", slope.fall_line_azimuth, slope.estimated, slope.sigma_fall_line_azimuth),
+        ("heading", heading.value, heading.estimated, heading.sigma),
     )
-    estimates: list[tuple[float, float] | None] = [None, None, None]
+    found: list[tuple[float, float] | None] = [None, None, None]
     if recording.gps is not None:
         given = None if heading.estimated else heading.value
         setting = estimate_slope_and_heading(recording.bvh, recording.gps, recording.equipment.ankle_to_ski_base, given)
         if setting.slope is not None:
             inclination, azimuth = setting.slope.inclination, setting.slope.azimuth
-            estimates[0] = (inclination.value, inclination.sigma)
-            estimates[1] = (azimuth.value % (2.0 * np.pi), azimuth.sigma)
+            found[0] = (inclination.value, inclination.sigma)
+            found[1] = (azimuth.value % (2.0 * np.pi), azimuth.sigma)
         if setting.heading is not None:
-            estimates[2] = (setting.heading.value % (2.0 * np.pi), setting.heading.sigma)
-    return tuple(
-        Comparison(
-            name,
-            float(np.rad2deg(value)),
-            was_given,
-            None if estimate is None else float(np.rad2deg(estimate[0])),
-            None if estimate is None else float(np.rad2deg(estimate[1])),
-        )
-        for (name, value, was_given), estimate in zip(used, estimates, strict=True)
-    )
+            found[2] = (setting.heading.value % (2.0 * np.pi), setting.heading.sigma)
+    rows = []
+    for (name, value, estimated, sigma), other in zip(used, found, strict=True):
+        estimate = (value, sigma) if estimated else other
+        estimate_deg, sigma_deg = (None, None) if estimate is None else map(float, np.rad2deg(estimate))
+        rows.append(Comparison(name, float(np.rad2deg(value)), not estimated, estimate_deg, sigma_deg))
+    return tuple(rows)
 
 
 def _draw_track(axes: Axes, recording: Recording) -> None:

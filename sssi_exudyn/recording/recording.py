@@ -142,6 +142,11 @@ class Recording:
     completed : how ``bvh`` was made of few sensors; None where it was captured
     hashes : ``"sha256:…"`` of every file read, by its name in the folder
     notices : what was done to the data or is odd in it, in words
+
+    Examples
+    --------
+    >>> recording = sssi_exudyn.read_recording("examples/beginner")
+    >>> first_seconds = dataclasses.replace(recording, stop=recording.start + 4.0)
     """
 
     name: str

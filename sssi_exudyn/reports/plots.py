@@ -25,6 +25,8 @@ WIDE = 4.0
 """Inches from which a panel shares its line with one other at most, narrower ones with two."""
 _INCHES_A_LETTER = 0.078
 """Of the page's font in its size, on average and a little more."""
+_INCHES_A_FIGURE = 0.088
+"""A point has half of it, a minus sign 1.4 times as much."""
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # words stay words: searchable, and in the page's own font
     "text.parse_math": False,  # names come from files: a dollar sign begins no formula
@@ -50,8 +52,8 @@ def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: flo
         if axes.get_legend_handles_labels()[0]:
             axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderpad=0.0)  # above, where no data are
             above = 0.3
-        # fixed margins (inches), so that plots below each other align; numbers of six figures fit
-        left = max(0.72 if axes.get_ylabel() else 0.54, _for_words(axes))
+        # fixed margins (inches), so that plots below each other align, as long as what stands at the axis fits
+        left = max(0.72 if axes.get_ylabel() else 0.54, _for_ticks(axes))
         figure.subplots_adjust(left / width, 0.48 / height, 1.0 - 0.08 / width, 1.0 - above / height)
         text = io.StringIO()
         figure.savefig(text, format="svg", metadata=dict.fromkeys(("Creator", "Date", "Format", "Type")))
@@ -66,11 +68,15 @@ def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: flo
     return re.sub(r' (width|height)="[\d.]+pt"', "", drawn, count=2)
 
 
-def _for_words(axes: Axes) -> float:
-    """Inches that names along the left axis need; numbers fit anyway."""
+def _for_ticks(axes: Axes) -> float:
+    """Inches that what stands along the left axis needs: names, or numbers."""
     words = [label.get_text() for label in axes.get_yticklabels()]
-    longest = max((len(word) for word in words if re.search("[A-Za-z]", word)), default=0)
-    return _INCHES_A_LETTER * longest + (0.35 if axes.get_ylabel() else 0.15) if longest else 0.0
+    if any(re.search("[A-Za-z]", word) for word in words):
+        return _INCHES_A_LETTER * max(map(len, words)) + (0.35 if axes.get_ylabel() else 0.15)
+    figures = max(
+        (len(word) - 0.5 * word.count(".") + 0.4 * word.count("\N{MINUS SIGN}") for word in words), default=0.0
+    )
+    return _INCHES_A_FIGURE * figures + (0.33 if axes.get_ylabel() else 0.15)
 
 
 def with_label(drawn: str, text: str) -> str:

@@ -31,7 +31,7 @@ def sentences(runs: Runs) -> list[str]:
     """The result in words: the skiing and the agreement of each recording, what was missing, and how two differ."""
     found = [
         f"{run.name}: {_early_stop(run.summary)}{_skiing(run.summary)}{_agreement(run.summary)}"
-        f"{_friction(run.summary)}{_cutting(run.summary)}{_residual(run.summary)}{_assumed(run.summary)}{_missing(run.summary)}"
+        f"{_friction(run.summary)}{_of_few_sensors(run.summary)}{_cutting(run.summary)}{_residual(run.summary)}{_assumed(run.summary)}{_missing(run.summary)}"
         for run in runs
     ]
     if len(runs) == 2:
@@ -62,14 +62,23 @@ def _skiing(summary: Summary) -> str:
     if speed is not None and radius is not None:
         words += f", at {speed:.1f} m/s on a radius of {radius:.1f} m"
     words += "."
-    if apart is not None and steering is not None:
-        skis = f"in a wedge of {apart:.0f}°" if apart >= WEDGE_DEG else f"parallel to {apart:.0f}°"
-        edge = "skidded" if steering >= SKIDDED_DEG else "almost carved"
-        words += f" Skis {skis}, turns {edge}: the skis point {steering:.0f}° off the way they go"
-        words += (
-            "." if share is None else f", and the outside one bears {100.0 * share:.0f}\u00a0% of the load in mid-turn."
-        )
+    if apart is None or steering is None or _steering_is_assumed(summary):
+        return words + " "
+    edge = "skidded" if steering >= SKIDDED_DEG else "almost carved"
+    point = f"{edge}: the skis point {steering:.0f}° off the way they go"
+    if summary.posture is not None:  # which sets them parallel, and the load on them
+        return f"{words} Turns {point}. "
+    skis = f"in a wedge of {apart:.0f}°" if apart >= WEDGE_DEG else f"parallel to {apart:.0f}°"
+    words += f" Skis {skis}, turns {point}"
+    words += (
+        "." if share is None else f", and the outside one bears {100.0 * share:.0f}\u00a0% of the load in mid-turn."
+    )
     return words + " "
+
+
+def _steering_is_assumed(summary: Summary) -> bool:
+    """Whether few sensors have left open where the skis point: what was assumed of them is no result."""
+    return summary.posture is not None and any(each.startswith("steering") for each in summary.posture.assumed)
 
 
 def _early_stop(summary: Summary) -> str:
@@ -132,6 +141,24 @@ def _friction(summary: Summary) -> str:
     return f"{words} But {worst.what} had to be corrected by {abs(worst.sigmas):.1f} of its standard deviations."
 
 
+def _of_few_sensors(summary: Summary) -> str:
+    """Effective friction, and whether the model tells how the speed of a run of few sensors changes."""
+    if summary.posture is None:
+        return ""
+    effective, half = summary.posture.effective_friction, summary.posture.second_half
+    words = ""
+    if effective.value is not None and effective.se is not None:
+        words += f" Effective friction, skidding included, is {effective.value:.3f} ± {effective.se:.3f}."
+    predicted, constant = half.speed_rms_mps, half.constant_speed_rms_mps
+    if predicted is not None and constant is not None:
+        words += (
+            f" The second half's speed, predicted from the first, is {predicted:.1f} m/s off (rms); the first half's"
+            f" mean speed is {constant:.1f} m/s off"
+        )
+        words += "." if predicted < constant else ": the model does not tell how the speed of this run changes."
+    return words
+
+
 def _cutting(summary: Summary) -> str:
     """What edges that cut come to, beside the paper's coefficients."""
     found = summary.carving
@@ -173,11 +200,12 @@ def _compared(first: Summary, second: Summary) -> list[tuple[str, tuple[Known | 
         (_over_turns(first, name), _over_turns(second, name))
         for name in ("mean_speed_mps", "turn_radius_m", "steering_angle_mean_deg")
     )
+    assumed = _steering_is_assumed(first) or _steering_is_assumed(second)
     mu_t = _with_error(first.friction.mu_t), _with_error(second.friction.mu_t)
     return [
         ("the mean speed", speed, " m/s", "higher", "lower"),
         ("the turn radius", radius, " m", "larger", "smaller"),
-        ("the skid angle", skid, "°", "larger", "smaller"),
+        ("the skid angle", (None, None) if assumed else skid, "°", "larger", "smaller"),
         ("μ_t", mu_t, "", "higher", "lower"),
     ]
 

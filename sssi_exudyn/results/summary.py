@@ -341,6 +341,11 @@ class Summary:
     recording : the recording's name
     diverged : why the simulation stopped before the end; null where it did not
     notices : what the reader should know of the recording, such as what had to be estimated
+
+    Examples
+    --------
+    >>> summary = sssi_exudyn.load("results/beginner").summary
+    >>> summary.friction.mu_t.value, summary.trajectory.mean_error_m
     """
 
     format: int = FORMAT

@@ -91,11 +91,12 @@ def _load_file(path: Path) -> tuple[Plugin, list[object]]:
 
 def _load_package(name: str) -> tuple[Plugin, list[object]]:
     try:
-        plugin = Plugin(name, metadata.version(name), name)
+        package = metadata.distribution(name)
     except (metadata.PackageNotFoundError, ValueError):
         fix = "give a file that ends in .py, or the name of an installed package"
         raise InputError(name, "", "no package of this name is installed", fix) from None
-    entries = [each for each in metadata.distribution(name).entry_points if each.group in GROUPS]
+    plugin = Plugin(package.name, package.version, package.name)  # my_package and my-package are one
+    entries = [each for each in package.entry_points if each.group in GROUPS]
     if not entries:
         raise InputError(name, "", "the package has no entry points for this program", f"declare {', '.join(GROUPS)}")
     found: list[object] = []
@@ -108,7 +109,7 @@ def _load_package(name: str) -> tuple[Plugin, list[object]]:
             ) from error
         _by_module[entry.module] = plugin
         defined = getattr(found[-1], "__module__", None)
-        if isinstance(defined, str) and not defined.startswith(_OWN):
+        if isinstance(defined, str) and not _is_own(defined):
             _by_module[defined] = plugin
     return plugin, found
 
@@ -136,10 +137,14 @@ def _offered(module: ModuleType) -> list[object]:
     ]
 
 
+def _is_own(module: str) -> bool:
+    return module.partition(".")[0] == _OWN
+
+
 def origin_of(cls: type) -> Plugin | None:
     """The plug-in that a class comes from; None for a class of this program."""
     module = cls.__module__
-    if module.partition(".")[0] == _OWN:
+    if _is_own(module):
         return None
     known = _by_module.get(module)
     return known or Plugin(module, _code_hash(cls))

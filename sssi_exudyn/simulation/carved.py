@@ -12,10 +12,10 @@ import numpy as np
 
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.modes import modal_ski
-from sssi_exudyn.contact.backends.carved_run_kernel import CarvedSeries, Coupling, Joint
-from sssi_exudyn.contact.backends.carving_kernel import EdgeSki
+from sssi_exudyn.contact.backends.carving.carved_run_kernel import CarvedSeries, Coupling, Joint
+from sssi_exudyn.contact.backends.carving.carving_kernel import EdgeSki
+from sssi_exudyn.contact.backends.carving.groove_kernel import Groove
 from sssi_exudyn.contact.backends.compiled import law_parameters
-from sssi_exudyn.contact.backends.groove_kernel import Groove
 from sssi_exudyn.contact.backends.structs import LawParameters, PrescribedMotion, ReducedSeries, SnowGrid
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array

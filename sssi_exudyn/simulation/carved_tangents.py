@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sssi_exudyn.contact.backends.carved_tangents_kernel import CarvedTangents
+from sssi_exudyn.contact.backends.carving.carved_tangents_kernel import CarvedTangents
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.carved import SHARE, Carved, carved_run, reduced_run_of

@@ -11,9 +11,9 @@ from sssi_exudyn.bodies.ski.mesh import BeamMesh
 from sssi_exudyn.bodies.skier.chain import COORDINATES, PRESCRIBED
 from sssi_exudyn.bodies.skier.inverse_dynamics import joint_moments
 from sssi_exudyn.bodies.skier.skeleton import CarriedMass
-from sssi_exudyn.contact.backends import carved_full_kernel as carved_kernel
 from sssi_exudyn.contact.backends import full_kernel as kernel
 from sssi_exudyn.contact.backends.backend import CarvedForces
+from sssi_exudyn.contact.backends.carving import carved_full_kernel as carved_kernel
 from sssi_exudyn.contact.backends.full_kernel import NODE
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.motion.hands import hands_at, pole_forces, use_poles

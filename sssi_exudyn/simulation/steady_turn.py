@@ -15,20 +15,19 @@ import numpy as np
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.modes import edge_turning, modal_ski
 from sssi_exudyn.bodies.ski.ski import Ski
-from sssi_exudyn.contact.backends import (
+from sssi_exudyn.contact.backends import ground_kernel, surroundings_tangents
+from sssi_exudyn.contact.backends.carving import (
     carved_run_kernel,
     carved_tangents_kernel,
     carving_kernel,
     edge_tangents,
     groove_kernel,
-    ground_kernel,
-    surroundings_tangents,
     turn_kernel,
 )
-from sssi_exudyn.contact.backends.carving_kernel import EdgeSki, EdgeWork
+from sssi_exudyn.contact.backends.carving.carving_kernel import EdgeSki, EdgeWork
+from sssi_exudyn.contact.backends.carving.groove_kernel import Groove
+from sssi_exudyn.contact.backends.carving.turn_kernel import Turn, TurnState
 from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
-from sssi_exudyn.contact.backends.groove_kernel import Groove
-from sssi_exudyn.contact.backends.turn_kernel import Turn, TurnState
 from sssi_exudyn.contact.term import EdgeTerm
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import SssiError

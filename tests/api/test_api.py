@@ -1,12 +1,14 @@
 """What scripts and notebooks use: names, signatures, results in memory and in folders."""
 
+import doctest
 import inspect
 import pydoc
 import re
 import subprocess
 import sys
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import matplotlib as mpl
@@ -66,6 +68,26 @@ def test_every_function_has_types_and_an_example(name: str) -> None:
     listed = re.findall(r"^    (\w+)(?:, \w+)* : ", function.__doc__ or "", re.MULTILINE)
     if listed:
         assert set(listed) == set(signature.parameters)
+
+
+@pytest.mark.parametrize("name", sorted(set(sssi_exudyn.__all__) - set(FUNCTIONS)))
+def test_every_class_has_an_example(name: str) -> None:
+    examples = doctest.DocTestParser().get_examples(getattr(sssi_exudyn, name).__doc__ or "")
+    assert examples
+    for example in examples:
+        compile(example.source, name, "exec")
+
+
+@pytest.mark.long(seconds=4)
+@pytest.mark.parametrize("name", [name for name in sssi_exudyn.__all__ if name.endswith("Term")])
+def test_the_law_of_an_example_keeps_every_rule(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    (example,) = doctest.DocTestParser().get_examples(getattr(sssi_exudyn, name).__doc__ or "")
+    script = ModuleType("script_of_the_example")  # where pickle finds the class
+    monkeypatch.setitem(sys.modules, script.__name__, script)
+    vars(script).update(sssi_exudyn=sssi_exudyn, dataclass=dataclass, quantity=sssi_exudyn.quantity)
+    exec(example.source, vars(script))
+    (law,) = (each for each in vars(script).values() if getattr(each, "__module__", "") == script.__name__)
+    assert sssi_exudyn.check_term(law)
 
 
 def test_texts_and_paths_are_taken_alike(tmp_path: Path) -> None:

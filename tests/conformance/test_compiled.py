@@ -208,6 +208,14 @@ def test_a_kernel_calls_the_laws(tmp_path: Path) -> None:
     assert kernel.load(parameters, depth, rate, 0.033) == pytest.approx(expected, rel=1e-14)  # rounding
 
 
+def test_a_template_that_was_moved_is_compiled_anew(tmp_path: Path) -> None:
+    # what Numba kept on disk names the modules of the classes that kernels are given
+    moved = ModuleType("another_place")
+    template = _template(tmp_path)
+    moved.__file__ = template.__file__
+    assert compile_kernel(moved).__name__ != compile_kernel(template).__name__
+
+
 SCRIPT = """
 import sys
 from pathlib import Path

@@ -3,11 +3,13 @@
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from bundled import bundled
 
+from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting import fit as fitting
 from sssi_exudyn.fitting.fit import Method, fit, problem_of
 from sssi_exudyn.fitting.gps_observation import Track, predict_fixes
@@ -116,6 +118,36 @@ def test_gradient_against_differences(made: tuple[Motion, Problem]) -> None:
         central = (value(values + shift) - value(values - shift)) / (2.0 * step)
         # 2 %: the forward differences' own curvature, at a point a metre away from the optimum
         assert slope[i] == pytest.approx(central, rel=0.02, abs=0.02 * abs(slope).max() * step)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("method", ["joint", "paper"])
+def test_a_step_to_where_the_run_diverges_is_taken_back(
+    made: tuple[Motion, Problem], method: Method, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    motion, problem = made
+    if method == "paper":
+        problem = replace(problem, priors={})
+    prepared = prepare(problem.model, motion, step=fitting.COARSE_STEP)
+    undisturbed = fitting.fit_reduced(problem, prepared)
+    first_step = 2 if method == "joint" else 3  # the paper's search asks for the start twice
+    calls, failing = 0, {first_step}
+
+    def diverging(*arguments: Any) -> tuple[np.ndarray, np.ndarray]:
+        nonlocal calls
+        calls += 1
+        if calls in failing:
+            raise SimulationDiverged(3.0, "made to")
+        return sensitivities(*arguments)
+
+    monkeypatch.setattr(fitting, "sensitivities", diverging)
+    found = fitting.fit_reduced(problem, prepared)
+    assert found.converged
+    assert calls > first_step
+    np.testing.assert_allclose(found.values[:2], undisturbed.values[:2], atol=0.01)  # the search's tolerance
+    calls, failing = 0, {1}
+    with pytest.raises(SimulationDiverged):
+        fitting.fit_reduced(problem, prepared)
 
 
 @pytest.mark.parametrize("method", ["joint", "paper"])

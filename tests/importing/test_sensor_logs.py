@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.importing.answers import Answers
 from sssi_exudyn.importing.assemble import import_recording
-from sssi_exudyn.importing.sensor_logs import write_pressure
+from sssi_exudyn.importing.sensor_logs import read_logs, write_pressure
 from sssi_exudyn.recording.instruments.insoles import read_insoles
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
@@ -102,6 +103,100 @@ def test_what_is_given_twice_or_lacks_channels_is_told(logs: dict[str, Path], tm
     with pytest.raises(InputError, match="no time and channels"):
         import_recording([Path(f"chest={logs['fixes']}"), logs["fixes"]], tmp_path / "none", ANSWERS)
     assert not (tmp_path / "none" / "recording.toml").exists()
+
+
+def apart(log: Path, folder: Path, header: str, began: float = 1.7e9) -> list[Path]:
+    """The log as an app writes it that has a file an instrument; the accelerometer begins later, and at other times."""
+    table = pd.read_csv(log)
+    gyro, accel = table[["t_s", "gx", "gy", "gz(rad/s)"]], table[["t_s", "ax", "ay", "az(m/s2)"]]
+    time = accel.t_s.to_numpy()[20:-20:2] + 0.003
+    later = np.column_stack([time, *(np.interp(time, accel.t_s, accel[name]) for name in accel.columns[1:])])
+    made = []
+    for name, values, title in (
+        ("Gyroscope", gyro.to_numpy(), "Gyroscope {} (rad/s)"),
+        ("TotalAcceleration", later, "Acceleration {} (m/s^2)"),
+    ):
+        if header == "by file":
+            whole = pd.DataFrame(values, columns=["seconds_elapsed", "x", "y", "z"])
+            whole.insert(0, "time", np.round((began + whole.seconds_elapsed) * 1e9).astype("int64"))
+        else:
+            whole = pd.DataFrame(values, columns=["Time (s)", *(title.format(axis) for axis in "xyz")])
+        path = folder / f"{name}.csv"
+        whole.to_csv(path, index=False, quoting=csv.QUOTE_NONNUMERIC)
+        made.append(path)
+    return made
+
+
+@pytest.mark.parametrize("header", ["by file", "by column"])
+def test_gyroscope_and_accelerometer_may_be_two_files(header: str, logs: dict[str, Path], tmp_path: Path) -> None:
+    gyro, accel = apart(logs["left_ski"], tmp_path, header)
+    (whole,) = read_logs([("pocket", logs["left_ski"])])
+    for files in ([gyro, accel], [accel, gyro]):
+        (log,) = read_logs([("pocket", path) for path in files])
+        assert log.table.file == gyro
+        assert log.began == (pytest.approx(1.7e9, abs=1e-3) if header == "by file" else None)
+        first = log.table.lines[0] - 2  # the accelerometer begins after the gyroscope
+        assert first >= 20
+        same = slice(first, first + len(log.table.lines))
+        for name, column in log.table.columns.items():
+            at_same = whole.table.columns[name][same]
+            if name.startswith("acceleration"):  # straight lines over two samples
+                assert np.corrcoef(column, at_same)[0, 1] > 0.97
+            else:
+                np.testing.assert_allclose(column, at_same, atol=1e-9)
+
+
+def test_files_of_an_app_share_its_clock(logs: dict[str, Path], whole: Recording, tmp_path: Path) -> None:
+    gyro, accel = apart(logs["left_ski"], tmp_path, "by file")
+    fixes = whole.gps
+    assert fixes is not None
+    east, north, up = fixes.enu[::2].T
+    degrees = np.column_stack([46.0 + north / 111_149.0, 8.0 + east / 77_469.0, 2000.0 + up])
+    time = fixes.time[::2] + LAG
+    table = pd.DataFrame(degrees, columns=["latitude", "longitude", "altitude"])
+    table = table.assign(seconds_elapsed=time, speed=-1.0, bearing=-1.0, horizontalAccuracy=1.0)
+    table.insert(0, "time", np.round((1.7e9 + time) * 1e9).astype("int64"))
+    table.to_csv(tmp_path / "Location.csv", index=False)
+    pressure = 1013.25 * (1.0 - degrees[:, 2] / 44330.8) ** 5.2559
+    clock = {"time": table.time + 5_000_000_000, "seconds_elapsed": table.seconds_elapsed}  # of a recording begun later
+    pd.DataFrame({**clock, "relativeAltitude": 0.0, "pressure": pressure}).to_csv(
+        tmp_path / "Barometer.csv", index=False
+    )
+    files = [Path(f"pocket={gyro}"), Path(f"pocket={accel}"), tmp_path / "Location.csv"]
+    made = import_recording([*files, Path(f"barometer={tmp_path / 'Barometer.csv'}")], tmp_path / "monday", ANSWERS)
+    assert made.name == "monday"
+    assert made.gps is not None
+    text = (tmp_path / "monday" / "recording.toml").read_text(encoding="utf-8")
+    assert 'file = "sensors/barometer.csv"\ntime_offset_s = 5.0' in text
+    with pytest.raises(InputError, match=r"--gps-offset-s 0 where motion and fixes count from the same zero"):
+        import_recording([Path(f"pocket={logs['left_ski']}"), files[-1]], tmp_path / "asked", ANSWERS)
+
+
+def test_what_does_not_make_one_sensor_is_told(logs: dict[str, Path], tmp_path: Path) -> None:
+    gyro, accel = apart(logs["left_ski"], tmp_path, "by file")
+
+    def refusal(*files: Path) -> str:
+        with pytest.raises(InputError) as found:
+            read_logs([("pocket", path) for path in files])
+        return str(found.value)
+
+    assert "Gyroscope.csv: header: it holds no acceleration; add the other instrument's file as pocket=FILE too" in (
+        refusal(gyro)
+    )
+    assert "TotalAcceleration.csv: header: it holds no rates" in refusal(accel)
+    assert "there is a sensor on 'pocket' already" in refusal(gyro, gyro)
+    assert "Gyroscope.csv has the acceleration" not in refusal(accel, accel)
+    assert "has the acceleration already" in refusal(logs["left_ski"], accel)
+    late = pd.read_csv(accel)
+    late.assign(time=late.time + 10**12).to_csv(accel, index=False)
+    assert "it has no time in common with" in refusal(gyro, accel)
+    table = pd.read_csv(logs["left_ski"]).rename(columns={"gz(rad/s)": "gz(deg/s)"})
+    table.to_csv(tmp_path / "degrees.csv", index=False)
+    assert "degrees.csv: header, gz: its unit is 'deg/s'; convert it to rad/s" in refusal(tmp_path / "degrees.csv")
+    table = pd.read_csv(gyro)
+    table.loc[30, "y"] = 200.0
+    table.to_csv(gyro, index=False)
+    assert "Gyroscope.csv: line 32, rate_y_radps: 200 rad/s is more" in refusal(gyro)
 
 
 def test_a_barometer_and_pressure_cells_come_along(logs: dict[str, Path], tmp_path: Path) -> None:

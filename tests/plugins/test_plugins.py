@@ -21,7 +21,7 @@ from tiny import ANSWERS, Tiny
 import sssi_exudyn
 from sssi_exudyn.cli import main
 from sssi_exudyn.contact.maths import Math, Number
-from sssi_exudyn.contact.registry import term_named
+from sssi_exudyn.contact.registry import term_named, terms_table
 from sssi_exudyn.contact.term import FootState, FootTerm
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantity
@@ -31,6 +31,7 @@ from sssi_exudyn.importing.assemble import import_recording
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.toml import model_to_dict, read_model
 from sssi_exudyn.plugins import use_plugin
+from sssi_exudyn.recording.instruments.gps import READERS
 from sssi_exudyn.reports.sections.terms import terms as terms_section
 from sssi_exudyn.runtime.plugins import origin_of
 from sssi_exudyn.sweeps import sweep as sweeps
@@ -175,25 +176,39 @@ def test_faulty_records_are_one_clear_line(plugin: object, tmp_path: Path) -> No
         read_model(path)
 
 
+@pytest.mark.parametrize("package", ["laws_of_wet_snow", "sssi_exudyn_snow"])
 def test_an_installed_package_is_used_when_it_is_named(
-    snow: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    package: str, snow: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    shutil.copy(snow, tmp_path / "laws_of_wet_snow.py")
-    about = tmp_path / "laws_of_wet_snow-1.2.dist-info"
+    (tmp_path / package).mkdir()
+    shutil.copy(snow, tmp_path / package / "laws.py")
+    (tmp_path / package / "__init__.py").write_text(
+        "from sssi_exudyn import FixReader\n"
+        "from sssi_exudyn.recording.instruments.gps import fixes_csv\n"
+        f"from {package}.laws import FrictionOfWetSnow, WetSnow\n"
+        "reader = FixReader('.wet', fixes_csv)\n"
+    )
+    about = tmp_path / f"{package}-1.2.dist-info"
     about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: laws-of-wet-snow\nVersion: 1.2\n")
+    name = package.replace("_", "-")
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.2\n")
     (about / "entry_points.txt").write_text(
-        "[sssi_exudyn.terms]\nwet = laws_of_wet_snow:WetSnow\n"
-        "[sssi_exudyn.hypotheses]\nwet = laws_of_wet_snow:FrictionOfWetSnow\n"
+        f"[sssi_exudyn.terms]\nwet = {package}:WetSnow\n"
+        f"[sssi_exudyn.hypotheses]\nwet = {package}:FrictionOfWetSnow\n"
+        f"[sssi_exudyn.readers]\nwet = {package}:reader\n"
     )
     monkeypatch.syspath_prepend(str(tmp_path))
     with pytest.raises(KeyError):
         term_named("wet_snow")
-    use_plugin("laws-of-wet-snow")
+    use_plugin(package)
     assert "wet_snow" in BY_NAME
+    assert ".wet" in READERS
     origin = origin_of(term_named("wet_snow"))
     assert origin is not None
-    assert origin.as_table() == {"name": "laws-of-wet-snow", "digest": "1.2"}
+    assert origin.as_table() == {"name": name, "digest": "1.2"}  # however it was written
+    origins = {row["name"]: row["origin"] for row in terms_table()}
+    assert origins["wet_snow"] == name
+    assert origins["friction"] == "built in"
 
 
 def test_readers_of_plugins_read_what_is_imported(tmp_path: Path) -> None:

@@ -37,6 +37,16 @@ def test_figures_of_a_recording(tmp_path: Path) -> None:
     assert json.loads(json.dumps(dataclasses.asdict(found)))["name"] == "tiny"
 
 
+def test_what_is_estimated_shows_the_uncertainty_that_the_recording_states(tmp_path: Path) -> None:
+    toml = TOML.replace("heading_deg = 25.0", "")
+    recording = read_recording(Tiny(toml=toml).write(tmp_path))
+    slope = dataclasses.replace(recording.slope, estimated=True, sigma_inclination=0.02, sigma_fall_line_azimuth=0.3)
+    found = inspect_recording(dataclasses.replace(recording, slope=slope)).setting
+    assert [item.given for item in found] == [False] * 3
+    assert [item.sigma_deg for item in found] == pytest.approx(np.degrees([0.02, 0.3, recording.heading.sigma]))
+    assert [item.estimate_deg for item in found] == [item.used_deg for item in found]
+
+
 def test_text_says_what_was_done_and_found(tmp_path: Path) -> None:
     tiny = Tiny(toml=TOML.replace("heading_deg = 25.0", ""))
     tiny.gps = {name: np.delete(column, slice(30, 34)) for name, column in tiny.gps.items()}

@@ -9,10 +9,25 @@ import pytest
 from a_run import a_run
 
 from sssi_exudyn.analysis.biomechanics import ResidualMoment, Spread
+from sssi_exudyn.reports.sections.few_sensors import few_sensors as few_sensors_section
 from sssi_exudyn.reports.sections.limits import limits
+from sssi_exudyn.reports.sections.track_figures import figure_4
+from sssi_exudyn.reports.sections.turn_tables import turns
 from sssi_exudyn.reports.sentences import sentences
 from sssi_exudyn.results.stored import StoredRun
-from sssi_exudyn.results.summary import Correction, Estimate, Fit, Friction, Interval, Noise, UncertaintyFigures
+from sssi_exudyn.results.summary import (
+    Correction,
+    Estimate,
+    Fit,
+    Friction,
+    FrictionShares,
+    Interval,
+    Noise,
+    Posture,
+    PostureSigma,
+    Prediction,
+    UncertaintyFigures,
+)
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +56,45 @@ def test_the_bad_news_is_said_too(run: StoredRun) -> None:
     assert "93 N\u00a0m (rms), 210 N\u00a0m at most, which is bad by OpenSim's thresholds" in words
     assert "was assumed" in words
     assert "was assumed" not in sentences([run])[0]
+
+
+def few_sensors(assumed: tuple[str, ...], predicted: float) -> Posture:
+    return Posture(
+        measured=("speed and course: fixes",),
+        assumed=assumed,
+        sigma=PostureSigma(edge_deg=13.0, pitch_deg=2.0, heading_deg=12.0, height_m=0.006),
+        gps_lag_s=None,
+        unbalanced_rms_m=8e-14,
+        mu_t_se=FrictionShares(0.012, 0.003, 0.009, 0.022),
+        effective_friction=Estimate(0.137, 0.015),
+        second_half=Prediction(0.131, predicted, 0.61, 107.5),
+    )
+
+
+def test_of_few_sensors_nothing_that_was_assumed_is_a_result(run: StoredRun) -> None:
+    each = {"ski_angle_mean_deg": Spread(8e-7, 3e-7, 4), "steering_angle_mean_deg": Spread(1.0, 0.1, 4)}
+    run = with_figures(run, turns=replace(run.summary.turns, each=each))
+    assumed = with_figures(run, posture=few_sensors(("steering angle: skis point along the course",), 3.2))
+    (words,) = sentences([assumed])
+    assert "the skis point" not in words
+    assert "Effective friction, skidding included, is 0.137 ± 0.015." in words
+    assert "is 3.2 m/s off (rms); the first half's mean speed is 0.6 m/s off: the model does not tell" in words
+    measured = with_figures(run, posture=few_sensors(("arms: held in front",), 0.4))
+    (words,) = sentences([measured])
+    assert "Turns almost carved: the skis point 1° off the way they go." in words
+    assert "parallel" not in words
+    assert "the model does not tell" not in words
+    assert "skid angle" not in sentences([assumed, measured])[2]
+    assert "skid angle" in sentences([measured, measured])[2]
+    shown = str(few_sensors_section([assumed]).blocks) + str(turns([assumed]).blocks)
+    assert "e-" not in shown
+
+
+def test_insoles_are_named_where_there_are_some(run: StoredRun) -> None:
+    assert "insoles" in str(figure_4([run]).blocks)
+    assert run.measured is not None
+    bare = replace(run, measured=run.measured.drop(columns=["left_insole_N", "right_insole_N"]))
+    assert "insoles" not in str(figure_4([bare]).blocks)
 
 
 def friction(value: float, se: float | None) -> Friction:

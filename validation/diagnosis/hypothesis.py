@@ -244,7 +244,21 @@ class Everywhere(Hypothesis):
 
 
 class SteadyLaw(Everywhere):
-    """A law of physics that acts all the time, and on all runs of a day alike."""
+    """A law of physics that acts all the time, and on all runs of a day alike.
+
+    Examples
+    --------
+    >>> class FrictionOfWetSnow(sssi_exudyn.SteadyLaw):
+    ...     name = "wet_snow"
+    ...     caption = "suction of a water film"
+    ...     amplitudes = (("c", 0.0005),)
+    ...
+    ...     def part(self, fitted):
+    ...         return WetSnow()
+    ...
+    ...     def sentence(self, numbers, model):
+    ...         return f"the snow is wet: μ_t rises by {numbers['c'].value:.5f} times the speed's square"
+    """
 
     kind = "physics"
 

@@ -281,6 +281,11 @@ class Diagnosis:
     held_out : the stretches that were left out of a fit, each in turn
     paragraph : the diagnosis in a coach's words
     tier : "reduced" where no fit was confirmed by the full model
+
+    Examples
+    --------
+    >>> diagnosis = sssi_exudyn.diagnose("examples/beginner").diagnosis
+    >>> diagnosis.verdict, diagnosis.sentence
     """
 
     format: Literal[1]

@@ -336,7 +336,10 @@ def _describe(
 ) -> list[str]:
     notes = []
     if lag is None:
-        notes.append("no sensor turns as the course does; the fixes' clock is taken to be right")
+        notes.append(
+            "no sensor turns as the course does; the fixes' clock is taken to be right (where a sensor's acceleration"
+            " points down at rest, change its sign)"
+        )
     else:
         notes.append(
             f"the fixes lag the sensors by {lag.value:.2f} ± {lag.sigma:.2f} s (their turnings correlate"

@@ -83,6 +83,10 @@ class FixReader:
     """A plug-in's reader of a receiver's fixes.
 
     suffix : of its files, with the dot;  read : of a file, its fixes
+
+    Examples
+    --------
+    >>> sssi_exudyn.use_plugin(sssi_exudyn.FixReader(".xyz", read_xyz))
     """
 
     suffix: str

@@ -98,12 +98,7 @@ def read_imu(path: Path, place: str, time_offset: float = 0.0) -> Imu:
             f"samples {np.median(np.diff(time)):.2g} s apart do not show turns",
             "record at 10 Hz or more",
         )
-    _check_rates(path, table)
-    for name in (*_RATE, *force):
-        if np.ptp(table.columns[name]) == 0.0:
-            raise InputError(path, f"column {name}", "it never changes: a dead channel", "use another sensor")
-    if force:
-        _check_force(path, table)
+    check_channels(table)
     even = np.linspace(clock.time[0], clock.time[-1], len(clock.time))
     used = ("time_s", *_RATE, *force, *orientation)
     unknown = [name for name in table.columns if name not in used]
@@ -121,6 +116,18 @@ def read_imu(path: Path, place: str, time_offset: float = 0.0) -> Imu:
         orientation=quaternion,
         notes=notes,
     )
+
+
+def check_channels(table: Table) -> None:
+    """Raise InputError for rates in degrees, forces in g or without gravity, and channels that never change, of those
+    of a sensor's channels that ``table`` has.
+    """
+    _check_rates(table)
+    for name in (*_RATE, *_FORCE):
+        if name in table.columns and np.ptp(table.columns[name]) == 0.0:
+            raise InputError(table.file, f"column {name}", "it never changes: a dead channel", "use another sensor")
+    if table.columns.keys() >= set(_FORCE):
+        _check_force(table)
 
 
 def read_barometer(path: Path, time_offset: float = 0.0) -> Barometer:
@@ -190,21 +197,21 @@ def _without_sign_jumps(path: Path, table: Table) -> Array:
     return np.asarray(found * np.concatenate([[1.0], np.cumprod(flips)])[:, None])
 
 
-def _check_rates(path: Path, table: Table) -> None:
+def _check_rates(table: Table) -> None:
     for name in _RATE:
-        fast = np.abs(table.columns[name]) > _FASTEST_RATE
+        fast = np.abs(table.columns.get(name, np.zeros(1))) > _FASTEST_RATE
         if np.any(fast):
             first = int(np.argmax(fast))
             raise InputError(
-                path,
+                table.file,
                 f"line {table.lines[first]}, {name}",
                 f"{table.columns[name][first]:g} rad/s is more than any gyroscope measures",
                 "give rad/s, not degrees a second",
             )
 
 
-def _check_force(path: Path, table: Table) -> None:
+def _check_force(table: Table) -> None:
     middle = float(np.median(np.linalg.norm(_columns(table, _FORCE), axis=1)))
     if not _FALL[0] <= middle <= _FALL[1]:
-        hint = "give m/s², not g" if 0.3 < middle < 3.0 else "give m/s², gravity included"
-        raise InputError(path, _FORCE[0] + " …", f"the specific force is {middle:.3g} m/s² in the middle", hint)
+        problem = f"the specific force is {middle:.3g} m/s² in the middle"
+        raise InputError(table.file, _FORCE[0] + " …", problem, "give m/s², not g, and gravity included")

@@ -51,7 +51,7 @@ def _rows(posture: Posture) -> list[tuple[str, str, str]]:
         ("heading (°)", f"± {sigma.heading_deg:.1f}", "of the skis"),
         ("pitch (°)", f"± {sigma.pitch_deg:.1f}", "of the skis against the slope"),
         ("height (m)", f"± {sigma.height_m:.3f}", "of one foot against the other"),
-        ("balance (m)", number(posture.unbalanced_rms_m), "by which the posture fails to balance in roll"),
+        ("balance (m)", _metres(posture.unbalanced_rms_m), "by which the posture fails to balance in roll"),
         (
             "effective friction",
             estimate_text(effective),
@@ -67,6 +67,10 @@ def _rows(posture: Posture) -> list[tuple[str, str, str]]:
             ("steering", shares.steering),
         )
     ]
+
+
+def _metres(value: float | None) -> str:
+    return number(value) if value is None else f"{value:.3f}"
 
 
 def _draw_speed(axes: Axes, table: pd.DataFrame, split: float | None) -> None:

@@ -29,12 +29,19 @@ _INSTANTS: Final = 12
 def figure_4(runs: Runs) -> Section:
     by_run = [_panels_of(run) for run in runs]
     panels = [each[kind] for kind in _KINDS for each in by_run if kind in each]
+    caption = (
+        "Trajectory of the antenna in the slope's plane, and its distance to the GPS fixes with the fixes' standard"
+        " deviation as a band"
+    )
+    keys = [Key(1, "-", "simulated"), Key(0, ".", "GPS")]
+    if any(_RATIO in each for each in by_run):
+        caption += "; the left foot's share of the load"
+        keys.append(Key(0, "--", "insoles"))
     return figure_section(
         "Simulated and measured (the paper's Figure 4)",
-        "Trajectory of the antenna in the slope's plane, its distance to the GPS fixes with the fixes' standard "
-        "deviation as a band, and the left foot's share of the load",
+        caption,
         tuple(panels),
-        (Key(1, "-", "simulated"), Key(0, ".", "GPS"), Key(0, "--", "insoles")),
+        tuple(keys),
         4.6,
         2.3,
     )

@@ -114,7 +114,9 @@ def _of_turns(group: Group, name: str, factor: float) -> Callable[[Summary], str
             return "–"
         if figure.sd is None:
             return number(factor * figure.mean)
-        return with_spread(factor * figure.mean, factor * figure.sd)
+        return with_spread(
+            round(factor * figure.mean, 3), round(factor * figure.sd, 3)
+        )  # skis set parallel are 0° apart
 
     return text
 

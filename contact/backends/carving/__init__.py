@@ -1,0 +1,1 @@
+"""Snow that edges cut: templates that ``compiled`` joins with the laws."""
