@@ -6,18 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bundled import bundled
+from test_hypotheses import five_seconds
 
-from sssi_exudyn.fitting.fit import problem_of
-from sssi_exudyn.fitting.measurements import measurements_of
 from sssi_exudyn.fitting.objective import Prior
-from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.validation.diagnosis.diagnose import _form_error as form_error
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, log_evidence, usual_levels
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, responses_of
+from sssi_exudyn.validation.diagnosis.hypothesis import responses_of
 from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.statistics.form_error import FORM
@@ -29,18 +24,12 @@ PUSH = 120.0
 @pytest.fixture(scope="module")
 def latest() -> Round:
     """A round on five seconds of a run, with the responses to forces alone."""
-    recording, motion = bundled("beginner")
-    motion = replace(motion, stop=motion.start + 5.0)
-    model = problem_of(recording, motion, model_of(recording, motion), "joint").model
-    prepared = prepare(model, motion, step=0.01)
-    run = simulate_reduced(model, prepared)
-    measurements = measurements_of(recording, model, motion.start, motion.stop)
-    seen = measurements.predict(model, run)
-    fitted = FittedRun(model, prepared, run, measurements, seen)
-    responses = responses_of(LATENT_FORCE.probes(fitted), prepared, measurements)
+    fitted = five_seconds()
+    measurements, seen = fitted.measurements, fitted.prediction
+    responses = responses_of(LATENT_FORCE.probes(fitted), fitted.prepared, measurements)
     none = np.zeros((len(seen), 0))
     linear = LinearModel(measurements, np.zeros(len(seen)), Freedom(none, np.zeros(0)), none, none)
-    base = Refit(model, (), np.zeros(0), seen, none, 0.0, np.zeros((0, 0)))
+    base = Refit(fitted.model, (), np.zeros(0), seen, none, 0.0, np.zeros((0, 0)))
     return Round((), linear, base, fitted, {LATENT_FORCE.name: responses}, {})
 
 

@@ -40,8 +40,7 @@ IN_THE_FORMAT = 20
 """Names that the format of ``diagnosis.json`` lists."""
 
 
-@pytest.fixture(scope="module")
-def fitted() -> FittedRun:
+def five_seconds() -> FittedRun:
     """Five seconds of a run, which have transitions, by the reduced model."""
     recording, motion = bundled("beginner")
     motion = replace(motion, stop=motion.start + 5.0)
@@ -51,6 +50,11 @@ def fitted() -> FittedRun:
     run = simulate_reduced(model, prepared)
     measurements = measurements_of(recording, model, motion.start, motion.stop)
     return FittedRun(model, prepared, run, measurements, measurements.predict(model, run))
+
+
+@pytest.fixture(scope="module")
+def fitted() -> FittedRun:
+    return five_seconds()
 
 
 def test_names_are_unique() -> None:
