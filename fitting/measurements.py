@@ -15,6 +15,7 @@ from sssi_exudyn.core.frames import Array, level_to_enu
 from sssi_exudyn.fitting.gps_observation import predict_fixes
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.recording.instruments.gps import VERTICAL
 from sssi_exudyn.recording.recording import Recording
 
 BLOCKS: Final = ("x", "y", "height", "load", "difference")
@@ -43,6 +44,7 @@ class Measurements:
     fixes : (n,) s;  place : (n, 3) m in the level frame;  gps_sigma : m, of a horizontal fix as its instrument says
     windows : (m,) s, middles of the insoles' intervals;  loads : (m, 2) N averages over them, left and right
     counts : (n,) what each fix counts, 1 for an ordinary one (``objective.counts_of``)
+    vertical : standard deviation of a fix's height over that of its place, as its instrument says
     """
 
     fixes: Array
@@ -51,6 +53,7 @@ class Measurements:
     windows: Array
     loads: Array
     counts: Array
+    vertical: float = VERTICAL
 
     @property
     def scale(self) -> Array:
@@ -95,7 +98,8 @@ def measurements_of(recording: Recording, model: Model, start: float, stop: floa
         loads = averages(insoles.time, np.stack([insoles.left, insoles.right], axis=1), windows)
     sigma = gps.sigma[inside]
     usual = float(np.median(sigma))
-    return Measurements(gps.time[inside], place, usual, windows, loads, np.minimum(1.0, (usual / sigma) ** 2))
+    counts = np.minimum(1.0, (usual / sigma) ** 2)
+    return Measurements(gps.time[inside], place, usual, windows, loads, counts, gps.vertical)
 
 
 def averages(time: Array, values: Array, windows: Array) -> Array:

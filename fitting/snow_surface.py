@@ -36,8 +36,6 @@ from sssi_exudyn.terrain.from_heights import (
 )
 from sssi_exudyn.terrain.surface import Surface
 
-VERTICAL: Final = 1.5
-"""Standard deviation of a fix's height over that of its place (Teunissen and Montenbruck 2017, ch. 21)."""
 MEMORY: Final = 3.0
 """s over which a receiver's error of height is correlated (as that of its place: ``core.noise``)."""
 BAROMETER: Final = (0.12, ExponentialNoise(4.5, 1000.0))
@@ -247,7 +245,7 @@ def snow_heights(gps: Gps, motion: Motion, model: Model) -> Heights:
     share /= share.sum(axis=1, keepdims=True)
     snow = np.sum(share[..., None] * edges, axis=1)
     height = snow[:, 2] - replace(model, surface=None).snow(snow)[0]
-    sigma = VERTICAL * gps.sigma[inside]
+    sigma = gps.vertical * gps.sigma[inside]
     noise = ExponentialNoise(float(np.median(sigma)), MEMORY)
     if gps.barometric:
         independent, noise = BAROMETER

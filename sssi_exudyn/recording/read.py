@@ -95,6 +95,9 @@ class _GpsTable:
     sigma: float = quantity(
         0.02, "m", low=1e-4, high=100.0, source="RTK to telephones", meaning="standard deviation of a horizontal fix"
     )
+    height_sigma: float = quantity(
+        0.03, "m", low=1e-4, high=1000.0, source="RTK to telephones", meaning="standard deviation of a fix's height"
+    )
     time_offset: float = quantity(
         0.0, "s", low=-_DAY, high=_DAY, source="a day", meaning="added to the instrument's time"
     )
@@ -409,19 +412,22 @@ def _read_gps(
         return None
     table = table_of(settings, "gps", toml)
     check_keys(table, _keys(_GpsTable, "file", "segment", "offset_m"), toml, "[gps]")
-    numbers = numbers_of(_GpsTable, table, toml, "[gps]", optional=("sigma", "time_offset"))
+    numbers = numbers_of(_GpsTable, table, toml, "[gps]", optional=("sigma", "height_sigma", "time_offset"))
     segment = text_of(table, "segment", toml, "[gps]")
     if segment not in joints:
         raise InputError(
             toml, "[gps] segment", f"the motion has no joint {segment!r}", f"use one of: {', '.join(joints[:24])}"
         )
-    return read_gps(
+    gps = read_gps(
         _instrument(folder, table, toml, "[gps]", hashes),
         segment=segment,
         offset=np.array(vector_of(table, "offset_m", toml, "[gps]", limit=1.0)),
         sigma=numbers.get("sigma"),
         time_offset=numbers.get("time_offset", 0.0),
     )
+    if "height_sigma" not in numbers:
+        return gps
+    return replace(gps, vertical=numbers["height_sigma"] / float(np.median(gps.sigma)))
 
 
 def _read_insoles(folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]) -> Insoles | None:

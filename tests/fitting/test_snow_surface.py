@@ -18,6 +18,7 @@ from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.fit import FRICTION, NUISANCES, problem_of
+from sssi_exudyn.fitting.measurements import measurements_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface, snow_heights, snow_surface, surface_process
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
@@ -28,6 +29,7 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.terrain.from_heights import TILTS
 from sssi_exudyn.terrain.surface import Surface
+from sssi_exudyn.validation.diagnosis.evidence import usual_levels
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 
@@ -107,6 +109,21 @@ def test_a_barometers_heights_count_beside_coarse_fixes(on_a_roll: Path) -> None
     # wanders by 0.2 m in a second shows about half of waves that take 3 s
     assert spread[0] < 0.05
     assert spread[1] > 0.08
+
+
+def test_heights_may_be_poorer_than_places(on_a_roll: Path) -> None:
+    text = (on_a_roll / "recording.toml").read_text(encoding="utf-8")
+    (on_a_roll / "recording.toml").write_text(text.replace("sigma_m = 0.02", "sigma_m = 0.02\nheight_sigma_m = 5.0"))
+    recording, motion, model = parts(on_a_roll)
+    assert recording.gps is not None
+    assert np.median(recording.gps.sigma) == pytest.approx(0.02)
+    found = snow_surface(model, recording, motion)
+    assert found is not None
+    assert np.median(found[1].sigma) == pytest.approx(5.0)
+    # the snow rolls by 0.25 m, root mean square: heights that are off by 5 m show nothing of it
+    assert np.std(found[0].at(found[1].places)[:, 0]) < 0.05
+    heights = usual_levels(measurements_of(recording, model, motion.start, motion.stop)).height
+    assert heights.sigma == pytest.approx(5.0 * 1.4 / 1.5)
 
 
 def test_what_is_open_of_the_snow_is_fitted_along(on_a_roll: Path) -> None:

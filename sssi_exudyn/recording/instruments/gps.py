@@ -35,6 +35,10 @@ _TURN_ACCELERATION: Final = 5.0
 _UNITS: Final = {"km/h": 3.6, "mph": 2.237, "knots": 1.944, "feet per second": 3.281}
 
 
+VERTICAL: Final = 1.5
+"""Standard deviation of a fix's height over that of its place, usually (Teunissen and Montenbruck 2017, ch. 21)."""
+
+
 @dataclass(frozen=True)
 class Gps:
     """Fixes of one antenna.
@@ -51,6 +55,7 @@ class Gps:
     course : (n,) rad clockwise from north where the receiver wrote it, unwrapped
     notes : what was done to the data, in words
     barometric : whether the heights are a barometer's
+    vertical : standard deviation of a height over that of its place
     """
 
     time: Array
@@ -63,6 +68,7 @@ class Gps:
     course: Array | None = None
     notes: tuple[str, ...] = ()
     barometric: bool = False
+    vertical: float = VERTICAL
 
 
 def enu_from(enu: Array, origin: tuple[float, float, float], other: tuple[float, float, float]) -> Array:
