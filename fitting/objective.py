@@ -126,7 +126,6 @@ def weight_of(noise: ExponentialNoise, track: Track) -> float:
 def counts_of(track: Track, residual: Array | None = None) -> Array:
     """(n,) what each fix counts, 1 for an ordinary one: less where it says so itself by its standard deviation, and,
     with a residual (n, 2) m, where it is far off its neighbours.
-
     """
     counts = np.minimum(1.0, (np.median(track.sigma) / track.sigma) ** 2)
     if residual is None:

@@ -385,8 +385,7 @@ def _apart(gps: Gps, other: Gps) -> float:
 
 def _read_uncertainty(settings: Settings, toml: Path, lag: float = 0.0) -> Uncertainty:
     """``[uncertainty]``, the usual where it says nothing else: of a clock whose lag was found, ``lag`` (s)."""
-    usual = Uncertainty()
-    usual = replace(usual, clock=max(usual.clock, lag))
+    usual = replace(Uncertainty(), clock=max(Uncertainty.clock, lag))
     if "uncertainty" not in settings:
         return usual
     table = table_of(settings, "uncertainty", toml)

@@ -75,13 +75,13 @@ def diagnose(
             break
         try:
             progress(None, f"posture and snow surface with {best.name}")
-            following = estimate_again(problem, replace(state, levels=best.levels), best.fit, full=full)
+            place, with_best, again = estimate_again(problem, replace(state, levels=best.levels), best.fit, full=full)
             forms.append(_form_error(latest, best))
-            rounds.append(compare_hypotheses(following[0], _beside(following[1], forms), following[2]))
+            rounds.append(compare_hypotheses(place, _beside(with_best, forms), again))
         except SimulationDiverged as error:
             progress(None, f"the search ends: with {best.name} {error}")
             break
-        problem, state, base = following
+        problem, state, base = place, with_best, again
         accepted.append(Accepted(latest, best, base, linear_model(problem, state, base)))
     if len(accepted) > 1:
         names = sorted(each.explanation.name for each in accepted)
@@ -114,8 +114,7 @@ def _form_error(latest: Round, found: Explanation) -> Freedom:
     fit, candidate, by_force = found.fit, found.candidate, latest.responses[LATENT_FORCE.name]
     if fit is None or candidate is None or BY_NAME[found.name].kind == "sensor":
         return Freedom(np.zeros((len(by_force), 0)), np.zeros(0))
-    amplitudes = {name for group in candidate.amplitudes for name in group}
-    of_finding = np.array([bool(amplitudes & set(parameter.names)) for parameter in fit.parameters])
+    of_finding = np.array([bool(candidate.strengths & set(parameter.names)) for parameter in fit.parameters])
     moved = fit.sensitivity[:, of_finding] @ fit.pulls[of_finding]
     return form_error(latest.linear, found.levels, moved, by_force, latest.fitted.time_edges)
 

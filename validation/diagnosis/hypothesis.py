@@ -99,6 +99,11 @@ class Candidate:
     places: dict[str, float] = field(default_factory=dict)
     window: tuple[float, float] | None = None
 
+    @property
+    def strengths(self) -> set[str]:
+        """All names in ``amplitudes``."""
+        return {name for group in self.amplitudes for name in group}
+
 
 Numbers = Mapping[str, Number]
 """Fitted numbers of a hypothesis by their names in its term or fault."""

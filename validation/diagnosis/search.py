@@ -123,8 +123,7 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
 
 def extended_parameters(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], tuple[Parameter, ...]]:
     """Parameters of a fit with the candidate: those of ``base`` with the amplitudes, and the places."""
-    names = {name for group in candidate.amplitudes for name in group}
-    kept = tuple(p for p in base.parameters if not names & set(p.names))
+    kept = tuple(p for p in base.parameters if not candidate.strengths & set(p.names))
     known = {p.names[0]: p.prior.mean for p in base.parameters}
     amplitudes = tuple(
         Parameter(group, Prior(known.get(group[0], candidate.model.value(group[0])), float(scale)))

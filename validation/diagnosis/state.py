@@ -181,7 +181,7 @@ def settle(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State, 
 
 def remove(problem: DiagnosisProblem, state: State, fit: Refit, candidate: Candidate) -> tuple[State, Refit]:
     """The fit refitted without what the candidate brought."""
-    names = {name for group in candidate.amplitudes for name in group} | set(candidate.places)
+    names = candidate.strengths | set(candidate.places)
     owners = {name.partition(".")[0] for name in names}
     model = fit.model
     if owners == {"start"}:

@@ -114,9 +114,8 @@ def _of_turns(group: Group, name: str, factor: float) -> Callable[[Summary], str
             return "–"
         if figure.sd is None:
             return number(factor * figure.mean)
-        return with_spread(
-            round(factor * figure.mean, 3), round(factor * figure.sd, 3)
-        )  # skis set parallel are 0° apart
+        # rounded, as skis that were set parallel are 0° apart and not 1e-7°
+        return with_spread(round(factor * figure.mean, 3), round(factor * figure.sd, 3))
 
     return text
 

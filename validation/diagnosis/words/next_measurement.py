@@ -111,4 +111,4 @@ def _again(model: Model, explanation: Explanation) -> Model:
     candidate = explanation.candidate
     if candidate is None or BY_NAME[explanation.name].comes_again:
         return model
-    return model.without({name.partition(".")[0] for group in candidate.amplitudes for name in group})
+    return model.without({name.partition(".")[0] for name in candidate.strengths})
