@@ -1,6 +1,6 @@
 """The fuzzer: files are mutated at random, and what the program does with them is judged.
 
-    python tests/support/fuzzing.py --count 10000 --seed 1 [--real FOLDER] [--state FILE]
+    PYTHONPATH=tests/support python tests/support/hostile/fuzzing.py --count 10000 [--seed 1] [--real FOLDER] [--state FILE]
 
 Recordings, files of every importable format, models, skis, results, begun sweeps and entries of a cache are mutated;
 some become pipes, devices or folders.  Allowed is to take them, or one InputError with file, problem and fix on a line
@@ -421,7 +421,8 @@ def fuzz(count: int, seed: int, keep: Path, real: Path | None = None, state: Pat
         command = [sys.executable, __file__, "--worker", str(found.cases), "--count", str(count), "--seed", str(seed)]
         command += ["--keep", str(keep), *(["--real", str(real)] if real else [])]
         running = None
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        modules = {"PYTHONPATH": os.pathsep.join(sys.path)}  # the worker finds what this process does
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, **modules}) as process:
             assert process.stdout is not None
             try:
                 for line in process.stdout:

@@ -35,7 +35,7 @@ from sssi_exudyn.sweeps.records import DONE, Record, write_record
 from sssi_exudyn.terrain.file import FILE, surface_bytes
 from sssi_exudyn.terrain.surface import Surface
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 KNOWN = replace(ANSWERS, gps_offset_s=0.0)
 PLACED = {"left_ski.csv": "left_ski=", "right_ski.csv": "right_ski=", "foot.csv": "insoles="}
 """Files that are imported under a place, and how that is written."""
