@@ -1,6 +1,6 @@
 """The fuzzer: files are mutated at random, and what the program does with them is judged.
 
-    PYTHONPATH=tests/support python tests/support/hostile/fuzzing.py --count 10000 [--seed 1] [--real FOLDER] [--state FILE]
+    PYTHONPATH=tests/support python tests/support/hostile/fuzzing.py --count 10000 [--real FOLDER] [--state FILE]
 
 Recordings, files of every importable format, models, skis, results, begun sweeps and entries of a cache are mutated;
 some become pipes, devices or folders.  Allowed is to take them, or one InputError with file, problem and fix on a line
