@@ -57,14 +57,13 @@ def estimate(
     motion: Motion,
     *,
     full: bool = True,
-    heavy_tails: bool = True,
-    roughly: bool = False,
+    comparing: bool = False,
     cache: Cache | None = None,
     progress: Progress | None = None,
 ) -> Estimated:
     """Solve the problem with the reduced model, then estimate all that is uncertain, ``full`` or not judged by the full
-    model, single readings with ``heavy_tails`` or not, until nothing moves any more, ``roughly`` or not.  What was
-    found on the way is kept in ``cache``.
+    model.  An estimate for ``comparing`` hypotheses uses what these are compared by: instruments, each reading at its
+    word, not the moment about the pelvis.  What was found on the way is kept in ``cache``.
 
     Raises SimulationDiverged when a simulation does.
     """
@@ -72,9 +71,8 @@ def estimate(
     first = fit(problem, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
     counted = problem.with_counts(counts_of(problem.track, first.residual))
     posterior = estimate_from(
-        first.model, counted, recording, motion, full=full, heavy_tails=heavy_tails, roughly=roughly,
-        cache=cache, progress=progress,
-    )  # fmt: skip
+        first.model, counted, recording, motion, full=full, comparing=comparing, cache=cache, progress=progress
+    )
     seen, setting = posterior.setting.seen, posterior.setting
     x, y = (posterior.residual[seen.blocks[name]] for name in ("x", "y"))
     fitted = replace(
@@ -100,19 +98,18 @@ def estimate_from(
     more: Mapping[tuple[str, ...], Prior] | None = None,
     known: Posterior | None = None,
     full: bool = True,
-    heavy_tails: bool = True,
-    roughly: bool = False,
+    comparing: bool = False,
     cache: Cache | None = None,
     progress: Progress | None = None,
 ) -> Posterior:
     """Estimate all that is uncertain, from the numbers that the model has; with ``more`` numbers, or with other priors
     of the usual ones, by their names (several move together).  ``known`` is an estimate by whose errors of posture and
-    mass the model is corrected already; ``heavy_tails`` and ``roughly`` as in ``find_posterior``.
+    mass the model is corrected already; ``comparing`` as in ``estimate``.
 
     Raises SimulationDiverged when a simulation does.
     """
     say = progress or (lambda _fraction, _detail: None)
-    model, setting = setting_of(model, problem, recording, motion, more)
+    model, setting = setting_of(model, problem, recording, motion, more, balanced=not comparing)
     seen = setting.seen
 
     def by_full_model(model: Model) -> Array:
@@ -122,9 +119,7 @@ def estimate_from(
         return found
 
     judge = by_full_model if full else None
-    return find_posterior(
-        model, setting, judge, lambda text: say(None, text), known, heavy_tails=heavy_tails, roughly=roughly
-    )
+    return find_posterior(model, setting, judge, lambda text: say(None, text), known, comparing=comparing)
 
 
 def setting_of(
@@ -133,15 +128,17 @@ def setting_of(
     recording: Recording,
     motion: Motion,
     more: Mapping[tuple[str, ...], Prior] | None = None,
+    *,
+    balanced: bool = True,
 ) -> tuple[Model, Setting]:
-    """The model with the parts whose numbers are sought along, and what is sought with what is measured; priors and
-    what each fix counts are the problem's, those of ``more`` come before.
+    """The model with the parts whose numbers are sought along, and what is sought with what is measured, the moment of
+    a skier who is ``balanced`` too; priors and what each fix counts are the problem's, those of ``more`` come before.
     """
     model, about = with_instruments(model, recording), recording.uncertainty
     usual = {unknown.names: unknown.prior for unknown in unknown_numbers(model, problem.priors, recording)}
     return model, Setting(
         motion=motion,
-        seen=observation_of(recording, model, motion, problem.counts),
+        seen=observation_of(recording, model, motion, problem.counts, balanced=balanced),
         unknowns=tuple(Unknown(names, prior) for names, prior in {**usual, **(more or {})}.items()),
         errors=posture_errors(about, motion.start, motion.stop),
         mass=(recording.skier.mass, about.mass),

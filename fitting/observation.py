@@ -123,14 +123,17 @@ class Observation:
         )
 
 
-def observation_of(recording: Recording, model: Model, motion: Motion, counts: Array) -> Observation:
-    """The measurements of a recording; ``counts`` (n,) is what each fix counts (``counts_of``).
+def observation_of(
+    recording: Recording, model: Model, motion: Motion, counts: Array, *, balanced: bool = True
+) -> Observation:
+    """The measurements of a recording; ``counts`` (n,) is what each fix counts (``counts_of``).  That nothing is left
+    over of the moment is among them for a skier who is taken to be ``balanced``.
 
     Raises ValueError when the recording has no GPS.
     """
     seen = measurements_of(recording, model, motion.start, motion.stop)
     velocity_time, velocity = _measured_velocity(recording, model, motion)
-    windows = np.arange(motion.start + _MARGIN, motion.stop - _MARGIN, _INTERVAL)
+    windows = np.arange(motion.start + _MARGIN, motion.stop - _MARGIN, _INTERVAL) if balanced else np.zeros(0)
     times = (*[seen.fixes] * 2, *[velocity_time] * 2, *[seen.windows] * 2, *[windows] * 3)
     edges = np.cumsum([0, *(len(time) for time in times)])
     measured = np.concatenate(

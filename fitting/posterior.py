@@ -222,12 +222,12 @@ def find_posterior(
     say: Say = lambda _text: None,
     known: Posterior | None = None,
     *,
-    heavy_tails: bool = True,
-    roughly: bool = False,
+    comparing: bool = False,
 ) -> Posterior:
     """Estimate all that is uncertain, from the numbers that the model has; it is of posture and mass as captured, or as
-    an estimate of a similar model already ``known`` has them.  With ``heavy_tails`` single readings count less by how
-    far off they are.  It ends where nothing moves any more, ``roughly`` or not.
+    an estimate of a similar model already ``known`` has them.  Single readings count less by how far off they are, and
+    it ends where nothing moves any more: a place for ``comparing`` hypotheses takes every reading at its word, as their
+    evidence does, and ends roughly there.
 
     ``full`` predicts the measurements (N,) by the full model, the moments left at zero; where the rounds have settled,
     what it predicts beyond the reduced model is added, and they go on.
@@ -244,7 +244,7 @@ def find_posterior(
             again = not kept or _bend(point, linearised) > bent
             responses = _linearise(setting, point, None if again else responses)
             linearised = point.sizes if again else linearised
-            if heavy_tails:
+            if not comparing:
                 setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
         setting = _weigh_surface(setting, point, responses, levels)
         levels = weigh_noise(_linear(setting, point, responses), levels)
@@ -261,7 +261,7 @@ def find_posterior(
             surplus[setting.seen.moments] = 0.0
             point = replace(point, predicted=point.predicted - point.beyond + surplus, beyond=surplus)
             full = None
-        elif _ends(moved, _bend(point, linearised), roughly=roughly and kept):
+        elif _ends(moved, _bend(point, linearised), roughly=comparing and kept):
             break
     covariance, shares = _in_the_end(setting, point, responses, levels, found)
     return Posterior(
@@ -309,13 +309,14 @@ def _bend(point: Point, linearised: Array) -> float:
 
 def linearise_at(model: Model, setting: Setting, known: Posterior | None = None) -> tuple[Point, Responses]:
     """A model as a point of a search, and the measurements linearised there; no error of posture or mass is found yet,
-    or those of an estimate already ``known``, whose responses to them are taken.
+    or those of an estimate already ``known``, whose responses to them are taken where it has the same measurements.
 
     Raises SimulationDiverged when its simulation does.
     """
     sizes = np.zeros(len(setting.errors) + 1) if known is None else known.sizes
     point = _point_at(setting, model, sizes, np.zeros(len(setting.seen.measured)))
-    return point, _linearise(setting, point, None if known is None else known.responses)
+    alike = known is not None and known.setting.seen.blocks == setting.seen.blocks
+    return point, _linearise(setting, point, known.responses if known is not None and alike else None)
 
 
 def moved_point(setting: Setting, point: Point, responses: Responses, values: Array, sizes: Array) -> Point:
@@ -387,6 +388,8 @@ def _linearise(setting: Setting, point: Point, known: Responses | None) -> Respo
 def _own_moments(setting: Setting, model: Model, posture: PostureErrors, prepared: Prepared) -> Array:
     """(moments, errors) what each error changes of the moment that the posture has of itself."""
     time = setting.seen.times["moment_f"]
+    if not len(time):
+        return np.zeros((0, len(setting.errors)))
     own = own_moment(Parts(model, correct_motion(model, setting.motion)), time)
     kinds: dict[tuple[str, int], Array] = {}
     columns = []

@@ -29,6 +29,7 @@ from sssi_exudyn.validation.diagnosis.state import (
     estimate_again,
     first_fit,
     fitted_run,
+    last_estimate,
     linear_model,
     remove,
     settle,
@@ -93,7 +94,12 @@ def diagnose(
             base = accepted[-1].fit if accepted else first
             problem, state, base = estimate_again(problem, state, base, full=full)
             rounds.append(compare_hypotheses(problem, state, base))
-    after = state.estimate
+    try:
+        after = last_estimate(problem, state, base, full=full)
+    except SimulationDiverged as error:
+        problem.progress(None, f"the last estimate is the search's: {error}")
+        after = state.estimate
+    before = before if accepted else after
     estimates = None if before is None or after is None else (before, after)
     diagnosis, figures = describe(recording.name, problem, state, first, base, rounds, accepted, estimates)
     return SearchResult(

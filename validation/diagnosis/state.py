@@ -41,10 +41,6 @@ Arrays = Mapping[str, NDArray[np.generic]]
 """What a cache keeps."""
 _STATED: Final = (LeverArm, BootCuff, InsoleGain)
 """Instruments' parts whose numbers an estimate seeks along."""
-_HEAVY_TAILS: Final = False
-"""Of single readings: what is not yet in the model is far off too, and hypotheses are compared by Gaussian evidence, so
-that an estimate which leaves readings aside is no place to linearise at.
-"""
 
 
 @dataclass(frozen=True)
@@ -80,9 +76,14 @@ def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[Diagnos
     state = State(usual_levels(problem.measurements), no_nuisances(size), np.zeros(size))
     if recording.completed is None:
         made = estimate(
-            problem.fitting, recording, motion, full=full, heavy_tails=_HEAVY_TAILS, roughly=True,
-            cache=problem.cache, progress=problem.progress,
-        )  # fmt: skip
+            problem.fitting,
+            recording,
+            motion,
+            full=full,
+            comparing=True,
+            cache=problem.cache,
+            progress=problem.progress,
+        )
         return linearise_about(problem.with_residual(made.fitted.residual), made.posterior, problem.parameters)
     problem = replace(problem, ground=surface_process(problem.model, recording, motion))
     base = fit_model(problem, state, problem.model, problem.parameters, state.levels)
@@ -105,16 +106,31 @@ def estimate_again(
             state = replace(state, beyond=_full_surplus(problem, fit.model))
             fit = fit_model(problem, state, fit.model, fit.parameters, state.levels)
         return problem, state, fit
+    posterior = _estimate_with(problem, fit, state.estimate, full=full, comparing=True)
+    problem, following, base = linearise_about(problem, posterior, fit.parameters)
+    return problem, replace(following, first_evidence=state.first_evidence), base
+
+
+def last_estimate(problem: DiagnosisProblem, state: State, fit: Refit, *, full: bool) -> Posterior | None:
+    """All that is uncertain of a fit's model as a fit of the recording estimates it: that nothing is left over of the
+    moment about the pelvis counts too.  None where most of the posture is assumed.
+    """
+    if state.estimate is None:
+        return None
+    problem.progress(None, "posture, snow surface and balance at the end")
+    return _estimate_with(problem, fit, state.estimate, full=full, comparing=False)
+
+
+def _estimate_with(
+    problem: DiagnosisProblem, fit: Refit, known: Posterior, *, full: bool, comparing: bool
+) -> Posterior:
     model = on_snow_surface(replace(fit.model, surface=None), problem.recording, problem.motion)
     usual = {name: prior for name, prior in problem.fitting.priors.items() if not name.startswith("surface.")}
     fitting = replace(problem.fitting, priors=usual | surface_priors(model))
-    posterior = estimate_from(
+    return estimate_from(
         model, fitting, problem.recording, problem.motion, more={p.names: p.prior for p in found_by(problem, fit)},
-        known=state.estimate, full=full, heavy_tails=_HEAVY_TAILS, roughly=True,
-        cache=problem.cache, progress=problem.progress,
+        known=known, full=full, comparing=comparing, cache=problem.cache, progress=problem.progress,
     )  # fmt: skip
-    problem, following, base = linearise_about(problem, posterior, fit.parameters)
-    return problem, replace(following, first_evidence=state.first_evidence), base
 
 
 def found_by(problem: DiagnosisProblem, fit: Refit) -> list[Parameter]:
