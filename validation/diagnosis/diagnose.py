@@ -22,6 +22,7 @@ from sssi_exudyn.validation.diagnosis.evidence import Freedom
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE, STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Progress, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.refit import Refit
+from sssi_exudyn.validation.diagnosis.rivals import estimate_rivals
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round, compare_hypotheses
 from sssi_exudyn.validation.diagnosis.search_result import Figures, SearchResult, SeparateFit
 from sssi_exudyn.validation.diagnosis.state import (
@@ -71,18 +72,20 @@ def diagnose(
     while len(accepted) < MOST_FINDINGS:
         latest = rounds[-1]
         allowed = ONCE_MORE if accepted else STANDS_OUT
-        best = latest.best
-        if latest.nothing.probability > allowed or best.fit is None:
+        if latest.nothing.probability > allowed or latest.best.fit is None:
             break
         try:
-            progress(None, f"posture and snow surface with {best.name}")
-            place, with_best, again = estimate_again(problem, replace(state, levels=best.levels), best.fit, full=full)
-            forms.append(_form_error(latest, best))
-            rounds.append(compare_hypotheses(place, _beside(with_best, forms), again))
+            latest, anew = estimate_rivals(problem, state, latest, full=full)
+            best = latest.best
+            about = anew[best.name]
+            form = _form_error(latest, best)
+            following = compare_hypotheses(about.problem, _beside(about.state, [*forms, form]), about.fit)
         except SimulationDiverged as error:
-            progress(None, f"the search ends: with {best.name} {error}")
+            progress(None, f"the search ends: with {latest.best.name} {error}")
             break
-        problem, state, base = place, with_best, again
+        rounds[-1:] = [latest, following]
+        forms.append(form)
+        problem, state, base = about.problem, about.state, about.fit
         accepted.append(Accepted(latest, best, base, linear_model(problem, state, base)))
     if len(accepted) > 1:
         names = sorted(each.explanation.name for each in accepted)

@@ -6,6 +6,7 @@ later, so that files without them are still read.  ``diagnosis.schema.json`` bes
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -156,12 +157,27 @@ class Stretch:
 
 
 @dataclass(frozen=True)
+class ForceByFoot:
+    """The same force on each foot, were it the snow's: c vectors each, with their standard deviations.
+
+    log_bayes_factor : of some force on the feet against none
+    """
+
+    left_N: tuple[Vector, ...]
+    left_band_N: tuple[Vector, ...]
+    right_N: tuple[Vector, ...]
+    right_band_N: tuple[Vector, ...]
+    log_bayes_factor: float
+
+
+@dataclass(frozen=True)
 class ForceOverTime:
     """The force that a model lacks, in c cells of time: along and across the skis and normal to the snow.
 
     edges_s : c + 1 instants;  force_N, band_N : c vectors, the force and its standard deviation
     stands_out : c times three, true where a direction stands out from what noise alone would show
     log_bayes_factor : of some force against none, its course integrated out
+    by_foot : None without insoles
     """
 
     edges_s: tuple[float, ...]
@@ -169,11 +185,16 @@ class ForceOverTime:
     band_N: tuple[Vector, ...]
     stands_out: tuple[tuple[bool, bool, bool], ...]
     log_bayes_factor: float | None = None
+    by_foot: ForceByFoot | None = None
 
     def __post_init__(self) -> None:
         """Raise ValueError where the lengths differ."""
         cells = len(self.edges_s) - 1
-        if not len(self.force_N) == len(self.band_N) == len(self.stands_out) == cells:
+        feet = self.by_foot
+        lists: list[Sized] = [self.force_N, self.band_N, self.stands_out]
+        if feet is not None:
+            lists += [feet.left_N, feet.left_band_N, feet.right_N, feet.right_band_N]
+        if any(len(each) != cells for each in lists):
             raise ValueError("the lists have other lengths than the cells of time")
 
 

@@ -78,6 +78,7 @@ class Round:
 
     responses : (N, probes) by the names of the hypotheses, a unit of amplitude
     noticed : by their names, from which size on each would have been noticed
+    explained : log evidence that earlier findings brought
     """
 
     explanations: tuple[Explanation, ...]
@@ -86,6 +87,7 @@ class Round:
     fitted: FittedRun
     responses: dict[str, Array]
     noticed: dict[str, Smallest]
+    explained: float = 0.0
 
     @property
     def nothing(self) -> Explanation:
@@ -118,7 +120,7 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
     noticed = {explanation.name: smallest for explanation, smallest in compared}
     explained = 0.0 if state.first_evidence is None else max(0.0, evidence - state.first_evidence)
     found = [nothing, *_refit_best(problem, state, base, nothing, [explanation for explanation, _ in compared])]
-    return Round(_by_probability(found, explained), linear, base, fitted, responses, noticed)
+    return Round(rank_by_probability(found, explained), linear, base, fitted, responses, noticed, explained)
 
 
 def extended_parameters(base: Refit, candidate: Candidate) -> tuple[tuple[Parameter, ...], tuple[Parameter, ...]]:
@@ -211,24 +213,24 @@ def _refit_with(problem: DiagnosisProblem, state: State, base: Refit, explanatio
         fits = [fit_from(candidate, start) for start in starts]
         fit = min(fits, key=lambda each: each.objective)
         # how strong it is shows only now that it stands where it acts
-        by_size = _evidence_by_size(problem, state, base, explanation, fit)
+        by_size = evidence_by_size(problem, state, base, explanation, fit)
         size = SIZES[int(np.argmax(by_size))]
         if size != explanation.size:
             candidate = _scale(candidate, size / explanation.size)
             fit = fit_from(candidate, fit.model)
             explanation = replace(explanation, candidate=candidate, size=size)
-            by_size = _evidence_by_size(problem, state, base, explanation, fit)
+            by_size = evidence_by_size(problem, state, base, explanation, fit)
     except SimulationDiverged:
         return explanation
-    spread = float(np.logaddexp.reduce(by_size) - np.log(len(SIZES)) - by_size[SIZES.index(size)])
-    placed = linear_model(problem, state, _fix_places(base, candidate, fit))
+    placed = linear_model(problem, state, fix_places(base, candidate, fit))
     levels, evidence = best_levels(placed, explanation.levels)
     if not hypothesis.possible(fit.model):
         evidence = -np.inf
-    return replace(explanation, log_evidence=evidence + spread + explanation.log_place, fit=fit, levels=levels)
+    evidence += spread_of_sizes(by_size, size) + explanation.log_place
+    return replace(explanation, log_evidence=evidence, fit=fit, levels=levels)
 
 
-def _fix_places(base: Refit, candidate: Candidate, fit: Refit) -> Refit:
+def fix_places(base: Refit, candidate: Candidate, fit: Refit) -> Refit:
     """The fit with the candidate where it has been found: places were searched by the candidates, their freedom is not
     counted again.
     """
@@ -237,13 +239,18 @@ def _fix_places(base: Refit, candidate: Candidate, fit: Refit) -> Refit:
     return replace(fit, parameters=parameters, values=fit.values[:count], sensitivity=fit.sensitivity[:, :count])
 
 
-def _evidence_by_size(
+def spread_of_sizes(by_size: Array, size: float) -> float:
+    """What the other sizes (sizes,) change of the log evidence of one ``size``, each of them as probable beforehand."""
+    return float(np.logaddexp.reduce(by_size) - np.log(len(SIZES)) - by_size[SIZES.index(size)])
+
+
+def evidence_by_size(
     problem: DiagnosisProblem, state: State, base: Refit, explanation: Explanation, fit: Refit
 ) -> Array:
     """(sizes,) log evidence of the fit, were it usually of each size."""
     candidate = explanation.candidate
     assert candidate is not None
-    every = [_fix_places(base, _scale(candidate, size / explanation.size), fit) for size in SIZES]
+    every = [fix_places(base, _scale(candidate, size / explanation.size), fit) for size in SIZES]
     return np.array([log_evidence(linear_model(problem, state, each), explanation.levels) for each in every])
 
 
@@ -264,7 +271,8 @@ def _values_beside(candidate: Candidate) -> list[dict[str, float]]:
     ]
 
 
-def _by_probability(found: Sequence[Explanation], explained: float) -> tuple[Explanation, ...]:
+def rank_by_probability(found: Sequence[Explanation], explained: float) -> tuple[Explanation, ...]:
+    """All explanations of a round with their probabilities, the most probable first."""
     odds = probabilities([each.name for each in found], np.array([each.log_evidence for each in found]), explained)
     ranked = [replace(each, probability=float(p)) for each, p in zip(found, odds, strict=True)]
     return tuple(sorted(ranked, key=lambda each: -each.probability))

@@ -8,11 +8,15 @@ is everything else that may vary (see ``evidence``).  How probable they are with
 the Bayes factor with u integrated out, averaged over sizes and times.  What stands out is compared with what the same
 smoothing makes of noise alone, with the false discovery rate held over all cells.
 
+Were the force the snow's, it would act on the feet, and each sole would carry its part: insoles distinguish the feet by
+it, and a force on the skis from one on the body.
+
 Source: Rasmussen and Williams 2006, ch. 2; Benjamini and Hochberg 1995.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -21,6 +25,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.measurements import Measurements, averages, total_and_difference
+from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, uncertain, whiten_columns
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 
@@ -39,6 +45,19 @@ _WINDOWS: Final = (1, 3, 6)
 
 
 @dataclass(frozen=True)
+class ForceOnFeet:
+    """The force that is missing, were it the snow's.
+
+    force, band : (c, 2, 3) N on the left and the right foot, as those of ``MissingForce``
+    log_bayes_factor : of some force on the feet against none
+    """
+
+    force: Array
+    band: Array
+    log_bayes_factor: float
+
+
+@dataclass(frozen=True)
 class MissingForce:
     """The force that is missing, cell by cell.
 
@@ -46,6 +65,7 @@ class MissingForce:
     score : (c, 3) the force in standard deviations of what noise alone would show
     stands_out : (c, 3) true within a window whose mean stands out
     log_bayes_factor : of some force against none
+    on_feet : None without insoles
     """
 
     edges: Array
@@ -54,6 +74,7 @@ class MissingForce:
     score: Array
     stands_out: NDArray[np.bool_]
     log_bayes_factor: float
+    on_feet: ForceOnFeet | None
 
     def impulse(self, window: tuple[float, float]) -> Array:
         """(3,) N s within a window of time (s)."""
@@ -81,22 +102,81 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     middles = 0.5 * (edges[1:] + edges[:-1])
     forward = fitted.run.foot_forward.mean(axis=1)
     course = np.stack([np.interp(middles, fitted.run.time, forward[:, axis]) for axis in range(2)])
-    cosine, sine = course / np.linalg.norm(course, axis=0)
+    course = course / np.linalg.norm(course, axis=0)
+    cosine, sine = course
     by_f, by_l, by_n = responses.reshape(len(responses), 3, cells).transpose(1, 0, 2)
     shaped = np.hstack([by_f * cosine + by_l * sine, by_l * cosine - by_f * sine, by_n])
-    known, g = uncertain(linear, levels), whiten_columns(linear, levels, shaped)
-    gram, pull = g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual)
-    gains, factors = zip(
-        *(_gain(latent_covariance(middles, size, time), gram, pull) for size in _SIZES for time in _CORRELATIONS),
-        strict=True,
-    )
-    gain = gains[int(np.argmax(factors))]
-    mean = gain @ pull
-    band = np.sqrt(np.maximum(np.diag(gain), 0.0))
+    known = uncertain(linear, levels)
+
+    def smooth(columns: Array, parts: int) -> _Smoothed:
+        """A force of independent ``parts``, three directions each, by its columns (N, 3·parts·c)."""
+        alike = [latent_covariance(middles, size, time) for size in _SIZES for time in _CORRELATIONS]
+        priors = [np.asarray(np.kron(np.eye(parts) / parts, each), dtype=np.float64) for each in alike]
+        g = whiten_columns(linear, levels, columns)
+        return _smooth(g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual), priors)
+
+    found = smooth(shaped, 1)
+    gain, gram, mean, band = found.gain, found.gram, found.mean, found.band
     under_noise = gain @ gram @ gain.T
     score, out = _standing_out(mean.reshape(3, cells), under_noise, cells)
-    factor = float(np.logaddexp.reduce(factors) - np.log(len(factors)))
-    return MissingForce(edges, mean.reshape(3, cells).T, band.reshape(3, cells).T, score.T, out.T, factor)
+    on_feet = None
+    if len(fitted.measurements.windows):
+        carried = _carried_by_soles(fitted, course)
+        each = smooth(np.hstack([shaped + carried[0], shaped + carried[1]]), 2)
+        force, spread = (np.moveaxis(row.reshape(2, 3, cells), 2, 0) for row in (each.mean, each.band))
+        on_feet = ForceOnFeet(force, spread, each.log_bayes_factor)
+    return MissingForce(
+        edges, mean.reshape(3, cells).T, band.reshape(3, cells).T, score.T, out.T, found.log_bayes_factor, on_feet
+    )
+
+
+def _carried_by_soles(fitted: FittedRun, course: Array) -> Array:
+    """(2, N, 3·c) what insoles show besides where a newton acts on the left or the right foot and not on the body,
+    along and across the ``course`` (2, c) and normal to the snow in each cell: what of it is square to the sole, which
+    is nothing along the ski.
+    """
+    measurements, time = fitted.measurements, fitted.run.time
+    edges = fitted.time_edges
+    within = (time[:, None] >= edges[:-1]) & (time[:, None] < edges[1:])
+    square = fitted.prepared.correct_capture(fitted.model).foot_rotation[..., 2]  # (n, 2, 3)
+    (cosine, sine), none = course, np.zeros(len(edges) - 1)
+    ways = np.array([[none, none, none], [-sine, cosine, none], [none, none, none + 1.0]])  # (3, 3, c)
+    sole = np.einsum("nsi,dic,nc->nsdc", square, ways, within).reshape(len(time), 2, -1)
+    return np.stack(
+        [_readings(fitted, measurements, averages(time, sole[:, i], measurements.windows), i) for i in (0, 1)]
+    )
+
+
+def _readings(fitted: FittedRun, measurements: Measurements, sole: Array, foot: int) -> Array:
+    """(N, k) what the insoles show of forces (m, k) N square to one foot's sole."""
+    found = np.zeros((len(measurements.measured), sole.shape[1]))
+    place = slice(measurements.blocks["load"].start, measurements.blocks["difference"].stop)
+    for k, column in enumerate(sole.T):
+        both = np.zeros((len(column), 2))
+        both[:, foot] = column
+        found[place, k] = total_and_difference(insole_readings(fitted.model.sensors, both))
+    return found
+
+
+@dataclass(frozen=True)
+class _Smoothed:
+    """Amplitudes (k,) of a latent force with their standard deviations and covariance, their information ``gram``, and
+    the log Bayes factor of some of it against none.
+    """
+
+    mean: Array
+    band: Array
+    gain: Array
+    gram: Array
+    log_bayes_factor: float
+
+
+def _smooth(gram: Array, pull: Array, priors: Sequence[Array]) -> _Smoothed:
+    """Under the most probable of ``priors`` (k, k); the Bayes factor is averaged over them."""
+    gains, factors = zip(*(_gain(prior, gram, pull) for prior in priors), strict=True)
+    gain = gains[int(np.argmax(factors))]
+    band = np.sqrt(np.maximum(np.diag(gain), 0.0))
+    return _Smoothed(gain @ pull, band, gain, gram, float(np.logaddexp.reduce(factors) - np.log(len(factors))))
 
 
 def _gain(prior: Array, gram: Array, pull: Array) -> tuple[Array, float]:

@@ -30,6 +30,7 @@ from sssi_exudyn.validation.diagnosis.result import (
     Diagnosis,
     Evidence,
     Finding,
+    ForceByFoot,
     ForceOverTime,
     Friction,
     FrictionChange,
@@ -58,7 +59,12 @@ from sssi_exudyn.validation.diagnosis.statistics.held_out import (
     misfit,
     track_error,
 )
-from sssi_exudyn.validation.diagnosis.statistics.missing_force import MissingForce, missing_force, placebos
+from sssi_exudyn.validation.diagnosis.statistics.missing_force import (
+    ForceOnFeet,
+    MissingForce,
+    missing_force,
+    placebos,
+)
 from sssi_exudyn.validation.diagnosis.statistics.noticed import adequacy
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, NOTHING, SPREAD, Mixture
 from sssi_exudyn.validation.diagnosis.words.next_measurement import next_measurements
@@ -326,6 +332,21 @@ def _over_time(missing: MissingForce) -> ForceOverTime:
         force_N=tuple(_vector(each) for each in missing.force),
         band_N=tuple(_vector(each) for each in missing.band),
         stands_out=tuple((bool(along), bool(across), bool(normal)) for along, across, normal in missing.stands_out),
+        log_bayes_factor=missing.log_bayes_factor,
+        by_foot=None if missing.on_feet is None else _by_foot(missing.on_feet),
+    )
+
+
+def _by_foot(missing: ForceOnFeet) -> ForceByFoot:
+    def vectors(rows: Array) -> tuple[Vector, ...]:
+        return tuple(_vector(each) for each in rows)
+
+    force, band = missing.force, missing.band
+    return ForceByFoot(
+        left_N=vectors(force[:, 0]),
+        left_band_N=vectors(band[:, 0]),
+        right_N=vectors(force[:, 1]),
+        right_band_N=vectors(band[:, 1]),
         log_bayes_factor=missing.log_bayes_factor,
     )
 
