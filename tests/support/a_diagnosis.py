@@ -11,6 +11,7 @@ from sssi_exudyn.validation.diagnosis.result import (
     Diagnosis,
     Evidence,
     Finding,
+    ForceByFoot,
     ForceOverTime,
     Friction,
     FrictionChange,
@@ -58,9 +59,9 @@ FIRST_VERSION: dict[str, Any] = {
 def whole_version() -> dict[str, Any]:
     """The same with the data of its figures and the probabilities of hypotheses."""
     zero = (0.0, 0.0, 0.0)
-    force = ForceOverTime(
-        (0.0, 1.0, 2.0), (zero, (50.0, -3.0, 1.0)), (zero, zero), ((False,) * 3, (True, False, False))
-    )
+    feet = ForceByFoot((zero, (40.0, 0.0, 0.0)), (zero, zero), (zero, (10.0, -3.0, 1.0)), (zero, zero), 12.5)
+    stands_out = ((False,) * 3, (True, False, False))
+    force = ForceOverTime((0.0, 1.0, 2.0), (zero, (50.0, -3.0, 1.0)), (zero, zero), stands_out, 9.25, feet)
     return {
         **FIRST_VERSION,
         "latent_force": to_plain(LatentForce(force, force)),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
@@ -13,6 +15,7 @@ from sssi_exudyn.validation.diagnosis.result import (
     Change,
     Diagnosis,
     Finding,
+    ForceByFoot,
     ForceOverTime,
     LatentForce,
     Next,
@@ -56,6 +59,10 @@ def diagnosis_blocks(found: Diagnosis) -> tuple[Block, ...]:
         if found.findings:
             caption = f"The same with {_captions(found)} in the model"
             blocks.append(Drawing(caption, lambda axes: _draw_force(axes, after)))
+        if before.by_foot is not None:
+            for side, on_foot in _by_foot(before, before.by_foot):
+                caption = f"The same on the {side} foot, were it the snow's: what the insoles say of it"
+                blocks.append(Drawing(caption, partial(_draw_force, missing=on_foot)))
         rows = _force_rows(found.latent_force)
         blocks += [Facts(rows)] if rows else []
         if found.way is not None:
@@ -84,11 +91,23 @@ def diagnosis_blocks(found: Diagnosis) -> tuple[Block, ...]:
 def _force_rows(latent: LatentForce) -> list[Row]:
     """How much more probable the measurements are with some force, whatever its course, than with none."""
     named = (("some force missing, against none", latent.before), ("the same, with all findings", latent.after))
-    return [
+    rows: list[Row] = [
         (name, f"{each.log_bayes_factor:+.1f}", "log Bayes factor; above 3 there is one, below −3 there is none")
         for name, each in named
         if each.log_bayes_factor is not None
     ]
+    feet = latent.before.by_foot
+    if feet is not None:
+        meaning = "above the first by 3: it acts on the skis; below by 3: on the body"
+        rows.append(("some force missing on the feet, against none", f"{feet.log_bayes_factor:+.1f}", meaning))
+    return rows
+
+
+def _by_foot(missing: ForceOverTime, feet: ForceByFoot) -> tuple[tuple[str, ForceOverTime], ...]:
+    """The force on each foot as one over time; what stands out is not sought foot by foot."""
+    nowhere = ((False, False, False),) * len(missing.force_N)
+    pairs = (("left", feet.left_N, feet.left_band_N), ("right", feet.right_N, feet.right_band_N))
+    return tuple((side, ForceOverTime(missing.edges_s, force, band, nowhere)) for side, force, band in pairs)
 
 
 def _captions(diagnosis: Diagnosis) -> str:

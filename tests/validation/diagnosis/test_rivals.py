@@ -1,0 +1,101 @@
+"""Explanations that are hard to distinguish, weighed about their own estimates."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from bundled import bundled
+from test_evidence import LEVELS
+
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.validation.diagnosis import rivals, search
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
+from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem, no_nuisances
+from sssi_exudyn.validation.diagnosis.rivals import estimate_rivals
+from sssi_exudyn.validation.diagnosis.search import Explanation, Round, compare_hypotheses, rank_by_probability
+from sssi_exudyn.validation.diagnosis.state import State, first_fit
+
+PROBLEM: Any = SimpleNamespace(progress=lambda _share, _detail: None)
+
+
+def a_round(**log_evidence: float) -> Round:
+    """With explanations that have been fitted; ``nothing`` is the name of none."""
+    fit: Any = SimpleNamespace()
+    found = [
+        Explanation("" if name == "nothing" else name, value, 0.0, cast(Any, None), fit, LEVELS)
+        for name, value in log_evidence.items()
+    ]
+    return Round(rank_by_probability(found, 0.0), cast(Any, None), fit, cast(Any, None), {}, {})
+
+
+class Weighing:
+    """Stands for the estimates, with the evidence that each explanation has about its own; none for those that cannot
+    be simulated.
+    """
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, **about_its_own: float) -> None:
+        self.evidence = about_its_own
+        self.asked: list[str] = []
+        monkeypatch.setattr(rivals, "estimate_again", lambda problem, state, fit, full: (problem, state, fit))
+        monkeypatch.setattr(rivals, "_weigh", self.weigh)
+
+    def weigh(self, _anew: Any, _base: Any, explanation: Explanation) -> Explanation:
+        self.asked.append(explanation.name)
+        if explanation.name not in self.evidence:
+            raise SimulationDiverged(3.0, "the run")
+        return replace(explanation, log_evidence=self.evidence[explanation.name])
+
+    def estimate(self, latest: Round) -> tuple[dict[str, float], str, set[str]]:
+        """Log evidence by name, the best explanation, and whose estimates there are."""
+        state = State(LEVELS, no_nuisances(1), np.zeros(1))
+        found, anew = estimate_rivals(PROBLEM, state, latest, full=False)
+        return {each.name: each.log_evidence for each in found.explanations}, found.best.name, set(anew)
+
+
+LATEST = {"nothing": -100.0, "snow_patch": 1.0, "gust": 0.0, "wind": -30.0}
+
+
+def test_rivals_are_ranked_by_the_evidence_about_their_own_estimates(monkeypatch: pytest.MonkeyPatch) -> None:
+    weighing = Weighing(monkeypatch, snow_patch=40.0, gust=44.0)
+    evidence, best, anew = weighing.estimate(a_round(**LATEST))
+    assert weighing.asked == ["snow_patch", "gust"]
+    assert (best, anew) == ("gust", {"snow_patch", "gust"})
+    # what was not estimated anew gains 39, as the patch does
+    assert evidence == {"gust": 44.0, "snow_patch": 40.0, "wind": 9.0, "": -61.0}
+
+
+def test_a_rival_that_cannot_be_simulated_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    evidence, best, anew = Weighing(monkeypatch, snow_patch=40.0).estimate(a_round(**LATEST))
+    assert (best, anew) == ("snow_patch", {"snow_patch"})
+    assert evidence["gust"] == 39.0
+
+
+def test_a_best_explanation_that_cannot_be_simulated_is_no_finding(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(SimulationDiverged):
+        Weighing(monkeypatch, gust=44.0).estimate(a_round(**LATEST))
+
+
+@pytest.mark.long(seconds=30)
+def test_about_the_same_estimate_the_evidence_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    recording, motion = bundled("beginner")
+    assert recording.gps is not None
+    motion = replace(motion, stop=motion.start + 4.0)
+    displaced = (recording.gps.time > motion.start + 1.5) & (recording.gps.time < motion.start + 2.5)
+    enu = recording.gps.enu + np.where(displaced[:, None], [[0.1, -0.1, 0.0]], 0.0)
+    recording = replace(recording, gps=replace(recording.gps, enu=enu))
+    monkeypatch.setattr(search, "HYPOTHESES", (BY_NAME["gps_jump"], BY_NAME["unexplained_force"]))
+    monkeypatch.setattr(rivals, "_RIVAL", 0.0)
+    monkeypatch.setattr(rivals, "estimate_again", lambda problem, state, fit, full: (problem, state, fit))
+    problem, state, base = first_fit(diagnosis_problem(recording, motion, model_of(recording, motion)))
+    latest = compare_hypotheses(problem, state, base)
+    again, anew = estimate_rivals(problem, state, latest, full=False)
+    assert set(anew) == {each.name for each in latest.explanations if each.name and each.fit is not None}
+    before = {each.name: each.log_evidence for each in latest.explanations}
+    for each in again.explanations:
+        # noise levels are sought until the evidence changes by 1e-7 of itself, from other places
+        assert each.log_evidence == pytest.approx(before[each.name], abs=0.05)
