@@ -1,15 +1,19 @@
 """Friction over all explanations: mixtures of normal distributions, and which fits they are made of."""
 
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from scipy.stats import norm
+from test_evidence import LEVELS, linear_model
 
-from sssi_exudyn.validation.diagnosis.evidence import NoiseLevels
+from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.validation.diagnosis.evidence import Freedom, NoiseLevels, whiten_columns
+from sssi_exudyn.validation.diagnosis.refit import Parameter
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
+from sssi_exudyn.validation.diagnosis.statistics.friction import averaged_friction
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, Mixture
-from sssi_exudyn.validation.diagnosis.words.description import Accepted, averaged_friction
 
 HALF = float(norm.ppf(0.95))
 
@@ -71,9 +75,8 @@ def test_a_rival_s_friction_is_in_the_interval() -> None:
     chosen = explanation("snow_patch", 0.7, patch)
     first = of_round(chosen, explanation("gust", 0.3, gust), explanation("wind", 0.0, None))
     last = of_round(explanation("", 1.0, Fit(0.06, 0.55, 0.002)))
-    unused: Any = None
     final: Any = Fit(0.06, 0.55, 0.002)
-    found = averaged_friction(last, [Accepted(first, chosen, unused, unused)], final)
+    found = averaged_friction(last, [(first, chosen)], final)
     assert found["mu_t"].value == pytest.approx(0.7 * 0.06 + 0.3 * 0.09)
     assert found["mu_t"].low < 0.06
     assert found["mu_t"].high > 0.09
@@ -87,3 +90,44 @@ def test_friction_is_not_below_zero() -> None:
     final: Any = Fit(0.001, 0.55, 0.01)
     found = averaged_friction(of_round(explanation("", 1.0, final)), [], final)
     assert found["mu_t"].low == 0.0
+
+
+def test_what_is_not_refitted_moves_friction_as_the_linear_model_has_it() -> None:
+    """An explanation that was not refitted, against normal densities written out."""
+    linear, levels = linear_model(), LEVELS
+    count = linear.free.columns.shape[1]
+    first = count - 2  # the fit's parameters are the last of what is free
+    scales = linear.free.scales[first:]
+    parameters = tuple(
+        Parameter((name,), Prior(0.1, float(scale)))
+        for name, scale in zip(("friction.mu_t", "friction.mu_n"), scales, strict=True)
+    )
+    base: Any = SimpleNamespace(parameters=parameters)
+    # it does nearly what the first friction does
+    column = linear.free.columns[:, [first]] + 0.1 * linear.free.columns[:, [0]]
+    candidate: Any = SimpleNamespace(free=Freedom(column, 2.0 * scales[:1]))
+    likely = Explanation("", 0.0, 0.7, None, cast(Any, Fit(0.1, 0.1, 0.01)), levels)
+    weak = Explanation("wind", 0.0, 0.3, candidate, None, levels)
+    searched = Round((likely, weak), linear, base, cast(Any, None), {}, {})
+    final: Any = Fit(0.06, 0.55, 0.002)
+    found = averaged_friction(searched, [], final)
+
+    def posterior(extra: Freedom | None) -> tuple[float, float]:
+        free = linear.all_free(levels)
+        columns = free.columns * free.scales
+        if extra is not None:
+            columns = np.hstack([columns, extra.columns * extra.scales])
+        table = whiten_columns(linear, levels, np.column_stack([linear.residual, columns]))
+        covariance = np.linalg.inv(table[:, 1:].T @ table[:, 1:] + np.eye(columns.shape[1]))
+        mean = covariance @ table[:, 1:].T @ table[:, 0]
+        return float(scales[0] * mean[first]), float(scales[0] * np.sqrt(covariance[first, first]))
+
+    (alone, sigma), (with_it, wider) = posterior(None), posterior(candidate.free)
+    assert wider > 2.0 * sigma
+    assert found["mu_t"].value == pytest.approx(0.06 + 0.3 * (with_it - alone), rel=1e-9)
+    expected = Mixture(
+        np.array([0.3, 0.7]),
+        np.array([0.06 + with_it - alone, 0.06]),
+        INTERVAL_90 / HALF * 0.002 * np.array([wider / sigma, 1.0]),
+    )
+    assert found["mu_t"].high == pytest.approx(expected.quantile(0.95), rel=1e-4)  # 1.6449 for the quantile

@@ -52,6 +52,7 @@ from sssi_exudyn.validation.diagnosis.result import (
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search_result import LIKELY, SURE, WORTH_NAMING, Figures
 from sssi_exudyn.validation.diagnosis.state import State
+from sssi_exudyn.validation.diagnosis.statistics.friction import averaged_friction
 from sssi_exudyn.validation.diagnosis.statistics.held_out import (
     best_residual,
     folds_of,
@@ -66,7 +67,7 @@ from sssi_exudyn.validation.diagnosis.statistics.missing_force import (
     placebos,
 )
 from sssi_exudyn.validation.diagnosis.statistics.noticed import adequacy
-from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, NOTHING, SPREAD, Mixture
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, NOTHING
 from sssi_exudyn.validation.diagnosis.words.next_measurement import next_measurements
 from sssi_exudyn.validation.diagnosis.words.paragraph import paragraph_of
 from sssi_exudyn.validation.diagnosis.words.sentence import sentence_of
@@ -148,22 +149,14 @@ def describe(
         adequacy=near,
         next=following,
         way=_way(rounds[-1].fitted),
-        friction_averaged=averaged_friction(rounds[-1], accepted, after_model),
+        friction_averaged=averaged_friction(
+            rounds[-1], [(each.searched, each.explanation) for each in accepted], after_model
+        ),
         version=_version(),
         held_out=_held_out(rounds[0].fitted, folds, left_out[0], left_out[-1]),
         paragraph=paragraph_of(findings, verdict, rounds[-1], near, models[1], figures, following),
     )
     return diagnosis, tuple(figures)
-
-
-def averaged_friction(last: Round, accepted: Sequence[Accepted], final: Refit | Posterior) -> dict[str, Number]:
-    """Friction, whatever may be the explanation: as the ``final`` model has it where all findings are right and nothing
-    more is missing, and as much beside that as the refit with another explanation has it beside the one it is compared
-    with.
-    """
-    chosen = [(each.searched.explanations, each.explanation) for each in accepted]
-    every = [*chosen, (last.explanations, last.nothing)]
-    return {name.partition(".")[2]: _averaged(every, final, name) for name in _FRICTION}
 
 
 def _next(last: Round, accepted: Sequence[Accepted], levels: NoiseLevels) -> tuple[Next, ...]:
@@ -172,29 +165,6 @@ def _next(last: Round, accepted: Sequence[Accepted], levels: NoiseLevels) -> tup
         return next_measurements(last, last.nothing, levels) if last.nothing.probability < LIKELY else ()
     least = min(accepted, key=lambda each: each.explanation.probability)
     return next_measurements(least.searched, least.explanation, levels)
-
-
-def _averaged(
-    every: Sequence[tuple[Sequence[Explanation], Explanation]], final: Refit | Posterior, name: str
-) -> Number:
-    middle, _, high = final.interval(name, SPREAD)
-    sigma, likely = high - middle, 1.0
-    weights, means, sigmas = [], [], []
-    for explanations, chosen in every:
-        fitted = [each for each in explanations if each.fit is not None]
-        whole = sum(each.probability for each in fitted)
-        assert chosen.fit is not None
-        value, _, above = chosen.fit.interval(name, SPREAD)
-        for each in fitted:
-            if each is not chosen and each.fit is not None:
-                other, _, other_above = each.fit.interval(name, SPREAD)
-                weights.append(likely * each.probability / whole)
-                means.append(middle + other - value)
-                sigmas.append(sigma * (other_above - other) / (above - value))
-        likely *= chosen.probability / whole
-    mixture = Mixture(np.array([*weights, likely]), np.array([*means, middle]), np.array([*sigmas, sigma]))
-    least, most = final.model.bounds(name)
-    return Number(mixture.mean, max(mixture.quantile(0.05), least), min(mixture.quantile(0.95), most), "1")
 
 
 def figures_of(linear: LinearModel, levels: NoiseLevels, residual: Array, left_out: Array) -> Figures:
