@@ -13,6 +13,8 @@ from sssi_exudyn.core.quantity import quantity
 
 LARGEST_FALL: Final = 0.09
 """A correction takes no more than this from mu_t, so that the two together keep on braking."""
+LARGEST_FALL_ACROSS: Final = 0.4
+"""Nor more than this from mu_n, so that the two together still hold."""
 _SMOOTHING: Final = AnisotropicFriction().eps
 _SMALL: Final = 1e-3
 """m/s; keeps the speed's root smooth at rest."""
@@ -29,9 +31,10 @@ def _more_friction(math: Math, state: FootState, delta_mu: Number) -> tuple[Numb
 
 @dataclass(frozen=True)
 class SnowPatch(FootTerm):
-    """Snow that glides differently over a stretch of the slope.
+    """Snow that glides and holds differently over a stretch of the slope.
 
-    Formula: f_t = −delta_mu_t·ΣF_N·sign(v_t)   between f0 and f1, smoothed over edge
+    Formula: f_t = −delta_mu_t·ΣF_N·sign(v_t),   f_n = −delta_mu_n·ΣF_N·sign(v_n),   between f0 and f1, smoothed over
+    edge
     """
 
     name: ClassVar[str] = "snow_patch"
@@ -41,14 +44,19 @@ class SnowPatch(FootTerm):
     )
 
     delta_mu_t: float = quantity(
-        0.0, "1", low=-LARGEST_FALL, high=0.6, source=_CHOICE, meaning="how much more friction there is"
+        0.0, "1", low=-LARGEST_FALL, high=0.6, source=_CHOICE, meaning="how much more friction there is along the ski"
     )
     f0: float = quantity(0.0, "m", low=-1e4, high=1e4, source="chosen", meaning="where it begins, down the fall line")
     f1: float = quantity(10.0, "m", low=-1e4, high=1e4, source="chosen", meaning="where it ends")
     edge: float = quantity(0.5, "m", low=0.05, high=10.0, source="chosen", meaning="length over which it changes")
+    delta_mu_n: float = quantity(
+        0.0, "1", low=-LARGEST_FALL_ACROSS, high=0.6, source=_CHOICE, meaning="how much more there is across it"
+    )
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
-        return _more_friction(math, state, self.delta_mu_t * window(math, state.f, self.f0, self.f1, self.edge))
+        share = window(math, state.f, self.f0, self.f1, self.edge)
+        along, _ = _more_friction(math, state, self.delta_mu_t * share)
+        return along, -self.delta_mu_n * share * state.load * math.saturate(state.v_n, _SMOOTHING)
 
 
 @dataclass(frozen=True)

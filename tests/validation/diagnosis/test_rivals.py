@@ -80,6 +80,22 @@ def test_a_best_explanation_that_cannot_be_simulated_is_no_finding(monkeypatch: 
         Weighing(monkeypatch, gust=44.0).estimate(a_round(**LATEST))
 
 
+def test_an_estimate_is_repeated_until_it_takes_few_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    def passes(*rounds: int) -> int:
+        left = list(rounds)
+
+        def again(problem: Any, _state: Any, fit: Any, full: bool) -> Any:
+            return problem, SimpleNamespace(estimate=SimpleNamespace(rounds=left.pop(0))), fit
+
+        monkeypatch.setattr(rivals, "estimate_again", again)
+        rivals._estimate(cast(Any, SimpleNamespace(problem=None, state=None, fit=None)), full=False)
+        return len(rounds) - len(left)
+
+    assert passes(2, 9) == 1
+    assert passes(7, 3, 9) == 2
+    assert passes(7, 6, 5, 9) == 3
+
+
 @pytest.mark.long(seconds=30)
 def test_about_the_same_estimate_the_evidence_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     recording, motion = bundled("beginner")

@@ -26,8 +26,8 @@ from sssi_exudyn.validation.diagnosis.hypothesis import (
 
 
 class PatchOfSnow(Hypothesis):
-    """Snow that glides differently over a stretch, put together from cells along the fall line; the formula is that of
-    ``SnowPatch``.
+    """Snow that glides and holds differently over a stretch, put together from cells along the fall line; the formula
+    is that of ``SnowPatch``.
     """
 
     name = SnowPatch.name
@@ -36,7 +36,7 @@ class PatchOfSnow(Hypothesis):
     smallest = "a stretch of snow whose μ_t differs by {value:.3f}"
     plain_smallest = "a stretch of slower or faster snow, as if the slope changed by {degrees:.1f}°"
     distinctions = (Distinction(("unexplained_force",), "a second run over the same place"),)
-    _USUAL: Final = 0.06
+    _USUAL: Final = {"delta_mu_t": 0.06, "delta_mu_n": 0.1}
     _SLICKEST: Final = 0.01  # half of the least gliding friction that Wolfsperger et al. (2021) measured
 
     def possible(self, model: Model) -> bool:
@@ -45,12 +45,13 @@ class PatchOfSnow(Hypothesis):
 
     def probes(self, fitted: FittedRun) -> list[Probe]:
         cells = [SnowPatch(0.0, float(a), float(b), 0.5) for a, b in itertools.pairwise(fitted.place_edges)]
-        return [probe for part in cells for probe in probes_by(fitted.model, part, ["delta_mu_t"])]
+        return [probe for key in self._USUAL for part in cells for probe in probes_by(fitted.model, part, [key])]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         edges, found = fitted.place_edges, []
         cells = len(edges) - 1
-        summed = np.hstack([np.zeros((len(responses), 1)), np.cumsum(responses, axis=1)])
+        shaped = responses.reshape(len(responses), len(self._USUAL), cells)
+        summed = np.concatenate([np.zeros((*shaped.shape[:2], 1)), np.cumsum(shaped, axis=2)], axis=2)
         spread = float(edges[-1] - edges[0]) / cells
         for i, j in intervals(cells, 2, max(2, round(0.6 * cells))):
             part = SnowPatch(0.0, float(edges[i]), float(edges[j]), 0.5)
@@ -58,8 +59,8 @@ class PatchOfSnow(Hypothesis):
             found.append(
                 Candidate(
                     add_part(fitted.model, part),
-                    Freedom(summed[:, [j]] - summed[:, [i]], np.array([self._USUAL])),
-                    ((f"{owner}.delta_mu_t",),),
+                    Freedom(summed[:, :, j] - summed[:, :, i], np.array(list(self._USUAL.values()))),
+                    tuple((f"{owner}.{key}",) for key in self._USUAL),
                     {f"{owner}.f0": spread, f"{owner}.f1": spread},
                     (fitted.time_at(edges[i]), fitted.time_at(edges[j])),
                 )
@@ -71,10 +72,14 @@ class PatchOfSnow(Hypothesis):
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         delta, elsewhere = numbers["delta_mu_t"].value, model.friction.mu_t
-        return (
+        clause = (
             f"the skis glide on {by_sign(delta, 'slower', 'faster')} snow: μ_t is {elsewhere + delta:.3f} there "
             f"against {elsewhere:.3f} elsewhere"
         )
+        across = numbers.get("delta_mu_n")
+        if across is None or across.low * across.high <= 0.0:
+            return clause
+        return f"{clause}, and μ_n {model.friction.mu_n + across.value:.2f} against {model.friction.mu_n:.2f}"
 
     def plain_words(self, numbers: Numbers, model: Model) -> str:
         delta = numbers["delta_mu_t"].value
