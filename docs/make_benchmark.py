@@ -3,7 +3,9 @@
     python docs/make_benchmark.py FOLDER COMMIT   keep the answers of a folder that ``sssi benchmark diagnosis`` made
     python docs/make_benchmark.py                 make the page of what is kept
 
-COMMIT names the version that answered.  Of each diagnosis the curves over time are left out.
+COMMIT names the version that answered.  Of each diagnosis the curves over time are left out, but for the pictures of the
+three failures that show most: nothing was hidden and something was found, what was clear was not named, and what was
+named with the greatest probability was wrong; each the worst of its kind.
 """
 
 from __future__ import annotations
@@ -12,33 +14,42 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib as mpl
 import pyarrow as pa
 import pyarrow.parquet as pq
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
 
 from sssi_exudyn.io.parquet import read_texts
 from sssi_exudyn.io.typed import decode, read_json
 from sssi_exudyn.io.writing import to_json
+from sssi_exudyn.reports.sections.diagnosis import draw_force, draw_probabilities
 from sssi_exudyn.validation.benchmark.cases import Case
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.run import SEAL
-from sssi_exudyn.validation.benchmark.scores import CaseResult, Scores, score
+from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, score
+from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING
 
 DOCS = Path(__file__).parent
 KEPT = DOCS / "diagnosis-benchmark.parquet"
 PAGE = DOCS / "diagnosis-benchmark.md"
 TEXT = DOCS / "diagnosis-benchmark-text.txt"
 """What stands below the figures."""
+PICTURES = DOCS / "images"
 
 
 def keep(folder: Path, commit: str) -> None:
     """Keep the answers of a benchmark's folder, a row a case that was diagnosed."""
     rows = []
+    whole = []
     for path in sorted((folder / "made").glob("*.json")):
         case = read_json(path, Case)
         answered = folder / f"case_{case.index:03d}.json"
         if not answered.exists():
             continue
         result = read_json(answered, CaseResult)
+        whole.append((case, result))
         if result.diagnosis is not None:
             short = replace(result.diagnosis, latent_force=None, track_distance=None, way=None)
             result = replace(result, diagnosis=short)
@@ -49,18 +60,95 @@ def keep(folder: Path, commit: str) -> None:
     for name, column in columns.items():
         table = table.append_column(name, column)
     pq.write_table(table, KEPT, compression="zstd")
+    for old in PICTURES.glob("benchmark_*.png"):
+        old.unlink()
+    for number, (case, result) in enumerate(failures(whole), 1):
+        draw(case, result, PICTURES / f"benchmark_{number}.png")
+
+
+def failures(answers: list[tuple[Case, CaseResult]]) -> list[tuple[Case, CaseResult]]:
+    """The three failures that show most, those that there are."""
+    answers = [(case, result) for case, result in answers if result.diagnosis is not None]
+    invented = [pair for pair in answers if pair[0].kind == "none" and pair[1].findings]
+    missed = [
+        (case, result)
+        for case, result in answers
+        if case.kind in ("physics", "sensor") and (result.oracle or 0.0) >= STRONG and result.first_name != case.name
+    ]
+    wrong = [pair for pair in answers if pair[1].findings and pair[1].first_name not in pair[0].name.split("+")]
+    found: list[tuple[Case, CaseResult]] = []
+    for kind, measure in ((invented, _said), (missed, _oracle), (wrong, _said)):
+        left = [pair for pair in kind if pair not in found]
+        found += [max(left, key=measure)] if left else []
+    return found
+
+
+def _said(pair: tuple[Case, CaseResult]) -> float:
+    """The probability of the first finding."""
+    return pair[1].findings[0].probability
+
+
+def _oracle(pair: tuple[Case, CaseResult]) -> float:
+    """Standard errors that the effect is strong."""
+    return pair[1].oracle or 0.0
+
+
+def draw(case: Case, result: CaseResult, path: Path) -> None:
+    """The missing force and the probabilities of a case, shaded while what is hidden acts."""
+    assert result.diagnosis is not None
+    latent = result.diagnosis.latent_force
+    figure, (force, odds) = plt.subplots(1, 2, figsize=(9.0, 3.0), layout="constrained", width_ratios=[1.4, 1.0])
+    if latent is not None:
+        draw_force(force, latent.before)
+        force.legend(frameon=False, fontsize="small")
+    if case.window is not None:
+        force.axvspan(*case.window, color="0.5", alpha=0.15, linewidth=0)
+    draw_probabilities(odds, result.diagnosis.weighed[0])
+    figure.savefig(path, dpi=80, metadata={"Software": ""})
+    plt.close(figure)
+
+
+def caption(case: Case, result: CaseResult) -> str:
+    """What was hidden, what was found, and what that did to friction."""
+    assert result.diagnosis is not None
+    hidden = "nothing hidden" if case.kind == "none" else f"hidden: {case.name}"
+    strong = f" ({result.oracle:.0f} standard errors)" if result.oracle is not None else ""
+    weighed = result.diagnosis.weighed[0] if result.diagnosis.weighed else ()
+    odds = ", ".join(
+        f"{'nothing missing' if each.name == NOTHING_MISSING else each.name} {each.probability:.2f}"
+        for each in weighed[:3]
+    )
+    low, high = result.friction_90.get("mu_t", (float("nan"), float("nan")))
+    return (
+        f"Case {case.index}, {hidden}{strong}. The answer: {odds}; verdict {result.diagnosis.verdict}; "
+        f"μ_t {low:.3f} to {high:.3f} for {case.mu_t:.3f}."
+    )
+
+
+def failures_text() -> str:
+    """The failures with their pictures."""
+    lines = ["## Three failures", ""]
+    for number, (case, result) in enumerate(failures(kept_answers()), 1):
+        words = caption(case, result)
+        lines += [words, "", f"![{words}](images/benchmark_{number}.png)", ""]
+    lines.append("Left the force that the model lacks before anything was found, shaded while what is hidden acts.")
+    return "\n".join(lines) + "\n"
+
+
+def kept_answers() -> list[tuple[Case, CaseResult]]:
+    """The cases and the answers that are kept."""
+    found = []
+    for case, result in read_texts(KEPT, ("case", "result")):
+        assert case is not None
+        assert result is not None
+        found.append((decode(case.encode(), Case), decode(result.encode(), CaseResult)))
+    return found
 
 
 def kept_scores() -> tuple[Scores, str]:
     """The figures of what is kept, and the version that answered."""
-    rows = read_texts(KEPT, ("case", "result", "seal", "commit"))
-    cases, results = [], []
-    for case, result, _, _ in rows:
-        assert case is not None
-        assert result is not None
-        cases.append(decode(case.encode(), Case))
-        results.append(decode(result.encode(), CaseResult))
-    _, _, seal, commit = rows[0]
+    cases, results = zip(*kept_answers(), strict=True)
+    seal, commit = read_texts(KEPT, ("seal", "commit"))[0]
     return score(cases, results, seal or ""), commit or ""
 
 
@@ -68,7 +156,7 @@ def page() -> str:
     """The page."""
     scores, commit = kept_scores()
     text = TEXT.read_text(encoding="utf-8").replace("COMMIT", commit)
-    return f"{benchmark_page(scores)}\n{text}"
+    return f"{benchmark_page(scores)}\n{failures_text()}\n{text}"
 
 
 if __name__ == "__main__":

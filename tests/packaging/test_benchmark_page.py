@@ -20,3 +20,15 @@ def test_every_case_is_kept(script: ModuleType) -> None:
     assert f"--cases {scores.cases} " in script.TEXT.read_text(encoding="utf-8")
     assert len(commit) >= 7
     assert scores.seal in script.page()
+
+
+def test_failures_are_the_worst_of_their_kinds_and_have_pictures(script: ModuleType) -> None:
+    answers = script.kept_answers()
+    found = script.failures(answers)
+    for case, result in found:
+        assert result.first_name not in case.name.split("+") or case.kind == "none"
+    invented = [result.findings[0].probability for case, result in answers if case.kind == "none" and result.findings]
+    if invented:
+        assert found[0][1].findings[0].probability == max(invented)
+    pictures = sorted(path.name for path in (DOCS / "images").glob("benchmark_*.png"))
+    assert pictures == [f"benchmark_{number}.png" for number in range(1, len(found) + 1)]

@@ -55,14 +55,14 @@ def diagnosis_blocks(found: Diagnosis) -> tuple[Block, ...]:
     if found.latent_force is not None:
         before, after = found.latent_force.before, found.latent_force.after
         caption = "Force that the model lacks, with twice its standard deviation; dots stand out from what noise shows"
-        blocks.append(Drawing(caption, lambda axes: _draw_force(axes, before)))
+        blocks.append(Drawing(caption, lambda axes: draw_force(axes, before)))
         if found.findings:
             caption = f"The same with {_captions(found)} in the model"
-            blocks.append(Drawing(caption, lambda axes: _draw_force(axes, after)))
+            blocks.append(Drawing(caption, lambda axes: draw_force(axes, after)))
         if before.by_foot is not None:
             for side, on_foot in _by_foot(before, before.by_foot):
                 caption = f"The same on the {side} foot, were it the snow's: what the insoles say of it"
-                blocks.append(Drawing(caption, partial(_draw_force, missing=on_foot)))
+                blocks.append(Drawing(caption, partial(draw_force, missing=on_foot)))
         rows = _force_rows(found.latent_force)
         blocks += [Facts(rows)] if rows else []
         if found.way is not None:
@@ -81,7 +81,7 @@ def diagnosis_blocks(found: Diagnosis) -> tuple[Block, ...]:
     if found.weighed:
         weighed = found.weighed[0]
         caption = "Probability of every explanation, before anything was added"
-        blocks += [Heading(caption), Drawing(caption, lambda axes: _draw_probabilities(axes, weighed), 3.2)]
+        blocks += [Heading(caption), Drawing(caption, lambda axes: draw_probabilities(axes, weighed), 3.2)]
         blocks += [Facts(_hypotheses(weighed))]
     if found.smallest_noticed:
         blocks += [Heading("What would have been noticed"), Facts(_smallest(found.smallest_noticed))]
@@ -252,7 +252,8 @@ def _draw_held_out(axes: Axes, diagnosis: Diagnosis) -> None:
             axes.text(*place, f"{each.turn}", transform=above, ha="center", va="top", fontsize="small")
 
 
-def _draw_probabilities(axes: Axes, weighed: tuple[Weighed, ...]) -> None:
+def draw_probabilities(axes: Axes, weighed: tuple[Weighed, ...]) -> None:
+    """Bars of the most probable explanations."""
     shown = [each for each in weighed[:_BARS] if each.probability >= _DRAWN][::-1]
     names = ["nothing is missing" if each.name == NOTHING_MISSING else each.name.replace("_", " ") for each in shown]
     bars = axes.barh(names, [each.probability for each in shown], color=plots.SIMULATED)
@@ -284,7 +285,8 @@ def _draw_slope(axes: Axes, way: Way, missing: ForceOverTime) -> None:
     axes.set_title(f"longest arrow {size.max():.0f} N", loc="right", fontsize="small")
 
 
-def _draw_force(axes: Axes, missing: ForceOverTime) -> None:
+def draw_force(axes: Axes, missing: ForceOverTime) -> None:
+    """A missing force over time, with twice its standard deviation."""
     edges = np.array(missing.edges_s)
     middles = 0.5 * (edges[1:] + edges[:-1])
     forces, bands, stands_out = np.array(missing.force_N), np.array(missing.band_N), np.array(missing.stands_out)
