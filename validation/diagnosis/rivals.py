@@ -36,8 +36,8 @@ _PASSES: Final = 3
 """Estimates of one explanation at most, each on the snow surface that the heights show below the posture as it is."""
 _MOVED: Final = 0.05
 """Of a height's standard deviation: the surface is another one where the posture has moved it by more, up and down
-along the way.  From one estimate of a model to the next it is 1 mm.  On a hill where a patch of snow was hidden, what the
-posture did for it had moved the surface: a second estimate changed mu_t by 0.01 and the evidence by 8 to 26.
+along the way.  From one estimate of a model to the next it is 1 mm.  On a hill with a hidden patch of snow, what the
+posture had done in its place moved the surface: a second estimate changed mu_t by 0.01 and the evidence by 8 to 26.
 """
 
 
