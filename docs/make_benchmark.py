@@ -37,6 +37,7 @@ PAGE = DOCS / "diagnosis-benchmark.md"
 TEXT = DOCS / "diagnosis-benchmark-text.txt"
 """What stands below the figures."""
 PICTURES = DOCS / "images"
+_COLUMNS = ("case", "result", "seal", "commit")
 
 
 def keep(folder: Path, commit: str) -> None:
@@ -131,14 +132,16 @@ def failures_text() -> str:
     for number, (case, result) in enumerate(failures(kept_answers()), 1):
         words = caption(case, result)
         lines += [words, "", f"![{words}](images/benchmark_{number}.png)", ""]
-    lines.append("Left the force that the model lacks before anything was found, shaded while what is hidden acts.")
+    lines.append(
+        "On the left the force that the model lacks before anything was found, shaded while what is hidden acts."
+    )
     return "\n".join(lines) + "\n"
 
 
 def kept_answers() -> list[tuple[Case, CaseResult]]:
     """The cases and the answers that are kept."""
     found = []
-    for case, result in read_texts(KEPT, ("case", "result")):
+    for case, result, _, _ in read_texts(KEPT, _COLUMNS):
         assert case is not None
         assert result is not None
         found.append((decode(case.encode(), Case), decode(result.encode(), CaseResult)))
@@ -148,7 +151,7 @@ def kept_answers() -> list[tuple[Case, CaseResult]]:
 def kept_scores() -> tuple[Scores, str]:
     """The figures of what is kept, and the version that answered."""
     cases, results = zip(*kept_answers(), strict=True)
-    seal, commit = read_texts(KEPT, ("seal", "commit"))[0]
+    _, _, seal, commit = read_texts(KEPT, _COLUMNS)[0]
     return score(cases, results, seal or ""), commit or ""
 
 
