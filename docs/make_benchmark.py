@@ -119,11 +119,9 @@ def caption(case: Case, result: CaseResult) -> str:
         f"{'nothing missing' if each.name == NOTHING_MISSING else each.name} {each.probability:.2f}"
         for each in weighed[:3]
     )
-    low, high = result.friction_90.get("mu_t", (float("nan"), float("nan")))
-    return (
-        f"Case {case.index}, {hidden}{strong}. The answer: {odds}; verdict {result.diagnosis.verdict}; "
-        f"μ_t {low:.3f} to {high:.3f} for {case.mu_t:.3f}."
-    )
+    shown = (result.diagnosis.friction_averaged or {}).get("mu_t")
+    friction = "" if shown is None else f"; μ_t {shown.low:.3f} to {shown.high:.3f} for {case.mu_t:.3f}"
+    return f"Case {case.index}, {hidden}{strong}. The answer: {odds}; verdict {result.diagnosis.verdict}{friction}."
 
 
 def failures_text() -> str:

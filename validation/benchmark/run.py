@@ -16,10 +16,9 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
-from scipy.stats import norm
 
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
@@ -50,8 +49,6 @@ from sssi_exudyn.validation.diagnosis.result import Friction
 from sssi_exudyn.validation.diagnosis.search import Round
 from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
-_SNOW: Final = ("mu_t", "mu_n")
-_HALF: Final = float(norm.ppf(0.95))
 ANSWERS, SEAL = "answers.json", "answers.sha256"
 Bases = list[Recorded]
 
@@ -96,7 +93,6 @@ def diagnose_case(made: Made, *, full: bool) -> CaseResult:
     clear = found.diagnosis.findings and (oracle or 0.0) >= STRONG  # where it is asked for
     bic, in_sample = _baselines(first)
     latent = found.diagnosis.latent_force
-    known = found.posterior
     return CaseResult(
         index=made.case.index,
         full=full,
@@ -108,7 +104,6 @@ def diagnose_case(made: Made, *, full: bool) -> CaseResult:
         in_sample=in_sample,
         oracle=oracle,
         force_log_bayes_factor=None if latent is None else latent.before.log_bayes_factor,
-        friction_90={} if known is None else {name: known.interval(f"friction.{name}", _HALF)[1:] for name in _SNOW},
     )
 
 

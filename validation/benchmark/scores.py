@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
@@ -33,7 +33,7 @@ class CaseResult:
     held_out_m : error on turns not fitted;  held_out_plain_m : the same were nothing concealed, where that was asked
     bic, in_sample : the name by the Bayesian information criterion with white noise, and by the best fit in sample
     oracle : standard errors that the effect is strong to one who sees the same run without it; None where nothing is
-    force_log_bayes_factor : of some force against none;  friction_90 : 90 % intervals, all that is found in the model
+    force_log_bayes_factor : of some force against none
     """
 
     index: int
@@ -47,7 +47,6 @@ class CaseResult:
     in_sample: str = "none"
     oracle: float | None = None
     force_log_bayes_factor: float | None = None
-    friction_90: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -297,10 +296,10 @@ def _not_adequate(result: CaseResult) -> bool:
 
 
 def _friction_inside(case: Case, result: CaseResult) -> list[bool]:
+    """Of each friction, whether the interval that the user is shown holds it."""
+    shown = None if result.diagnosis is None else result.diagnosis.friction_averaged
     true = {"mu_t": case.mu_t, "mu_n": case.mu_n}
-    return [
-        low <= value <= high for name, (low, high) in result.friction_90.items() if (value := true[name]) is not None
-    ]
+    return [each.low <= value <= each.high for name, each in (shown or {}).items() if (value := true[name]) is not None]
 
 
 def _calibration(rows: Sequence[tuple[Case, CaseResult]]) -> tuple[Calibration, ...]:
