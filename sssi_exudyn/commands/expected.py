@@ -13,8 +13,8 @@ _SECONDS: Final = {
     "fit": 5.0,
     "fit few sensors": 10.0,
     "fit carving": 80.0,
-    "diagnose": 10.0,
-    "diagnose reduced": 6.0,
+    "diagnose": 16.0,
+    "diagnose reduced": 11.0,
 }
 """s of computing for each second of a run, on one core of a computer of 2024, force laws compiled."""
 _COMPILING: Final = 90.0
