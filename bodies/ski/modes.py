@@ -19,6 +19,8 @@ from sssi_exudyn.core.frames import Array
 
 _DAMPED: Final = 2
 """Slowest vibrations at whose mean frequency the ski's damping ratio is met."""
+_GIVING: Final = (2, 4)
+"""Coordinates of the node at the boot centre that are on springs where what holds it gives: up and pitch."""
 
 
 @dataclass(frozen=True)
@@ -39,15 +41,24 @@ class ModalSki:
     """(k, m, 2, 3) displacement of the contact points by edge (left, right), a unit of the mode"""
     participation: Array
     """(k, 6) mode's mass coupling with translation (kg) and rotation about the held node (kg m)"""
+    held: Array
+    """(k, 2) m, rad: how far the held node rises and pitches, > 0 tip down, a unit of the mode; zero where it cannot"""
 
 
-def modal_ski(mesh: BeamMesh, modes: int = 12) -> ModalSki:
+def modal_ski(mesh: BeamMesh, modes: int = 12, give: Array | None = None) -> ModalSki:
     """The ``modes`` slowest vibrations: bending up and down, sideways, and twisting.
+
+    give : (2,) N/m, N m/rad of the springs that hold the boot centre up and in pitch; None where it is held fast.
+        ``damping_ratio`` takes each for the ski's material, which of a spring k would make a damper ``damping_time``·k.
 
     Raises ValueError when the mesh has fewer.
     """
     stiffness, mass = frame_matrices(mesh)
     free = _free(mesh)
+    if give is not None:
+        springs = 6 * mesh.clamped + np.array(_GIVING)
+        stiffness[springs, springs] += give
+        free = np.sort(np.concatenate([free, springs]))
     if not 0 < modes <= len(free):
         raise ValueError(f"the mesh has {len(free)} modes")
     most = max(modes, _DAMPED)
@@ -56,12 +67,14 @@ def modal_ski(mesh: BeamMesh, modes: int = 12) -> ModalSki:
     shape[:, free] = vectors.T[:modes]
     omega = np.sqrt(squares[:modes])
     nodal = shape.reshape(modes, -1, 6)
+    tau = _damping_time(mesh, squares) if give is None else damping_time(mesh)
     return ModalSki(
         frequency=omega / (2.0 * np.pi),
-        damping_ratio=0.5 * _damping_time(mesh, squares) * omega,
+        damping_ratio=0.5 * tau * omega,
         shape=nodal,
         contact_shape=_contact_shape(mesh, nodal),
         participation=shape @ mass @ _rigid_motions(mesh),
+        held=nodal[:, mesh.clamped, list(_GIVING)],
     )
 
 
