@@ -61,12 +61,12 @@ class Sections(NamedTuple):
 
 
 class CuttingEdges(NamedTuple):
-    """What of the sections of a ski edges that cut need besides ``Sections``, and how the ski turns against its foot.
+    """What of the sections of a ski edges that cut need besides ``Sections``, and how the ski gives against its foot.
 
     tangent : (m, 2, 3) unit vectors forward along the left and right edge in the section's frame
     width, station : (m,) m, of the ski and along it
     clamped : index of the node at the boot
-    stiffness, damping : (2,) N m/rad, N m s/rad of yaw and roll
+    stiffness, damping : (4,) N m/rad, N m s/rad of yaw and roll, N/m, N s/m of heave, N m/rad, N m s/rad of pitch
     """
 
     tangent: Array

@@ -154,7 +154,7 @@ class Parts:
         """(2,) kg m² of boot and leg in yaw and roll, which a ski that turns against its foot takes along."""
         sections, place = self.sections, self.mesh.node_position[:, 0]
         own = [sections.node_mass @ place**2 + sections.node_moment[:, 2].sum(), sections.node_moment[:, 0].sum()]
-        return np.asarray(np.maximum(boot_joint(self.model.equipment).inertia - np.array(own), 0.0))
+        return np.asarray(np.maximum(boot_joint(self.model.equipment).inertia[:2] - np.array(own), 0.0))
 
     def posture(self, time: Array) -> PostureTable:
         """The posture at ``time`` (n,), a stretch at a time: the Jacobians on the way are far larger than what is

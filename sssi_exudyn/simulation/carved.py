@@ -1,4 +1,4 @@
-"""The reduced model on snow that edges cut: the captured posture, and skis that yaw and roll against their feet.
+"""The reduced model on snow that edges cut: the captured posture, and skis that give against their feet.
 
 The skier's heading is the captured one; only the skis are free to find their own way below it.
 """
@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski.mesh import mesh
-from sssi_exudyn.bodies.ski.modes import modal_ski
+from sssi_exudyn.bodies.ski.mesh import BeamMesh, mesh
+from sssi_exudyn.bodies.ski.modes import ModalSki, damping_time, modal_ski
 from sssi_exudyn.contact.backends.carving.carved_run_kernel import CarvedSeries, Coupling, Joint
 from sssi_exudyn.contact.backends.carving.carving_kernel import EdgeSki
 from sssi_exudyn.contact.backends.carving.groove_kernel import Groove
@@ -23,7 +23,7 @@ from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, snow_grid
 from sssi_exudyn.simulation.boot_joint import BootJoint, boot_joint
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, first_place, load_at_start, reduced_run
-from sssi_exudyn.simulation.steady_turn import MODES, POINTS, carving_module, edge_work, edges_of
+from sssi_exudyn.simulation.steady_turn import MODES, POINTS, bending_edges, carving_module, edge_work
 
 COARSE_POINTS: Final = 50
 """Contact points on each edge where steps are coarse: a ski goes on by less than their distance, too."""
@@ -31,6 +31,8 @@ COARSE_MODES: Final = 8
 """Vibrations of each ski there: with step and points they move a run of 6 s by 0.1 to 0.2 m."""
 SHARE: Final = np.array([0.5, 0.5])
 """(2,) of the load at the start by foot."""
+GIVING: Final = 2
+"""Vibrations more than of a ski that is held fast: its boot centre heaves and pitches."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,7 @@ class CarvedRun:
 
     run : as every run of the reduced model
     yaw, roll : (n, 2) rad of the skis against the captured feet, > 0 to the left and to the right edge
+    heave, pitch : (n, 2) m, rad of the same, > 0 up and tip down
     friction, skid, pressing : (n,) W that the snow takes along the edges, across them, and by being pressed in
     side_reserve : (n, 2) share of what the wall bears along a ski's edge that is not used; 0 off the snow
     """
@@ -46,6 +49,8 @@ class CarvedRun:
     run: ReducedRun
     yaw: Array
     roll: Array
+    heave: Array
+    pitch: Array
     friction: Array
     skid: Array
     pressing: Array
@@ -57,7 +62,8 @@ class Carved:
     """What a run is made of, as the kernel takes it, and what it left.
 
     at : the tables, the capture corrected;  surface : ``SnowGrid``;  points, modes : of each ski
-    place, velocity : (3,) m, m/s of the pelvis at the start;  bent : (2, 2 + modes) of the skis then
+    place, velocity : (3,) m, m/s of the pelvis at the start;  bent : (2, 2 + modes) yaw, roll and vibrations of the skis
+        then, heave and pitch in the latter
     """
 
     at: Prepared
@@ -84,10 +90,13 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
     done = carved_run(model, prepared, joint)
     series = done.series
     most, used = series.reserve[..., 0], series.reserve[..., 1]
+    given = series.bent[..., 2:] @ done.joint.give.T
     return CarvedRun(
         run=reduced_run_of(done),
         yaw=series.bent[..., 0],
         roll=series.bent[..., 1],
+        heave=given[..., 0],
+        pitch=given[..., 1],
         friction=series.power[:, 0],
         skid=series.power[:, 1],
         pressing=series.power[:, 2],
@@ -101,17 +110,22 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
     kernel = carving_module()
     parameters, motion, surface = law_parameters(model.terms), at.kernel_motion(), snow_grid(model.surface)
     coarse = at.step > 0.5 * (CARVED_STEP + COARSE_CARVED_STEP)
-    points, modes = (COARSE_POINTS, COARSE_MODES) if coarse else (POINTS, MODES)
-    edges = edges_of(model.ski, points, modes)
+    points, fast = (COARSE_POINTS, COARSE_MODES) if coarse else (POINTS, MODES)
+    modes = fast + GIVING
+    springs = joint or boot_joint(model.equipment)
+    cut = mesh(model.ski, contacts=points)
+    modal = modal_ski(cut, modes, springs.stiffness[2:])
+    edges = bending_edges(cut, modal)
     base = np.array([0.0, 0.0, -float(model.ski.height(model.ski.s_of_x(0.0)))])
     ski = edges._replace(points=edges.points + base)
-    participation = modal_ski(mesh(model.ski), modes).participation
-    coupling = Coupling(np.ascontiguousarray(participation[:, :3]), np.ascontiguousarray(participation[:, 3:]))
+    coupling = Coupling(
+        np.ascontiguousarray(modal.participation[:, :3]), np.ascontiguousarray(modal.participation[:, 3:])
+    )
     memory, work = Groove(*np.zeros((8, 2, 2, points))), edge_work(points, modes)
     place, velocity = first_place(model, at)
     load = float(load_at_start(at, SHARE))
     place[2] = kernel.rest_height(parameters, ski, motion, surface, place, load, memory, work)
-    held = _kernel_joint(joint or boot_joint(model.equipment))
+    held = _kernel_joint(springs, cut, modal)
     bent = np.zeros((2, 2 + modes))
     if not np.isfinite(place[2]) or not kernel.bend_at_rest(
         parameters, ski, coupling, held, motion, surface, place, load, bent, memory, work
@@ -129,9 +143,17 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
     )  # fmt: skip
 
 
-def _kernel_joint(joint: BootJoint) -> Joint:
+def _kernel_joint(joint: BootJoint, cut: BeamMesh, modal: ModalSki) -> Joint:
     """The joint as the kernel takes it, at rest where the capture has the foot."""
-    return Joint(joint.stiffness, joint.damping, joint.inertia, np.zeros((2, 2)))
+    stiffness, damping = joint.stiffness, joint.damping
+    return Joint(
+        stiffness=stiffness[:2],
+        damping=damping[:2],
+        inertia=joint.inertia[:2],
+        rest=np.zeros((2, 2)),
+        give=np.ascontiguousarray(modal.held.T),
+        slowing=damping[2:] - damping_time(cut) * stiffness[2:],
+    )
 
 
 def _empty_series(count: int, modes: int) -> CarvedSeries:

@@ -26,12 +26,15 @@ class EdgeSeries:
     """What skis that cut the snow do besides, n instants, (n, 2) by ski.
 
     yaw, roll : rad of the ski against the captured foot, > 0 to the left and to the right edge
+    heave, pitch : m, rad of the same, > 0 up and tip down
     side_reserve : share of what the groove's wall bears along the edge that is not used; 0 off the snow
     along, across : N, sums over the edge of the friction's and of the wall's force, whatever their signs
     """
 
     yaw: Array
     roll: Array
+    heave: Array
+    pitch: Array
     side_reserve: Array
     along: Array
     across: Array
@@ -189,6 +192,8 @@ class SimulationResult:
             if self.edges is not None:
                 columns[f"{side}_ski_yaw_deg"] = np.degrees(self.edges.yaw[:, index])
                 columns[f"{side}_ski_roll_deg"] = np.degrees(self.edges.roll[:, index])
+                columns[f"{side}_ski_heave_m"] = self.edges.heave[:, index]
+                columns[f"{side}_ski_pitch_deg"] = np.degrees(self.edges.pitch[:, index])
                 columns[f"{side}_side_reserve_1"] = self.edges.side_reserve[:, index]
             if self.ankle_edging is not None:
                 columns[f"{side}_ankle_edging_Nm"] = self.ankle_edging[:, index]

@@ -22,7 +22,7 @@ from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.recorder import Record
 from sssi_exudyn.simulation.result import EdgeSeries, SimulationResult
-from sssi_exudyn.simulation.system import System, instant
+from sssi_exudyn.simulation.system import HELD, System, instant
 
 
 def result_from_record(parts: Parts, posture: PostureTable, system: System, record: Record) -> SimulationResult:
@@ -64,11 +64,12 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         outer = _of_points(posture, rows, on_feet, drag[..., :3], body)
         moments = _inverse_dynamics(parts, posture, rows, record) - outer
     clamps = np.array(record.clamps)
-    held = rates[:, :, cut.clamped, [6, 4]]
     if cutting:
-        angles_of_skis = feet[..., [carved_kernel.YAW, carved_kernel.ROLL]]
-        edges = parts.edges
-        clamps[..., [5, 3]] = -2.0 * (edges.stiffness * angles_of_skis + edges.damping * 2.0 * held)
+        edges, scale = parts.edges, np.array(carved_kernel.PER_COORDINATE)
+        given = feet[..., carved_kernel.YAW : carved_kernel.YAW + carved_kernel.JOINTS]
+        giving = scale * rates[:, :, cut.clamped, list(carved_kernel.GIVING)]
+        of_joints = [HELD.index(c) for c in carved_kernel.GIVING]
+        clamps[..., of_joints] = -scale * (edges.stiffness * given + edges.damping * giving)
     body_power = np.sum(body * (speed + com_speed), axis=1)
     poles = None
     if use_poles(parts.model.terms):
@@ -89,12 +90,15 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
     )
     elastic = _ski_elastic(cut, nodes)
     forward = frame[..., 0]
+    deflection = nodes[:, :, [-1, 0], 2] - parts.ski_in_foot[2] - cut.node_position[[-1, 0], 2]
     of_edges = None
     if cutting:
-        kinetic = kinetic + 0.5 * np.sum(parts.leg_inertia * (2.0 * held) ** 2, axis=(1, 2))
-        elastic = elastic + 0.5 * np.sum(edges.stiffness * angles_of_skis**2, axis=(1, 2))
+        kinetic = kinetic + 0.5 * np.sum(parts.leg_inertia * giving[..., :2] ** 2, axis=(1, 2))
+        elastic = elastic + 0.5 * np.sum(edges.stiffness * given**2, axis=(1, 2))
         forward = np.einsum("nsij,nsj->nsi", frame, _first_axis(nodes[:, :, cut.clamped, 3:]))
         of_edges = _series_of_edges(feet)
+        ahead = cut.node_position[[-1, 0], 0] - cut.node_position[cut.clamped, 0]
+        deflection = deflection - of_edges.heave[..., None] + of_edges.pitch[..., None] * ahead
     powers: dict[str, Array] = {
         "posture": np.sum(moments * posture.rates[rows], axis=1),
         "contact": feet[:, :, kernel.CONTACT_POWER].sum(axis=1),
@@ -129,7 +133,7 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         penetration=feet[:, :, kernel.DEPTH],
         drag=drag[..., :3].sum(axis=1),
         joint_moments=moments,
-        ski_deflection=nodes[:, :, [-1, 0], 2] - parts.ski_in_foot[2] - cut.node_position[[-1, 0], 2],
+        ski_deflection=deflection,
         energy=energy,
         energy_closure=np.asarray(closure),
         statistics=record.solver,
@@ -144,6 +148,8 @@ def _series_of_edges(feet: Array) -> EdgeSeries:
     return EdgeSeries(
         yaw=feet[..., carved_kernel.YAW],
         roll=feet[..., carved_kernel.ROLL],
+        heave=feet[..., carved_kernel.HEAVE],
+        pitch=feet[..., carved_kernel.PITCH],
         side_reserve=np.where(most > 0.0, 1.0 - used / np.where(most > 0.0, most, 1.0), 0.0),
         along=feet[..., carved_kernel.DRAGGED],
         across=used,

@@ -12,8 +12,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.ski.mesh import mesh
-from sssi_exudyn.bodies.ski.modes import edge_turning, modal_ski
+from sssi_exudyn.bodies.ski.mesh import BeamMesh, mesh
+from sssi_exudyn.bodies.ski.modes import ModalSki, edge_turning, modal_ski
 from sssi_exudyn.bodies.ski.ski import Ski
 from sssi_exudyn.contact.backends import ground_kernel, surroundings_tangents
 from sssi_exudyn.contact.backends.carving import (
@@ -147,7 +147,12 @@ def _copy(arrays: Any) -> Any:
 def edges_of(ski: Ski, points: int = POINTS, modes: int = MODES) -> EdgeSki:
     """A ski's edges as the kernel takes them."""
     cut = mesh(ski, contacts=points)
-    modal = modal_ski(cut, modes)
+    return bending_edges(cut, modal_ski(cut, modes))
+
+
+def bending_edges(cut: BeamMesh, modal: ModalSki) -> EdgeSki:
+    """The same of a ski whose vibrations are known."""
+    ski = cut.ski
     return EdgeSki(
         points=np.ascontiguousarray(cut.contact_positions(cut.node_position, cut.node_rotation)),
         tangents=np.ascontiguousarray(cut.edge_tangents),

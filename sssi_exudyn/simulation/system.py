@@ -16,6 +16,7 @@ from exudyn.itemInterface import (
 from sssi_exudyn.bodies.ski.beam import add_ski_beam
 from sssi_exudyn.bodies.skier.skeleton import CarriedMass, Skeleton, add_carried_mass, add_skeleton
 from sssi_exudyn.contact.backends.backend import Backend, CarvedForces, CoupledMass, Forces, add_forces
+from sssi_exudyn.contact.backends.carving.carved_full_kernel import GIVING
 from sssi_exudyn.contact.backends.structs import Carrier, Instant
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.simulation.assembly import Parts
@@ -45,8 +46,6 @@ def instant(posture: PostureTable, row: int, *, standing: bool = False) -> Insta
 
 HELD: Final = (0, 1, 2, 4, 5, 6)
 """Coordinates of the node at the boot that are clamped."""
-TURNING: Final = (4, 6)
-"""Those that are not where edges cut the snow: roll and yaw."""
 FREE: Final = -1
 
 
@@ -55,7 +54,7 @@ class System:
     """An assembled Exudyn system, with the posture of the step that is being solved.
 
     clamps : (2, 6) item numbers of the constraints that hold each ski's node at the boot centre: three places, three
-        quaternion components; FREE where a ski that cuts the snow turns against its foot
+        quaternion components; FREE where a ski that cuts the snow gives against its foot
     object : item number of the object through which the forces act
     ref : (n,) reference coordinates
     """
@@ -130,8 +129,8 @@ def build(
     for _ in range(2):
         ski = add_ski_beam(mbs, parts.mesh, frame, np.zeros(3), np.zeros(3), damped=False)
         middle = ski.nodes[parts.mesh.clamped]
-        turning = TURNING if parts.is_carved else ()
-        clamps.append(tuple(FREE if c in turning else _fix(mbs, ground, middle, c, 0.0) for c in HELD))
+        giving = GIVING if parts.is_carved else ()
+        clamps.append(tuple(FREE if c in giving else _fix(mbs, ground, middle, c, 0.0) for c in HELD))
         nodes += ski.nodes
     if standing:
         for coordinate in range(2):

@@ -71,10 +71,13 @@ def test_the_snow_takes_what_the_skis_give() -> None:
     found, prepared = carved(CARVED_STEP)
     run, time = found.run, found.run.time
     into_snow = np.trapezoid(found.friction + found.skid + found.pressing, time)
-    against_feet = np.stack([np.gradient(angle, time, axis=0) for angle in (found.yaw, found.roll)], axis=-1)
-    axes = np.stack([prepared.foot_rotation[..., 2], run.foot_forward], axis=-2)
+    angles = found.yaw, found.roll, found.pitch
+    against_feet = np.stack([np.gradient(angle, time, axis=0) for angle in angles], axis=-1)
+    up, forward = prepared.foot_rotation[..., 2], run.foot_forward
+    axes = np.stack([up, forward, np.cross(up, forward)], axis=-2)
     spin = prepared.foot_spin + np.einsum("nsa,nsai->nsi", against_feet, axes)
-    by_skis = np.sum(run.snow_force * run.foot_velocity, axis=(1, 2)) + np.sum(run.snow_moment * spin, axis=(1, 2))
+    velocity = run.foot_velocity + np.gradient(found.heave, time, axis=0)[..., None] * up
+    by_skis = np.sum(run.snow_force * velocity, axis=(1, 2)) + np.sum(run.snow_moment * spin, axis=(1, 2))
     # what is bent into the skis, and that of the other edge where a ski lies flat, is left out
     assert into_snow == pytest.approx(-np.trapezoid(by_skis, time), rel=0.02)
     assert found.friction.min() >= 0.0
@@ -107,12 +110,12 @@ def full() -> SimulationResult:
 def test_the_full_model_carves_as_the_reduced_one() -> None:
     whole, reduced = full(), carved(CARVED_STEP)[0].run
     at = [np.argmin(np.abs(reduced.time - time)) for time in whole.time[::80]]
-    # of 12 m; modes beyond the twentieth and where an edge first yields are what differs
+    # of 12 m; a ski turns against its foot by up to 10°, in one model angle by angle and in the other by one vector
     assert whole.antenna is not None
     ways = (whole.antenna - whole.antenna[0])[::80], (reduced.antenna - reduced.antenna[0])[at]
-    assert np.linalg.norm(ways[0] - ways[1], axis=1).max() < 0.06
+    assert np.linalg.norm(ways[0] - ways[1], axis=1).max() < 0.12
     loaded = whole.foot_load[::80].max(axis=1) > 300.0
-    np.testing.assert_allclose(whole.foot_load[::80][loaded], reduced.foot_load[at][loaded], atol=100.0)
+    np.testing.assert_allclose(whole.foot_load[::80][loaded], reduced.foot_load[at][loaded], atol=150.0)
     assert whole.edges is not None
     assert np.degrees(np.abs(whole.edges.yaw[::80] - carved(CARVED_STEP)[0].yaw[at])).max() < 1.5  # of 5
 

@@ -3,8 +3,8 @@
 
 A section presses with its deeper edge, and where it lies flat with both: its forces act at the edges' points, along the
 snow's normal there, along the edge's own tangent and across it, and go to the nodes as those of the paper's law do.
-The node at the boot turns against the foot in yaw and roll: a spring and a damper hold each by 2 q_z and 2 q_x, the
-angles as long as they are small.
+The node at the boot gives against the foot in yaw, roll, heave and pitch: a spring and a damper hold each, by the
+node's height and by 2 q_z, 2 q_x and 2 q_y, the angles as long as they are small.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ ground: Callable[..., tuple[float, tuple[float, float, float]]]
 foot_axes: Callable[..., Any]
 of_ski: Callable[..., Any]
 section: Callable[..., Any]
+four: Callable[..., Any]
 edge_point: Callable[..., Any]
 add_wrench: Callable[..., None]
 ski_inertia: Callable[..., None]
@@ -48,9 +49,16 @@ skier_triplets: Callable[..., int]
 NODE: Final = 7
 LOAD, DEPTH, ALONG, ACROSS, EDGE, V_T, V_N, CONTACT_POWER, FRICTION_POWER, DAMPING_POWER = 0, 2, 3, 4, 5, 6, 7, 8, 9, 10
 """As in ``full_kernel``."""
-SKID_POWER, MOST, USED, YAW, ROLL, DRAGGED = range(11, 17)
-"""Further columns of ``seen``: W; N that the wall bears at most and does bear; rad; N of friction along the edges."""
-CARVED_SEEN = 17
+SKID_POWER, MOST, USED, DRAGGED, YAW, ROLL, HEAVE, PITCH = range(11, 19)
+"""Further columns of ``seen``: W; N that the wall bears at most and does bear; N of friction along the edges; rad and m
+of the ski against its foot."""
+CARVED_SEEN = 19
+JOINTS: Final = 4
+"""Ways in which a ski gives against its foot: yaw, roll, heave, pitch."""
+GIVING: Final = (6, 4, 2, 5)
+"""The coordinates of the node at the boot by which it does."""
+PER_COORDINATE: Final = (2.0, 2.0, 1.0, 2.0)
+"""rad and m a unit of these."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -158,13 +166,13 @@ def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, s
         for k in range(3):
             out[k] += total[k]
         seen[ski, DAMPING_POWER] -= bend_damping(q, v, ref, base, sections.damping, out)
-        joint = base + NODE * edges.clamped + 3
-        for k in range(2):
-            i = joint + (3 if k == 0 else 1)
-            moment = -edges.stiffness[k] * 2.0 * q[i] - edges.damping[k] * 2.0 * v[i]
-            out[i] += 2.0 * moment
-            seen[ski, DAMPING_POWER] -= edges.damping[k] * 4.0 * v[i] * v[i]
-            seen[ski, YAW + k] = 2.0 * q[i]
+        boot = base + NODE * edges.clamped
+        for k in range(JOINTS):
+            i, scale = boot + GIVING[k], PER_COORDINATE[k]
+            given, giving = scale * q[i], scale * v[i]
+            out[i] -= scale * (edges.stiffness[k] * given + edges.damping[k] * giving)
+            seen[ski, DAMPING_POWER] -= edges.damping[k] * giving * giving
+            seen[ski, YAW + k] = given
         spin_in, spin_rate = into(frame, at.foot_spin[ski]), into(frame, at.foot_spin_rate[ski])
         ski_inertia(
             q, v, ref, base, sections, carrier.gravity, frame, spin_in, spin_rate, at.foot_acceleration[ski], out
@@ -177,7 +185,7 @@ def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, s
             dot(total, across),
         )
         seen[ski, V_T], seen[ski, V_N] = dot(velocity, along), dot(velocity, across)
-        turn = (q[joint] + ref[joint], q[joint + 1], q[joint + 2] + ref[joint + 2], q[joint + 3])
+        turn = four(q, ref, boot + 3)
         left_axis, up_axis = rotate(turn, (0.0, 1.0, 0.0)), rotate(turn, (0.0, 0.0, 1.0))
         on_snow = into(frame, upright)
         seen[ski, EDGE] = math.atan2(dot(left_axis, on_snow), dot(up_axis, on_snow))
@@ -273,10 +281,10 @@ def carved_jacobian(
                     column = i + b if b < 14 else b - 14
                     count = put(rows, columns, values, count, row, column, block[a, b])
         count = damping_triplets(q, ref, base, sections.damping, by_rate, triplets, count)
-        joint = base + NODE * edges.clamped + 3
-        for k in range(2):
-            i = joint + (3 if k == 0 else 1)
-            held = 4.0 * (by_place * edges.stiffness[k] + by_rate * edges.damping[k])
+        boot = base + NODE * edges.clamped
+        for k in range(JOINTS):
+            i = boot + GIVING[k]
+            held = PER_COORDINATE[k] ** 2 * (by_place * edges.stiffness[k] + by_rate * edges.damping[k])
             count = put(rows, columns, values, count, i, i, held)
     tree = np.zeros((3, len(sign)))
     return skier_triplets(parameters, carrier, at, pelvis, speed, tree, by_rate, triplets, count)

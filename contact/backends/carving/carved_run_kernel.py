@@ -6,7 +6,10 @@ vibrations; all else of the posture is prescribed.  With the ski's snow force F 
 
     M ẍ + Σ R p η̈ = Σ F + air + body + M g − (masses times the posture's own accelerations)
     I ψ̈ + 2ζ√(kI) ψ̇ + k ψ = moment about the foot's z axis, and so φ about the ski's long axis
-    η̈ + 2ζω η̇ + ω² η + pᵀ Rᵀ ẍ = Σ shape·F − pᵀ (what the foot's prescribed motion and gravity make the ski feel)
+    η̈ + 2ζω η̇ + gᵀ c g η̇ + ω² η + pᵀ Rᵀ ẍ = Σ shape·F − pᵀ (what the foot's prescribed motion and gravity make the
+                                                               ski feel)
+
+Heave and pitch against the foot, g η, are in the vibrations: they are those of a ski whose boot centre is on springs.
 
 The pelvis' steps are Newmark's average acceleration, those of the ski against the foot backward Euler's, which damps
 what is faster than a step.
@@ -49,12 +52,16 @@ class Joint(NamedTuple):
     """How a ski turns against its foot.
 
     stiffness, damping, inertia : (2,) N m/rad, N m s/rad, kg m² in yaw and roll;  rest : (2, 2) rad by ski
+    give : (2, k) m, rad of heave and pitch a unit of each vibration;  slowing : (2,) N s/m, N m s/rad of their dampers
+        beside the vibrations' own damping
     """
 
     stiffness: Array
     damping: Array
     inertia: Array
     rest: Array
+    give: Array
+    slowing: Array
 
 
 class Coupling(NamedTuple):
@@ -344,6 +351,15 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
                         residual[c] += outwards[c] * trial[i]
                         matrix[c, i] += outwards[c]
                         matrix[i, c] += outwards[c]
+                for i in range(2):
+                    moving = 0.0
+                    for k in range(modes):
+                        moving += joint.give[i, k] * new_rate[side, 2 + k]
+                    for k in range(modes):
+                        slowed = joint.slowing[i] * joint.give[i, k]
+                        residual[base + 2 + k] += slowed * moving
+                        for j in range(modes):
+                            matrix[base + 2 + k, base + 2 + j] += slowed * joint.give[i, j] * own_rate
                 normal = (snow[2, 0], snow[2, 1], snow[2, 2])
                 load = pressed[2]
                 series.loads[n, side] = load

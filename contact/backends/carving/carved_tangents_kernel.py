@@ -239,6 +239,12 @@ def fill_equations(ski, coupling, joint, pressed, pose, snow, frame, foot_frame,
                 2.0 * ski.ratio[j] * w * moved[BENT + own + 2 + j, k] + w * w * moved[BENT + 2 + j, k]
                 - changes[6 + j, k] + dot(outwards, back)
             )  # fmt: skip
+        for i in range(2):
+            slowed = 0.0
+            for j in range(modes):
+                slowed += joint.give[i, j] * moved[BENT + own + 2 + j, k]
+            for j in range(modes):
+                equations[5 + j, k] += joint.slowing[i] * joint.give[i, j] * slowed
         apart = plus(turned, times(-1.0, rolled))
         d_sine, d_cosine = dot(cross(apart, left), normal), dot(cross(apart, up), normal)
         d_normal = cross(rolled, normal)
