@@ -6,12 +6,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.results.summary import CarvingFigures, Estimate
 from sssi_exudyn.simulation.result import SimulationResult
 
 _FEW = 5.0
 """% of the run in which the side reserve is less than the least that is given."""
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def carving_figures(model: Model, result: SimulationResult, fitted: Mapping[str, Estimate]) -> CarvingFigures | None:
@@ -35,6 +40,8 @@ def carving_figures(model: Model, result: SimulationResult, fitted: Mapping[str,
         equivalent_mu_n=float(edges.across.sum()) / load,
         side_reserve_mean=float(reserve.mean()),
         side_reserve_least=float(np.percentile(reserve, _FEW)),
-        ski_yaw_rms_deg=float(np.degrees(np.sqrt(np.mean(edges.yaw**2)))),
-        ski_roll_rms_deg=float(np.degrees(np.sqrt(np.mean(edges.roll**2)))),
+        ski_yaw_rms_deg=float(np.degrees(_rms(edges.yaw))),
+        ski_roll_rms_deg=float(np.degrees(_rms(edges.roll))),
+        ski_heave_rms_m=_rms(edges.heave),
+        ski_pitch_rms_deg=float(np.degrees(_rms(edges.pitch))),
     )

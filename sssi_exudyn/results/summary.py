@@ -319,7 +319,7 @@ class CarvingFigures:
     equivalent_mu_n : the walls' force across the edges against the load, as μ_n
     side_reserve_mean, side_reserve_least : share of what the wall bears that the more loaded ski does not use: over the
         run, and where a twentieth of it has less
-    ski_yaw_rms_deg, ski_roll_rms_deg : of the skis against the captured feet
+    ski_yaw_rms_deg, ski_roll_rms_deg, ski_heave_rms_m, ski_pitch_rms_deg : of the skis against the captured feet
     """
 
     tier: str
@@ -332,6 +332,8 @@ class CarvingFigures:
     side_reserve_least: float | None = None
     ski_yaw_rms_deg: float | None = None
     ski_roll_rms_deg: float | None = None
+    ski_heave_rms_m: float | None = None
+    ski_pitch_rms_deg: float | None = None
 
 
 @dataclass(frozen=True, repr=False)

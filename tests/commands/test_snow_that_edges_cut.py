@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from bundled import EXAMPLES, bundled
 
@@ -47,6 +48,9 @@ def test_the_result_tells_what_the_edges_do(folder: Path) -> None:
     assert cut["side_reserve_least"] <= cut["side_reserve_mean"] <= 1.0
     series = read_run(folder).series
     assert {"left_ski_yaw_deg", "right_ski_roll_deg", "left_side_reserve_1", "energy_skid_J"} <= set(series.columns)
+    heave = series[["left_ski_heave_m", "right_ski_heave_m"]].to_numpy(dtype=float)
+    assert cut["ski_heave_rms_m"] == pytest.approx(np.sqrt(np.mean(heave**2)), rel=1e-3)  # figures are rounded
+    assert 0.0 < cut["ski_pitch_rms_deg"] < 20.0
 
 
 @pytest.mark.long

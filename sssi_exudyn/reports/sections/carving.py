@@ -9,7 +9,7 @@ from sssi_exudyn.results.summary import Estimate
 
 _ABOUT = (
     "Each point of an edge presses into the snow, is held by the groove's wall until that yields, and slides along its"
-    " own tangent. The skier's heading is the captured one; the skis yaw and roll against the feet."
+    " own tangent. The skier's heading is the captured one; the skis yaw, roll, heave and pitch against the feet."
 )
 
 
@@ -33,6 +33,8 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
         ("less for a twentieth of the run than", number(found.side_reserve_least)),
         ("yaw of the skis against the feet, rms (°)", number(found.ski_yaw_rms_deg)),
         ("roll of the skis against the feet, rms (°)", number(found.ski_roll_rms_deg)),
+        ("heave of the skis against the feet, rms (m)", number(found.ski_heave_rms_m)),
+        ("pitch of the skis against the feet, rms (°)", number(found.ski_pitch_rms_deg)),
     )
     return Text(_ABOUT), Grid([["", "value"], *map(list, rows)])
 
