@@ -56,12 +56,42 @@ put such snow under a recorded skier, in the place of penetration and friction; 
 "carving"`. Fits search with the reduced model and the full one judges, as ever; the run that is written is the full
 model's. `sssi sweep` takes the same term with either tier: `carving.hardness` and so on can be swept, and `equipment.skis`
 sets ski against ski. `summary.json` has a group `carving` (the snow's numbers, what they come to as μ_t and μ_n, side
-reserve, how the skis turn against the feet), and `friction` is null.
+reserve, how the skis yaw, roll, heave and pitch against the feet), and `friction` is null.
 
-Posture and heading are the captured ones. The skis alone are free below the feet: each yaws and rolls against a spring and
-a damper (1000 N m/rad and 600 N m/rad, estimates). With a tenth of the yaw stiffness a ski that skids spins under the boot,
-which a leg prevents. Steps are 1.25 ms: in a step a ski goes on by less than the distance of its contact points. Terms of
-air, wind, terrain and body act as always; those that change the paper's friction do not go with it.
+Posture and heading are the captured ones. The skis alone are free below the feet: against a spring and a damper each they
+yaw, roll, heave and pitch. In `model.toml` and `equipment.toml`, `cuff_edging` and `cuff_flexion` are what holds them in roll and,
+with the ankle's own, in pitch.
+
+| a ski against its foot | spring | source |
+|---|---|---|
+| yaw | 1000 N m/rad | estimate: with a tenth, a ski that skids spins under the boot, which a leg prevents |
+| roll | 600 N m/rad | estimate |
+| heave | 40 kN/m | estimate: legs that hop stiffly have 20 to 40 (Farley and Morgenroth, J. Biomech. 32 (1999) 267) |
+| pitch | 529 N m/rad | ankle of a standing man 300 (Winter et al., J. Neurophysiol. 80 (1998) 1211), cuff 229 ([Boots](boots.md)) |
+
+Dampers have 0.7 of the critical: in heave that of half a skier, 40 kg, who moves over skis that firm snow holds.
+
+A leg at rest is compressed by what it carries, and the capture shows it so; how much belongs to which leg it does not show. At no
+force a ski is therefore where the capture has the foot. What both legs carry lowers the pelvis by load/stiffness, 10 mm where
+each carries 400 N, less than a fix's height is off. What one carries more makes up for a difference in the feet's captured heights,
+so that how stiff the leg is decides the share of the load: of the intermediate's first 5 s, as captured, μ = 0.075,
+
+| spring in heave, pitch | load difference less that of the insoles, rms |
+|---|---|
+| held fast, held fast | 512 N |
+| held fast, 530 N m/rad | 541 N |
+| 300 kN/m, 530 N m/rad | 519 N |
+| 150 kN/m | 483 N |
+| 80 kN/m | 374 N |
+| 40 kN/m | 103 N |
+| 20 kN/m | 198 N |
+| the paper's law | 157 N |
+
+That snow is by the paper's law, into which a foot of an edged ski with 700 N sinks 20 mm, 35 kN/m: the recording's heights have that
+in them, and leg and firm snow together must give as much. On a recording from a piste nobody knows what the heights have in them.
+
+Steps are 1.25 ms: in a step a ski goes on by less than the distance of its contact points. Terms of air, wind, terrain and body
+act as always; those that change the paper's friction do not go with it.
 
 A fit seeks μ, and H and S_f with priors of (1 ± 0.4)·10⁸ N/m³ and (4 ± 1)·10⁵ Pa; where their standard errors come out as
 large, the recording says nothing of them.

@@ -62,8 +62,8 @@ class Carved:
     """What a run is made of, as the kernel takes it, and what it left.
 
     at : the tables, the capture corrected;  surface : ``SnowGrid``;  points, modes : of each ski
-    place, velocity : (3,) m, m/s of the pelvis at the start;  bent : (2, 2 + modes) yaw, roll and vibrations of the skis
-        then, heave and pitch in the latter
+    place, velocity : (3,) m, m/s of the pelvis at the start
+    bent : (2, 2 + modes) yaw, roll and vibrations of the skis then, heave and pitch in the latter
     """
 
     at: Prepared

@@ -117,7 +117,7 @@ def test_the_full_model_carves_as_the_reduced_one() -> None:
     loaded = whole.foot_load[::80].max(axis=1) > 300.0
     np.testing.assert_allclose(whole.foot_load[::80][loaded], reduced.foot_load[at][loaded], atol=150.0)
     assert whole.edges is not None
-    assert np.degrees(np.abs(whole.edges.yaw[::80] - carved(CARVED_STEP)[0].yaw[at])).max() < 1.5  # of 5
+    assert np.degrees(np.abs(whole.edges.yaw[::80] - carved(CARVED_STEP)[0].yaw[at])).max() < 2.0  # of 8
 
 
 def test_the_full_models_energy_balances() -> None:
