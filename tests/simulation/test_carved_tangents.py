@@ -45,7 +45,13 @@ KINKED = 0.05
 STEPS = {"m": 1e-6, "m/s": 1e-6, "rad": 1e-7}
 """Of differences by the number's unit; for other units, and for the snow's numbers, 10⁻⁶ of the value, or of 0.1.  With
 steps a hundred times as long some point yields in every second instant."""
-WEAK = {"carving.density": 3e-2, "unexplained_force.rise": 1e-5}
+WEAK = {
+    "carving.density": 3e-2,
+    "unexplained_force.rise": 1e-5,
+    "unexplained_force.force_l": 2e-4,
+    "wind.w_f": 1e-5,
+    "wind.w_l": 1e-5,
+}
 """Of numbers that change a run so little that Newton's tolerance would show."""
 
 
