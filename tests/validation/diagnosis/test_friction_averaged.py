@@ -10,9 +10,9 @@ from test_evidence import LEVELS, linear_model
 
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, NoiseLevels, whiten_columns
+from sssi_exudyn.validation.diagnosis.friction import averaged_friction
 from sssi_exudyn.validation.diagnosis.refit import Parameter
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
-from sssi_exudyn.validation.diagnosis.statistics.friction import averaged_friction
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, Mixture
 
 HALF = float(norm.ppf(0.95))

@@ -18,6 +18,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.runtime.provenance import versions
 from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels
+from sssi_exudyn.validation.diagnosis.friction import averaged_friction
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
@@ -52,7 +53,6 @@ from sssi_exudyn.validation.diagnosis.result import (
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search_result import LIKELY, SURE, WORTH_NAMING, Figures
 from sssi_exudyn.validation.diagnosis.state import State
-from sssi_exudyn.validation.diagnosis.statistics.friction import averaged_friction
 from sssi_exudyn.validation.diagnosis.statistics.held_out import (
     best_residual,
     folds_of,
