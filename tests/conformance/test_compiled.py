@@ -104,7 +104,7 @@ def test_winds_add_up_and_blow_on_segments() -> None:
 
 
 def test_linearisation_of_several_terms_is_the_sum_of_each() -> None:
-    terms = (SnowPatch(0.2, 1.0, 3.0), AnisotropicFriction(mu_t=0.05), SnowPatch(0.1, 2.5, 4.0))
+    terms = (SnowPatch(0.2, 1.0, 3.0), AnisotropicFriction(mu_t=0.05), SnowPatch(0.1, 2.5, 4.0, delta_mu_n=-0.2))
     state = (700.0, 4.0, -0.3, 0.2, 1e-3, 0.0, 2.0, 0.5, 1.0)
 
     def of(some: tuple[Term, ...]) -> tuple[Array, Array]:
@@ -124,7 +124,7 @@ def test_a_parameter_is_found_where_the_kernels_have_it() -> None:
     values = law_parameters(terms).values
     assert values[parameter_index(terms, wind, "w_l")] == 2.0
     assert [values[parameter_index(terms, term, "f1")] for term in (patch, last)] == [3.0, 4.0]
-    assert [values[i] for i in place_parameters(terms, "foot")] == [0.2, 1.0, 3.0, 0.5, 0.1, 2.5, 4.0, 0.5]
+    assert [values[i] for i in place_parameters(terms, "foot")] == [0.2, 1.0, 3.0, 0.5, 0.0, 0.1, 2.5, 4.0, 0.5, 0.0]
     # the air's first, then the wind's, which is no class of the registry
     assert [values[i] for i in place_parameters(terms, "segment")] == [0.9, 1.05, 0.0, 2.0, 0.0]
 

@@ -31,7 +31,7 @@ REGISTERED = (
     *PUBLISHED,
     AirDrag(),
     Gust(w_f=-4.0, w_l=2.0, t0=-1.0, t1=1.0),
-    SnowPatch(delta_mu_t=0.05, f0=-5.0, f1=5.0),
+    SnowPatch(delta_mu_t=0.05, f0=-5.0, f1=5.0, delta_mu_n=-0.1),
     SnowCompaction(c=2e4),
     SlopeChange(delta=0.05, f0=0.1, width=2.0),
     TerrainBump(rise=-0.05, f0=-0.2, width=1.0),
