@@ -137,7 +137,7 @@ the second one's μ_t 0.202 ± 0.003 and μ_n 0.891 ± 0.002, misses the track b
 193 s, converged): it is rightly preferred. The snow that is found is of little strength, three standard deviations below what was
 expected beforehand, as skiers of a world that skids need it; and the posture is bent to it, a foot's pitch by up to 4.2 standard
 deviations. Its skis pitch by 4.6° rms against the feet of the intermediate, 9° at most, and heave by 16 mm rms: a real boot would
-not pitch as far, and a search of its stiffness is still to be done. How the full model judges these fits has not been seen yet.
+not pitch as far, and a search of its stiffness is still to be done. How the full model judges the first is in the next section.
 
 Not yet: a heading of the skier that the snow decides, and balance. A captured posture fits one path; where skis carve
 another, the skier is carried along by them without falling. Skis that lie exactly flat, as no captured ones do, the full

@@ -98,7 +98,7 @@ def _force_rows(latent: LatentForce) -> list[Row]:
     ]
     feet = latent.before.by_foot
     if feet is not None:
-        meaning = "above the first by 3: it acts on the skis; below by 3: on the body"
+        meaning = "log Bayes factor; with twice the freedom, so that it does not show whether the snow does it"
         rows.append(("some force missing on the feet, against none", f"{feet.log_bayes_factor:+.1f}", meaning))
     return rows
 

@@ -9,7 +9,8 @@ the Bayes factor with u integrated out, averaged over sizes and times.  What sta
 smoothing makes of noise alone, with the false discovery rate held over all cells.
 
 Were the force the snow's, it would act on the feet, and each sole would carry its part: insoles distinguish the feet by
-it, and a force on the skis from one on the body.
+it.  Whether it is the snow's does not follow from the two Bayes factors: a force on the feet has twice the freedom, and
+takes up errors of the soles' loads as well.
 
 Source: Rasmussen and Williams 2006, ch. 2; Benjamini and Hochberg 1995.
 """
