@@ -320,8 +320,9 @@ def linearise_at(model: Model, setting: Setting, known: Posterior | None = None)
     """
     sizes = np.zeros(len(setting.errors) + 1) if known is None else known.sizes
     point = _point_at(setting, model, sizes, np.zeros(len(setting.seen.measured)))
-    alike = known is not None and known.setting.seen.blocks == setting.seen.blocks
-    return point, _linearise(setting, point, known.responses if known is not None and alike else None)
+    if known is None or known.setting.seen.blocks != setting.seen.blocks:
+        return point, _linearise(setting, point, None)
+    return point, _linearise(setting, point, known.responses)
 
 
 def moved_point(setting: Setting, point: Point, responses: Responses, values: Array, sizes: Array) -> Point:

@@ -7,14 +7,14 @@ An effect too weak to be found moves friction none the less, and each that may b
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_solve
 
-from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.posterior import Posterior
-from sssi_exudyn.validation.diagnosis.evidence import whiten_columns
+from sssi_exudyn.validation.diagnosis.evidence import uncertain
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.result import Number
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
@@ -56,17 +56,20 @@ def _beside(searched: Round, chosen: Explanation) -> list[tuple[float, dict[str,
     """Of all explanations but the ``chosen`` one, the probability, and by how much more each friction is and by how
     many times less certain than by that.
     """
-    others = [each for each in searched.explanations if each is not chosen and each.probability >= _NEGLIGIBLE]
-    by_fit = [each for each in others if each.fit is not None and chosen.fit is not None]
-    linear = [each for each in others if each not in by_fit]
-    pairs = [(each, _fitted(each.fit), _fitted(chosen.fit)) for each in by_fit if each.fit and chosen.fit]
-    if linear:
-        alone = _linearly(searched, chosen)
-        pairs += [(each, _linearly(searched, each), alone) for each in linear]
-    return [
-        (each.probability, {name: (its[name][0] - by[name][0], its[name][1] / by[name][1]) for name in FRICTION})
-        for each, its, by in pairs
-    ]
+    assert chosen.fit is not None
+    fitted, linear = _fitted(chosen.fit), None
+    found = []
+    for each in searched.explanations:
+        if each is chosen or each.probability < _NEGLIGIBLE:
+            continue
+        if each.fit is not None:
+            its, by = _fitted(each.fit), fitted
+        else:
+            linear = linear or _linearly(searched, chosen)
+            its, by = _linearly(searched, each), linear
+        moved = {name: (its[name][0] - by[name][0], its[name][1] / by[name][1]) for name in FRICTION}
+        found.append((each.probability, moved))
+    return found
 
 
 def _fitted(fit: Refit) -> dict[str, tuple[float, float]]:
@@ -76,21 +79,17 @@ def _fitted(fit: Refit) -> dict[str, tuple[float, float]]:
 
 def _linearly(searched: Round, explanation: Explanation) -> dict[str, tuple[float, float]]:
     """The same by the linear model of a round, all else integrated out."""
-    linear, parameters, levels = searched.linear, searched.base.parameters, explanation.levels
-    free = linear.all_free(levels)
-    columns: list[Array] = [linear.residual[:, None], free.columns * free.scales]
-    if explanation.candidate is not None:
-        columns.append(explanation.candidate.free.columns * explanation.candidate.free.scales)
-    table = whiten_columns(linear, levels, np.hstack(columns))
-    x = table[:, 1:]
-    factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
+    linear, parameters = searched.linear, searched.base.parameters
     first = linear.free.columns.shape[1] - len(parameters)
+    if explanation.candidate is not None:
+        more = explanation.candidate.free
+        linear = replace(linear, free=linear.free.with_more(more.columns, more.scales))
+    known = uncertain(linear, explanation.levels)
+    amounts = known.share(known.residual)
+    sigmas = np.sqrt(np.diag(cho_solve(known.factor, np.eye(len(amounts)))))
     found: dict[str, tuple[float, float]] = {}
-    for i, parameter in enumerate(parameters):
+    for i, parameter in enumerate(parameters, first):
         for name in set(FRICTION) & set(parameter.names):
-            unit = np.zeros(x.shape[1])
-            unit[first + i] = 1.0
-            row, scale = cho_solve(factor, unit), float(linear.free.scales[first + i])
-            mean = parameter.prior.mean + scale * float(row @ (x.T @ table[:, 0]))
-            found[name] = mean, scale * float(np.sqrt(row[first + i]))
+            scale = float(linear.free.scales[i])
+            found[name] = parameter.prior.mean + scale * float(amounts[i]), scale * float(sigmas[i])
     return found

@@ -15,18 +15,16 @@ import numpy as np
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.snow_surface import snow_heights
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.evidence import best_levels
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search import (
     Explanation,
     Round,
     evidence_by_size,
-    fix_places,
     rank_by_probability,
-    spread_of_sizes,
+    weigh_refit,
 )
-from sssi_exudyn.validation.diagnosis.state import State, estimate_again, linear_model
+from sssi_exudyn.validation.diagnosis.state import State, estimate_again
 
 _RIVAL: Final = 0.03
 """Probability from which on an explanation is a rival of the best one."""
@@ -102,10 +100,6 @@ def _surface_moved(problem: DiagnosisProblem, before: Model, after: Model) -> fl
 
 def _weigh(anew: Anew, base: Refit, explanation: Explanation) -> Explanation:
     """The explanation by its evidence about its own estimate; where it acts was searched before."""
-    assert explanation.candidate is not None
-    levels = anew.state.levels
-    by_size = evidence_by_size(anew.problem, anew.state, base, replace(explanation, levels=levels), anew.fit)
-    placed = linear_model(anew.problem, anew.state, fix_places(base, explanation.candidate, anew.fit))
-    levels, evidence = best_levels(placed, levels)
-    evidence += spread_of_sizes(by_size, explanation.size) + explanation.log_place
-    return replace(explanation, log_evidence=evidence, fit=anew.fit, levels=levels)
+    explanation = replace(explanation, levels=anew.state.levels)
+    by_size = evidence_by_size(anew.problem, anew.state, base, explanation, anew.fit)
+    return weigh_refit(anew.problem, anew.state, base, explanation, anew.fit, by_size)

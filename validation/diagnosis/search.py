@@ -222,15 +222,22 @@ def _refit_with(problem: DiagnosisProblem, state: State, base: Refit, explanatio
             by_size = evidence_by_size(problem, state, base, explanation, fit)
     except SimulationDiverged:
         return explanation
-    placed = linear_model(problem, state, fix_places(base, candidate, fit))
+    weighed = weigh_refit(problem, state, base, explanation, fit, by_size)
+    return weighed if hypothesis.possible(fit.model) else replace(weighed, log_evidence=-np.inf)
+
+
+def weigh_refit(
+    problem: DiagnosisProblem, state: State, base: Refit, explanation: Explanation, fit: Refit, by_size: Array
+) -> Explanation:
+    """The explanation by its evidence about ``fit``; ``by_size`` is its ``evidence_by_size`` there."""
+    assert explanation.candidate is not None
+    placed = linear_model(problem, state, _fix_places(base, explanation.candidate, fit))
     levels, evidence = best_levels(placed, explanation.levels)
-    if not hypothesis.possible(fit.model):
-        evidence = -np.inf
-    evidence += spread_of_sizes(by_size, size) + explanation.log_place
-    return replace(explanation, log_evidence=evidence, fit=fit, levels=levels)
+    spread = float(np.logaddexp.reduce(by_size) - np.log(len(SIZES)) - by_size[SIZES.index(explanation.size)])
+    return replace(explanation, log_evidence=evidence + spread + explanation.log_place, fit=fit, levels=levels)
 
 
-def fix_places(base: Refit, candidate: Candidate, fit: Refit) -> Refit:
+def _fix_places(base: Refit, candidate: Candidate, fit: Refit) -> Refit:
     """The fit with the candidate where it has been found: places were searched by the candidates, their freedom is not
     counted again.
     """
@@ -239,18 +246,13 @@ def fix_places(base: Refit, candidate: Candidate, fit: Refit) -> Refit:
     return replace(fit, parameters=parameters, values=fit.values[:count], sensitivity=fit.sensitivity[:, :count])
 
 
-def spread_of_sizes(by_size: Array, size: float) -> float:
-    """What the other sizes (sizes,) change of the log evidence of one ``size``, each of them as probable beforehand."""
-    return float(np.logaddexp.reduce(by_size) - np.log(len(SIZES)) - by_size[SIZES.index(size)])
-
-
 def evidence_by_size(
     problem: DiagnosisProblem, state: State, base: Refit, explanation: Explanation, fit: Refit
 ) -> Array:
     """(sizes,) log evidence of the fit, were it usually of each size."""
     candidate = explanation.candidate
     assert candidate is not None
-    every = [fix_places(base, _scale(candidate, size / explanation.size), fit) for size in SIZES]
+    every = [_fix_places(base, _scale(candidate, size / explanation.size), fit) for size in SIZES]
     return np.array([log_evidence(linear_model(problem, state, each), explanation.levels) for each in every])
 
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.measurements import Measurements, averages, total_and_difference
+from sssi_exudyn.fitting.measurements import averages, total_and_difference
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, uncertain, whiten_columns
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
@@ -136,23 +136,21 @@ def _carried_by_soles(fitted: FittedRun, course: Array) -> Array:
     along and across the ``course`` (2, c) and normal to the snow in each cell: what of it is square to the sole, which
     is nothing along the ski.
     """
-    measurements, time = fitted.measurements, fitted.run.time
-    edges = fitted.time_edges
+    time, edges = fitted.run.time, fitted.time_edges
     within = (time[:, None] >= edges[:-1]) & (time[:, None] < edges[1:])
     square = fitted.prepared.correct_capture(fitted.model).foot_rotation[..., 2]  # (n, 2, 3)
     (cosine, sine), none = course, np.zeros(len(edges) - 1)
     ways = np.array([[none, none, none], [-sine, cosine, none], [none, none, none + 1.0]])  # (3, 3, c)
     sole = np.einsum("nsi,dic,nc->nsdc", square, ways, within).reshape(len(time), 2, -1)
-    return np.stack(
-        [_readings(fitted, measurements, averages(time, sole[:, i], measurements.windows), i) for i in (0, 1)]
-    )
+    return np.stack([_readings(fitted, sole[:, foot], foot) for foot in (0, 1)])
 
 
-def _readings(fitted: FittedRun, measurements: Measurements, sole: Array, foot: int) -> Array:
-    """(N, k) what the insoles show of forces (m, k) N square to one foot's sole."""
+def _readings(fitted: FittedRun, sole: Array, foot: int) -> Array:
+    """(N, k) what the insoles show of forces (n, k) N square to one foot's sole, at the run's instants."""
+    measurements = fitted.measurements
     found = np.zeros((len(measurements.measured), sole.shape[1]))
     place = slice(measurements.blocks["load"].start, measurements.blocks["difference"].stop)
-    for k, column in enumerate(sole.T):
+    for k, column in enumerate(averages(fitted.run.time, sole, measurements.windows).T):
         both = np.zeros((len(column), 2))
         both[:, foot] = column
         found[place, k] = total_and_difference(insole_readings(fitted.model.sensors, both))
