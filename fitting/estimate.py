@@ -10,10 +10,11 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.fit import Fitted, Method, Progress, fit
+from sssi_exudyn.fitting.fit import Fitted, Method, Progress, fit, with_surface
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
 from sssi_exudyn.fitting.observation import observation_of
 from sssi_exudyn.fitting.posterior import Posterior, Setting, find_posterior
+from sssi_exudyn.fitting.snow_surface import SurfaceProcess
 from sssi_exudyn.fitting.unknowns import Unknown, posture_errors, unknown_numbers, with_instruments
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
@@ -58,21 +59,28 @@ def estimate(
     *,
     full: bool = True,
     comparing: bool = False,
+    process: SurfaceProcess | None = None,
     cache: Cache | None = None,
     progress: Progress | None = None,
 ) -> Estimated:
     """Solve the problem with the reduced model, then estimate all that is uncertain, ``full`` or not judged by the full
     model.  An estimate for ``comparing`` hypotheses uses what these are compared by: instruments, each reading at its
-    word, not the moment about the pelvis.  What was found on the way is kept in ``cache``.
+    word, not the moment about the pelvis; the snow surface is a ``process`` then, of which heights are a measurement
+    among others.  What was found on the way is kept in ``cache``.
 
     Raises SimulationDiverged when a simulation does.
     """
     begin = clock.perf_counter()
     first = fit(problem, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
     counted = problem.with_counts(counts_of(problem.track, first.residual))
+    model = first.model
+    heights = process is not None and model.surface is not None
+    if process is not None and model.surface is not None:
+        model = replace(model, surface=process.at(model.surface).surface)
     posterior = estimate_from(
-        first.model, counted, recording, motion, full=full, comparing=comparing, cache=cache, progress=progress
-    )
+        model, with_surface(counted, model), recording, motion,
+        full=full, comparing=comparing, heights=heights, cache=cache, progress=progress,
+    )  # fmt: skip
     seen, setting = posterior.setting.seen, posterior.setting
     x, y = (posterior.residual[seen.blocks[name]] for name in ("x", "y"))
     fitted = replace(
@@ -99,17 +107,19 @@ def estimate_from(
     known: Posterior | None = None,
     full: bool = True,
     comparing: bool = False,
+    heights: bool = False,
     cache: Cache | None = None,
     progress: Progress | None = None,
 ) -> Posterior:
     """Estimate all that is uncertain, from the numbers that the model has; with ``more`` numbers, or with other priors
     of the usual ones, by their names (several move together).  ``known`` is an estimate by whose errors of posture and
-    mass the model is corrected already; ``comparing`` as in ``estimate``.
+    mass the model is corrected already; ``comparing`` as in ``estimate``; ``heights`` are measured where the surface is
+    a process.
 
     Raises SimulationDiverged when a simulation does.
     """
     say = progress or (lambda _fraction, _detail: None)
-    model, setting = setting_of(model, problem, recording, motion, more, balanced=not comparing)
+    model, setting = setting_of(model, problem, recording, motion, more, balanced=not comparing, heights=heights)
     seen = setting.seen
 
     def by_full_model(model: Model) -> Array:
@@ -130,15 +140,16 @@ def setting_of(
     more: Mapping[tuple[str, ...], Prior] | None = None,
     *,
     balanced: bool = True,
+    heights: bool = False,
 ) -> tuple[Model, Setting]:
-    """The model with the parts whose numbers are sought along, and what is sought with what is measured, the moment of
-    a skier who is ``balanced`` too; priors and what each fix counts are the problem's, those of ``more`` come before.
+    """The model with the parts whose numbers are sought along, and what is sought with what is measured, as
+    ``observation_of`` has it; priors and what each fix counts are the problem's, those of ``more`` come before.
     """
     model, about = with_instruments(model, recording), recording.uncertainty
     usual = {unknown.names: unknown.prior for unknown in unknown_numbers(model, problem.priors, recording)}
     return model, Setting(
         motion=motion,
-        seen=observation_of(recording, model, motion, problem.counts, balanced=balanced),
+        seen=observation_of(recording, model, motion, problem.counts, balanced=balanced, heights=heights),
         unknowns=tuple(Unknown(names, prior) for names, prior in {**usual, **(more or {})}.items()),
         errors=posture_errors(about, motion.start, motion.stop),
         mass=(recording.skier.mass, about.mass),

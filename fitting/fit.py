@@ -144,6 +144,12 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     return Problem(model, track, friction + NUISANCES + tuple(modes), priors, weight_of(noise, track), counts_of(track))
 
 
+def with_surface(problem: Problem, model: Model) -> Problem:
+    """The problem with what is known of the numbers of another snow surface, that of ``model``."""
+    others = {name: prior for name, prior in problem.priors.items() if not name.startswith("surface.")}
+    return replace(problem, priors=others | surface_priors(model))
+
+
 def surface_priors(model: Model) -> dict[str, Prior]:
     """What is known of the numbers of a model's snow surface: each is one of standard deviations."""
     return dict.fromkeys(() if model.surface is None else model.surface.names, Prior(0.0, 1.0))

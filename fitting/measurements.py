@@ -12,6 +12,7 @@ from typing import Final, Protocol
 import numpy as np
 
 from sssi_exudyn.core.frames import Array, level_to_enu
+from sssi_exudyn.core.noise import ExponentialNoise
 from sssi_exudyn.fitting.gps_observation import predict_fixes
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.model import Model
@@ -22,6 +23,9 @@ BLOCKS: Final = ("x", "y", "height", "load", "difference")
 INTERVAL: Final = 0.1
 """s over which the insoles' forces are averaged; faster changes are the capture's noise in accelerations."""
 _LEAST_COUNT: Final = 1e-4
+_HEIGHT_NOISE: Final = (1.4, 1.5)
+"""Of a height, in standard deviations of a fix's place where heights are as much worse as usual, and its correlation
+time (s)."""
 _MARGIN: Final = 0.3
 """s at both ends in which the insoles are not used: the simulated skier is still settling, splines end."""
 
@@ -110,6 +114,12 @@ def averages(time: Array, values: Array, windows: Array) -> Array:
     summed[1:] = np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time)[:, None], axis=0)
     edges = [[np.interp(windows + d, time, column) for column in summed.T] for d in (-0.5 * INTERVAL, 0.5 * INTERVAL)]
     return (np.array(edges[1]) - np.array(edges[0])).T / INTERVAL
+
+
+def height_noise(measurements: Measurements) -> ExponentialNoise:
+    """What heights of fixes of the stated quality usually show."""
+    better = measurements.vertical / VERTICAL
+    return ExponentialNoise(_HEIGHT_NOISE[0] * measurements.gps_sigma * better, _HEIGHT_NOISE[1])
 
 
 def total_and_difference(loads: Array) -> Array:

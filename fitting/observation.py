@@ -1,5 +1,5 @@
 """All that is measured of a run as one vector, with its noise: fixes, the receiver's speed, the soles' loads, and the
-moment about the pelvis, which a real skier does not leave over.
+moment about the pelvis, which a real skier does not leave over; heights where the snow surface is estimated along.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from sssi_exudyn.core.frames import Array, level_to_enu, slope_to_level
 from sssi_exudyn.core.noise import ExponentialNoise, tail_weight
 from sssi_exudyn.fitting.balance import Balance
 from sssi_exudyn.fitting.gps_observation import predict_fixes
-from sssi_exudyn.fitting.measurements import averages, measurements_of, total_and_difference
+from sssi_exudyn.fitting.measurements import averages, height_noise, measurements_of, total_and_difference
 from sssi_exudyn.fitting.uneven_noise import log_divisors, whiten
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.model import Model
@@ -25,6 +25,7 @@ from sssi_exudyn.simulation.prepared import Prepared, ReducedRun
 
 GROUPS: Final = {
     "fixes": ("x", "y"),
+    "height": ("height",),
     "speed": ("speed_x", "speed_y"),
     "load": ("load",),
     "load difference": ("difference",),
@@ -89,12 +90,13 @@ class Observation:
 
     def predict_instruments(self, model: Model, time: Array, antenna: Array, sole: Array) -> Array:
         """(N − moments,) what the instruments would measure of antenna (n, 3) m and soles (n, 2) N at ``time`` (n,)."""
-        place = predict_fixes(model, time, antenna, self.times["x"])[:, :2]
+        place = predict_fixes(model, time, antenna, self.times["x"])
+        heights = place[: len(self.times["height"]), 2]
         speed = np.gradient(antenna, time, axis=0) @ slope_to_level(model.inclination).T
         at = self.times["speed_x"] - float(np.real(model.start.clock_offset))
         moving = [np.interp(at, time, column) for column in speed[:, :2].T]
         loads = insole_readings(model.sensors, averages(time, sole, self.times["load"]))
-        return np.concatenate([*place.T, *moving, total_and_difference(loads)])
+        return np.concatenate([*place[:, :2].T, heights, *moving, total_and_difference(loads)])
 
     def weighed(self, residual: Array, levels: Mapping[str, ExponentialNoise]) -> Observation:
         """The same where a row that a residual (N,) shows far off counts less, but for fixes, which have their counts:
@@ -107,16 +109,25 @@ class Observation:
         return replace(self, scale=scale)
 
     def whiten(self, levels: Mapping[str, ExponentialNoise], columns: Array) -> Array:
-        """Columns (N, c) as they are in units of independent noise."""
+        """Columns (N, c) as they are in units of independent noise, heights without what all of them have in common."""
         out = np.array(columns, dtype=np.float64)
         for name, place in self.blocks.items():
             if place.stop > place.start:
                 out[place] = whiten(self.times[name], out[place], levels[name], self.scale[place])
+        if self.times["height"].size:
+            place, origin = self.blocks["height"], self._origin(levels)
+            out[place] -= np.outer(origin, origin @ out[place]) / (origin @ origin)
         return out
+
+    def _origin(self, levels: Mapping[str, ExponentialNoise]) -> Array:
+        """(n,) one metre of all heights, in units of independent noise: where they count from is not known."""
+        time = self.times["height"]
+        return whiten(time, np.ones((len(time), 1)), levels["height"], self.scale[self.blocks["height"]])[:, 0]
 
     def log_volume(self, levels: Mapping[str, ExponentialNoise]) -> float:
         """Σ log of what ``whiten`` divides by."""
-        return sum(
+        origin = 0.5 * float(np.log(np.sum(self._origin(levels) ** 2))) if self.times["height"].size else 0.0
+        return origin + sum(
             log_divisors(self.times[name], levels[name], self.scale[place])
             for name, place in self.blocks.items()
             if place.stop > place.start
@@ -124,28 +135,33 @@ class Observation:
 
 
 def observation_of(
-    recording: Recording, model: Model, motion: Motion, counts: Array, *, balanced: bool = True
+    recording: Recording, model: Model, motion: Motion, counts: Array, *, balanced: bool = True, heights: bool = False
 ) -> Observation:
     """The measurements of a recording; ``counts`` (n,) is what each fix counts (``counts_of``).  That nothing is left
-    over of the moment is among them for a skier who is taken to be ``balanced``.
+    over of the moment is among them for a skier who is taken to be ``balanced``; the fixes' ``heights`` are where they
+    have not shown the snow surface beforehand.
 
     Raises ValueError when the recording has no GPS.
     """
     seen = measurements_of(recording, model, motion.start, motion.stop)
     velocity_time, velocity = _measured_velocity(recording, model, motion)
     windows = np.arange(motion.start + _MARGIN, motion.stop - _MARGIN, _INTERVAL) if balanced else np.zeros(0)
-    times = (*[seen.fixes] * 2, *[velocity_time] * 2, *[seen.windows] * 2, *[windows] * 3)
+    high = slice(None) if heights else slice(0)
+    fixes = (*[seen.fixes] * 2, seen.fixes[high])
+    times = (*fixes, *[velocity_time] * 2, *[seen.windows] * 2, *[windows] * 3)
     edges = np.cumsum([0, *(len(time) for time in times)])
     measured = np.concatenate(
         [
             *seen.place[:, :2].T,
+            seen.place[high, 2],
             *velocity.T,
             total_and_difference(seen.loads),
             np.zeros(3 * len(windows)),
         ]
     )
     scale = np.ones(len(measured))
-    scale[: 2 * len(seen.fixes)] = replace(seen, counts=counts).scale[: 2 * len(seen.fixes)]
+    of_fixes = sum(len(time) for time in fixes)
+    scale[:of_fixes] = replace(seen, counts=counts).scale[:of_fixes]
     load = max(float(seen.loads.sum(axis=1).mean()) if len(seen.loads) else 0.0, 1.0)
     return Observation(
         mass=recording.skier.mass,
@@ -153,7 +169,7 @@ def observation_of(
         blocks={name: slice(int(a), int(b)) for name, a, b in zip(BLOCKS, edges[:-1], edges[1:], strict=True)},
         times=dict(zip(BLOCKS, times, strict=True)),
         scale=scale,
-        usual=_usual_noise(seen.gps_sigma, load, recording.uncertainty),
+        usual=_usual_noise(seen.gps_sigma, load, recording.uncertainty) | {"height": height_noise(seen)},
     )
 
 

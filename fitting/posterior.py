@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import cho_solve
 
 from sssi_exudyn.contact.registry import is_carved
@@ -50,6 +51,7 @@ from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, prepare
 from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
 from sssi_exudyn.simulation.tangents import TableChange, skier_mass_change
+from sssi_exudyn.terrain.from_heights import TILTS
 
 MEASUREMENTS: Final = "measurements"
 """Where the uncertainty by the instruments' noise is counted."""
@@ -84,7 +86,6 @@ _DIFFERENCE: Final = 1e-3
 """Standard deviations of an error by which the body's own moment is differentiated."""
 
 Say = Callable[[str], None]
-Observed = Callable[[Model, ReducedRun], Array]
 
 
 @dataclass(frozen=True)
@@ -110,12 +111,15 @@ class Setting:
         pairs = zip(self.unknowns, values.tolist(), strict=True)
         return model.with_values({name: value for unknown, value in pairs for name in unknown.names})
 
-    def by_number(self, model: Model, prepared: Prepared, observed: Observed, changes: Sequence[TableChange]) -> Array:
-        """(N, k + changes) derivatives of what is ``observed`` by θ and by changes of the posture's tables."""
-        names = [name for unknown in self.unknowns for name in unknown.names]
-        slopes = sensitivities(model, prepared, names, observed, changes)[1]
-        counts = [*(len(unknown.names) for unknown in self.unknowns), *[1] * len(changes)]
-        return np.asarray(np.add.reduceat(slopes, np.cumsum([0, *counts[:-1]]), axis=1))
+    @property
+    def of_surface(self) -> NDArray[np.bool_]:
+        """(k,) whether each of θ is a mode of the snow surface."""
+        return np.array([unknown.group == SURFACE for unknown in self.unknowns], dtype=bool)
+
+    @property
+    def of_process(self) -> NDArray[np.bool_]:
+        """(k,) whether each of θ is a mode of a snow surface that no heights have shown beforehand."""
+        return self.of_surface & (self.seen.times["height"].size > 0)
 
     @property
     def means(self) -> Array:
@@ -246,7 +250,7 @@ def find_posterior(
         if rounds > 1:
             bent = _BENT if moved > _STRAIGHT else _BENT_AT_THE_END
             again = not kept or _bend(point, linearised) > bent or (comparing and moved < _ROUGHLY)
-            responses = _linearise(setting, point, None if again else responses)
+            responses = _linearise(setting, point) if again else _linearise_numbers(setting, point, responses)
             linearised = point.sizes if again else linearised
             if not comparing:
                 setting = replace(setting, seen=seen.weighed(seen.measured - point.predicted, levels))
@@ -321,8 +325,9 @@ def linearise_at(model: Model, setting: Setting, known: Posterior | None = None)
     sizes = np.zeros(len(setting.errors) + 1) if known is None else known.sizes
     point = _point_at(setting, model, sizes, np.zeros(len(setting.seen.measured)))
     if known is None or known.setting.seen.blocks != setting.seen.blocks:
-        return point, _linearise(setting, point, None)
-    return point, _linearise(setting, point, known.responses)
+        return point, _linearise(setting, point)
+    by_number = _by_number(setting, point, setting.unknowns, ())
+    return point, replace(known.responses, by_number=by_number)
 
 
 def moved_point(setting: Setting, point: Point, responses: Responses, values: Array, sizes: Array) -> Point:
@@ -371,24 +376,40 @@ def _point_at(setting: Setting, model: Model, sizes: Array, beyond: Array) -> Po
     return Point(model, prepared, balance, sizes, np.asarray(predicted), beyond)
 
 
-def _linearise(setting: Setting, point: Point, known: Responses | None) -> Responses:
-    """The responses about a point; those to errors from ``known``, where it is given."""
+def _linearise(setting: Setting, point: Point) -> Responses:
+    """The responses about a point."""
     model, prepared, seen = point.model, point.prepared, setting.seen
-
-    def observed(each: Model, run: ReducedRun) -> Array:
-        return seen.predict(each, run, point.balance, prepared)
-
-    if known is not None:
-        return replace(known, by_number=setting.by_number(model, prepared, observed, ()))
     posture = PostureErrors(Parts(model, correct_posture(setting.motion, model.posture)), prepared, setting.errors)
     heavier = skier_mass_change(model, setting.motion, prepared)
     changes = [posture.change(error) for error in setting.errors]
     changes.append(lambda tables, size: heavier(tables, size * setting.mass[1]))
-    columns = setting.by_number(model, prepared, observed, changes)
+    columns = _by_number(setting, point, setting.unknowns, changes)
     by_number, by_error = np.split(columns, [len(setting.unknowns)], axis=1)
     by_error[seen.moments, :-1] += _own_moments(setting, model, posture, prepared)
     by_error[seen.moments, -1] = 0.0
     return Responses(by_number, by_error, posture)
+
+
+def _linearise_numbers(setting: Setting, point: Point, known: Responses) -> Responses:
+    """The responses to θ about a point, those to errors as they are ``known``, and those to a process' modes: these are
+    many, and change as slowly.
+    """
+    places = np.flatnonzero(~setting.of_process)
+    by_number = known.by_number.copy()
+    by_number[:, places] = _by_number(setting, point, [setting.unknowns[i] for i in places], ())
+    return replace(known, by_number=by_number)
+
+
+def _by_number(setting: Setting, point: Point, unknowns: Sequence[Unknown], changes: Sequence[TableChange]) -> Array:
+    """(N, k + changes) derivatives of the measurements by ``unknowns`` (k,) and by changes of the posture."""
+
+    def observed(each: Model, run: ReducedRun) -> Array:
+        return setting.seen.predict(each, run, point.balance, point.prepared)
+
+    names = [name for unknown in unknowns for name in unknown.names]
+    slopes = sensitivities(point.model, point.prepared, names, observed, changes)[1]
+    counts = [*(len(unknown.names) for unknown in unknowns), *[1] * len(changes)]
+    return np.asarray(np.add.reduceat(slopes, np.cumsum([0, *counts[:-1]]), axis=1))
 
 
 def _own_moments(setting: Setting, model: Model, posture: PostureErrors, prepared: Prepared) -> Array:
@@ -457,10 +478,12 @@ def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tupl
 
 
 def _weigh_surface(setting: Setting, point: Point, responses: Responses, levels: Levels) -> Setting:
-    """With the size of the snow surface's modes beforehand that the measurements show, by expectation and
-    maximisation: poor heights say little of how rough a slope is, and the soles' loads much.
+    """With the size of the snow surface's modes beforehand that the measurements show, by expectation and maximisation:
+    poor heights say little of how rough a slope is, and the soles' loads much.  A process begins with the plane's tilt,
+    of which that says nothing.
     """
-    modes = np.array([unknown.group == SURFACE for unknown in setting.unknowns])
+    modes = setting.of_surface
+    modes[np.flatnonzero(setting.of_process)[:TILTS]] = False
     if not np.any(modes):
         return setting
     places = np.flatnonzero(modes)

@@ -200,6 +200,7 @@ class Estimate:
         surface = replace(
             empty,
             mean=(mean - amounts @ shown).reshape(empty.mean.shape),
+            deviation=self._deviation(nodes).reshape(empty.mean.shape),
             modes=shown.reshape(-1, *empty.mean.shape),
             amounts=tuple(amounts.tolist()),
         )

@@ -166,6 +166,12 @@ def test_waves_are_as_high_as_the_measurements_show(monkeypatch: pytest.MonkeyPa
     # 60 amounts of 2 and 20 that say 1 make 1.80, 0.18 its standard deviation
     assert found.sigmas[0] == pytest.approx(1.8, abs=0.36)
     assert np.ptp(found.sigmas) == 0.0
+    # the plane's tilt is known beforehand, whatever the waves are
+    heights = {**setting.seen.times, "height": setting.seen.times["x"]}
+    process = replace(setting, seen=replace(setting.seen, times=heights))
+    beside = module._weigh_surface(process, *linearised(), setting.seen.usual).sigmas
+    assert list(beside[:2]) == [1.0, 1.0]
+    assert beside[2] == pytest.approx(1.8, abs=0.36)
 
 
 @pytest.mark.long

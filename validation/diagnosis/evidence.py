@@ -22,9 +22,8 @@ from scipy.optimize import Bounds, minimize
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, uneven_covariance
-from sssi_exudyn.fitting.measurements import Measurements
+from sssi_exudyn.fitting.measurements import Measurements, height_noise
 from sssi_exudyn.fitting.uneven_noise import log_divisors, whiten, whiten_with_slope
-from sssi_exudyn.recording.instruments.gps import VERTICAL
 from sssi_exudyn.terrain.from_heights import AMPLITUDE
 
 _LOAD_SHARE: Final = 0.03
@@ -83,7 +82,7 @@ def usual_levels(measurements: Measurements) -> NoiseLevels:
     load = max(float(measurements.loads.sum(axis=1).mean()) if len(measurements.loads) else 0.0, 1.0)
     return NoiseLevels(
         gps=ExponentialNoise(1.1 * sigma, 2.5),
-        height=ExponentialNoise(1.4 * sigma * (measurements.vertical / VERTICAL), 1.5),
+        height=height_noise(measurements),
         load=ExponentialNoise(_LOAD_SHARE * load, 0.05),
         difference=ExponentialNoise(_DIFFERENCE_SHARE * load, 0.3),
         posture=1.0,

@@ -52,7 +52,7 @@ class DiagnosisProblem:
     """A recording prepared for diagnosis.
 
     model : as it is given, on the snow surface that the heights show
-    ground : the snow as a process, None on the plane and before a fit;  prepared : the reduced model's tables; both as
+    ground : the snow as a process, None on the plane;  prepared : the reduced model's tables; both as
         estimated
     parameters : what every fit has free, with priors;  fitting : the ordinary fit of the same recording
     key : of all of these, for the cache

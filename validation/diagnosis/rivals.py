@@ -10,11 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Final
 
-import numpy as np
-
 from sssi_exudyn.core.errors import SimulationDiverged
-from sssi_exudyn.fitting.snow_surface import snow_heights
-from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search import (
@@ -30,13 +26,6 @@ _RIVAL: Final = 0.03
 """Probability from which on an explanation is a rival of the best one."""
 _MOST: Final = 4
 """Explanations that are estimated anew at most: each takes as long as the estimate before the search."""
-_PASSES: Final = 3
-"""Estimates of one explanation at most, each on the snow surface that the heights show below the posture as it is."""
-_MOVED: Final = 0.05
-"""Of a height's standard deviation: the surface is another one where the posture has moved it by more, up and down
-along the way.  From one estimate of a model to the next it is 1 mm.  On a hill with a hidden patch of snow, what the
-posture had done in its place moved the surface: a second estimate changed mu_t by 0.01 and the evidence by 8 to 26.
-"""
 
 
 @dataclass(frozen=True)
@@ -65,7 +54,7 @@ def estimate_rivals(
         assert each.fit is not None
         problem.progress(None, f"posture and snow surface with {each.name}")
         try:
-            anew = _estimate(Anew(problem, replace(state, levels=each.levels), each.fit), full=full)
+            anew = Anew(*estimate_again(problem, replace(state, levels=each.levels), each.fit, full=full))
             weighed[each.name] = _weigh(anew, latest.base, each)
             found[each.name] = anew
         except SimulationDiverged:
@@ -76,26 +65,6 @@ def estimate_rivals(
         weighed.get(each.name) or replace(each, log_evidence=each.log_evidence + gain) for each in latest.explanations
     ]
     return replace(latest, explanations=rank_by_probability(every, latest.explained)), found
-
-
-def _estimate(start: Anew, *, full: bool) -> Anew:
-    """All that is uncertain estimated anew, until the snow surface stays as it is."""
-    anew = start
-    for _ in range(_PASSES):
-        before = anew.fit.model
-        anew = Anew(*estimate_again(anew.problem, anew.state, anew.fit, full=full))
-        if _surface_moved(anew.problem, before, anew.fit.model) < _MOVED:
-            break
-    return anew
-
-
-def _surface_moved(problem: DiagnosisProblem, before: Model, after: Model) -> float:
-    """Standard deviations by which the heights that show the snow surface differ along the way, root mean square."""
-    gps = problem.recording.gps
-    if gps is None or problem.ground is None:
-        return 0.0
-    old, new = (snow_heights(gps, problem.motion, replace(each, surface=None)) for each in (before, after))
-    return float(np.std(new.height - old.height) / np.median(new.sigma))
 
 
 def _weigh(anew: Anew, base: Refit, explanation: Explanation) -> Explanation:

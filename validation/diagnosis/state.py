@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.estimate import estimate, estimate_from, judging_run
-from sssi_exudyn.fitting.fit import surface_priors
+from sssi_exudyn.fitting.fit import with_surface
 from sssi_exudyn.fitting.posterior import Posterior
-from sssi_exudyn.fitting.snow_surface import on_snow_surface, surface_process
+from sssi_exudyn.fitting.snow_surface import surface_process
 from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
@@ -73,6 +73,7 @@ def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[Diagnos
     """
     size = len(problem.measurements.measured)
     recording, motion = problem.recording, problem.motion
+    problem = replace(problem, ground=surface_process(problem.model, recording, motion))
     state = State(usual_levels(problem.measurements), no_nuisances(size), np.zeros(size))
     if recording.completed is None:
         made = estimate(
@@ -81,11 +82,11 @@ def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[Diagnos
             motion,
             full=full,
             comparing=True,
+            process=problem.ground,
             cache=problem.cache,
             progress=problem.progress,
         )
         return linearise_about(problem.with_residual(made.fitted.residual), made.posterior, problem.parameters)
-    problem = replace(problem, ground=surface_process(problem.model, recording, motion))
     base = fit_model(problem, state, problem.model, problem.parameters, state.levels)
     residual = problem.measurements.measured - base.predicted
     blocks = problem.measurements.blocks
@@ -124,12 +125,11 @@ def last_estimate(problem: DiagnosisProblem, state: State, fit: Refit, *, full: 
 def _estimate_with(
     problem: DiagnosisProblem, fit: Refit, known: Posterior, *, full: bool, comparing: bool
 ) -> Posterior:
-    model = on_snow_surface(replace(fit.model, surface=None), problem.recording, problem.motion)
-    usual = {name: prior for name, prior in problem.fitting.priors.items() if not name.startswith("surface.")}
-    fitting = replace(problem.fitting, priors=usual | surface_priors(model))
+    heights = problem.ground is not None and fit.model.surface is not None
     return estimate_from(
-        model, fitting, problem.recording, problem.motion, more={p.names: p.prior for p in found_by(problem, fit)},
-        known=known, full=full, comparing=comparing, cache=problem.cache, progress=problem.progress,
+        fit.model, with_surface(problem.fitting, fit.model), problem.recording, problem.motion,
+        more={p.names: p.prior for p in found_by(problem, fit)}, known=known,
+        full=full, comparing=comparing, heights=heights, cache=problem.cache, progress=problem.progress,
     )  # fmt: skip
 
 

@@ -13,7 +13,6 @@ from test_evidence import LEVELS
 
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.validation.diagnosis import rivals, search
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem, no_nuisances
@@ -34,6 +33,11 @@ def a_round(**log_evidence: float) -> Round:
     return Round(rank_by_probability(found, 0.0), cast(Any, None), fit, cast(Any, None), {}, {})
 
 
+def as_it_is(problem: Any, state: State, fit: Any, *, full: bool) -> tuple[Any, State, Any]:
+    """Stands for an estimate that changes nothing."""
+    return problem, state, fit
+
+
 class Weighing:
     """Stands for the estimates, with the evidence that each explanation has about its own; none for those that cannot
     be simulated.
@@ -42,7 +46,7 @@ class Weighing:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **about_its_own: float) -> None:
         self.evidence = about_its_own
         self.asked: list[str] = []
-        monkeypatch.setattr(rivals, "_estimate", lambda anew, full: anew)
+        monkeypatch.setattr(rivals, "estimate_again", as_it_is)
         monkeypatch.setattr(rivals, "_weigh", self.weigh)
 
     def weigh(self, _anew: Any, _base: Any, explanation: Explanation) -> Explanation:
@@ -81,33 +85,6 @@ def test_a_best_explanation_that_cannot_be_simulated_is_no_finding(monkeypatch: 
         Weighing(monkeypatch, gust=44.0).estimate(a_round(**LATEST))
 
 
-def test_an_estimate_is_repeated_until_the_surface_stays(monkeypatch: pytest.MonkeyPatch) -> None:
-    def passes(*moved: float) -> int:
-        left = list(moved)
-        monkeypatch.setattr(rivals, "_surface_moved", lambda _problem, _before, _after: left.pop(0))
-        start: Any = SimpleNamespace(problem=None, state=None, fit=SimpleNamespace(model=None))
-        rivals._estimate(start, full=False)
-        return len(moved) - len(left)
-
-    monkeypatch.setattr(rivals, "estimate_again", lambda problem, state, fit, full: (problem, state, fit))
-    assert passes(0.01, 9.0) == 1
-    assert passes(0.3, 0.01, 9.0) == 2
-    assert passes(0.3, 0.2, 0.1, 9.0) == 3
-
-
-def test_the_surface_moves_as_the_antenna_is_lifted_by_the_posture() -> None:
-    recording, motion = bundled("beginner")
-    model = model_of(recording, motion)
-    problem: Any = SimpleNamespace(recording=recording, motion=motion, ground=object())
-    assert rivals._surface_moved(problem, model, model) == 0.0
-    # joints that bend by up to 2 deg in a turn's rhythm lift and lower the antenna by millimetres
-    time = np.linspace(motion.start, motion.stop, 60)
-    bent = replace(model, posture=PostureCorrection(time, np.outer(np.radians(2.0) * np.sin(2.0 * time), np.ones(28))))
-    assert rivals._surface_moved(problem, model, bent) > rivals._MOVED
-    without: Any = SimpleNamespace(recording=recording, motion=motion, ground=None)
-    assert rivals._surface_moved(without, model, bent) == 0.0
-
-
 @pytest.mark.long(seconds=30)
 def test_about_the_same_estimate_the_evidence_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     recording, motion = bundled("beginner")
@@ -118,7 +95,7 @@ def test_about_the_same_estimate_the_evidence_is_the_same(monkeypatch: pytest.Mo
     recording = replace(recording, gps=replace(recording.gps, enu=enu))
     monkeypatch.setattr(search, "HYPOTHESES", (BY_NAME["gps_jump"], BY_NAME["unexplained_force"]))
     monkeypatch.setattr(rivals, "_RIVAL", 0.0)
-    monkeypatch.setattr(rivals, "_estimate", lambda anew, full: anew)
+    monkeypatch.setattr(rivals, "estimate_again", as_it_is)
     problem, state, base = first_fit(diagnosis_problem(recording, motion, model_of(recording, motion)))
     latest = compare_hypotheses(problem, state, base)
     again, anew = estimate_rivals(problem, state, latest, full=False)
