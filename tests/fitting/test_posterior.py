@@ -27,6 +27,7 @@ from sssi_exudyn.fitting.posterior import (
     moved_point,
 )
 from sssi_exudyn.fitting.posture_errors import PostureErrors
+from sssi_exudyn.fitting.snow_surface import surface_process
 from sssi_exudyn.fitting.unknowns import Unknown
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
@@ -197,6 +198,35 @@ def test_concealed_errors_are_found_within_their_uncertainty() -> None:
     # The moments are closed and the track is met to the noise that was added.
     x = found.residual[found.setting.seen.blocks["x"]]
     assert np.sqrt(np.mean(x**2)) < 2.0 * found.setting.seen.usual["x"].sigma
+
+
+@pytest.mark.long
+def test_posture_and_snow_surface_are_found_together() -> None:
+    """Of a surface that no heights have shown beforehand: the fixes' heights are measured, above an unknown origin."""
+    recording, motion = bundled("beginner")
+    motion = replace(motion, stop=motion.start + SECONDS)
+    model = model_of(recording, motion)
+    process = surface_process(model, recording, motion)
+    assert process is not None
+    level = replace(process.surface, amounts=(0.0,) * len(process.surface.amounts))
+    problem = problem_of(recording, motion, replace(model, surface=level), "joint")
+    model, setting = setting_of(
+        problem.model.with_values(FRICTION), problem, recording, motion, balanced=False, heights=True
+    )
+    drawn = draw_run(model, setting, np.random.default_rng(4))
+    place = drawn.setting.seen.blocks["height"]
+    drawn.setting.seen.measured[place] += 3.0
+    found = find_posterior(model, drawn.setting, comparing=True)
+    z = (found.values - drawn.values) / np.sqrt(np.diag(found.covariance))
+    # one draw of 40 numbers, of which none in a hundred draws is beyond 3.7
+    assert np.abs(z).max() < 3.7
+    modes = found.setting.of_process
+    assert np.sum(modes) > 5
+    # waves of even snow are millimetres high, and heights are off by 3 cm: still it is nearer to the truth than nothing
+    assert np.sum((found.values - drawn.values)[modes] ** 2) < np.sum(drawn.values[modes] ** 2)
+    height = found.residual[place]
+    assert np.std(height) < 1.5 * found.setting.seen.usual["height"].sigma
+    assert np.mean(height) == pytest.approx(3.0, abs=0.2)  # the origin is no part of the estimate
 
 
 def test_a_constant_error_has_no_middle_and_a_wandering_one_has() -> None:

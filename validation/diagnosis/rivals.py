@@ -10,7 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Final
 
+import numpy as np
+
 from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.validation.diagnosis.evidence import best_levels
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search import (
@@ -20,7 +23,7 @@ from sssi_exudyn.validation.diagnosis.search import (
     rank_by_probability,
     weigh_refit,
 )
-from sssi_exudyn.validation.diagnosis.state import State, estimate_again
+from sssi_exudyn.validation.diagnosis.state import State, estimate_again, linear_model
 
 _RIVAL: Final = 0.03
 """Probability from which on an explanation is a rival of the best one."""
@@ -40,19 +43,22 @@ class Anew:
 def estimate_rivals(
     problem: DiagnosisProblem, state: State, latest: Round, *, full: bool
 ) -> tuple[Round, dict[str, Anew]]:
-    """The round with the best explanation and its rivals estimated anew, and these by their names.
+    """The round with the best explanation and its rivals estimated anew, and these by their names.  That nothing is
+    missing is a rival like any other: its estimate goes on, too.
 
     What is not estimated anew gains as much as the least of these, so that none of it overtakes them.  Raises
     SimulationDiverged where the best cannot be estimated; a rival that cannot is none.
     """
-    best = latest.best
+    best, nothing = latest.best, latest.nothing
     rivals = [each for each in latest.explanations if each.name and each.fit is not None]
     rivals = [each for each in rivals if each is best or each.probability >= _RIVAL][:_MOST]
+    if nothing.probability >= _RIVAL:
+        rivals.append(nothing)
     found: dict[str, Anew] = {}
     weighed: dict[str, Explanation] = {}
     for each in rivals:
         assert each.fit is not None
-        problem.progress(None, f"posture and snow surface with {each.name}")
+        problem.progress(None, f"posture and snow surface with {each.name or 'nothing added'}")
         try:
             anew = Anew(*estimate_again(problem, replace(state, levels=each.levels), each.fit, full=full))
             weighed[each.name] = _weigh(anew, latest.base, each)
@@ -60,7 +66,8 @@ def estimate_rivals(
         except SimulationDiverged:
             if each is best:
                 raise
-    gain = min(weighed[each.name].log_evidence - each.log_evidence for each in rivals if each.name in found)
+    gains = [weighed[each.name].log_evidence - each.log_evidence for each in rivals if each.name in found]
+    gain = min((each for each in gains if np.isfinite(each)), default=0.0)
     every = [
         weighed.get(each.name) or replace(each, log_evidence=each.log_evidence + gain) for each in latest.explanations
     ]
@@ -69,6 +76,9 @@ def estimate_rivals(
 
 def _weigh(anew: Anew, base: Refit, explanation: Explanation) -> Explanation:
     """The explanation by its evidence about its own estimate; where it acts was searched before."""
-    explanation = replace(explanation, levels=anew.state.levels)
+    explanation = replace(explanation, levels=anew.state.levels, fit=anew.fit)
+    if explanation.candidate is None:
+        levels, evidence = best_levels(linear_model(anew.problem, anew.state, anew.fit), explanation.levels)
+        return replace(explanation, log_evidence=evidence, levels=levels)
     by_size = evidence_by_size(anew.problem, anew.state, base, explanation, anew.fit)
     return weigh_refit(anew.problem, anew.state, base, explanation, anew.fit, by_size)

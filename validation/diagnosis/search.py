@@ -222,15 +222,18 @@ def _refit_with(problem: DiagnosisProblem, state: State, base: Refit, explanatio
             by_size = evidence_by_size(problem, state, base, explanation, fit)
     except SimulationDiverged:
         return explanation
-    weighed = weigh_refit(problem, state, base, explanation, fit, by_size)
-    return weighed if hypothesis.possible(fit.model) else replace(weighed, log_evidence=-np.inf)
+    return weigh_refit(problem, state, base, explanation, fit, by_size)
 
 
 def weigh_refit(
     problem: DiagnosisProblem, state: State, base: Refit, explanation: Explanation, fit: Refit, by_size: Array
 ) -> Explanation:
-    """The explanation by its evidence about ``fit``; ``by_size`` is its ``evidence_by_size`` there."""
+    """The explanation by its evidence about ``fit``, none where that is physically impossible; ``by_size`` is its
+    ``evidence_by_size`` there.
+    """
     assert explanation.candidate is not None
+    if not BY_NAME[explanation.name].possible(fit.model):
+        return replace(explanation, log_evidence=-np.inf, fit=fit)
     placed = linear_model(problem, state, _fix_places(base, explanation.candidate, fit))
     levels, evidence = best_levels(placed, explanation.levels)
     spread = float(np.logaddexp.reduce(by_size) - np.log(len(SIZES)) - by_size[SIZES.index(explanation.size)])

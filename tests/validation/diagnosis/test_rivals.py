@@ -50,10 +50,11 @@ class Weighing:
         monkeypatch.setattr(rivals, "_weigh", self.weigh)
 
     def weigh(self, _anew: Any, _base: Any, explanation: Explanation) -> Explanation:
-        self.asked.append(explanation.name)
-        if explanation.name not in self.evidence:
+        name = explanation.name or "nothing"
+        self.asked.append(name)
+        if name not in self.evidence:
             raise SimulationDiverged(3.0, "the run")
-        return replace(explanation, log_evidence=self.evidence[explanation.name])
+        return replace(explanation, log_evidence=self.evidence[name])
 
     def estimate(self, latest: Round) -> tuple[dict[str, float], str, set[str]]:
         """Log evidence by name, the best explanation, and whose estimates there are."""
@@ -72,6 +73,23 @@ def test_rivals_are_ranked_by_the_evidence_about_their_own_estimates(monkeypatch
     assert (best, anew) == ("gust", {"snow_patch", "gust"})
     # what was not estimated anew gains 39, as the patch does
     assert evidence == {"gust": 44.0, "snow_patch": 40.0, "wind": 9.0, "": -61.0}
+
+
+def test_that_nothing_is_missing_is_a_rival_like_any_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    weighing = Weighing(monkeypatch, snow_patch=40.0, nothing=50.0)
+    evidence, best, anew = weighing.estimate(a_round(nothing=-1.0, snow_patch=1.0, gust=-30.0))
+    assert weighing.asked == ["snow_patch", "nothing"]
+    assert (best, anew) == ("snow_patch", {"snow_patch", ""})
+    assert evidence == {"": 50.0, "snow_patch": 40.0, "gust": 9.0}
+
+
+def test_what_has_become_impossible_says_nothing_of_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    weighing = Weighing(monkeypatch, snow_patch=-np.inf, gust=44.0)
+    evidence, best, anew = weighing.estimate(a_round(**LATEST))
+    assert (best, anew) == ("gust", {"snow_patch", "gust"})
+    assert evidence == {"gust": 44.0, "wind": 14.0, "": -56.0, "snow_patch": -np.inf}
+    alone = Weighing(monkeypatch, snow_patch=-np.inf).estimate(a_round(nothing=-100.0, snow_patch=1.0, gust=-30.0))
+    assert alone == ({"gust": -30.0, "": -100.0, "snow_patch": -np.inf}, "gust", {"snow_patch"})
 
 
 def test_a_rival_that_cannot_be_simulated_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
