@@ -65,7 +65,7 @@ class CuttingEdges(NamedTuple):
 
     tangent : (m, 2, 3) unit vectors forward along the left and right edge in the section's frame
     width, station : (m,) m, of the ski and along it
-    clamped : index of the node at the boot
+    clamped, pitched : index of the node at the boot, and its pitch in the unloaded ski (rad)
     stiffness, damping : (4,) N m/rad, N m s/rad of yaw and roll, N/m, N s/m of heave, N m/rad, N m s/rad of pitch
     """
 
@@ -73,6 +73,7 @@ class CuttingEdges(NamedTuple):
     width: Array
     station: Array
     clamped: int
+    pitched: float
     stiffness: Array
     damping: Array
 

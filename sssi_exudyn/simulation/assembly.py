@@ -145,6 +145,7 @@ class Parts:
             width=self.model.ski.width(cut.contact_s),
             station=self.model.ski.x_of_s(cut.contact_s),
             clamped=cut.clamped,
+            pitched=float(np.arcsin(-cut.node_rotation[cut.clamped, 2, 0])),
             stiffness=joint.stiffness,
             damping=joint.damping,
         )

@@ -22,7 +22,7 @@ from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.recorder import Record
 from sssi_exudyn.simulation.result import EdgeSeries, SimulationResult
-from sssi_exudyn.simulation.system import HELD, System, instant
+from sssi_exudyn.simulation.system import System, instant
 
 
 def result_from_record(parts: Parts, posture: PostureTable, system: System, record: Record) -> SimulationResult:
@@ -63,13 +63,10 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
     if isinstance(system.skeleton, CarriedMass):
         outer = _of_points(posture, rows, on_feet, drag[..., :3], body)
         moments = _inverse_dynamics(parts, posture, rows, record) - outer
-    clamps = np.array(record.clamps)
+    clamps, turned = np.array(record.clamps), np.zeros_like(friction)
     if cutting:
-        edges, scale = parts.edges, np.array(carved_kernel.PER_COORDINATE)
-        given = feet[..., carved_kernel.YAW : carved_kernel.YAW + carved_kernel.JOINTS]
-        giving = scale * rates[:, :, cut.clamped, list(carved_kernel.GIVING)]
-        of_joints = [HELD.index(c) for c in carved_kernel.GIVING]
-        clamps[..., of_joints] = -scale * (edges.stiffness * given + edges.damping * giving)
+        clamps[..., 2] = feet[..., carved_kernel.LIFTED]
+        turned = feet[..., carved_kernel.TURNED : carved_kernel.TURNED + 3]
     body_power = np.sum(body * (speed + com_speed), axis=1)
     poles = None
     if use_poles(parts.model.terms):
@@ -78,7 +75,7 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         farther = hands.jacobian - posture.com_jacobian[rows][:, None]
         moments = moments - np.einsum("nhck,nhc->nk", farther, poles)
         body_power = body_power + np.sum(poles * (hands.velocity - com_speed[:, None]), axis=(1, 2))
-    on_foot = _from_skis(parts, posture, rows, nodes, clamps)
+    on_foot = _from_skis(parts, posture, rows, nodes, clamps, turned)
     moments = moments - _of_wrenches(posture, rows, *on_foot)
     pushed = feet[:, :, kernel.LOAD, None] * np.cross(along, across)
     kinetic = (
@@ -93,8 +90,9 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
     deflection = nodes[:, :, [-1, 0], 2] - parts.ski_in_foot[2] - cut.node_position[[-1, 0], 2]
     of_edges = None
     if cutting:
-        kinetic = kinetic + 0.5 * np.sum(parts.leg_inertia * giving[..., :2] ** 2, axis=(1, 2))
-        elastic = elastic + 0.5 * np.sum(edges.stiffness * given**2, axis=(1, 2))
+        given = feet[..., carved_kernel.YAW : carved_kernel.YAW + carved_kernel.JOINTS]
+        kinetic = kinetic + 0.5 * np.sum(parts.leg_inertia * (2.0 * rates[:, :, cut.clamped, [6, 4]]) ** 2, axis=(1, 2))
+        elastic = elastic + 0.5 * np.sum(parts.edges.stiffness * given**2, axis=(1, 2))
         forward = np.einsum("nsij,nsj->nsi", frame, _first_axis(nodes[:, :, cut.clamped, 3:]))
         of_edges = _series_of_edges(feet)
         ahead = cut.node_position[[-1, 0], 0] - cut.node_position[cut.clamped, 0]
@@ -189,20 +187,20 @@ def _of_points(posture: PostureTable, rows: NDArray[np.intp], friction: Array, d
 
 
 def _from_skis(
-    parts: Parts, posture: PostureTable, rows: NDArray[np.intp], nodes: Array, clamps: Array
+    parts: Parts, posture: PostureTable, rows: NDArray[np.intp], nodes: Array, clamps: Array, turned: Array
 ) -> tuple[Array, Array]:
     """(n, 2, 3) N and N m in the slope frame: what the skis do to the feet, about the feet's places.
 
     clamps (n, 2, 6): force on the clamped node (foot's frame) and on three of its quaternion's components; on a unit
     quaternion a torque τ acts as g = 2 Eᵀ τ, so τ = ½ E g, and g's part along the quaternion itself, the norm's
-    constraint, drops out.
+    constraint, drops out.  turned (n, 2, 3): N m on that node besides, in the foot's frame.
     """
     middle = nodes[:, :, parts.mesh.clamped]
     frame = posture.foot_rotation[rows]
     general = np.concatenate([np.zeros_like(clamps[..., :1]), clamps[..., 3:]], axis=-1)
     w, x, y, z = np.moveaxis(middle[..., 3:], -1, 0)
     matrix = np.stack([[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])  # E(q)
-    torque = 0.5 * np.einsum("ijns,nsj->nsi", matrix, general)
+    torque = turned + 0.5 * np.einsum("ijns,nsj->nsi", matrix, general)
     force = clamps[..., :3]
     torque = torque + np.cross(middle[..., :3], force)
     return -np.einsum("nsij,nsj->nsi", frame, force), -np.einsum("nsij,nsj->nsi", frame, torque)

@@ -3,8 +3,8 @@
 
 A section presses with its deeper edge, and where it lies flat with both: its forces act at the edges' points, along the
 snow's normal there, along the edge's own tangent and across it, and go to the nodes as those of the paper's law do.
-The node at the boot gives against the foot in yaw, roll, heave and pitch: a spring and a damper hold each, by the
-node's height and by 2 q_z, 2 q_x and 2 q_y, the angles as long as they are small.
+The node at the boot gives against the foot in heave, yaw, roll and pitch, one after the other as in
+``carved_run_kernel``: a spring and a damper hold each.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from sssi_exudyn.contact.backends.vectors import (
     out_of,
     plus,
     rotate,
+    spin,
     three,
     times,
 )
@@ -49,16 +50,14 @@ skier_triplets: Callable[..., int]
 NODE: Final = 7
 LOAD, DEPTH, ALONG, ACROSS, EDGE, V_T, V_N, CONTACT_POWER, FRICTION_POWER, DAMPING_POWER = 0, 2, 3, 4, 5, 6, 7, 8, 9, 10
 """As in ``full_kernel``."""
-SKID_POWER, MOST, USED, DRAGGED, YAW, ROLL, HEAVE, PITCH = range(11, 19)
+SKID_POWER, MOST, USED, DRAGGED, YAW, ROLL, HEAVE, PITCH, LIFTED, TURNED = range(11, 21)
 """Further columns of ``seen``: W; N that the wall bears at most and does bear; N of friction along the edges; rad and m
-of the ski against its foot."""
-CARVED_SEEN = 19
+of the ski against its foot; N and three of N m, in the foot's frame, by which its joint moves it."""
+CARVED_SEEN = 23
 JOINTS: Final = 4
 """Ways in which a ski gives against its foot: yaw, roll, heave, pitch."""
-GIVING: Final = (6, 4, 2, 5)
-"""The coordinates of the node at the boot by which it does."""
-PER_COORDINATE: Final = (2.0, 2.0, 1.0, 2.0)
-"""rad and m a unit of these."""
+GIVING: Final = (2, 4, 5, 6)
+"""The coordinates of the node at the boot that are free for it."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -96,6 +95,46 @@ def edge_frame(tangent, normal):
     flat = math.sqrt(dot(along, along))
     along = times(1.0 / flat, along)
     return along, cross(normal, along), flat, rise
+
+
+@njit(cache=True, error_model="numpy")
+def boot_angles(turn, pitched):
+    """Yaw, roll and pitch (rad), in this order, that turn the foot's axes into a quaternion's, and the vectors by which
+    a spin makes the rates of each: that about which one turns where the other two keep.
+
+    pitched : rad of pitch that the unloaded ski has
+    """
+    first, second = rotate(turn, (1.0, 0.0, 0.0)), rotate(turn, (0.0, 1.0, 0.0))
+    third = rotate(turn, (0.0, 0.0, 1.0))
+    yaw, pitch = math.atan2(-second[0], second[1]), math.atan2(-first[2], third[2])
+    cosine = math.sqrt(second[0] * second[0] + second[1] * second[1])
+    roll = math.atan2(second[2], cosine)
+    long = (math.cos(yaw), math.sin(yaw), 0.0)
+    side = (-long[1], long[0], 0.0)
+    upright = cross(long, second)
+    return (yaw, roll, pitch - pitched), (times(1.0 / cosine, upright), long, times(1.0 / cosine, side))
+
+
+@njit(cache=True, error_model="numpy")
+def hold_boot(q, v, ref, boot, edges, out, seen):
+    """Add to ``out`` what holds a ski at the node whose coordinates begin at ``boot``; fills its row of ``seen``."""
+    turn = four(q, ref, boot + 3)
+    angles, by_spin = boot_angles(turn, edges.pitched)
+    turning = spin(turn, v, boot + 3)
+    torque = (0.0, 0.0, 0.0)
+    for k in range(3):
+        joint = k if k < 2 else 3
+        rate = dot(by_spin[k], turning)
+        moment = -edges.stiffness[joint] * angles[k] - edges.damping[joint] * rate
+        torque = plus(torque, times(moment, by_spin[k]))
+        seen[DAMPING_POWER] -= edges.damping[joint] * rate * rate
+        seen[YAW + joint] = angles[k]
+    heave, rate = q[boot + 2], v[boot + 2]
+    force = -edges.stiffness[2] * heave - edges.damping[2] * rate
+    seen[DAMPING_POWER] -= edges.damping[2] * rate * rate
+    seen[HEAVE], seen[LIFTED] = heave, force
+    seen[TURNED], seen[TURNED + 1], seen[TURNED + 2] = torque
+    add_wrench(out, boot, 1.0, turn, (0.0, 0.0, force), torque)
 
 
 @njit(cache=True, error_model="numpy")
@@ -167,12 +206,7 @@ def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, s
             out[k] += total[k]
         seen[ski, DAMPING_POWER] -= bend_damping(q, v, ref, base, sections.damping, out)
         boot = base + NODE * edges.clamped
-        for k in range(JOINTS):
-            i, scale = boot + GIVING[k], PER_COORDINATE[k]
-            given, giving = scale * q[i], scale * v[i]
-            out[i] -= scale * (edges.stiffness[k] * given + edges.damping[k] * giving)
-            seen[ski, DAMPING_POWER] -= edges.damping[k] * giving * giving
-            seen[ski, YAW + k] = given
+        hold_boot(q, v, ref, boot, edges, out, seen[ski])
         spin_in, spin_rate = into(frame, at.foot_spin[ski]), into(frame, at.foot_spin_rate[ski])
         ski_inertia(
             q, v, ref, base, sections, carrier.gravity, frame, spin_in, spin_rate, at.foot_acceleration[ski], out
@@ -211,8 +245,8 @@ def carved_jacobian(
 ):  # fmt: skip
     """Triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; returns their number.
 
-    Left out, as they only cost iterations: how the directions of the forces turn, the change of the edge angle, and the
-    forces of inertia.
+    Left out, as they only cost iterations: how the directions of the forces turn, those of the joints at the boots too,
+    the change of the edge angle, and the forces of inertia.
     """
     element, share, length = sections.element, sections.share, sections.length
     sign = carrier.sign
@@ -282,9 +316,15 @@ def carved_jacobian(
                     count = put(rows, columns, values, count, row, column, block[a, b])
         count = damping_triplets(q, ref, base, sections.damping, by_rate, triplets, count)
         boot = base + NODE * edges.clamped
-        for k in range(JOINTS):
-            i = boot + GIVING[k]
-            held = PER_COORDINATE[k] ** 2 * (by_place * edges.stiffness[k] + by_rate * edges.damping[k])
-            count = put(rows, columns, values, count, i, i, held)
+        turn = four(q, ref, boot + 3)
+        _, by_spin = boot_angles(turn, edges.pitched)
+        held = by_place * edges.stiffness + by_rate * edges.damping
+        count = put(rows, columns, values, count, boot + 2, boot + 2, held[2])
+        for k in range(3):
+            line = on_quaternion(turn, by_spin[k])
+            for a in range(4):
+                for b in range(4):
+                    each = held[k if k < 2 else 3] * line[a] * line[b]
+                    count = put(rows, columns, values, count, boot + 3 + a, boot + 3 + b, each)
     tree = np.zeros((3, len(sign)))
     return skier_triplets(parameters, carrier, at, pelvis, speed, tree, by_rate, triplets, count)
