@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.bodies.ski.mesh import BeamMesh, mesh
-from sssi_exudyn.bodies.ski.modes import ModalSki, damping_time, modal_ski
+from sssi_exudyn.bodies.ski.modes import damping_time, modal_ski
 from sssi_exudyn.contact.backends.carving.carved_run_kernel import CarvedSeries, Coupling, Joint
 from sssi_exudyn.contact.backends.carving.carving_kernel import EdgeSki
 from sssi_exudyn.contact.backends.carving.groove_kernel import Groove
@@ -31,6 +31,11 @@ COARSE_MODES: Final = 8
 """Vibrations of each ski there: with step and points they move a run of 6 s by 0.1 to 0.2 m."""
 SHARE: Final = np.array([0.5, 0.5])
 """(2,) of the load at the start by foot."""
+ORDER: Final = 2
+"""Of the skis' steps."""
+COARSE_ORDER: Final = 1
+"""Where steps are coarse, for fits: it damps how a ski chatters that hardly touches the snow, by which derivatives over
+many seconds would grow without end."""
 GIVING: Final = 2
 """Vibrations more than of a ski that is held fast: its boot centre heaves and pitches."""
 
@@ -61,7 +66,7 @@ class CarvedRun:
 class Carved:
     """What a run is made of, as the kernel takes it, and what it left.
 
-    at : the tables, the capture corrected;  surface : ``SnowGrid``;  points, modes : of each ski
+    at : the tables, the capture corrected;  surface : ``SnowGrid``;  points, modes : of each ski;  order : of its steps
     place, velocity : (3,) m, m/s of the pelvis at the start
     bent : (2, 2 + modes) yaw, roll and vibrations of the skis then, heave and pitch in the latter
     """
@@ -75,6 +80,7 @@ class Carved:
     joint: Joint
     points: int
     modes: int
+    order: int
     place: Array
     velocity: Array
     bent: Array
@@ -90,7 +96,7 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
     done = carved_run(model, prepared, joint)
     series = done.series
     most, used = series.reserve[..., 0], series.reserve[..., 1]
-    given = series.bent[..., 2:] @ done.joint.give.T
+    given = series.bent[..., 2:] @ done.ski.give.T
     return CarvedRun(
         run=reduced_run_of(done),
         yaw=series.bent[..., 0],
@@ -110,7 +116,7 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
     kernel = carving_module()
     parameters, motion, surface = law_parameters(model.terms), at.kernel_motion(), snow_grid(model.surface)
     coarse = at.step > 0.5 * (CARVED_STEP + COARSE_CARVED_STEP)
-    points, fast = (COARSE_POINTS, COARSE_MODES) if coarse else (POINTS, MODES)
+    points, fast, order = (COARSE_POINTS, COARSE_MODES, COARSE_ORDER) if coarse else (POINTS, MODES, ORDER)
     modes = fast + GIVING
     springs = joint or boot_joint(model.equipment)
     cut = mesh(model.ski, contacts=points)
@@ -125,7 +131,7 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
     place, velocity = first_place(model, at)
     load = float(load_at_start(at, SHARE))
     place[2] = kernel.rest_height(parameters, ski, motion, surface, place, load, memory, work)
-    held = _kernel_joint(springs, cut, modal)
+    held = _kernel_joint(springs, cut)
     bent = np.zeros((2, 2 + modes))
     if not np.isfinite(place[2]) or not kernel.bend_at_rest(
         parameters, ski, coupling, held, motion, surface, place, load, bent, memory, work
@@ -134,16 +140,16 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
     velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], SHARE)
     series = _empty_series(len(at.time), modes)
     done = kernel.run_carved(
-        parameters, ski, coupling, held, motion, surface, place, velocity, bent, memory, work, series
+        parameters, ski, coupling, held, motion, surface, place, velocity, bent, memory, work, order, series
     )
     if done < len(at.time):
         raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge on snow that edges cut")
     return Carved(
-        at, parameters, motion, surface, ski, coupling, held, points, modes, place, velocity, bent, series
+        at, parameters, motion, surface, ski, coupling, held, points, modes, order, place, velocity, bent, series
     )  # fmt: skip
 
 
-def _kernel_joint(joint: BootJoint, cut: BeamMesh, modal: ModalSki) -> Joint:
+def _kernel_joint(joint: BootJoint, cut: BeamMesh) -> Joint:
     """The joint as the kernel takes it, at rest where the capture has the foot."""
     stiffness, damping = joint.stiffness, joint.damping
     return Joint(
@@ -151,7 +157,6 @@ def _kernel_joint(joint: BootJoint, cut: BeamMesh, modal: ModalSki) -> Joint:
         damping=damping[:2],
         inertia=joint.inertia[:2],
         rest=np.zeros((2, 2)),
-        give=np.ascontiguousarray(modal.held.T),
         slowing=damping[2:] - damping_time(cut) * stiffness[2:],
     )
 

@@ -64,8 +64,9 @@ class CarvedLinearisation:
             zv[2] += SHARE[foot] * climb
         series = _empty_tangents(done, many)
         kernel.carved_tangents(
-            *skis, done.motion, done.surface, inputs, z, zv, done.fresh_snow(), work, lines, room, done.series, series
-        )
+            *skis, done.motion, done.surface, inputs, z, zv, done.fresh_snow(), work, lines, room, done.order,
+            done.series, series,
+        )  # fmt: skip
         back = np.argsort(np.array(order, dtype=np.intp))
         found = run_slopes(done.at, ordered, series, series.forward)
         return self.run, {name: array[..., back] for name, array in found.items()}

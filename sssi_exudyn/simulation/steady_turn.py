@@ -153,11 +153,17 @@ def edges_of(ski: Ski, points: int = POINTS, modes: int = MODES) -> EdgeSki:
 def bending_edges(cut: BeamMesh, modal: ModalSki) -> EdgeSki:
     """The same of a ski whose vibrations are known."""
     ski = cut.ski
+    points, tangents = cut.contact_positions(cut.node_position, cut.node_rotation), cut.edge_tangents
+    heave, pitch = modal.held.T[..., None, None, None]
+    left, up = np.eye(3)[1:]
+    shape = modal.contact_shape - heave * up - pitch * np.cross(left, points - cut.node_position[cut.clamped])
+    turning = edge_turning(cut, modal) - pitch * np.cross(left, tangents)
     return EdgeSki(
-        points=np.ascontiguousarray(cut.contact_positions(cut.node_position, cut.node_rotation)),
-        tangents=np.ascontiguousarray(cut.edge_tangents),
-        shape=np.ascontiguousarray(np.moveaxis(modal.contact_shape, 0, 3)),
-        turning=np.ascontiguousarray(np.moveaxis(edge_turning(cut, modal), 0, 3)),
+        points=np.ascontiguousarray(points),
+        tangents=np.ascontiguousarray(tangents),
+        shape=np.ascontiguousarray(np.moveaxis(shape, 0, 3)),
+        turning=np.ascontiguousarray(np.moveaxis(turning, 0, 3)),
+        give=np.ascontiguousarray(modal.held.T),
         width=ski.width(cut.contact_s),
         length=cut.contact_length,
         station=ski.x_of_s(cut.contact_s),

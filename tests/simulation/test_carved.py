@@ -64,7 +64,7 @@ def test_left_and_right_are_alike() -> None:
 def test_the_step_matters_little() -> None:
     half, usual = carved(0.5 * CARVED_STEP)[0].run, carved(CARVED_STEP)[0].run
     apart = np.linalg.norm(half.com[::2] - usual.com, axis=1)
-    assert apart.max() < 0.1  # m, of 24: where the wall yields a step decides when
+    assert apart.max() < 0.05  # m, of 24: 0.02, of second order; of first order it was twice that
 
 
 def test_the_snow_takes_what_the_skis_give() -> None:
@@ -76,8 +76,11 @@ def test_the_snow_takes_what_the_skis_give() -> None:
     up, forward = prepared.foot_rotation[..., 2], run.foot_forward
     axes = np.stack([up, forward, np.cross(up, forward)], axis=-2)
     spin = prepared.foot_spin + np.einsum("nsa,nsai->nsi", against_feet, axes)
+    lifted = found.heave[..., None] * up
     velocity = run.foot_velocity + np.gradient(found.heave, time, axis=0)[..., None] * up
-    by_skis = np.sum(run.snow_force * velocity, axis=(1, 2)) + np.sum(run.snow_moment * spin, axis=(1, 2))
+    velocity = velocity + np.cross(prepared.foot_spin, lifted)
+    moment = run.snow_moment - np.cross(lifted, run.snow_force)  # about the boot centre, which heaves
+    by_skis = np.sum(run.snow_force * velocity, axis=(1, 2)) + np.sum(moment * spin, axis=(1, 2))
     # what is bent into the skis, and that of the other edge where a ski lies flat, is left out
     assert into_snow == pytest.approx(-np.trapezoid(by_skis, time), rel=0.02)
     assert found.friction.min() >= 0.0
@@ -110,14 +113,28 @@ def full() -> SimulationResult:
 def test_the_full_model_carves_as_the_reduced_one() -> None:
     whole, reduced = full(), carved(CARVED_STEP)[0].run
     at = [np.argmin(np.abs(reduced.time - time)) for time in whole.time[::80]]
-    # of 12 m; a ski turns against its foot by up to 10°, in one model angle by angle and in the other by one vector
+    # 0.013 m of 12 m: 0.007 are the vibrations that are left out, 0.005 how the start shares the load between the feet
     assert whole.antenna is not None
     ways = (whole.antenna - whole.antenna[0])[::80], (reduced.antenna - reduced.antenna[0])[at]
-    assert np.linalg.norm(ways[0] - ways[1], axis=1).max() < 0.12
+    assert np.linalg.norm(ways[0] - ways[1], axis=1).max() < 0.03
     loaded = whole.foot_load[::80].max(axis=1) > 300.0
+    # a ski that bends on the groove's floor rings by 70 N rms, in either model with phases of its own
     np.testing.assert_allclose(whole.foot_load[::80][loaded], reduced.foot_load[at][loaded], atol=150.0)
     assert whole.edges is not None
-    assert np.degrees(np.abs(whole.edges.yaw[::80] - carved(CARVED_STEP)[0].yaw[at])).max() < 2.0  # of 8
+    assert np.degrees(np.abs(whole.edges.yaw[::80] - carved(CARVED_STEP)[0].yaw[at])).max() < 1.5  # of 8
+
+
+def test_both_models_start_with_their_skis_alike() -> None:
+    """On one ski of 820 N, heaved by 15 mm, edged by 42 degrees: about a foot that stays it would roll by 0.75 degrees
+    more.
+    """
+    whole, reduced = full().edges, carved(CARVED_STEP)[0]
+    assert whole is not None
+    assert whole.heave[0].max() > 0.01
+    for name in ("yaw", "roll", "pitch"):
+        apart = np.degrees(getattr(whole, name)[0] - getattr(reduced, name)[0])
+        assert np.abs(apart).max() < 0.1, name  # the full model is let down upon the snow, which keeps 0.04 of that
+    np.testing.assert_allclose(whole.heave[0], reduced.heave[0], atol=6e-4)  # 0.4 mm: 15 N of load
 
 
 def test_the_full_models_energy_balances() -> None:

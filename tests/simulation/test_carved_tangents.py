@@ -47,7 +47,10 @@ STEPS = {"m": 1e-6, "m/s": 1e-6, "rad": 1e-7}
 steps a hundred times as long some point yields in every second instant."""
 WEAK = {
     "carving.density": 3e-2,
+    "unexplained_force.t0": 1e-5,
+    "unexplained_force.t1": 1e-5,
     "unexplained_force.rise": 1e-5,
+    "unexplained_force.force_f": 2e-4,
     "unexplained_force.force_l": 2e-4,
     "wind.w_f": 1e-5,
     "wind.w_l": 1e-5,
@@ -148,17 +151,18 @@ def test_by_the_skiers_mass() -> None:
 
 
 def test_long_runs_do_not_outgrow_their_derivatives() -> None:
-    """Over a run of 15 s the tangents are what differences find over a hundredth of what is not known of a number:
-    nothing is chaotic in the groove, and what yields on the way averages out.
+    """Over a run of 15 s the tangents are what differences find over a hundredth of what is not known of a number: what
+    yields on the way averages out.  With another friction a ski may be about to snap to its other edge, or not; then
+    the runs part there, and differences find something else.
     """
     recording, motion = bundled("intermediate")
     paper = model_of(recording, motion)
     assert recording.gps is not None
     start = first_guess(recording.gps, motion, paper.inclination, paper.fall_line_azimuth)
-    tried = replace(paper, start=start, terms=combine_terms(paper.terms, (Carving(mu=0.12),)))
+    tried = replace(paper, start=start, terms=combine_terms(paper.terms, (Carving(mu=0.1),)))
     prepared = prepare(tried, motion, step=0.0025)
-    # friction moves all points alike; by strength some yield in one of the runs and not in the other
-    for name, step, tolerance in (("carving.mu", 1e-3, 0.05), ("carving.strength", 1e3, 0.5)):
+    # they are 0.007 and 0.003 off
+    for name, step, tolerance in (("carving.mu", 3e-4, 0.05), ("carving.strength", 1e3, 0.05)):
         slopes = run_tangents(tried, prepared, [name])[1].com[-1, :, 0]
         ends = [
             simulate_reduced(tried.with_values({name: tried.value(name) + x}), prepared).com[-1] for x in (step, -step)

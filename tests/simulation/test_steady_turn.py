@@ -11,6 +11,7 @@ from carving_skis import FIRM, LENGTH, SIDECUT, WithoutGroove, bent_ski
 from marched_turn import marched_forces
 
 from sssi_exudyn.bodies.ski.ski import Profile, Ski, read_ski
+from sssi_exudyn.contact.backends.carving.turn_kernel import HELD
 from sssi_exudyn.contact.backends.compiled import law_parameters
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.simulation.steady_turn import (
@@ -152,6 +153,8 @@ def test_derivatives_of_the_edges_forces_are_those_of_differences() -> None:
             (10.0 + place[0], float(on.state.sought[0] + place[1]), float(place[2])),
             turned @ frame,
             (float(moved[3]), float(moved[4]), float(on.state.sought[1] + moved[5])),
+            HELD,
+            HELD,
         )
         kernel.press_edges(
             parameters, on.ski, on.memory, foot, eta + moved[6:], moved[6:], step,
@@ -161,7 +164,8 @@ def test_derivatives_of_the_edges_forces_are_those_of_differences() -> None:
 
     # every coordinate moves, and its rate by as much
     matrix = np.zeros((size, size))
-    foot = (float(on.state.sought[2]), (10.0, float(on.state.sought[0]), 0.0), frame, (0.0, 0.0, on.state.sought[1]))
+    speed, spin = (10.0, float(on.state.sought[0]), 0.0), (0.0, 0.0, on.state.sought[1])
+    foot = (float(on.state.sought[2]), speed, frame, spin, HELD, HELD)
     kernel.press_edges(
         parameters, on.ski, on.memory, foot, eta, np.zeros(modes), step, ones, ones, np.zeros(size), matrix, on.work
     )

@@ -10,9 +10,12 @@ vibrations; all else of the posture is prescribed.  With the ski's snow force F 
                                                                ski feel)
 
 Heave and pitch against the foot, g η, are in the vibrations: they are those of a ski whose boot centre is on springs.
+The boot centre heaves along the foot's z axis and yaws about it; there the ski rolls about its long axis, and pitches
+about its own y axis, by an angle that need not be small; what else is in the vibrations bends the ski there.
 
-The pelvis' steps are Newmark's average acceleration, those of the ski against the foot backward Euler's, which damps
-what is faster than a step.
+The pelvis' steps are Newmark's average acceleration.  Those of the ski against the foot are backward differences',
+which damp what is faster than a step: of second order, or of first order, backward Euler's, which damp slower movement
+too.
 """
 
 from __future__ import annotations
@@ -52,15 +55,13 @@ class Joint(NamedTuple):
     """How a ski turns against its foot.
 
     stiffness, damping, inertia : (2,) N m/rad, N m s/rad, kg m² in yaw and roll;  rest : (2, 2) rad by ski
-    give : (2, k) m, rad of heave and pitch a unit of each vibration;  slowing : (2,) N s/m, N m s/rad of their dampers
-        beside the vibrations' own damping
+    slowing : (2,) N s/m, N m s/rad of the dampers of heave and pitch beside the vibrations' own damping
     """
 
     stiffness: Array
     damping: Array
     inertia: Array
     rest: Array
-    give: Array
     slowing: Array
 
 
@@ -98,6 +99,14 @@ class CarvedSeries(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
+def backward(n, step, order):
+    """What of a value at the instants n − 1 and n − 2 is predicted at n, and what its rate at n adds (s)."""
+    if n < order:
+        return 1.0, 0.0, step if n > 0 else 0.0
+    return (1.0, 0.0, step) if order == 1 else (4.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0 * step)
+
+
+@njit(cache=True, error_model="numpy")
 def standing_on(parameters, at, surface, frame):
     """Height of a place over the snow along its normal; fills ``frame`` with the snow's axes, rows, the normal last."""
     height, normal = ground(parameters, patch_under(surface, at[0], at[1]), at[0], at[1])
@@ -110,32 +119,72 @@ def standing_on(parameters, at, surface, frame):
 
 
 @njit(cache=True, error_model="numpy")
-def turn_ski(foot, psi, phi, frame):
-    """Fill ``frame`` with a foot's rotation (3, 3) turned by ψ about its z axis and then by φ about its x axis."""
+def turn_ski(foot, psi, phi, theta, frame):
+    """Fill ``frame`` with a foot's rotation (3, 3) turned by ψ about its z axis, then by φ about its x axis, and then
+    by θ about its y axis; the axis that it rolls about.
+    """
     a, b, c, s = math.cos(psi), math.sin(psi), math.cos(phi), math.sin(phi)
+    cosine, sine = math.cos(theta), math.sin(theta)
     for row in range(3):
         x, y, z = foot[row, 0], foot[row, 1], foot[row, 2]
-        frame[row, 0] = a * x + b * y
-        side = -b * x + a * y
-        frame[row, 1], frame[row, 2] = c * side + s * z, -s * side + c * z
+        long, side = a * x + b * y, -b * x + a * y
+        frame[row, 1] = c * side + s * z
+        up = -s * side + c * z
+        frame[row, 0], frame[row, 2] = cosine * long - sine * up, sine * long + cosine * up
+    return (
+        a * foot[0, 0] + b * foot[0, 1],
+        a * foot[1, 0] + b * foot[1, 1],
+        a * foot[2, 0] + b * foot[2, 1],
+    )
 
 
 @njit(cache=True, error_model="numpy")
-def pose_ski(parameters, motion, surface, n, side, x, v, q, rate, snow, frame, local):
-    """A ski at an instant, the pelvis at a place with a velocity (tuples), the ski turned by q (2 + k,): the foot as
-    ``press_edges`` takes it, velocity and spin in the slope's frame, and the axes that the ski yaws and rolls about.
+def given_by(ski, eta):
+    """Heave (m) and pitch (rad) of a ski whose modes have the amplitudes ``eta``, or with their rates its rates."""
+    heave, pitch = 0.0, 0.0
+    for k in range(eta.shape[0]):
+        heave += ski.give[0, k] * eta[k]
+        pitch += ski.give[1, k] * eta[k]
+    return heave, pitch
+
+
+@njit(cache=True, error_model="numpy")
+def place_ski(parameters, ski, motion, surface, n, side, x, q, snow, frame):
+    """A ski at an instant, the pelvis at a place x (tuple), the ski turned and bent by q (2 + k,): its boot centre's
+    place and height over the snow, its heave (m), and the axes that it yaws and heaves, rolls and pitches about.
+
+    snow, frame : (3, 3) are filled with the snow's axes and the ski's rotation
+    """
+    foot_frame = motion.foot_rotation[n, side]
+    heave, pitch = given_by(ski, q[2:])
+    long = turn_ski(foot_frame, q[0], q[1], pitch, frame)
+    upright = (foot_frame[0, 2], foot_frame[1, 2], foot_frame[2, 2])
+    at = plus(plus(x, three(motion.foot_place[n, side], 0)), times(heave, upright))
+    height = standing_on(parameters, at, surface, snow)
+    return at, height, heave, upright, long, (frame[0, 1], frame[1, 1], frame[2, 1])
+
+
+@njit(cache=True, error_model="numpy")
+def pose_ski(parameters, ski, motion, surface, n, side, x, v, q, rate, snow, frame, local):
+    """A ski at an instant, the pelvis at a place with a velocity (tuples), the ski turned and bent by q (2 + k,): the
+    foot as ``press_edges`` takes it; place, velocity and spin of the boot centre in the slope's frame; the axes that
+    the ski yaws and heaves, rolls and pitches about; its heave and the rates of heave and pitch.
 
     snow, frame, local : (3, 3) are filled with the snow's axes, the ski's rotation, and that on the snow
     """
-    foot_frame = motion.foot_rotation[n, side]
-    turn_ski(foot_frame, q[0], q[1], frame)
-    height = standing_on(parameters, plus(x, three(motion.foot_place[n, side], 0)), surface, snow)
+    at, height, heave, upright, long, left = place_ski(
+        parameters, ski, motion, surface, n, side, x, q, snow, frame
+    )  # fmt: skip
+    heaving, pitching = given_by(ski, rate[2:])
     local[:] = np.dot(snow, frame)
-    upright = (foot_frame[0, 2], foot_frame[1, 2], foot_frame[2, 2])
-    long = (frame[0, 0], frame[1, 0], frame[2, 0])
-    spin = plus(three(motion.foot_spin[n, side], 0), plus(times(rate[0], upright), times(rate[1], long)))
-    moving = plus(v, three(motion.foot_velocity[n, side], 0))
-    return (height, out_of(snow, moving), local, out_of(snow, spin)), moving, spin, upright, long
+    turning = three(motion.foot_spin[n, side], 0)
+    spin = plus(plus(turning, times(rate[0], upright)), plus(times(rate[1], long), times(pitching, left)))
+    moving = plus(plus(v, three(motion.foot_velocity[n, side], 0)), times(heaving, upright))
+    moving = plus(moving, times(heave, cross(turning, upright)))
+    foot = (
+        height, out_of(snow, moving), local, out_of(snow, spin), out_of(snow, upright), out_of(snow, left)
+    )  # fmt: skip
+    return foot, (at, moving, spin), (upright, long, left), (heave, heaving, pitching)
 
 
 @njit(cache=True, error_model="numpy")
@@ -157,7 +206,7 @@ def rest_height(parameters, ski, motion, surface, place, load, memory, work):
             height = standing_on(parameters, at, surface, snow)
             turned[:] = np.dot(snow, motion.foot_rotation[0, side])
             nothing[:] = 0.0
-            foot = (height, (0.0, 0.0, 0.0), turned, (0.0, 0.0, 0.0))
+            foot = (height, (0.0, 0.0, 0.0), turned, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
             press_edges(
                 parameters,
                 ski,
@@ -199,17 +248,18 @@ def bend_at_rest(parameters, ski, coupling, joint, motion, surface, place, load,
         residual[0] = load
         for side in range(2):
             base = 1 + side * own
-            foot_frame = motion.foot_rotation[0, side]
-            turn_ski(foot_frame, q[side, 0], q[side, 1], frame)
-            height = standing_on(parameters, plus(three(place, 0), three(motion.foot_place[0, side], 0)), surface, snow)
+            _, height, _, upright, long, left = place_ski(
+                parameters, ski, motion, surface, 0, side, three(place, 0), q[side], snow, frame
+            )  # fmt: skip
+            turned = out_of(snow, upright), out_of(snow, long)
             pressed[:] = 0.0
             stiff[:] = 0.0
-            foot = (height, (0.0, 0.0, 0.0), np.dot(snow, frame), (0.0, 0.0, 0.0))
+            foot = (
+                height, (0.0, 0.0, 0.0), np.dot(snow, frame), (0.0, 0.0, 0.0), turned[0], out_of(snow, left)
+            )  # fmt: skip
             press_edges(
                 parameters, ski, of_ski(memory, side), foot, q[side, 2:], still, 0.0, ones, zeros, pressed, stiff, work
             )
-            upright = (foot_frame[0, 2], foot_frame[1, 2], foot_frame[2, 2])
-            turned = out_of(snow, upright), out_of(snow, (frame[0, 0], frame[1, 0], frame[2, 0]))
             columns[:] = 0.0
             for c in range(3):
                 columns[c, 0] = snow[c, 2]
@@ -247,11 +297,11 @@ def bend_at_rest(parameters, ski, coupling, joint, motion, surface, place, load,
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocity, bent, memory, work, series):
+def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocity, bent, memory, work, order, series):
     """Integrate a run from its start; fills series.  The number of instants that were reached.
 
     place, velocity : (3,) m, m/s of the pelvis at the start;  bent : (2, 2 + k) yaw, roll and bend of the skis then
-    memory : ``Groove`` with a first axis for the skis
+    memory : ``Groove`` with a first axis for the skis;  order : of the skis' steps, 1 or 2
     """
     modes = ski.omega.shape[0]
     own = 2 + modes
@@ -259,7 +309,7 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
     step, mass, gravity = motion.step, motion.mass, motion.gravity
     x, v, acceleration = place.copy(), velocity.copy(), np.zeros(3)
     q, rate = bent.copy(), np.zeros((2, own))
-    new_q, new_rate = q.copy(), rate.copy()
+    new_q, new_rate, old_q, old_rate = q.copy(), rate.copy(), q.copy(), rate.copy()
     trial = np.zeros(size)
     matrix, residual = np.zeros((size, size)), np.zeros(size)
     by_place, by_rate = np.ones(of_snow), np.ones(of_snow)
@@ -269,7 +319,8 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
     for n in range(motion.time.shape[0]):
         # the first instant finds the accelerations of the start
         h = step if n > 0 else 0.0
-        pelvis_place, pelvis_rate, own_place, own_rate = 0.25 * h * h, 0.5 * h, h * h, h
+        last, before, own_rate = backward(n, step, order)
+        pelvis_place, pelvis_rate, own_place = 0.25 * h * h, 0.5 * h, own_rate * own_rate
         for side in range(2):
             advect(ski, of_ski(memory, side), h)
         done = False
@@ -286,8 +337,9 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
             )
             for side in range(2):
                 for k in range(own):
-                    new_rate[side, k] = rate[side, k] + own_rate * trial[3 + side * own + k]
-                    new_q[side, k] = q[side, k] + h * new_rate[side, k]
+                    moved = last * rate[side, k] + before * old_rate[side, k]
+                    new_rate[side, k] = moved + own_rate * trial[3 + side * own + k]
+                    new_q[side, k] = last * q[side, k] + before * old_q[side, k] + own_rate * new_rate[side, k]
             matrix[:] = 0.0
             for c in range(3):
                 residual[c] = mass * (trial[c] - gravity[c]) + motion.carried[n, c]
@@ -297,9 +349,11 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
             for side in range(2):
                 base = 3 + side * own
                 foot_frame = motion.foot_rotation[n, side]
-                foot, _, _, upright, long = pose_ski(
-                    parameters, motion, surface, n, side, new_x, new_v, new_q[side], new_rate[side], snow, frame, local
-                )
+                foot, _, axes, given = pose_ski(
+                    parameters, ski, motion, surface, n, side, new_x, new_v, new_q[side], new_rate[side], snow, frame,
+                    local,
+                )  # fmt: skip
+                upright, long = axes[0], axes[1]
                 pressed[:] = 0.0
                 stiff[:] = 0.0
                 for c in range(of_snow):
@@ -354,18 +408,19 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
                 for i in range(2):
                     moving = 0.0
                     for k in range(modes):
-                        moving += joint.give[i, k] * new_rate[side, 2 + k]
+                        moving += ski.give[i, k] * new_rate[side, 2 + k]
                     for k in range(modes):
-                        slowed = joint.slowing[i] * joint.give[i, k]
+                        slowed = joint.slowing[i] * ski.give[i, k]
                         residual[base + 2 + k] += slowed * moving
                         for j in range(modes):
-                            matrix[base + 2 + k, base + 2 + j] += slowed * joint.give[i, j] * own_rate
+                            matrix[base + 2 + k, base + 2 + j] += slowed * ski.give[i, j] * own_rate
                 normal = (snow[2, 0], snow[2, 1], snow[2, 2])
                 load = pressed[2]
                 series.loads[n, side] = load
                 left, up = (frame[0, 1], frame[1, 1], frame[2, 1]), (frame[0, 2], frame[1, 2], frame[2, 2])
                 series.edges[n, side] = math.atan2(dot(left, normal), dot(up, normal))
                 moment = into(snow, (pressed[3], pressed[4], pressed[5]))
+                moment = plus(moment, times(given[0], cross(upright, three(force, 0))))
                 for c in range(3):
                     series.force[n, side, c] = force[c]
                     series.friction[n, side, c] = force[c] - load * normal[c]
@@ -416,6 +471,7 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
             series.acceleration[n, i] = trial[i]
         for side in range(2):
             for k in range(own):
+                old_q[side, k], old_rate[side, k] = q[side, k], rate[side, k]
                 q[side, k], rate[side, k] = new_q[side, k], new_rate[side, k]
                 series.bent[n, side, k], series.bending[n, side, k] = q[side, k], rate[side, k]
             accept(of_ski(memory, side))

@@ -23,6 +23,8 @@ from sssi_exudyn.terrain.surface import patch_under
 
 press_edges: Callable[..., None]
 pose_ski: Callable[..., Any]
+backward: Callable[..., tuple[float, float, float]]
+given_by: Callable[..., tuple[float, float]]
 advect: Callable[..., None]
 accept: Callable[..., None]
 of_ski: Callable[..., Any]
@@ -153,12 +155,13 @@ def collect_under(parameters, surface, inputs, at, room, side):
 
 
 @njit(cache=True, error_model="numpy")
-def turn_onto_snow(parameters, surface, at, pose, snow, room, side, own, rates, inputs):
+def turn_onto_snow(parameters, ski, surface, pose, foot_spin, snow, room, side, rates, inputs):
     """Fill ``room.on_snow`` and ``room.turns`` of a ski from ``room.moved``.
 
-    at : place of the foot;  pose : as ``pose_ski`` gives it
+    pose : as ``pose_ski`` gives it;  foot_spin : (3,) rad/s of the captured foot
     """
-    foot, moving, spin, axis, long = pose
+    foot, (at, moving, spin), (axis, long, left), (heave, heaving, pitching) = pose
+    own = 2 + ski.omega.shape[0]
     moved, on_snow, turns, under, ground = (
         room.moved[side], room.on_snow[side], room.turns[side], room.under[side], room.ground
     )  # fmt: skip
@@ -169,19 +172,28 @@ def turn_onto_snow(parameters, surface, at, pose, snow, room, side, own, rates, 
     by_l = axes_turn(normal, snow, normal_tangent(h_f, h_l, normal[2], 0.0, 1.0))
     over, modes = foot[0] / normal[2], own - 2
     width, many = moved.shape[1], room.patch.shape[1]
+    swept = cross(foot_spin, axis)
     for k in range(width):
-        f, l = moved[AT, k], moved[AT + 1, k]
+        tilted = moved[TILTED, k], moved[TILTED + 1, k], moved[TILTED + 2, k]
+        whirling = moved[WHIRLING, k], moved[WHIRLING + 1, k], moved[WHIRLING + 2, k]
+        higher, tipped = given_by(ski, moved[BENT + 2 : BENT + own, k])
+        rising, tipping = given_by(ski, moved[BENT + own + 2 : BENT + 2 * own, k])
+        leaning = cross(tilted, axis)
+        place = plus(plus(three(moved[:, k], AT), times(higher, axis)), times(heave, leaning))
+        f, l = place[0], place[1]
         rise = under[0, k] + ground[0, 0] * f + ground[0, 1] * l
         tip = under[1, k] + ground[1, 0] * f + ground[1, 1] * l
         bank = under[2, k] + ground[2, 0] * f + ground[2, 1] * l
         rolled = plus(times(tip, by_f), times(bank, by_l))
-        tilted = moved[TILTED, k], moved[TILTED + 1, k], moved[TILTED + 2, k]
-        whirling = moved[WHIRLING, k], moved[WHIRLING + 1, k], moved[WHIRLING + 2, k]
+        speed = plus(three(moved[:, k], MOVING), plus(times(rising, axis), times(heaving, leaning)))
+        speed = plus(speed, times(heave, plus(cross(whirling, axis), cross(foot_spin, leaning))))
+        speed = plus(speed, times(higher, swept))
         turned = plus(tilted, plus(times(moved[BENT, k], axis), times(moved[BENT + 1, k], long)))
         whirling = plus(whirling, plus(times(moved[BENT + own, k], axis), times(moved[BENT + own + 1, k], long)))
-        whirling = plus(whirling, plus(times(rates[0], cross(tilted, axis)), times(rates[1], cross(turned, long))))
-        speed = moved[MOVING, k], moved[MOVING + 1, k], moved[MOVING + 2, k]
-        on_snow[ON_HEIGHT, k] = normal[2] * (moved[AT + 2, k] - rise) + over * cross(rolled, normal)[2]
+        whirling = plus(whirling, plus(times(rates[0], leaning), times(rates[1], cross(turned, long))))
+        whirling = plus(whirling, plus(times(tipping, left), times(pitching, cross(turned, left))))
+        turned = plus(turned, times(tipped, left))
+        on_snow[ON_HEIGHT, k] = normal[2] * (place[2] - rise) + over * cross(rolled, normal)[2]
         speed = out_of(snow, plus(speed, times(-1.0, cross(rolled, moving))))
         apart = out_of(snow, plus(turned, times(-1.0, rolled)))
         whirling = out_of(snow, plus(whirling, times(-1.0, cross(rolled, spin))))
@@ -203,7 +215,7 @@ def fill_equations(ski, coupling, joint, pressed, pose, snow, frame, foot_frame,
 
     pressed : (6 + k,) as ``press_edges`` fills it;  trial : (7 + 2k,) accelerations, those of the ski from ``base`` on
     """
-    axis, long = pose[3], pose[4]
+    (axis, long, _), heave = pose[2], pose[3][0]
     modes = ski.omega.shape[0]
     own = 2 + modes
     moved, turns, changes = room.moved[side], room.turns[side], room.pressed[side]
@@ -213,8 +225,7 @@ def fill_equations(ski, coupling, joint, pressed, pose, snow, frame, foot_frame,
     left, up = (frame[0, 1], frame[1, 1], frame[2, 1]), (frame[0, 2], frame[1, 2], frame[2, 2])
     sine, cosine = dot(left, normal), dot(up, normal)
     sole = (foot_frame[0, 2], foot_frame[1, 2], foot_frame[2, 2])
-    # the long axis before the ski rolls, about which it does
-    forward, pull = long, three(trial, 0)
+    pull, levered = three(trial, 0), cross(axis, force)
     swinging = (0.0, 0.0, 0.0)
     for j in range(modes):
         swinging = plus(swinging, times(trial[base + 2 + j], out_of(frame, three(coupling.translation[j], 0))))
@@ -227,8 +238,12 @@ def fill_equations(ski, coupling, joint, pressed, pose, snow, frame, foot_frame,
         swung = cross(turned, swinging)
         for c in range(3):
             equations[c, k] = swung[c] - more[c]
-        equations[3, k] = -dot(turning, axis) - dot(moment, cross(tilted, axis))
-        equations[4, k] = -dot(turning, long) - dot(moment, cross(turned, long))
+        leaning = cross(tilted, axis)
+        swinging_long = cross(plus(tilted, times(moved[BENT, k], axis)), long)
+        lifting = dot(more, axis) + dot(force, leaning)
+        tipping = dot(turning, left) + dot(moment, cross(turned, left))
+        equations[3, k] = -dot(turning, axis) - dot(moment, leaning)
+        equations[4, k] = -dot(turning, long) - dot(moment, swinging_long)
         for i in range(2):
             equations[3 + i, k] += joint.damping[i] * moved[BENT + own + i, k] + joint.stiffness[i] * moved[BENT + i, k]
         back = cross(pull, turned)
@@ -237,26 +252,28 @@ def fill_equations(ski, coupling, joint, pressed, pose, snow, frame, foot_frame,
             outwards = out_of(frame, three(coupling.translation[j], 0))
             equations[5 + j, k] = (
                 2.0 * ski.ratio[j] * w * moved[BENT + own + 2 + j, k] + w * w * moved[BENT + 2 + j, k]
-                - changes[6 + j, k] + dot(outwards, back)
+                - changes[6 + j, k] - ski.give[0, j] * lifting - ski.give[1, j] * tipping + dot(outwards, back)
             )  # fmt: skip
         for i in range(2):
             slowed = 0.0
             for j in range(modes):
-                slowed += joint.give[i, j] * moved[BENT + own + 2 + j, k]
+                slowed += ski.give[i, j] * moved[BENT + own + 2 + j, k]
             for j in range(modes):
-                equations[5 + j, k] += joint.slowing[i] * joint.give[i, j] * slowed
+                equations[5 + j, k] += joint.slowing[i] * ski.give[i, j] * slowed
         apart = plus(turned, times(-1.0, rolled))
         d_sine, d_cosine = dot(cross(apart, left), normal), dot(cross(apart, up), normal)
         d_normal = cross(rolled, normal)
-        ahead = cross(plus(tilted, times(moved[BENT, k], axis)), forward)
         seen[LOAD, k] = changes[2, k]
         seen[EDGE, k] = (cosine * d_sine - sine * d_cosine) / (sine * sine + cosine * cosine)
         seen[SOLE, k] = dot(sole, more) + dot(cross(tilted, sole), force)
+        higher, _ = given_by(ski, moved[BENT + 2 : BENT + own, k])
+        turning = plus(turning, times(higher, levered))
+        turning = plus(turning, times(heave, plus(cross(leaning, force), cross(axis, more))))
         for c in range(3):
             seen[FORCE + c, k] = more[c]
             seen[FRICTION + c, k] = more[c] - changes[2, k] * normal[c] - load * d_normal[c]
             seen[MOMENT + c, k] = turning[c]
-            seen[FORWARD + c, k] = ahead[c]
+            seen[FORWARD + c, k] = swinging_long[c]
 
 
 @njit(cache=True, error_model="numpy")
@@ -268,14 +285,14 @@ def linearise_carved(
     what it becomes is found.
     """
     own = 2 + ski.omega.shape[0]
-    pose = pose_ski(parameters, motion, surface, n, side, x, v, q[side], rate[side], snow, frame, local)
+    pose = pose_ski(parameters, ski, motion, surface, n, side, x, v, q[side], rate[side], snow, frame, local)
     pressed[:] = 0.0
     ones = np.ones(pressed.shape[0])
     of_side = of_ski(memory, side)
     press_edges(parameters, ski, of_side, pose[0], q[side, 2:], rate[side, 2:], h, ones, ones, pressed, stiff, work)
     linearise_edges(parameters, ski, of_side, pose[0], q[side, 2:], rate[side, 2:], h, inputs.columns, lines, side)
-    at = plus(x, three(motion.foot_place[n, side], 0))
-    turn_onto_snow(parameters, surface, at, pose, snow, room, side, own, rate[side], inputs)
+    foot_spin = three(motion.foot_spin[n, side], 0)
+    turn_onto_snow(parameters, ski, surface, pose, foot_spin, snow, room, side, rate[side], inputs)
     np.dot(lines.force[side], room.on_snow[side], room.pressed[side])
     room.pressed[side, :, 3 + own :] += np.dot(lines.by_memory[side], room.arrived[side])
     fill_equations(
@@ -338,31 +355,35 @@ def rest_tangents(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def carved_tangents(
-    parameters, ski, coupling, joint, motion, surface, inputs, z, zv, memory, work, lines, room, run, series
+    parameters, ski, coupling, joint, motion, surface, inputs, z, zv, memory, work, lines, room, order, run, series
 ):
     """Fill ``series`` with the tangents of a run.
 
     inputs : ``TangentInputs``;  z, zv : (7 + 2k, d) of what is sought at the start and of its rates, which are changed
-    memory : as at the start of the run;  run : ``CarvedSeries``, filled;  series : ``CarvedTangents``
+    memory, order : as at the start of the run;  run : ``CarvedSeries``, filled;  series : ``CarvedTangents``
     """
     modes = ski.omega.shape[0]
     own, many = 2 + modes, z.shape[1]
     size, first, with_tables = 3 + 2 * own, 3 + own, inputs.feet.shape[3]
     step, mass = motion.step, motion.mass
-    acceleration = np.zeros((3, many))
+    acceleration, old_z, old_zv = np.zeros((3, many)), z.copy(), zv.copy()
     pressed, stiff = np.zeros(6 + modes), np.zeros((6 + modes, 6 + modes))
     snow, frame, local = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
     matrix, right, of_side = np.zeros((size, size)), np.zeros((size, many)), np.zeros((first, many))
     room.held[:] = 0.0
     for n in range(motion.time.shape[0]):
         h = step if n > 0 else 0.0
-        pelvis_place, pelvis_rate, own_place, own_rate = 0.25 * h * h, 0.5 * h, h * h, h
+        last, before, own_rate = backward(n, step, order)
+        pelvis_place, pelvis_rate, own_place = 0.25 * h * h, 0.5 * h, own_rate * own_rate
         for k in range(many):
             for c in range(3):
                 z[c, k] += h * zv[c, k] + pelvis_place * acceleration[c, k]
                 zv[c, k] += pelvis_rate * acceleration[c, k]
             for i in range(3, size):
-                z[i, k] += h * zv[i, k]
+                place, rate = z[i, k], zv[i, k]
+                zv[i, k] = last * rate + before * old_zv[i, k]
+                z[i, k] = last * place + before * old_z[i, k] + own_rate * zv[i, k]
+                old_z[i, k], old_zv[i, k] = place, rate
         x, v, trial = three(run.place[n], 0), three(run.velocity[n], 0), run.acceleration[n]
         matrix[:] = 0.0
         right[:] = 0.0

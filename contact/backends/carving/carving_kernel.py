@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus, three
+from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus, three, times
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
 
@@ -29,7 +29,8 @@ class EdgeSki(NamedTuple):
     """A ski's edges in the foot's frame: m stations from tail to tip, both edges (left, right), k modes.
 
     points, tangents : (m, 2, 3) m and unit vectors forward along the edge, unloaded
-    shape, turning : (m, 2, 3, k) change of both a unit of the mode
+    shape, turning : (m, 2, 3, k) change of both a unit of the mode, against the boot centre
+    give : (2, k) m, rad by which the boot centre heaves and pitches a unit of the mode; zero where it is held
     width, length, station : (m,) m: of the ski, of the edge that the point stands for, and place along the ski
     omega, ratio : (k,) rad/s, share of critical damping
     """
@@ -38,6 +39,7 @@ class EdgeSki(NamedTuple):
     tangents: Array
     shape: Array
     turning: Array
+    give: Array
     width: Array
     length: Array
     station: Array
@@ -66,13 +68,14 @@ class EdgeWork(NamedTuple):
 def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rate, force, matrix, work):
     """Add a ski's snow forces to ``force`` (6 + k,), and to ``matrix`` their derivatives, the sign turned.
 
-    foot : height of its place over the snow, its velocity (tuple), rotation (3, 3) and spin (tuple), on the snow
+    foot : height of its place over the snow, its velocity (tuple), rotation (3, 3) and spin (tuple), and the axes
+        (tuples) along and about which the modes make it heave and pitch, on the snow
     eta, rate : (k,) of the modes
     by_place, by_rate : (6 + k,) how the coordinates and their rates follow from what is sought
 
     Left out of the derivatives: how the directions of the forces turn, and the change of the edge angle.
     """
-    frame = foot[2]
+    frame, upright, left = foot[2], foot[4], foot[5]
     modes = ski.omega.shape[0]
     size = 6 + modes
     by, lines, towards, slopes, seen = work.by, work.lines, work.towards, work.slopes, work.seen
@@ -115,15 +118,18 @@ def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rat
             lines[0, c], lines[1, c], lines[2, c], lines[3, c] = moved[2], dot(moved, t), dot(moved, n), over[2]
             by[SWING, c] = dot(turned, n)
         inwards, along, across = into(frame, (0.0, 0.0, 1.0)), into(frame, t), into(frame, n)
+        pitched, over_pitched, tipped = cross(left, arm), cross(left, other), cross(left, tangent)
         for k in range(modes):
             a, b, c = ski.shape[i, low, 0, k], ski.shape[i, low, 1, k], ski.shape[i, low, 2, k]
-            lines[0, 6 + k] = inwards[0] * a + inwards[1] * b + inwards[2] * c
-            lines[1, 6 + k] = along[0] * a + along[1] * b + along[2] * c
-            lines[2, 6 + k] = across[0] * a + across[1] * b + across[2] * c
+            rigid = plus(times(ski.give[0, k], upright), times(ski.give[1, k], pitched))
+            lines[0, 6 + k] = inwards[0] * a + inwards[1] * b + inwards[2] * c + rigid[2]
+            lines[1, 6 + k] = along[0] * a + along[1] * b + along[2] * c + dot(rigid, t)
+            lines[2, 6 + k] = across[0] * a + across[1] * b + across[2] * c + dot(rigid, n)
             a, b, c = ski.shape[i, 1 - low, 0, k], ski.shape[i, 1 - low, 1, k], ski.shape[i, 1 - low, 2, k]
-            lines[3, 6 + k] = inwards[0] * a + inwards[1] * b + inwards[2] * c
+            rigid = plus(times(ski.give[0, k], upright), times(ski.give[1, k], over_pitched))
+            lines[3, 6 + k] = inwards[0] * a + inwards[1] * b + inwards[2] * c + rigid[2]
             a, b, c = ski.turning[i, low, 0, k], ski.turning[i, low, 1, k], ski.turning[i, low, 2, k]
-            by[SWING, 6 + k] = across[0] * a + across[1] * b + across[2] * c
+            by[SWING, 6 + k] = across[0] * a + across[1] * b + across[2] * c + ski.give[1, k] * dot(tipped, n)
         for c in range(size):
             by[LOWER, c], by[UPPER, c] = -lines[0, c] * by_place[c], -lines[3, c] * by_place[c]
             by[RATE, c] = -lines[0, c] * by_rate[c]
@@ -154,7 +160,7 @@ def deeper_edge(ski, foot, eta, rate, i):
     places of both edges about the foot (m), the deeper edge's tangent (not of unit length), and its velocity by the
     modes alone and in all (m/s), on the snow.
     """
-    height, velocity, frame, spin = foot
+    height, velocity, frame, spin = foot[:4]
     left = bent_vector(frame, three(ski.points[i, 0], 0), ski.shape, eta, i, 0)
     right = bent_vector(frame, three(ski.points[i, 1], 0), ski.shape, eta, i, 1)
     left_depth, right_depth = -height - left[2], -height - right[2]

@@ -32,14 +32,14 @@ SWING: int
 RISE, TILT = 6, 7
 """Rows of what a point's force depends on besides those of ``carving_kernel``: the tangent's rise, the edge angle."""
 ON_HEIGHT, ON_VELOCITY, ON_TURN, ON_SPIN, ON_MODES = 0, 1, 4, 7, 10
-"""First columns of a linearisation: the foot's height, velocity, turn and spin on the snow, then amplitudes and rates
-of the modes (k each), then the laws' parameters (c)."""
+"""First columns of a linearisation: the boot centre's height, velocity, turn and spin on the snow, then amplitudes and
+rates of the modes (k each) as far as they bend the ski there, then the laws' parameters (c)."""
 
 
 class EdgeLines(NamedTuple):
     """The linearisations of both skis, m stations, k modes, i = 10 + 2k + c columns; and room for one point's.
 
-    force : (2, 6 + k, i) of the force on the foot, the moment about it and the forces on the modes
+    force : (2, 6 + k, i) of the force on the boot centre, the moment about it and what bends the ski there
     by_memory : (2, 6 + k, 4m) of these by the memory that arrives: groove, offset, each the left edge's m points first
     left : (2, 5m, i) of what the snow remembers after the step: groove, offset, and the m stations' speed
     kept : (2, 2m, 2, 2) of groove and offset after the step by both as they arrive

@@ -37,6 +37,10 @@ SINKING, PITCHING = 1500.0, 100.0
 """N s/m and N m s: dampers on the way to the steady turn."""
 
 
+HELD = (0.0, 0.0, 0.0)
+"""In place of the axes along and about which a boot centre that is free heaves and pitches."""
+
+
 class Turn(NamedTuple):
     """What is given for a run of n steps.
 
@@ -103,7 +107,8 @@ def follow_turn(parameters, ski, turn, state, memory, work, series):
             sinking, pitching = (sought[2] - old[2]) / step, (pitch - old[3]) / step
             force[:] = 0.0
             matrix[:] = 0.0
-            foot = (sought[2], (turn.speed, sought[0], sinking), frame, (0.0, pitching, sought[1]))
+            spin = (0.0, pitching, sought[1])
+            foot = (sought[2], (turn.speed, sought[0], sinking), frame, spin, HELD, HELD)
             press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rate, force, matrix, work)
             # moments about the centre of pressure: the foot's place is moved there
             ahead, down = turn.pressure * a, -turn.pressure * b
