@@ -260,9 +260,9 @@ def mirrored_edge_mirrored_force_and_memory(cls: type[Any]) -> None:
         for state in grid(cls.kind):
             mirrored = state | {name: -state[name] for name in ("offset", "v_n", "edge")}
             normal, along, across, upper = ask(FloatMath(), term, state)
-            groove, offset, most = ask_memory(FloatMath(), term, state)
+            groove, offset, *wall = ask_memory(FloatMath(), term, state)
             _hold(_equal(ask(FloatMath(), term, mirrored), (normal, along, -across, upper)), state)
-            _hold(_equal(ask_memory(FloatMath(), term, mirrored), (groove, -offset, most)), state)
+            _hold(_equal(ask_memory(FloatMath(), term, mirrored), (groove, -offset, *wall)), state)
 
 
 def memory_is_the_same_however_it_is_evaluated(cls: type[Any]) -> None:
@@ -276,7 +276,7 @@ def memory_is_the_same_however_it_is_evaluated(cls: type[Any]) -> None:
         assert_close(np.stack(ask_memory(ArrayMath(), term, columns), axis=1), expected)
         _, memory, capacity = compile_edge((term,))
         given = [
-            (*memory.value(memory.parameters, *state.values()), capacity.value(capacity.parameters, *state.values()))
+            (*memory.value(memory.parameters, *state.values()), *capacity.value(capacity.parameters, *state.values()))
             for state in states
         ]
         assert_close(np.array(given), expected)
@@ -287,7 +287,7 @@ def what_an_edge_leaves_is_what_the_next_point_finds(cls: type[Any]) -> None:
     """A point that follows in the same place, without sideslip, presses no deeper and is pushed to the side as much."""
     for term in instances(cls):
         state = grid(cls.kind)[-1] | {"v_n": 0.0, "groove": 0.0, "offset": 1e-4, "rate": 0.0}
-        groove, offset, _ = ask_memory(FloatMath(), term, state)
+        groove, offset, *_ = ask_memory(FloatMath(), term, state)
         after = state | {"groove": groove, "offset": offset}
         _hold(groove == state["lower"], state)
         _hold(_equal(ask(FloatMath(), term, after), ask(FloatMath(), term, state)), state)

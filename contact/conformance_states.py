@@ -149,8 +149,8 @@ def ask(math: Math, term: Any, state: State) -> tuple[Number, ...]:
 
 
 def ask_memory(math: Math, term: Any, state: State) -> tuple[Number, ...]:
-    """What an edge leaves in the snow, and the greatest force of the groove's wall."""
-    return *term.remember(math, EdgeState(**state)), term.capacity(math, EdgeState(**state))
+    """What an edge leaves in the snow, the greatest force of the groove's wall, and its force."""
+    return *term.remember(math, EdgeState(**state)), *term.capacity(math, EdgeState(**state))
 
 
 def reference(term: Any) -> Array:

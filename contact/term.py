@@ -333,8 +333,8 @@ class EdgeTerm(Term):
         """Groove and offset (m) that the point leaves at the end of the step; none for lower ≤ 0."""
 
     @abstractmethod
-    def capacity(self, math: Math, state: EdgeState) -> Number:
-        """Greatest force (N) that the groove's wall bears towards the base's side."""
+    def capacity(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
+        """Greatest force (N) that the groove's wall bears towards the base's side, and what it does bear (N, ≥ 0)."""
 
 
 KINDS: tuple[type[Term], ...] = (PointTerm, FootTerm, SegmentTerm, WindTerm, TerrainTerm, BodyTerm, EdgeTerm)

@@ -37,7 +37,7 @@ slalom ski skids at 60° and slips beyond (below), where skiers carve.
 
 One ski, held at the boot centre, runs on a plane at a given edge angle of the sole until its turn is steady. The load acts
 at the boot centre, and the resultant is square to the base. Sinking, pitch, sideslip, yaw rate and the ski's bend (20
-vibrations, 100 points an edge) are found. The side reserve is 1 − Σ|q|/Σ(S_f·a): the share of the wall's strength along the
+vibrations, 100 points an edge) are found. The side reserve is 1 − Σ|q_e|/Σ(S_f·a), the thrown snow apart: the share of the wall's strength along the
 edge that is not used.
 
 Bars are one standard deviation of {uncertain}; what they do to the curvature adds up as squares.

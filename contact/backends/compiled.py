@@ -14,7 +14,7 @@ Parameters arrive in a struct (``law_parameters``), which the functions of all p
     uneven(parameters) → whether there is a terrain term
     edge_force(parameters, lower, upper, rate, width, groove, offset, step, v_t, v_n, rise, edge, length)
         → normal, along, across, normal at the upper edge
-    edge_memory, edge_capacity(parameters, the same) → groove, offset;  the wall's greatest force
+    edge_memory, edge_capacity(parameters, the same) → groove, offset;  the wall's greatest force, its force
 
 and, with the same arguments, each followed by its derivatives, row by row:
 
@@ -206,7 +206,7 @@ def _compiled(place: str, terms: Sequence[Term]) -> CompiledLaw:
 
 
 def compile_edge(terms: Sequence[Term]) -> tuple[CompiledLaw, CompiledLaw, CompiledLaw]:
-    """The edge terms among ``terms``: their force, their memory, the wall's greatest force."""
+    """The edge terms among ``terms``: their force, their memory, the wall's greatest force and its force."""
     module = _module(laws_source(linearised=False, edges=True))
     force, memory, capacity = (
         CompiledLaw(

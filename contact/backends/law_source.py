@@ -217,7 +217,7 @@ EDGE_LAWS: Final = (
         2,
         lambda math, term, a: term.remember(math, places.EdgeState(**a)),
     ),
-    Law("edge_capacity", "", "", _EDGE, (), (), 1, lambda math, term, a: (term.capacity(math, places.EdgeState(**a)),)),
+    Law("edge_capacity", "", "", _EDGE, (), (), 2, lambda math, term, a: term.capacity(math, places.EdgeState(**a))),
 )
 
 

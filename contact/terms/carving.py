@@ -104,8 +104,9 @@ class Carving(EdgeTerm):
         offset = self._wall(math, state) / self._stiffness()
         return math.where(state.lower, groove, 0.0), math.where(state.lower, offset, 0.0)
 
-    def capacity(self, math: Math, state: EdgeState) -> Number:
-        return self.strength * math.maximum(state.lower, 0.0) * state.length
+    def capacity(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
+        most = self.strength * math.maximum(state.lower, 0.0)
+        return most * state.length, math.absolute(self._wall(math, state)) * state.length
 
     def _stiffness(self) -> Number:
         """Of the groove's wall (N/m²)."""

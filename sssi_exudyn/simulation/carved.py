@@ -95,7 +95,7 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
     """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
     done = carved_run(model, prepared, joint)
     series = done.series
-    most, used = series.reserve[..., 0], series.reserve[..., 1]
+    most, borne = series.reserve[..., 0], series.reserve[..., 2]
     given = series.bent[..., 2:] @ done.ski.give.T
     return CarvedRun(
         run=reduced_run_of(done),
@@ -106,7 +106,7 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
         friction=series.power[:, 0],
         skid=series.power[:, 1],
         pressing=series.power[:, 2],
-        side_reserve=np.where(most > 0.0, 1.0 - used / np.where(most > 0.0, most, 1.0), 0.0),
+        side_reserve=np.where(most > 0.0, 1.0 - borne / np.where(most > 0.0, most, 1.0), 0.0),
     )
 
 
@@ -178,7 +178,7 @@ def _empty_series(count: int, modes: int) -> CarvedSeries:
         force=by_ski[1],
         moment=by_ski[2],
         power=np.zeros((count, 3)),
-        reserve=np.zeros((count, 2, 2)),
+        reserve=np.zeros((count, 2, 3)),
     )
 
 

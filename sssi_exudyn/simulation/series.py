@@ -142,15 +142,15 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
 
 
 def _series_of_edges(feet: Array) -> EdgeSeries:
-    most, used = feet[..., carved_kernel.MOST], feet[..., carved_kernel.USED]
+    most, borne = feet[..., carved_kernel.MOST], feet[..., carved_kernel.BORNE]
     return EdgeSeries(
         yaw=feet[..., carved_kernel.YAW],
         roll=feet[..., carved_kernel.ROLL],
         heave=feet[..., carved_kernel.HEAVE],
         pitch=feet[..., carved_kernel.PITCH],
-        side_reserve=np.where(most > 0.0, 1.0 - used / np.where(most > 0.0, most, 1.0), 0.0),
+        side_reserve=np.where(most > 0.0, 1.0 - borne / np.where(most > 0.0, most, 1.0), 0.0),
         along=feet[..., carved_kernel.DRAGGED],
-        across=used,
+        across=feet[..., carved_kernel.USED],
     )
 
 

@@ -194,7 +194,7 @@ def edge_work(points: int, modes: int) -> EdgeWork:
         lines=np.zeros((4, size)),
         towards=np.zeros((4 * points, size)),
         slopes=np.zeros((4 * points, size)),
-        seen=np.zeros((points, 12)),
+        seen=np.zeros((points, 13)),
     )
 
 
@@ -257,7 +257,7 @@ def _named(case: TurnCase) -> str:
 
 def _turn_of(case: TurnCase, on: Rolling, curvature: Array) -> SteadyTurn:
     """The figures of a ski that runs."""
-    normal, along, across, most, depth, groove, offset, v_t, v_n, edge, rise, _ = on.work.seen.T
+    normal, along, across, most, depth, groove, offset, v_t, v_n, edge, rise, _, borne = on.work.seen.T
     length = on.ski.length
     force, sought = on.state.force, on.state.sought
     climbing = np.where(v_t > 0.0, np.maximum(rise, 0.0), np.minimum(rise, 0.0))
@@ -272,7 +272,7 @@ def _turn_of(case: TurnCase, on: Rolling, curvature: Array) -> SteadyTurn:
         normal=float(force[2]),
         lateral=float(force[1]),
         drag=float(-force[0]),
-        side_reserve=float(1.0 - np.sum(np.abs(across)) / np.sum(most)),
+        side_reserve=float(1.0 - np.sum(borne) / np.sum(most)),
         friction=float(-np.sum(along * v_t)) - compaction,
         compaction=compaction,
         skid=float(-np.sum(across * v_n)),

@@ -67,7 +67,7 @@ def test_an_edge_that_rises_in_its_groove_presses_less_and_then_not_at_all() -> 
     assert loads[1] == pytest.approx(0.5 * loads[0], rel=1e-12)
     assert loads[2:] == pytest.approx([0.0, 0.0], abs=1e-9)  # N; 0.5 mm is no exact difference of 5 and 4.5
     # the wall holds it for as long as it is in the snow
-    assert LAW.capacity(MATH, section(groove - 2e-3, 45.0, groove=groove)) > 0.0
+    assert LAW.capacity(MATH, section(groove - 2e-3, 45.0, groove=groove))[0] > 0.0
 
 
 def test_the_wall_moves_with_an_edge_that_skids() -> None:
@@ -75,6 +75,17 @@ def test_the_wall_moves_with_an_edge_that_skids() -> None:
     skidding = LAW.remember(MATH, section(3e-3, 30.0, offset=2e-4, v_n=5.0))[1]
     assert held == pytest.approx(2e-4, rel=1e-12)
     assert skidding == pytest.approx(3e-3 * LAW.yield_offset / 2e-3, rel=1e-12)  # k_s·U = S_f·a
+
+
+def test_a_wall_bears_no_more_than_it_can_though_thrown_snow_resists_too() -> None:
+    held, skidding = section(3e-3, 30.0, offset=2e-4), section(3e-3, 30.0, offset=2e-4, v_n=5.0)
+    most, borne = LAW.capacity(MATH, held)
+    assert borne == pytest.approx(abs(LAW.force(MATH, held)[2]), rel=1e-12)  # at rest nothing is thrown
+    assert 0.0 < borne < most
+    most, borne = LAW.capacity(MATH, skidding)
+    assert borne == pytest.approx(most, rel=1e-12)
+    thrown = LAW.density * 3e-3 * 5.0**2 * skidding.length
+    assert -LAW.force(MATH, skidding)[2] == pytest.approx(most + thrown, rel=1e-12)
 
 
 def test_sideslip_leaves_the_groove() -> None:

@@ -33,7 +33,7 @@ from sssi_exudyn.terrain.surface import patch_under
 edge_force: Callable[..., tuple[float, float, float, float]]
 edge_derivatives: Callable[..., tuple[float, ...]]
 edge_memory: Callable[..., tuple[float, float]]
-edge_capacity: Callable[..., float]
+edge_capacity: Callable[..., tuple[float, float]]
 ground: Callable[..., tuple[float, tuple[float, float, float]]]
 foot_axes: Callable[..., Any]
 of_ski: Callable[..., Any]
@@ -50,10 +50,11 @@ skier_triplets: Callable[..., int]
 NODE: Final = 7
 LOAD, DEPTH, ALONG, ACROSS, EDGE, V_T, V_N, CONTACT_POWER, FRICTION_POWER, DAMPING_POWER = 0, 2, 3, 4, 5, 6, 7, 8, 9, 10
 """As in ``full_kernel``."""
-SKID_POWER, MOST, USED, DRAGGED, YAW, ROLL, HEAVE, PITCH, LIFTED, TURNED = range(11, 21)
-"""Further columns of ``seen``: W; N that the wall bears at most and does bear; N of friction along the edges; rad and m
-of the ski against its foot; N and three of N m, in the foot's frame, by which its joint moves it."""
-CARVED_SEEN = 23
+SKID_POWER, MOST, USED, BORNE, DRAGGED, YAW, ROLL, HEAVE, PITCH, LIFTED, TURNED = range(11, 22)
+"""Further columns of ``seen``: W; N that the wall bears at most, N across the edges, and what of it is the wall's; N of
+friction along the edges; rad and m of the ski against its foot; N and three of N m, in the foot's frame, by which its
+joint moves it."""
+CARVED_SEEN = 24
 JOINTS: Final = 4
 """Ways in which a ski gives against its foot: yaw, roll, heave, pitch."""
 GIVING: Final = (2, 4, 5, 6)
@@ -185,9 +186,11 @@ def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, s
             own.next_groove[low, m], own.next_offset[low, m] = edge_memory(
                 parameters, lower, upper, sinking, width, groove, offset, step, v_t, v_n, rise, angle, length[m]
             )
-            seen[ski, MOST] += edge_capacity(
+            most, borne = edge_capacity(
                 parameters, lower, upper, sinking, width, groove, offset, step, v_t, v_n, rise, angle, length[m]
             )
+            seen[ski, MOST] += most
+            seen[ski, BORNE] += borne
             seen[ski, USED] += abs(across)
             seen[ski, DRAGGED] += abs(along)
             seen[ski, DEPTH] = max(seen[ski, DEPTH], lower)

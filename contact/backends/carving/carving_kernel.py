@@ -18,7 +18,7 @@ from sssi_exudyn.runtime.jit import njit
 
 edge_derivatives: Callable[..., tuple[float, ...]]
 edge_memory: Callable[..., tuple[float, float]]
-edge_capacity: Callable[..., float]
+edge_capacity: Callable[..., tuple[float, float]]
 
 LOWER, UPPER, RATE, ALONG, ACROSS, SWING = range(6)
 """By what the derivatives of an edge's force are taken: both depths, the rate, and the velocity along t and n; and how
@@ -53,8 +53,9 @@ class EdgeWork(NamedTuple):
     by, lines : rows (6, 6 + k) of what a point's force depends on, and (4, 6 + k) of the directions that it acts in
     towards, slopes : (4m, 6 + k) of all points, the directions, and the derivatives of the forces in them
 
-    seen : (m, 12) of each station at its deeper edge: normal, along, across (N), the wall's greatest force (N), depth
-        of the edge and of the groove left (m), offset (m), v_t, v_n (m/s), edge (rad), rise (1), rate (m/s)
+    seen : (m, 13) of each station at its deeper edge: normal, along, across (N), the wall's greatest force (N), depth
+        of the edge and of the groove left (m), offset (m), v_t, v_n (m/s), edge (rad), rise (1), rate (m/s), and the
+        wall's force (N, ≥ 0)
     """
 
     by: Array
@@ -104,7 +105,7 @@ def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rat
             parameters, lower, upper, sinking, ski.width[i], groove, offset, step, v_t, v_n, rise, edge, ski.length[i]
         )
         seen[i, 0], seen[i, 1], seen[i, 2] = found[0], found[1], found[2]
-        seen[i, 3] = edge_capacity(
+        seen[i, 3], seen[i, 12] = edge_capacity(
             parameters, lower, upper, sinking, ski.width[i], groove, offset, step, v_t, v_n, rise, edge, ski.length[i]
         )
         seen[i, 4], seen[i, 5], seen[i, 6] = lower, memory.next_groove[low, i], memory.next_offset[low, i]
