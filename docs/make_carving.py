@@ -28,7 +28,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.results.summary import UncertaintyFigures
+from sssi_exudyn.results.summary import CarvingFigures, UncertaintyFigures
 from sssi_exudyn.simulation.boot_joint import BootJoint
 from sssi_exudyn.simulation.carved import simulate_carved
 from sssi_exudyn.simulation.full import simulate
@@ -335,6 +335,7 @@ def both_laws() -> str:
                 ("mean error against the GPS", lambda each: f"{each.trajectory.mean_error_m:.3f} m"),
                 ("load share against the insoles, correlation", lambda each: f"{each.pressure_ratio.correlation:.3f}"),
                 ("moment left over at the pelvis, rms", lambda each: f"{each.residual_moment.rms_Nm:.0f} N m"),
+                ("skis against the feet, rms", lambda each: _against_feet(each.carving)),
                 ("largest correction", lambda each: _largest(each.uncertainty)),
                 ("log evidence of all measurements", lambda each: f"{each.uncertainty.log_evidence:.0f}"),
                 ("energy balance, largest gap", lambda each: f"{each.energy.closure_percent:.4f} %"),
@@ -349,12 +350,21 @@ def both_laws() -> str:
     more = papers.uncertainty.log_evidence - cut.uncertainty.log_evidence
     verdict = (
         f"\nThe recording prefers the law of its own world by {more:.0f} in log evidence. The other law meets the track to "
-        f"{cut.trajectory.mean_error_m:.1f} m all the same, with a μ_t and a μ_n that are near the paper's: what a skier of "
-        "known movement needs of the snow is much the same force, whatever gives it. The standard errors of H and S_f hold "
-        "were the law true, which it is not here.\n"
+        f"{cut.trajectory.mean_error_m:.2f} m all the same, with a μ_t that is near the paper's: what a skier of known "
+        "movement needs of the snow is much the same force, whatever gives it. The standard errors of H and S_f hold were "
+        "the law true, which it is not here.\n"
     )
     return (
         "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in entries)]).replace("| -", "| −") + "\n" + verdict
+    )
+
+
+def _against_feet(found: CarvingFigures | None) -> str:
+    if found is None:
+        return "–"
+    return (
+        f"yaw {found.ski_yaw_rms_deg:.1f}°, roll {found.ski_roll_rms_deg:.1f}°, "
+        f"heave {1e3 * found.ski_heave_rms_m:.0f} mm, pitch {found.ski_pitch_rms_deg:.1f}°"
     )
 
 
