@@ -117,7 +117,7 @@ def test_about_the_same_estimate_the_evidence_is_the_same(monkeypatch: pytest.Mo
     problem, state, base = first_fit(diagnosis_problem(recording, motion, model_of(recording, motion)))
     latest = compare_hypotheses(problem, state, base)
     again, anew = estimate_rivals(problem, state, latest, full=False)
-    assert set(anew) == {each.name for each in latest.explanations if each.name and each.fit is not None}
+    assert set(anew) == {each.name for each in latest.explanations if each.fit is not None}
     before = {each.name: each.log_evidence for each in latest.explanations}
     for each in again.explanations:
         # noise levels are sought until the evidence changes by 1e-7 of itself, from other places
