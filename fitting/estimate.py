@@ -74,12 +74,12 @@ def estimate(
     first = fit(problem, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
     counted = problem.with_counts(counts_of(problem.track, first.residual))
     model = first.model
-    heights = process is not None and model.surface is not None
-    if process is not None and model.surface is not None:
-        model = replace(model, surface=process.at(model.surface).surface)
+    surface = None if process is None or model.surface is None else process.at(model.surface).surface
+    if surface is not None:
+        model = replace(model, surface=surface)
     posterior = estimate_from(
         model, with_surface(counted, model), recording, motion,
-        full=full, comparing=comparing, heights=heights, cache=cache, progress=progress,
+        full=full, comparing=comparing, heights=surface is not None, cache=cache, progress=progress,
     )  # fmt: skip
     seen, setting = posterior.setting.seen, posterior.setting
     x, y = (posterior.residual[seen.blocks[name]] for name in ("x", "y"))

@@ -118,8 +118,8 @@ def averages(time: Array, values: Array, windows: Array) -> Array:
 
 def height_noise(measurements: Measurements) -> ExponentialNoise:
     """What heights of fixes of the stated quality usually show."""
-    better = measurements.vertical / VERTICAL
-    return ExponentialNoise(_HEIGHT_NOISE[0] * measurements.gps_sigma * better, _HEIGHT_NOISE[1])
+    worse = measurements.vertical / VERTICAL
+    return ExponentialNoise(_HEIGHT_NOISE[0] * measurements.gps_sigma * worse, _HEIGHT_NOISE[1])
 
 
 def total_and_difference(loads: Array) -> Array:
