@@ -78,6 +78,7 @@ A leg at rest is compressed by what it carries, and the capture shows it so; how
 force a ski is therefore where the capture has the foot. What both legs carry lowers the pelvis by load/stiffness, 10 mm where
 each carries 400 N, less than a fix's height is off. What one carries more makes up for a difference in the feet's captured heights,
 so that how stiff the leg is decides the share of the load: of the intermediate's first 5 s, as captured, μ = 0.075,
+with skis that still rolled about the captured foot,
 
 | spring in heave, pitch | load difference less that of the insoles, rms |
 |---|---|
@@ -149,8 +150,8 @@ second row from a run with the posture as captured, of those with held feet from
 | intermediate | held | 0.127 ± 0.013 | (1.31 ± 0.30)·10⁸ N/m³ | (3.5 ± 0.5)·10⁵ Pa | 0.225, 1.08 | 1.05 m | −3847 | 4, 426 s, not converged |
 | with edge friction | held | 0.151 ± 0.013 | (1.9 ± 0.6)·10⁸ N/m³ | (3.9 ± 0.8)·10⁵ Pa | 0.233, 0.94 | 0.56 m | −3520 | 8, 800 s, not converged |
 
-All rows but the first, the figures of one standard deviation above and those of the full model in the next section are of
-skis that still rolled about the captured foot. The first one came out so then: μ 0.136 ± 0.005, H (0.46 ± 0.15)·10⁸ N/m³, S_f
+All rows but the first and the figures of one standard deviation above are of skis that still rolled about the captured
+foot. The first one came out so then: μ 0.136 ± 0.005, H (0.46 ± 0.15)·10⁸ N/m³, S_f
 (0.84 ± 0.16)·10⁵ Pa, log evidence −2837, 12 rounds. With twice the stiffness in heave it ended after 3 rounds, 386 s, at 0.46 m and −3404, not converged. The paper's law finds
 the second one's μ_t 0.202 ± 0.003 and μ_n 0.891 ± 0.002, misses the track by 0.020 m, and has a log evidence of −2469 (10 rounds,
 193 s, converged): it is rightly preferred. The snow that is found is of little strength, three standard deviations below what was
