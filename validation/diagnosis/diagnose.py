@@ -24,7 +24,7 @@ from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Progress,
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.rivals import estimate_rivals
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round, compare_hypotheses
-from sssi_exudyn.validation.diagnosis.search_result import LIKELY, Figures, SearchResult, SeparateFit
+from sssi_exudyn.validation.diagnosis.search_result import Figures, SearchResult, SeparateFit
 from sssi_exudyn.validation.diagnosis.state import (
     State,
     estimate_again,
@@ -72,7 +72,7 @@ def diagnose(
     while len(accepted) < MOST_FINDINGS:
         latest = rounds[-1]
         allowed = ONCE_MORE if accepted else STANDS_OUT
-        if latest.nothing.probability > LIKELY or latest.best.fit is None:
+        if latest.nothing.probability > allowed or latest.best.fit is None:
             break
         try:
             latest, anew = estimate_rivals(problem, state, latest, full=full)
