@@ -1,6 +1,7 @@
 """Makes ``docs/semi-real.md`` of the answers that ``docs/semi-real.parquet`` holds.
 
-    python docs/make_semi_real.py COMMIT FOLDER…   keep the answers of folders that ``sssi benchmark semi-real`` made
+    python docs/make_semi_real.py COMMIT FOLDER…   keep the answers of folders that ``sssi benchmark semi-real`` made, in
+                                                   the place of those of the same recordings
     python docs/make_semi_real.py                  make the page of what is kept
 
 COMMIT names the version that answered.  Of each diagnosis the way, the track and the curves over time are left out, so
@@ -47,11 +48,13 @@ Judged = tuple[SemiReal, Answer]
 
 
 def keep(commit: str, folders: Sequence[Path]) -> None:
-    """Keep the answers of a benchmark's folders, a row a case."""
+    """Keep the answers of a benchmark's folders, a row a case, beside those of other recordings."""
     cases = [read_json(path, SemiReal) for folder in folders for path in sorted(folder.glob("*/*.json"))]
+    answered = {case.recording for case in cases}
+    every = [(case, by) for case, by in kept() if case.recording not in answered] + [(case, commit) for case in cases]
     order = [NOTHING, *FAULTS]
-    cases.sort(key=lambda case: (case.recording, order.index(case.fault), case.times))
-    columns = {"case": [to_json(_short(case)) for case in cases], "commit": [commit] * len(cases)}
+    every.sort(key=lambda row: (row[0].recording, order.index(row[0].fault), row[0].times))
+    columns = {"case": [to_json(_short(case)) for case, _ in every], "commit": [by for _, by in every]}
     pq.write_table(pa.table(columns), KEPT, compression="zstd")
 
 
@@ -61,19 +64,16 @@ def _short(case: SemiReal) -> SemiReal:
     return replace(case, diagnosis=replace(case.diagnosis, latent_force=None, track_distance=None, way=None))
 
 
-def kept() -> tuple[list[Judged], str]:
-    """The cases that are kept with what was found of each, and the version that answered."""
-    rows = read_texts(KEPT, ("case", "commit"))
-    cases = [decode((case or "").encode(), SemiReal) for case, _ in rows]
-    return [(case, judge(case)) for case in cases], rows[0][1] or ""
+def kept() -> list[tuple[SemiReal, str]]:
+    """The cases that are kept, and the version that answered each."""
+    return [(decode((case or "").encode(), SemiReal), by or "") for case, by in read_texts(KEPT, ("case", "commit"))]
 
 
 def page() -> str:
     """The page."""
-    judged, commit = kept()
+    judged = [(case, judge(case)) for case, _ in kept()]
     parts = [_head(judged), _totals(judged), _by_size(judged), _runs(judged), _answers(judged)]
-    text = TEXT.read_text(encoding="utf-8").replace("COMMIT", commit)
-    return "\n".join([*("\n".join([*part, ""]) for part in parts), text])
+    return "\n".join([*("\n".join([*part, ""]) for part in parts), TEXT.read_text(encoding="utf-8")])
 
 
 def _head(judged: Sequence[Judged]) -> list[str]:
