@@ -118,6 +118,11 @@ class SurfaceProcess:
         rest = heights - first - np.tensordot(amounts, self.surface.modes, axes=1)
         return replace(self, surface=replace(self.surface, mean=rest, amounts=tuple(amounts.tolist())))
 
+    def estimated(self, model: Model) -> SurfaceProcess:
+        """The process where the surface of ``model`` is, which has its modes."""
+        assert model.surface is not None
+        return replace(self, surface=model.surface, shaped=replace(model, surface=None).snow(self.measured)[0])
+
     def beside(self, model: Model) -> Surface:
         """The surface that the heights show beside what the model's own terms make of the snow."""
         change = replace(model, surface=None).snow(self.measured)[0] - self.shaped
