@@ -68,6 +68,11 @@ class Observation:
     usual: Mapping[str, ExponentialNoise]
 
     @property
+    def has_heights(self) -> bool:
+        """Whether the fixes' heights are among the measurements."""
+        return self.times["height"].size > 0
+
+    @property
     def moments(self) -> slice:
         """Where the moments stand."""
         return slice(self.blocks["moment_f"].start, self.blocks["moment_n"].stop)
@@ -114,7 +119,7 @@ class Observation:
         for name, place in self.blocks.items():
             if place.stop > place.start:
                 out[place] = whiten(self.times[name], out[place], levels[name], self.scale[place])
-        if self.times["height"].size:
+        if self.has_heights:
             place, origin = self.blocks["height"], self._origin(levels)
             out[place] -= np.outer(origin, origin @ out[place]) / (origin @ origin)
         return out
@@ -126,7 +131,7 @@ class Observation:
 
     def log_volume(self, levels: Mapping[str, ExponentialNoise]) -> float:
         """Σ log of what ``whiten`` divides by."""
-        origin = 0.5 * float(np.log(np.sum(self._origin(levels) ** 2))) if self.times["height"].size else 0.0
+        origin = 0.5 * float(np.log(np.sum(self._origin(levels) ** 2))) if self.has_heights else 0.0
         return origin + sum(
             log_divisors(self.times[name], levels[name], self.scale[place])
             for name, place in self.blocks.items()

@@ -119,7 +119,7 @@ class Setting:
     @property
     def of_process(self) -> NDArray[np.bool_]:
         """(k,) whether each of θ is a mode of a snow surface that no heights have shown beforehand."""
-        return self.of_surface & (self.seen.times["height"].size > 0)
+        return self.of_surface & self.seen.has_heights
 
     @property
     def means(self) -> Array:

@@ -23,6 +23,7 @@ from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, snow_grid
 from sssi_exudyn.simulation.boot_joint import BootJoint, boot_joint
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, first_place, load_at_start, reduced_run
+from sssi_exudyn.simulation.result import side_reserve
 from sssi_exudyn.simulation.steady_turn import MODES, POINTS, bending_edges, carving_module, edge_work
 
 COARSE_POINTS: Final = 50
@@ -95,7 +96,6 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
     """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
     done = carved_run(model, prepared, joint)
     series = done.series
-    most, borne = series.reserve[..., 0], series.reserve[..., 2]
     given = series.bent[..., 2:] @ done.ski.give.T
     return CarvedRun(
         run=reduced_run_of(done),
@@ -106,7 +106,7 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
         friction=series.power[:, 0],
         skid=series.power[:, 1],
         pressing=series.power[:, 2],
-        side_reserve=np.where(most > 0.0, 1.0 - borne / np.where(most > 0.0, most, 1.0), 0.0),
+        side_reserve=side_reserve(series.reserve[..., 0], series.reserve[..., 1]),
     )
 
 
@@ -178,7 +178,7 @@ def _empty_series(count: int, modes: int) -> CarvedSeries:
         force=by_ski[1],
         moment=by_ski[2],
         power=np.zeros((count, 3)),
-        reserve=np.zeros((count, 2, 3)),
+        reserve=np.zeros((count, 2, 2)),
     )
 
 

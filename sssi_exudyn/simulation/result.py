@@ -40,6 +40,12 @@ class EdgeSeries:
     across: Array
 
 
+def side_reserve(most: Array, borne: Array) -> Array:
+    """Share of what walls bear at most (…) N that they do not bear (…) N; 0 off the snow."""
+    cutting = most > 0.0
+    return np.where(cutting, 1.0 - borne / np.where(cutting, most, 1.0), 0.0)
+
+
 @dataclass(frozen=True)
 class SimulationResult:
     """One simulated run: n samples, c coordinates of which p are prescribed.

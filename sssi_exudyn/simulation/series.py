@@ -21,7 +21,7 @@ from sssi_exudyn.motion.motion import antenna_offset
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.recorder import Record
-from sssi_exudyn.simulation.result import EdgeSeries, SimulationResult
+from sssi_exudyn.simulation.result import EdgeSeries, SimulationResult, side_reserve
 from sssi_exudyn.simulation.system import System, instant
 
 
@@ -142,13 +142,12 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
 
 
 def _series_of_edges(feet: Array) -> EdgeSeries:
-    most, borne = feet[..., carved_kernel.MOST], feet[..., carved_kernel.BORNE]
     return EdgeSeries(
         yaw=feet[..., carved_kernel.YAW],
         roll=feet[..., carved_kernel.ROLL],
         heave=feet[..., carved_kernel.HEAVE],
         pitch=feet[..., carved_kernel.PITCH],
-        side_reserve=np.where(most > 0.0, 1.0 - borne / np.where(most > 0.0, most, 1.0), 0.0),
+        side_reserve=side_reserve(feet[..., carved_kernel.MOST], feet[..., carved_kernel.BORNE]),
         along=feet[..., carved_kernel.DRAGGED],
         across=feet[..., carved_kernel.USED],
     )

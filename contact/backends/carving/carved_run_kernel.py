@@ -80,7 +80,7 @@ class CarvedSeries(NamedTuple):
     acceleration : (t, 7 + 2k) of the pelvis, then of what bends each ski
     loads, sole, edges : (t, 2) N, N, rad;  friction, force, moment : (t, 2, 3) N, N, N m as in ``ReducedSeries``
     power : (t, 3) W that the snow takes from both skis by friction along and across the edges and by pressing
-    reserve : (t, 2, 3) N by ski, what the walls bear at most, what acts across the edges, and what of it is the walls'
+    reserve : (t, 2, 2) N by ski, what the walls bear at most, and what they do bear
     """
 
     place: Array
@@ -406,12 +406,9 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
                         matrix[c, i] += outwards[c]
                         matrix[i, c] += outwards[c]
                 for i in range(2):
-                    moving = 0.0
-                    for k in range(modes):
-                        moving += ski.give[i, k] * new_rate[side, 2 + k]
                     for k in range(modes):
                         slowed = joint.slowing[i] * ski.give[i, k]
-                        residual[base + 2 + k] += slowed * moving
+                        residual[base + 2 + k] += slowed * given[1 + i]
                         for j in range(modes):
                             matrix[base + 2 + k, base + 2 + j] += slowed * ski.give[i, j] * own_rate
                 normal = (snow[2, 0], snow[2, 1], snow[2, 2])
@@ -433,8 +430,7 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
                     series.power[n, 1] -= work.seen[i, 2] * work.seen[i, 8]
                     series.power[n, 2] += work.seen[i, 0] * work.seen[i, 11]
                     series.reserve[n, side, 0] += work.seen[i, 3]
-                    series.reserve[n, side, 1] += abs(work.seen[i, 2])
-                    series.reserve[n, side, 2] += work.seen[i, 12]
+                    series.reserve[n, side, 1] += work.seen[i, 12]
             for k in range(motion.area.shape[0]):
                 moving = plus(new_v, three(motion.exposed_velocity[n, k], 0))
                 facing = motion.exposed_facing[n, k]
