@@ -12,7 +12,7 @@ from typing import Final, Protocol
 import numpy as np
 
 from sssi_exudyn.core.frames import Array, level_to_enu
-from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.core.noise import ExponentialNoise, Scale
 from sssi_exudyn.fitting.gps_observation import predict_fixes
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.model import Model
@@ -47,7 +47,8 @@ class Measurements:
 
     fixes : (n,) s;  place : (n, 3) m in the level frame;  gps_sigma : m, of a horizontal fix as its instrument says
     windows : (m,) s, middles of the insoles' intervals;  loads : (m, 2) N averages over them, left and right
-    counts : (n,) what each fix counts, 1 for an ordinary one (``objective.counts_of``)
+    stated : (n,) what each fix counts by its own standard deviation, 1 for an ordinary one
+    counts : (n,) the same, less where it is far off its neighbours (``objective.counts_of``)
     vertical : standard deviation of a fix's height over that of its place, as its instrument says
     """
 
@@ -56,14 +57,18 @@ class Measurements:
     gps_sigma: float
     windows: Array
     loads: Array
+    stated: Array
     counts: Array
     vertical: float = VERTICAL
 
     @property
-    def scale(self) -> Array:
-        """(N,) by how much noisier a measurement is than its instrument's usual ones."""
-        of_fixes = 1.0 / np.sqrt(np.maximum(self.counts, _LEAST_COUNT))
-        return np.concatenate([of_fixes, of_fixes, of_fixes, np.ones(2 * len(self.windows))])
+    def scale(self) -> Scale:
+        """By how much noisier each of the N measurements is than its instrument's usual ones: fixes are for seconds
+        where they say so, and for themselves alone where they are off.
+        """
+        loads = np.ones(2 * len(self.windows))
+        lasting, total = (1.0 / np.sqrt(np.maximum(counts, _LEAST_COUNT)) for counts in (self.stated, self.counts))
+        return Scale(*(np.concatenate([fixes, fixes, fixes, loads]) for fixes in (lasting, total)))
 
     @property
     def measured(self) -> Array:
@@ -102,8 +107,8 @@ def measurements_of(recording: Recording, model: Model, start: float, stop: floa
         loads = averages(insoles.time, np.stack([insoles.left, insoles.right], axis=1), windows)
     sigma = gps.sigma[inside]
     usual = float(np.median(sigma))
-    counts = np.minimum(1.0, (usual / sigma) ** 2)
-    return Measurements(gps.time[inside], place, usual, windows, loads, counts, gps.vertical)
+    stated = np.minimum(1.0, (usual / sigma) ** 2)
+    return Measurements(gps.time[inside], place, usual, windows, loads, stated, stated, gps.vertical)
 
 
 def averages(time: Array, values: Array, windows: Array) -> Array:

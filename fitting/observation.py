@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array, level_to_enu, slope_to_level
-from sssi_exudyn.core.noise import ExponentialNoise, tail_weight
+from sssi_exudyn.core.noise import ExponentialNoise, Scale, tail_weight
 from sssi_exudyn.fitting.balance import Balance
 from sssi_exudyn.fitting.gps_observation import predict_fixes
 from sssi_exudyn.fitting.measurements import averages, height_noise, measurements_of, total_and_difference
@@ -56,7 +56,7 @@ class Observation:
 
     mass : kg of the skier, as stated
     measured : (N,);  blocks : where each stands;  times : of each block's rows (s)
-    scale : (N,) by how much noisier a row is than its block
+    scale : by how much noisier each row is than its block
     usual : noise that instruments of the stated quality show, by block
     """
 
@@ -64,7 +64,7 @@ class Observation:
     measured: Array
     blocks: Mapping[str, slice]
     times: Mapping[str, Array]
-    scale: Array
+    scale: Scale
     usual: Mapping[str, ExponentialNoise]
 
     @property
@@ -105,13 +105,16 @@ class Observation:
 
     def weighed(self, residual: Array, levels: Mapping[str, ExponentialNoise]) -> Observation:
         """The same where a row that a residual (N,) shows far off counts less, but for fixes, which have their counts:
-        a ski that strikes a bump, an insole that slips.
+        a ski that strikes a bump, an insole that slips.  That lasts; a height is far off for itself alone.
         """
-        scale = self.scale.copy()
+        more = np.ones(len(residual))
         for name, place in self.blocks.items():
             if name not in GROUPS["fixes"]:
-                scale[place] /= np.sqrt(tail_weight((residual[place] / (scale[place] * levels[name].sigma)) ** 2, 1))
-        return replace(self, scale=scale)
+                far = residual[place] / (self.scale.total[place] * levels[name].sigma)
+                more[place] = 1.0 / np.sqrt(tail_weight(far**2, 1))
+        lasting = more.copy()
+        lasting[self.blocks["height"]] = 1.0
+        return replace(self, scale=Scale(self.scale.lasting * lasting, self.scale.total * more))
 
     def whiten(self, levels: Mapping[str, ExponentialNoise], columns: Array) -> Array:
         """Columns (N, c) as they are in units of independent noise, heights without what all of them have in common."""
@@ -164,16 +167,15 @@ def observation_of(
             np.zeros(3 * len(windows)),
         ]
     )
-    scale = np.ones(len(measured))
-    of_fixes = sum(len(time) for time in fixes)
-    scale[:of_fixes] = replace(seen, counts=counts).scale[:of_fixes]
+    of_fixes = replace(seen, counts=counts).scale[: sum(len(time) for time in fixes)]
+    others = np.ones(len(measured) - len(of_fixes.total))
     load = max(float(seen.loads.sum(axis=1).mean()) if len(seen.loads) else 0.0, 1.0)
     return Observation(
         mass=recording.skier.mass,
         measured=measured,
         blocks={name: slice(int(a), int(b)) for name, a, b in zip(BLOCKS, edges[:-1], edges[1:], strict=True)},
         times=dict(zip(BLOCKS, times, strict=True)),
-        scale=scale,
+        scale=Scale(*(np.concatenate([part, others]) for part in (of_fixes.lasting, of_fixes.total))),
         usual=_usual_noise(seen.gps_sigma, load, recording.uncertainty) | {"height": height_noise(seen)},
     )
 

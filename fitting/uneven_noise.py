@@ -1,7 +1,9 @@
 """Noise of which single samples have more (``core.noise.uneven_covariance``), made white sample by sample.
 
-e = σ₀ (a + d b): the state (a, b) is Markov, so a Kalman filter makes independent numbers of the samples, with their
-derivatives by the correlation time.  Source: Särkkä, Bayesian Filtering and Smoothing (2013), ch. 4 and 12.
+e = σ₀ (a + d b + √r c): the state (a, b) is Markov and c independent, so a Kalman filter makes independent numbers of
+the samples, with their derivatives by the correlation time.
+
+Source: Särkkä, Bayesian Filtering and Smoothing (2013), ch. 4 and 12.
 """
 
 from __future__ import annotations
@@ -9,14 +11,14 @@ from __future__ import annotations
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise, draw_noise, excess
+from sssi_exudyn.core.noise import ExponentialNoise, Scale, draw_noise
 from sssi_exudyn.core.noise import log_divisors as even_log_divisors
 from sssi_exudyn.core.noise import whiten as whiten_even
 from sssi_exudyn.core.noise import whiten_with_slope as whiten_even_with_slope
 from sssi_exudyn.runtime.jit import njit
 
 
-def whiten(time: Array, columns: Array, noise: ExponentialNoise, scale: Array) -> Array:
+def whiten(time: Array, columns: Array, noise: ExponentialNoise, scale: Scale) -> Array:
     """Columns as independent numbers of variance one, if they are such noise.
 
     Parameters
@@ -24,55 +26,52 @@ def whiten(time: Array, columns: Array, noise: ExponentialNoise, scale: Array) -
     time : (n,) s, increasing
     columns : (n, c), independent of each other
     noise : of a sample of scale one
-    scale : (n,) by how much noisier each sample is, above 0
+    scale : of the n samples
 
     Returns (n, c).
     """
     base = _least(noise, scale)
-    if _even(scale):
+    if scale.even:
         return whiten_even(time, columns, base)
-    white, _, _, _ = _filter(*_steps(time, noise), excess(scale), columns, slope=False)
+    white, _, _, _ = _filter(*_steps(time, noise), scale.excess, scale.alone, columns, slope=False)
     return np.asarray(white / base.sigma)
 
 
-def whiten_with_slope(time: Array, columns: Array, noise: ExponentialNoise, scale: Array) -> tuple[Array, Array, float]:
+def whiten_with_slope(time: Array, columns: Array, noise: ExponentialNoise, scale: Scale) -> tuple[Array, Array, float]:
     """What ``whiten`` gives, its derivative by the correlation time's logarithm, and that of ``log_divisors``;
     arguments as there, the correlation time above 0.
     """
     base = _least(noise, scale)
-    if _even(scale):
+    if scale.even:
         return whiten_even_with_slope(time, columns, base)
-    white, slope, _, by_volume = _filter(*_steps(time, noise), excess(scale), columns, slope=True)
+    white, slope, _, by_volume = _filter(*_steps(time, noise), scale.excess, scale.alone, columns, slope=True)
     return white / base.sigma, slope / base.sigma, float(by_volume)
 
 
-def log_divisors(time: Array, noise: ExponentialNoise, scale: Array) -> float:
+def log_divisors(time: Array, noise: ExponentialNoise, scale: Scale) -> float:
     """Σ log of what ``whiten`` divides by: what turns a density of whitened numbers into one of the measured ones; the
     correlation time above 0.
     """
     base = _least(noise, scale)
-    if _even(scale):
+    if scale.even:
         return even_log_divisors(time, base)
-    _, _, volume, _ = _filter(*_steps(time, noise), excess(scale), np.zeros((len(time), 0)), slope=False)
+    none = np.zeros((len(time), 0))
+    _, _, volume, _ = _filter(*_steps(time, noise), scale.excess, scale.alone, none, slope=False)
     return len(time) * float(np.log(base.sigma)) + float(volume)
 
 
-def draw_uneven_noise(rng: np.random.Generator, time: Array, noise: ExponentialNoise, scale: Array) -> Array:
+def draw_uneven_noise(rng: np.random.Generator, time: Array, noise: ExponentialNoise, scale: Scale) -> Array:
     """(n,) of such noise; arguments as for ``log_divisors``."""
-    least, more = float(np.min(scale)), excess(scale)
     drawn = draw_noise(rng, time, noise)
-    if np.any(more > 0.0):
-        drawn = drawn + more * draw_noise(rng, time, noise)
-    return np.asarray(least * drawn)
+    if not scale.even:
+        drawn = drawn + scale.excess * draw_noise(rng, time, noise)
+        drawn = drawn + noise.sigma * np.sqrt(scale.alone) * rng.normal(size=len(time))
+    return np.asarray(scale.least * drawn)
 
 
-def _least(noise: ExponentialNoise, scale: Array) -> ExponentialNoise:
+def _least(noise: ExponentialNoise, scale: Scale) -> ExponentialNoise:
     """The noise of the least noisy samples."""
-    return ExponentialNoise(float(np.min(scale)) * noise.sigma, noise.correlation_time)
-
-
-def _even(scale: Array) -> bool:
-    return bool(np.all(scale == np.min(scale)))
+    return ExponentialNoise(scale.least * noise.sigma, noise.correlation_time)
 
 
 def _steps(time: Array, noise: ExponentialNoise) -> tuple[Array, Array, Array]:
@@ -89,11 +88,11 @@ def _steps(time: Array, noise: ExponentialNoise) -> tuple[Array, Array, Array]:
 
 
 @njit(cache=True, error_model="numpy")
-def _filter(kept, kept_slope, fresh, more, columns, slope):
+def _filter(kept, kept_slope, fresh, more, alone, columns, slope):
     """Innovations in standard deviations (n, c), Σ log of these, and, with ``slope``, derivatives of both by the
     correlation time's logarithm.
 
-    kept, kept_slope, fresh : (n,) φ, its derivative, 1 − φ²;  more : (n,) d
+    kept, kept_slope, fresh : (n,) φ, its derivative, 1 − φ²;  more, alone : (n,) d, r
     """
     n, c = columns.shape
     white, by_time = np.zeros((n, c)), np.zeros((n if slope else 0, c))
@@ -108,7 +107,7 @@ def _filter(kept, kept_slope, fresh, more, columns, slope):
         aa1, ab1, bb1 = ff1 * (aa - 1.0) + ff * aa1, ff1 * ab + ff * ab1, ff1 * (bb - 1.0) + ff * bb1
         aa, ab, bb = ff * aa + fresh[k], ff * ab, ff * bb + fresh[k]
         at_a, at_b = aa + d * ab, ab + d * bb
-        spread = at_a + d * at_b
+        spread = at_a + d * at_b + alone[k]
         root = np.sqrt(spread)
         gain_a, gain_b = at_a / spread, at_b / spread
         volume += np.log(root)

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
@@ -35,6 +36,41 @@ class ExponentialNoise:
 
     sigma: float
     correlation_time: float
+
+
+@dataclass(frozen=True)
+class Scale:
+    """By how much noisier samples are than usual ones.
+
+    lasting : (n,) above 0, by what neighbours share: a receiver has lost its solution for seconds
+    total : (n,) with what a sample has for itself alone: a fix that is far off; nowhere below ``lasting``
+    """
+
+    lasting: Array
+    total: Array
+
+    def __getitem__(self, rows: slice | NDArray[np.bool_]) -> Scale:
+        return Scale(self.lasting[rows], self.total[rows])
+
+    @property
+    def least(self) -> float:
+        """s₀, that of the least noisy samples."""
+        return float(np.min(self.lasting))
+
+    @property
+    def excess(self) -> Array:
+        """(n,) d = √((s/s₀)² − 1) of what lasts."""
+        return np.asarray(np.sqrt(np.maximum((self.lasting / self.least) ** 2 - 1.0, 0.0)))
+
+    @property
+    def alone(self) -> Array:
+        """(n,) r, variance of what each sample has for itself, in units of that of the least noisy samples."""
+        return np.asarray(np.maximum(self.total**2 - self.lasting**2, 0.0) / self.least**2)
+
+    @property
+    def even(self) -> bool:
+        """Whether all samples are alike."""
+        return bool(np.all(self.total == self.least))
 
 
 def tail_weight(square: Array, dimensions: int) -> Array:
@@ -86,24 +122,20 @@ def log_divisors(time: Array, noise: ExponentialNoise) -> float:
     return len(time) * float(np.log(noise.sigma)) + 0.5 * float(np.sum(np.log(-np.expm1(-2.0 * decay))))
 
 
-def excess(scale: Array) -> Array:
-    """(n,) d = √((s/s₀)² − 1) of samples that are s times noisier than usual, s₀ the least of these."""
-    return np.asarray(np.sqrt(np.maximum((scale / np.min(scale)) ** 2 - 1.0, 0.0)))
+def uneven_covariance(time: Array, noise: ExponentialNoise, scale: Scale) -> Array:
+    """(n, n) of noise that is ``scale`` times larger at some samples at ``time`` (n,) s; the correlation time above 0.
 
+        e = σ₀ (a + d b + √r c),   σ₀ = s₀ σ
 
-def uneven_covariance(time: Array, noise: ExponentialNoise, scale: Array) -> Array:
-    """(n, n) of noise that is ``scale`` (n,) times larger at single samples at ``time`` (n,) s: a fix that is far off,
-    a receiver that has lost its solution; the correlation time above 0.
-
-        e = σ₀ (a + d b),   σ₀ = s₀ σ
-
-    a and b are independent processes of variance one with the same correlation, d the ``excess``: so a sample that is
-    far off carries no information on its neighbours.  Were the noise s σ a instead, a fix off by half a metre would
-    fix its neighbours' error, a twentieth of its own, to a few millimetres.
+    a and b are independent processes of variance one with the same correlation, d the ``excess``, and c is independent
+    from sample to sample, r what a sample has ``alone``.  So a sample that is far off carries no information on its
+    neighbours.  Were the noise s σ a instead, a fix off by half a metre would fix its neighbours' error, a twentieth
+    of its own, to a few millimetres; and were single outliers part of b, one that is off to the other side of a spell
+    would be next to impossible.
     """
-    more = excess(scale)
+    more = scale.excess
     decay = np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
-    return np.asarray((float(np.min(scale)) * noise.sigma) ** 2 * decay * (1.0 + np.outer(more, more)))
+    return np.asarray((scale.least * noise.sigma) ** 2 * (decay * (1.0 + np.outer(more, more)) + np.diag(scale.alone)))
 
 
 def draw_noise(rng: np.random.Generator, time: Array, noise: ExponentialNoise) -> Array:

@@ -23,7 +23,7 @@ from scipy.linalg import block_diag, cho_solve, cholesky
 from scipy.optimize import minimize_scalar
 
 from sssi_exudyn.core.frames import GRAVITY, Array
-from sssi_exudyn.core.noise import ExponentialNoise, tail_weight, uneven_covariance
+from sssi_exudyn.core.noise import ExponentialNoise, Scale, tail_weight, uneven_covariance
 from sssi_exudyn.terrain.surface import MOST_MODES, Surface, surface_over
 
 OFFSET: Final = 10.0
@@ -332,7 +332,8 @@ def _own_errors(heights: Heights) -> Array:
     """(n, n) m² of one run's heights by their origin and the receiver's slow error."""
     noise = replace(heights.noise, correlation_time=max(heights.noise.correlation_time, 1e-9))
     # fixes that say they are less sure are off together
-    return OFFSET**2 + uneven_covariance(heights.time, noise, heights.sigma / np.median(heights.sigma))
+    stated = heights.sigma / np.median(heights.sigma)
+    return OFFSET**2 + uneven_covariance(heights.time, noise, Scale(stated, stated))
 
 
 def _of_surface(a: Array, b: Array, amplitude: float) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from bundled import bundled
 
-from sssi_exudyn.core.noise import ExponentialNoise, uneven_covariance
+from sssi_exudyn.core.noise import ExponentialNoise, Scale, uneven_covariance
 from sssi_exudyn.fitting.noise_levels import LinearRun
 from sssi_exudyn.fitting.observation import Observation, observation_of
 from sssi_exudyn.model.from_recording import model_of
@@ -59,7 +59,7 @@ def test_where_heights_count_from_is_not_known() -> None:
     none = np.zeros(0)
     blocks = dict.fromkeys(("x", "y", "load", "difference", "speed_x", "speed_y"), slice(0, 0))
     blocks |= {"height": slice(0, 12)} | dict.fromkeys(("moment_f", "moment_l", "moment_n"), slice(12, 12))
-    noise, scale = ExponentialNoise(0.03, 1.5), np.where(np.arange(12) == 4, 3.0, 1.0)
+    noise, scale = ExponentialNoise(0.03, 1.5), Scale(np.ones(12), np.where(np.arange(12) == 4, 3.0, 1.0))
     times = {**dict.fromkeys(blocks, none), "height": time}
     seen = Observation(75.0, rng.normal(size=12), blocks, times, scale, {"height": noise})
     columns = rng.normal(size=(12, 2))

@@ -245,7 +245,7 @@ def test_single_samples_that_are_far_off_count_less_but_fixes_keep_their_counts(
     place = seen.blocks["moment_l"]
     residual[place.start] = 10.0 * seen.usual["moment_l"].sigma
     residual[seen.blocks["x"].start] = 10.0 * seen.usual["x"].sigma
-    share = seen.weighed(residual, seen.usual).scale / seen.scale
+    share = seen.weighed(residual, seen.usual).scale.total / seen.scale.total
     # 2.5 standard deviations count fully; beyond, the weight falls with the square
     assert share[place.start] == pytest.approx(10.0 / 2.5, rel=1e-3)
     assert share[place.start + 1] == 1.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise, uneven_covariance
+from sssi_exudyn.core.noise import ExponentialNoise, Scale, uneven_covariance
 from sssi_exudyn.core.noise import whiten as whiten_even
 from sssi_exudyn.fitting.uneven_noise import (
     draw_uneven_noise,
@@ -16,12 +16,14 @@ from sssi_exudyn.fitting.uneven_noise import (
 NOISE = ExponentialNoise(sigma=0.3, correlation_time=2.0)
 
 
-def drawn(n: int = 60) -> tuple[Array, Array, Array]:
-    """Times (n,), scales (n,) with a spell and single samples that are noisier, columns (n, 4)."""
+def drawn(n: int = 60) -> tuple[Array, Scale, Array]:
+    """Times (n,), scales (n,) with a spell and single samples that are noisier, within it too, columns (n, 4)."""
     rng = np.random.default_rng(1)
-    scale = np.where(rng.uniform(size=n) < 0.1, 20.0, 1.2)
-    scale[20:30] = 12.0
-    return np.cumsum(rng.uniform(0.02, 0.3, n)), scale, rng.normal(size=(n, 4))
+    lasting = np.full(n, 1.2)
+    lasting[20:30] = 12.0
+    total = np.where(rng.uniform(size=n) < 0.2, 20.0, lasting)
+    assert np.any(total[20:30] > 12.0)
+    return np.cumsum(rng.uniform(0.02, 0.3, n)), Scale(lasting, total), rng.normal(size=(n, 4))
 
 
 def test_it_is_the_dense_covariance() -> None:
@@ -31,17 +33,21 @@ def test_it_is_the_dense_covariance() -> None:
     # the filter and the dense inverse are the same number: rounding of a 60 x 60 solve only
     np.testing.assert_allclose(white.T @ white, columns.T @ np.linalg.solve(dense, columns), rtol=1e-9)
     assert log_divisors(time, NOISE, scale) == pytest.approx(0.5 * np.linalg.slogdet(dense)[1], rel=1e-12)
-    np.testing.assert_allclose(np.diag(dense), (NOISE.sigma * scale) ** 2, rtol=1e-12)
+    np.testing.assert_allclose(np.diag(dense), (NOISE.sigma * scale.total) ** 2, rtol=1e-12)
 
 
 def test_equal_scales_only_scale() -> None:
     time, _, columns = drawn()
-    scale = np.full(len(time), 3.0)
+    three = np.full(len(time), 3.0)
+    scale = Scale(three, three)
     even = whiten_even(time, columns, ExponentialNoise(3.0 * NOISE.sigma, NOISE.correlation_time))
     np.testing.assert_array_equal(whiten(time, columns, NOISE, scale), even)
     # and the filter itself gives the same where almost nothing is uneven
-    scale[-1] *= 1.0 + 1e-13
-    np.testing.assert_allclose(whiten(time, columns, NOISE, scale), even, rtol=1e-9, atol=1e-9)
+    more = three.copy()
+    more[-1] *= 1.0 + 1e-13
+    for uneven in (Scale(more, more), Scale(three, more)):
+        assert not uneven.even
+        np.testing.assert_allclose(whiten(time, columns, NOISE, uneven), even, rtol=1e-9, atol=1e-9)
 
 
 def test_slopes_are_those_of_differences() -> None:
@@ -60,19 +66,37 @@ def test_slopes_are_those_of_differences() -> None:
 def test_a_sample_that_is_far_off_carries_no_information_on_its_neighbours() -> None:
     time = 0.1 * np.arange(41)
     residual = np.full(41, 0.3)  # a slow error of one standard deviation
-    usual = np.sum(whiten(time, residual[:, None], NOISE, np.ones(41)) ** 2)
+    one = np.ones(41)
+    usual = np.sum(whiten(time, residual[:, None], NOISE, Scale(one, one)) ** 2)
     far = residual.copy()
     far[20] = 6.0
-    scale = np.ones(41)
-    scale[20] = 20.0
+    total = one.copy()
+    total[20] = 20.0
     # one more sample, off by its own standard deviation; scaled alone, its neighbours would be off by some three each
-    assert np.sum(whiten(time, far[:, None], NOISE, scale) ** 2) == pytest.approx(usual, abs=1.2)
+    for lasting in (one, total):
+        white = whiten(time, far[:, None], NOISE, Scale(lasting, total))
+        assert np.sum(white**2) == pytest.approx(usual, abs=1.2)
+
+
+def test_a_fix_may_be_off_to_the_other_side_of_a_spell() -> None:
+    time = 0.2 * np.arange(41)
+    lasting = np.where(np.abs(time - 4.0) < 1.5, 10.0, 1.0)
+    residual = np.where(lasting > 1.0, 3.0, 0.0)[:, None]  # of a spell that is off by its standard deviation
+    residual[20] = -6.0
+    total = lasting.copy()
+    total[20] = 30.0  # 9 m
+    alone = np.sum(whiten(time, residual, NOISE, Scale(lasting, total)) ** 2)
+    together = np.sum(whiten(time, residual, NOISE, Scale(total, total)) ** 2)
+    residual[20] = 3.0
+    without = np.sum(whiten(time, residual, NOISE, Scale(lasting, lasting)) ** 2)
+    assert alone == pytest.approx(without, abs=1.5)  # one more sample, off by its own standard deviation
+    assert together > without + 10.0
 
 
 def test_white_noise_is_only_scaled() -> None:
     _, scale, columns = drawn()
     white = whiten(np.arange(60.0), columns, ExponentialNoise(0.5, 0.0), scale)
-    np.testing.assert_allclose(white, columns / (0.5 * scale[:, None]), rtol=1e-12)
+    np.testing.assert_allclose(white, columns / (0.5 * scale.total[:, None]), rtol=1e-12)
 
 
 def test_what_is_drawn_is_white_once_whitened() -> None:

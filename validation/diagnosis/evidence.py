@@ -256,7 +256,7 @@ def fewer_columns(measurements: Measurements, columns: Array) -> Array:
     noise = np.ones(len(columns))
     for name, place in measurements.blocks.items():
         noise[place] = usual.of(name).sigma
-    noise *= measurements.scale
+    noise *= measurements.scale.total
     directions, sizes, _ = np.linalg.svd(columns / noise[:, None], full_matrices=False)
     kept = sizes > _UNSEEN
     return np.asarray(noise[:, None] * directions[:, kept] * sizes[kept])

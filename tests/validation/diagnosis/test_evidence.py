@@ -39,13 +39,15 @@ LEVELS = NoiseLevels(
 
 def instruments(fixes: int = 12, windows: int = 7) -> Measurements:
     rng = np.random.default_rng(1)
+    stated = rng.uniform(0.2, 1.0, size=fixes)
     return Measurements(
         0.1 * np.arange(fixes),
         rng.normal(size=(fixes, 3)),
         0.02,
         0.1 * np.arange(windows),
         400.0 + rng.normal(size=(windows, 2)),
-        rng.uniform(0.2, 1.0, size=fixes),
+        stated,
+        np.where(np.arange(fixes) == 4, 0.1, stated),
     )
 
 
@@ -70,9 +72,11 @@ def covariance(given: LinearModel) -> Array:
     found = np.zeros((size, size))
     for name, place in given.measurements.blocks.items():
         time, noise, scale = given.measurements.time_of(name), LEVELS.of(name), given.measurements.scale[place]
-        more = np.sqrt((scale / scale.min()) ** 2 - 1.0)
+        least = scale.lasting.min()
+        more = np.sqrt((scale.lasting / least) ** 2 - 1.0)
+        alone = np.diag(scale.total**2 - scale.lasting**2)
         alike = np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
-        found[place, place] = (scale.min() * noise.sigma) ** 2 * alike * (1.0 + np.outer(more, more))
+        found[place, place] = noise.sigma**2 * (least**2 * alike * (1.0 + np.outer(more, more)) + alone)
     posture, surface = LEVELS.posture * given.posture, LEVELS.surface * given.surface
     return found + posture @ posture.T + surface @ surface.T
 

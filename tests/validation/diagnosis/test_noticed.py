@@ -20,7 +20,9 @@ def test_an_effect_of_the_smallest_size_is_found_as_often_as_not(monkeypatch: py
     """Noise left out, an effect of that size has the odds from which something is found."""
     given = replace(linear_model(), residual=np.zeros(len(linear_model().residual)))
     rng = np.random.default_rng(3)
-    freedom = Freedom(given.measurements.scale[:, None] * rng.normal(size=(len(given.residual), 1)), np.array([0.2]))
+    freedom = Freedom(
+        given.measurements.scale.total[:, None] * rng.normal(size=(len(given.residual), 1)), np.array([0.2])
+    )
     hypothesis = BY_NAME["gust"]
     monkeypatch.setattr(Model, "about", lambda _self, _name: type("About", (), {"unit": "m/s"}))
     candidate = Candidate(Model.__new__(Model), freedom, (("gust.w_f",),))
