@@ -92,6 +92,7 @@ def _noticed(recording: Recording) -> Noticed:
 class SurfaceProcess:
     """The snow surface of a run as a process of which the heights are one measurement among others.
 
+    amplitude : m, by which the waves of such a surface usually leave the plane
     surface : an estimate of it; the modes are those of before any height was known, the first two the plane's tilt
     ground : what an elevation model makes of it, or the level plane
     places : (p, 2) m along the run's way and around it
@@ -101,6 +102,7 @@ class SurfaceProcess:
     smooth : (p, m), how these follow from the measured ones
     """
 
+    amplitude: float
     surface: Surface
     ground: Surface
     places: Array
@@ -142,7 +144,8 @@ def surface_process(model: Model, recording: Recording, motion: Motion) -> Surfa
     heights = found.estimate.heights
     surface, ground = replace(surface, mean=surface.mean + found.ground), replace(found.empty, mean=found.ground)
     shaped = replace(model, surface=None).snow(heights.all_places)[0]
-    return SurfaceProcess(surface, ground, places, heights.all_places, shaped, follow, smooth)
+    amplitude = found.estimate.amplitude
+    return SurfaceProcess(amplitude, surface, ground, places, heights.all_places, shaped, follow, smooth)
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,8 @@ AMPLITUDE: Final = (0.3, 1.0)
 """m, by which a groomed slope usually leaves its plane, and the standard deviation of its logarithm."""
 WAVES: Final = ((0.33, 6.0), (0.67, 15.0), (1.33, 40.0))
 """Amplitude of the waves of an ordinary slope over its own, and length (m): waves of each length make slopes alike."""
+STEEPNESS: Final = float(np.sqrt(5.0 / 3.0 * sum((share / length) ** 2 for share, length in WAVES)))
+"""1/m, root mean square slope of such waves for a metre of amplitude (of Matérn 5/2, √(5/3)/length)."""
 _AMPLITUDES: Final = (0.003, 5.0)
 SHORT: Final = 0.5
 """Share of the noise that is independent from fix to fix."""

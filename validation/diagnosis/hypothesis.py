@@ -128,6 +128,8 @@ class Hypothesis(ABC):
     moves_all : it moves the whole track by far more than the noise, so that a linear response is a poor start of a fit,
         which then begins on both sides
     shapes_snow : the snow surface, were it free, would take up most of it before it is where it belongs
+    natural : of what shapes the snow: how large a natural slope's own is, a standard deviation in its unit for a metre
+        of the slope's waves
     comes_again : it is there again on another pass of the slope
     distinctions : measurements that would distinguish it from others; each pair stands with one of the two
     """
@@ -140,6 +142,7 @@ class Hypothesis(ABC):
     weight: ClassVar[float] = 1.0
     moves_all: ClassVar[bool] = False
     shapes_snow: ClassVar[bool] = False
+    natural: ClassVar[float] = 0.0
     comes_again: ClassVar[bool] = True
     distinctions: ClassVar[tuple[Distinction, ...]] = ()
 

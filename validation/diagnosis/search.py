@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
+from scipy.stats import norm
 
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
@@ -60,6 +61,7 @@ class Explanation:
     levels : of the noise under it
     size : one of ``SIZES``
     log_place : what searching all places adds to the log evidence of the best one, below 0
+    log_natural : of what shapes the snow: density of its size were it the slope's own, over that were it not
     """
 
     name: str
@@ -70,6 +72,7 @@ class Explanation:
     levels: NoiseLevels
     size: float = 1.0
     log_place: float = 0.0
+    log_natural: float = -np.inf
 
 
 @dataclass(frozen=True)
@@ -237,7 +240,23 @@ def weigh_refit(
     placed = linear_model(problem, state, _fix_places(base, explanation.candidate, fit))
     levels, evidence = best_levels(placed, explanation.levels)
     spread = float(np.logaddexp.reduce(by_size) - np.log(len(SIZES)) - by_size[SIZES.index(explanation.size)])
-    return replace(explanation, log_evidence=evidence + spread + explanation.log_place, fit=fit, levels=levels)
+    return replace(
+        explanation,
+        log_evidence=evidence + spread + explanation.log_place,
+        fit=fit,
+        levels=levels,
+        log_natural=_log_natural(problem, explanation, fit, levels),
+    )
+
+
+def _log_natural(problem: DiagnosisProblem, explanation: Explanation, fit: Refit, levels: NoiseLevels) -> float:
+    """``Explanation.log_natural``; the slope's waves are those that the explanation leaves."""
+    hypothesis, candidate = BY_NAME[explanation.name], explanation.candidate
+    if not hypothesis.shapes_snow or problem.ground is None or candidate is None:
+        return -np.inf
+    found = fit.model.value(candidate.amplitudes[0][0])
+    usual, natural = candidate.free.scales[0], hypothesis.natural * levels.surface * problem.ground.amplitude
+    return float(norm.logpdf(found, scale=natural) - norm.logpdf(found, scale=usual))
 
 
 def _fix_places(base: Refit, candidate: Candidate, fit: Refit) -> Refit:
@@ -278,6 +297,7 @@ def _values_beside(candidate: Candidate) -> list[dict[str, float]]:
 
 def rank_by_probability(found: Sequence[Explanation], explained: float) -> tuple[Explanation, ...]:
     """All explanations of a round with their probabilities, the most probable first."""
-    odds = probabilities([each.name for each in found], np.array([each.log_evidence for each in found]), explained)
+    evidence, natural = (np.array([getattr(each, key) for each in found]) for key in ("log_evidence", "log_natural"))
+    odds = probabilities([each.name for each in found], evidence, explained, natural)
     ranked = [replace(each, probability=float(p)) for each, p in zip(found, odds, strict=True)]
     return tuple(sorted(ranked, key=lambda each: -each.probability))

@@ -17,6 +17,10 @@ SIZES: Final = (0.5, 1.0, 2.0)
 """An effect may be weaker or stronger than usual; each counts a third."""
 NOTHING: Final = 0.5
 """Prior probability that nothing is missing."""
+NATURAL: Final = 0.2
+"""Share of natural slopes that have a roll, or steepen, as their waves do not foresee: these stand in groups, and are
+no Gaussian process.  Of 20 blind runs with no roll hidden, four had one of log evidence 2.8 to 11.3.
+"""
 STANDS_OUT: Final = 0.2
 """Probability of nothing missing above which there is no finding."""
 SHAPELESS: Final = 150.0
@@ -62,12 +66,17 @@ class Mixture:
         return float(self.weights @ self.means)
 
 
-def probabilities(names: Sequence[str], log_evidence: Array, explained: float = 0.0) -> Array:
+def probabilities(
+    names: Sequence[str], log_evidence: Array, explained: float = 0.0, log_natural: Array | None = None
+) -> Array:
     """Posterior probabilities (…,) of hypotheses by their names, "" for nothing.
 
     Differences of log evidence count less than they are (``TEMPER``), and less still the more there is to explain
     (``SHAPELESS``).  What was ``explained`` (log evidence) by earlier findings makes nothing more probable: the
     residual of a strong effect is partly its own form, which nobody knows.
+
+    With ``log_natural``, the density of each one's size were it the slope's own over that were it not, what shapes the
+    snow may be the slope's own: then nothing is missing, as the surface has it.
     """
     whole = sum(BY_NAME[name].weight for name in names if name)
     shares = [(1.0 - NOTHING) * BY_NAME[name].weight / whole if name else NOTHING for name in names]
@@ -77,5 +86,8 @@ def probabilities(names: Sequence[str], log_evidence: Array, explained: float = 
     shapeless = np.full(len(behind), 1.0 + gain / SHAPELESS)
     shapeless[nothing] += explained / SHAPELESS
     logs = np.log(shares) - behind / shapeless
+    if log_natural is not None:
+        own = np.log(NATURAL * NOTHING) - behind / shapeless + log_natural
+        logs[nothing] = np.logaddexp.reduce([logs[nothing], *own])
     odds = np.exp(logs - logs.max())
     return np.asarray(odds / odds.sum())

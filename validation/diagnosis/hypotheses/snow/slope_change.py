@@ -4,6 +4,7 @@ import numpy as np
 
 from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.terrain.from_heights import STEEPNESS
 from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, Numbers, Terrain, by_sign
 
 
@@ -16,6 +17,7 @@ class OtherInclination(Terrain):
     smallest = "an inclination that changes by {degrees:.1f}°"
     amplitude = "delta"
     scale = 0.03
+    natural = 2.0 * STEEPNESS  # twice the waves' slopes
     widths = (3.0, 10.0)
     distinctions = (Distinction(("terrain_bump",), "a survey of the piste"),)
 

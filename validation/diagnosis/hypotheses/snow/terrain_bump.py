@@ -13,6 +13,7 @@ class RollOrDip(Terrain):
     caption = "a roll or a dip of the piste"
     amplitude = "rise"
     scale = 0.25
+    natural = 2.0  # a single roll of twice the waves
     widths = (2.0, 4.0, 8.0)
     distinctions = (Distinction(("gps_jump",), "a second receiver, or a survey of the piste"),)
 
