@@ -72,8 +72,8 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, p
         found = {
             name: _search(folder, out / name, reduced, progress) for folder, name in zip(folders, names, strict=True)
         }
-        with progress.stage("compare together"):
-            explanations = compare_for_day([each.separate_fit() for _, each in found.values()])
+        with progress.stage("compare together") as stage:
+            explanations = compare_for_day([each.separate_fit() for _, each in found.values()], stage.advance)
         sentence = sentence_of_day(explanations, len(names), found[names[0]][1].model)
         hashes = {
             f"{name}/{file}": digest

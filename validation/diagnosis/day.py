@@ -3,29 +3,54 @@
 What one run cannot distinguish, several may: friction and drag take the same speed from one run, but not from a slow
 and a fast one.  Friction along and across the ski is one number for all runs, and so is the strength of whatever acts
 everywhere; starts, headings, mountings and the capture's errors are each run's own.
+
+Laws are compared by their linear responses first.  The best of them are then fitted to all runs together with the real
+term: by turns all runs have their own numbers fitted beside the shared ones, and these follow from all runs' responses
+about that.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from sssi_exudyn.contact.term import Term
+from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, NoiseLevels, log_volume, whiten_columns
+from sssi_exudyn.runtime.threads import side_by_side
+from sssi_exudyn.validation.diagnosis.evidence import (
+    Freedom,
+    LinearModel,
+    NoiseLevels,
+    best_levels,
+    log_prior,
+    log_volume,
+    whiten_columns,
+)
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, add_part, responses_of
+from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, SteadyLaw, add_part, name_in_model, responses_of
+from sssi_exudyn.validation.diagnosis.refit import Parameter
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Number
 from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
+from sssi_exudyn.validation.diagnosis.state import fit_model, fitted_run, linear_model
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, SIZES, probabilities
 
 SHARED: Final = ("friction.mu_t", "friction.mu_n")
+_WORTHWHILE: Final = 12.0
+"""A law whose linear evidence is worse than the best by more than this is not fitted."""
+_FINALISTS: Final = 4
+_HELD: Final = 1e-3
+"""Of its usual size, to which a shared number is held while the runs' own are fitted."""
+_TURNS: Final = 4
+_SETTLED: Final = 0.1
+"""Standard deviations by which shared numbers move when they have been found."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +68,16 @@ class DayRun:
 
 @dataclass(frozen=True)
 class DayExplanation:
-    """An explanation of the whole day, or that nothing is missing, and its numbers, those of friction first."""
+    """An explanation of the whole day, or that nothing is missing, and its numbers, those of friction first.
+
+    fitted : whether it was fitted to all runs with the real term; otherwise it is as linear responses have it
+    """
 
     name: str
     probability: float
     log_evidence: float
     numbers: dict[str, Number]
+    fitted: bool = True
 
 
 def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = None) -> tuple[float, Array, Array]:
@@ -81,52 +110,174 @@ def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = Non
     return evidence, scales * found[:count], scales * np.sqrt(np.diag(inverse[:count]))
 
 
-def day_run(own: SeparateFit) -> DayRun:
-    """What the day needs of a run."""
+def day_run(own: SeparateFit, linear: LinearModel, levels: NoiseLevels) -> DayRun:
+    """What the day needs of a run whose linear model is about its own fit, or about one with as many parameters."""
     names = [p.names[0] for p in own.fit.parameters]
-    mounting = own.linear.free.columns.shape[1] - len(names)  # those of the instruments' mounting come first
-    return DayRun(own.linear, own.levels, tuple(mounting + names.index(name) for name in SHARED))
+    mounting = linear.free.columns.shape[1] - len(names)  # those of the instruments' mounting come first
+    return DayRun(linear, levels, tuple(mounting + names.index(name) for name in SHARED))
 
 
-def _responses(fitted: FittedRun, parts: Sequence[Term | Sensor]) -> list[Array]:
-    """(N, amplitudes) of the laws ``parts`` of all ``STEADY_LAWS``, in one pass over the run."""
-    probes = [hypothesis.probes_of(fitted.model, part) for hypothesis, part in zip(STEADY_LAWS, parts, strict=True)]
-    columns = responses_of([p for some in probes for p in some], fitted.prepared, fitted.measurements)
-    return np.split(columns, np.cumsum([len(some) for some in probes])[:-1], axis=1)
+@dataclass(frozen=True)
+class _Law:
+    """A law with the amplitudes that all runs share, or none; ``hypothesis`` and ``part`` None for none."""
+
+    hypothesis: SteadyLaw | None = None
+    part: Term | Sensor | None = None
+
+    @property
+    def name(self) -> str:
+        return self.hypothesis.name if self.hypothesis else ""
+
+    @property
+    def scales(self) -> Array:
+        """Usual sizes of the amplitudes."""
+        return self.hypothesis.scales if self.hypothesis else np.zeros(0)
+
+    @property
+    def amplitudes(self) -> tuple[str, ...]:
+        """Names of the amplitudes, as the day lists them."""
+        return tuple(f"{self.name}.{key}" for key, _ in self.hypothesis.amplitudes) if self.hypothesis else ()
+
+    def added_to(self, model: Model) -> tuple[Model, tuple[str, ...]]:
+        """A model with the law, and the names of its amplitudes there."""
+        if self.hypothesis is None or self.part is None:
+            return model, ()
+        owner = name_in_model(model, self.part)
+        return add_part(model, self.part), tuple(f"{owner}.{key}" for key, _ in self.hypothesis.amplitudes)
 
 
-def compare_for_day(runs_alone: Sequence[SeparateFit]) -> list[DayExplanation]:
+@dataclass(frozen=True)
+class _Joint:
+    """All runs with a law: log evidence, and the shared numbers with their standard deviations, less their priors'
+    means.
+    """
+
+    evidence: float
+    values: Array
+    errors: Array
+
+
+def _by_size(law: _Law, runs: Sequence[DayRun], columns: Sequence[Array]) -> _Joint:
+    """The evidence over all sizes that the law usually has, and the numbers for the one that suits best.
+
+    columns : one (N, amplitudes) a run, its responses to the law
+    """
+    if not law.amplitudes:
+        return _Joint(*joint_evidence(runs))
+    by_size = [joint_evidence(runs, [Freedom(each, size * law.scales) for each in columns]) for size in SIZES]
+    total = float(np.logaddexp.reduce([each[0] for each in by_size]) - np.log(len(SIZES)))
+    _, values, errors = max(by_size, key=lambda each: each[0])
+    return _Joint(total, values, errors)
+
+
+def _fit_to_all(law: _Law, runs_alone: Sequence[SeparateFit], start: Array) -> _Joint:
+    """The law with the real term in all runs' models, from shared numbers ``start``, less their priors' means, on.
+
+    Raises SimulationDiverged where a run cannot be simulated so or the law is physically impossible.
+    """
+    joint = _Joint(-np.inf, start, np.ones(len(start)))
+    for _ in range(_TURNS):
+        values = joint.values
+        found = side_by_side(lambda own: _fit_beside(law, own, values), runs_alone)  # noqa: B023
+        beforehand = sum(log_prior(run.linear.measurements, run.levels) for run, _ in found)
+        joint = _by_size(law, [run for run, _ in found], [columns for _, columns in found])
+        joint = replace(joint, evidence=joint.evidence + beforehand)
+        if np.all(np.abs(joint.values - values) < _SETTLED * joint.errors):
+            break
+    return joint
+
+
+def _fit_beside(law: _Law, own: SeparateFit, values: Array) -> tuple[DayRun, Array]:
+    """A run's own numbers fitted beside the shared ``values``: what the day needs of it about that, and its responses
+    (N, amplitudes) to the law.
+    """
+    model, amplitudes = law.added_to(own.fit.model)
+    known = [p for p in own.fit.parameters if p.names[0] in SHARED]
+    shared = dict(zip(SHARED, values, strict=False))
+    parameters = [
+        Parameter(p.names, _held(p.prior, shared[p.names[0]])) if p in known else p for p in own.fit.parameters
+    ]
+    more = [
+        Parameter((name,), _held(Prior(0.0, float(scale)), value))
+        for name, scale, value in zip(amplitudes, law.scales, values[len(SHARED) :], strict=True)
+    ]
+    every = (*parameters, *more)
+    held = {p.names[0]: p.prior.mean for p in every if p not in own.fit.parameters}
+    start = model.with_values({name: float(np.clip(value, *model.bounds(name))) for name, value in held.items()})
+    fit = fit_model(own.problem, own.state, start, every, own.state.levels)
+    if law.hypothesis is not None and not law.hypothesis.possible(fit.model):
+        raise SimulationDiverged(float(own.problem.motion.start), f"{law.name} is physically impossible")
+    count = len(parameters)
+    columns = fit.sensitivity[:, count:]
+    beside = replace(
+        fit, parameters=own.fit.parameters, values=fit.values[:count], sensitivity=fit.sensitivity[:, :count]
+    )
+    linear = linear_model(own.problem, own.state, beside)
+    linear = replace(linear, residual=linear.residual + columns @ fit.values[count:])
+    levels, _ = best_levels(linear, own.state.levels, Freedom(columns, law.scales) if amplitudes else None)
+    return day_run(own, linear, levels), columns
+
+
+def _held(prior: Prior, apart: float) -> Prior:
+    """What holds a number ``apart`` from its prior's mean."""
+    return Prior(prior.mean + apart, _HELD * prior.sigma)
+
+
+def _responses(own: SeparateFit, fitted: FittedRun, laws: Sequence[_Law]) -> list[Array]:
+    """(N, amplitudes) of each law, in one pass over the run; of none for none."""
+    every = [
+        [] if law.hypothesis is None or law.part is None else law.hypothesis.probes_of(own.fit.model, law.part)
+        for law in laws
+    ]
+    columns = responses_of([p for some in every for p in some], own.problem.prepared, own.problem.measurements)
+    return np.split(columns, np.cumsum([len(some) for some in every])[:-1], axis=1)
+
+
+def compare_for_day(
+    runs_alone: Sequence[SeparateFit], progress: Callable[[float | None, str], None] = lambda _share, _detail: None
+) -> list[DayExplanation]:
     """Everything that can act on all runs alike, and nothing, the most probable first.
 
     What was found in one run alone, a gust or a late clock, stays with it.
     """
-    runs = [day_run(each) for each in runs_alone]
     first = runs_alone[0]
-    known = {p.names[0]: p.prior.mean for p in first.fit.parameters if p.names[0] in SHARED}
-
-    def numbers(model: Model, names: Sequence[str], values: Array, errors: Array) -> dict[str, Number]:
-        found = [known.get(name, 0.0) + float(value) for name, value in zip(names, values, strict=True)]
-        half = [INTERVAL_90 * float(error) for error in errors]
-        return {
-            name: Number(value, value - h, value + h, model.about(name).unit)
-            for name, value, h in zip(names, found, half, strict=True)
-        }
-
-    evidence, values, errors = joint_evidence(runs)
-    found = [("", evidence, numbers(first.fit.model, SHARED, values, errors))]
+    fitted = [fitted_run(own.problem, own.state, own.fit) for own in runs_alone]
     # one law for all: the speed, edge or load that it refers to is the same
-    parts = [hypothesis.part(first.fitted) for hypothesis in STEADY_LAWS]
-    by_run = [_responses(each.fitted, parts) for each in runs_alone]
-    for hypothesis, part, responses in zip(STEADY_LAWS, parts, zip(*by_run, strict=True), strict=True):
-        usual = hypothesis.scales
-        by_size = [joint_evidence(runs, [Freedom(r, size * usual) for r in responses]) for size in SIZES]
-        total = float(np.logaddexp.reduce([each[0] for each in by_size]) - np.log(len(SIZES)))
-        _, values, errors = max(by_size, key=lambda each: each[0])
-        names = (*SHARED, *(f"{hypothesis.name}.{key}" for key, _ in hypothesis.amplitudes))
-        found.append((hypothesis.name, total, numbers(add_part(first.fit.model, part), names, values, errors)))
-    odds = probabilities([name for name, _, _ in found], np.array([total for _, total, _ in found]))
+    laws = [_Law(), *(_Law(hypothesis, hypothesis.part(fitted[0])) for hypothesis in STEADY_LAWS)]
+    runs = [day_run(own, linear_model(own.problem, own.state, own.fit), own.state.levels) for own in runs_alone]
+    by_run = [_responses(own, each, laws) for own, each in zip(runs_alone, fitted, strict=True)]
+    linearly = [_by_size(law, runs, columns) for law, columns in zip(laws, zip(*by_run, strict=True), strict=True)]
+    best = max(each.evidence for each in linearly)
+    ranked = sorted(range(1, len(laws)), key=lambda i: -linearly[i].evidence)
+    finalists = [0, *(i for i in ranked[:_FINALISTS] if linearly[i].evidence > best - _WORTHWHILE)]
+    found: dict[int, _Joint] = {}
+    for i in finalists:
+        progress(None, f"all runs fitted with {laws[i].name or 'nothing added'}")
+        try:
+            found[i] = _fit_to_all(laws[i], runs_alone, linearly[i].values)
+        except SimulationDiverged as error:
+            progress(None, f"{laws[i].name or 'nothing added'} is compared by its linear response: {error}")
+    gain = min((found[i].evidence - linearly[i].evidence for i in found), default=0.0)
+    joint = [found.get(i) or replace(each, evidence=each.evidence + gain) for i, each in enumerate(linearly)]
+    known = {p.names[0]: p.prior.mean for p in first.fit.parameters if p.names[0] in SHARED}
+    odds = probabilities([law.name for law in laws], np.array([each.evidence for each in joint]))
     explanations = [
-        DayExplanation(name or NOTHING_MISSING, float(probability), evidence, fitted)
-        for probability, (name, evidence, fitted) in zip(odds, found, strict=True)
+        DayExplanation(
+            law.name or NOTHING_MISSING,
+            float(probability),
+            each.evidence,
+            _numbers(law.added_to(first.fit.model)[0], (*SHARED, *law.amplitudes), known, each),
+            fitted=i in found,
+        )
+        for i, (probability, law, each) in enumerate(zip(odds, laws, joint, strict=True))
     ]
     return sorted(explanations, key=lambda each: -each.probability)
+
+
+def _numbers(model: Model, names: Sequence[str], known: dict[str, float], joint: _Joint) -> dict[str, Number]:
+    found = [known.get(name, 0.0) + float(value) for name, value in zip(names, joint.values, strict=True)]
+    half = [INTERVAL_90 * float(error) for error in joint.errors]
+    return {
+        name: Number(value, value - h, value + h, model.about(name).unit)
+        for name, value, h in zip(names, found, half, strict=True)
+    }

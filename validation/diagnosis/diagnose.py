@@ -180,7 +180,7 @@ def separate_fit(problem: DiagnosisProblem, state: State, fit: Refit, accepted: 
     for each in reversed(accepted):  # a second of a name goes before the first
         if each.explanation.name in shared and each.explanation.candidate is not None:
             state, fit = remove(problem, state, fit, each.explanation.candidate)
-    return SeparateFit(fit, fitted_run(problem, state, fit), linear_model(problem, state, fit), state.levels)
+    return SeparateFit(problem, state, fit)
 
 
 def figures_without_findings(recording: Recording, motion: Motion, model: Model) -> Figures:

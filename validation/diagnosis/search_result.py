@@ -9,11 +9,12 @@ from typing import Final
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.result import SimulationResult
-from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
+from sssi_exudyn.validation.diagnosis.evidence import NoiseLevels
+from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.diagnosis.search import Round
+from sssi_exudyn.validation.diagnosis.state import State
 
 SURE: Final = 0.8
 """Probability from which a name stands alone."""
@@ -37,12 +38,13 @@ class Figures:
 
 @dataclass(frozen=True)
 class SeparateFit:
-    """A run with what it alone was found to have, and nothing that acts on all runs of a day alike."""
+    """A run with what it alone was found to have, and nothing that acts on all runs of a day alike: its fit, and what
+    another fit of it takes.
+    """
 
+    problem: DiagnosisProblem
+    state: State
     fit: Refit
-    fitted: FittedRun
-    linear: LinearModel
-    levels: NoiseLevels
 
 
 @dataclass(frozen=True)

@@ -22,14 +22,16 @@ from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.validation.benchmark.cases import _model_as_known, record
 from sssi_exudyn.validation.benchmark.world import draw_instruments
+from sssi_exudyn.validation.diagnosis import day as day_module
 from sssi_exudyn.validation.diagnosis.day import DayExplanation, DayRun, compare_for_day, joint_evidence
 from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, log_evidence
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.result import Number
 from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
-from sssi_exudyn.validation.diagnosis.state import first_fit
-from sssi_exudyn.validation.diagnosis.statistics.probabilities import STANDS_OUT, probabilities
+from sssi_exudyn.validation.diagnosis.state import first_fit, fitted_run
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, STANDS_OUT, probabilities
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "intermediate"
 
@@ -113,6 +115,17 @@ def test_two_runs_find_what_the_first_does_not() -> None:
     assert abs(found.value - law.b) < 2.0 * half  # of one draw: 3.3 standard deviations
     assert half < 0.4 * law.b
     assert found.unit == "s/m"
+    assert best.fitted
+    # shared numbers and runs' own are found by turns: from a standard deviation beside they come back
+    hypothesis = next(each for each in STEADY_LAWS if each.name == best.name)
+    fitted_first = fitted_run(own[0].problem, own[0].state, own[0].fit)
+    shared_law = day_module._Law(hypothesis, hypothesis.part(fitted_first))
+    prior = [p.prior.mean for p in own[0].fit.parameters if p.names[0] in day_module.SHARED]
+    values = np.array([number.value for number in best.numbers.values()]) - np.array([*prior, 0.0])
+    errors = np.array([(number.high - number.value) / INTERVAL_90 for number in best.numbers.values()])
+    again = day_module._fit_to_all(shared_law, own, values + errors * [1.0, -1.0, 1.0])
+    np.testing.assert_array_less(np.abs(again.values - values), 0.2 * errors)  # twice what ends the turns
+    assert again.evidence == pytest.approx(best.log_evidence, abs=0.3)
 
 
 def test_probabilities_of_explanations() -> None:
