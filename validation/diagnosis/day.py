@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -178,7 +179,7 @@ def _fit_to_all(law: _Law, runs_alone: Sequence[SeparateFit], start: Array) -> _
     joint = _Joint(-np.inf, start, np.ones(len(start)))
     for _ in range(_TURNS):
         values = joint.values
-        found = side_by_side(lambda own: _fit_beside(law, own, values), runs_alone)  # noqa: B023
+        found = side_by_side(partial(_fit_beside, law, values), runs_alone)
         beforehand = sum(log_prior(run.linear.measurements, run.levels) for run, _ in found)
         joint = _by_size(law, [run for run, _ in found], [columns for _, columns in found])
         joint = replace(joint, evidence=joint.evidence + beforehand)
@@ -187,7 +188,7 @@ def _fit_to_all(law: _Law, runs_alone: Sequence[SeparateFit], start: Array) -> _
     return joint
 
 
-def _fit_beside(law: _Law, own: SeparateFit, values: Array) -> tuple[DayRun, Array]:
+def _fit_beside(law: _Law, values: Array, own: SeparateFit) -> tuple[DayRun, Array]:
     """A run's own numbers fitted beside the shared ``values``: what the day needs of it about that, and its responses
     (N, amplitudes) to the law.
     """
