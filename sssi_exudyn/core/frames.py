@@ -53,6 +53,11 @@ def gravity_in_slope(inclination: float) -> Array:
     return GRAVITY * np.array([np.sin(inclination), 0.0, -np.cos(inclination)])
 
 
+def up_in_slope(inclination: float) -> Array:
+    """The unit vector against gravity in the slope frame (f, l, n)."""
+    return -gravity_in_slope(inclination) / GRAVITY
+
+
 def cross(a: Array, b: Array) -> Array:
     """a × b (…, 3) of vectors a, b (…, 3), bit for bit ``np.cross``; of some thousand vectors in half of its time."""
     found = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))

@@ -20,6 +20,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import Quantity, quantities, quantity
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.model.faults import CaptureSensor, Sensor
+from sssi_exudyn.model.heading import Heading
 from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.recording.recording import Equipment, Skier
 from sssi_exudyn.terrain.surface import Surface
@@ -83,6 +84,7 @@ class Model:
     sensors : what the recording's instruments get wrong
     surface : the snow's heights over the slope's plane; None for the plane
     posture : what is added to the captured posture; None for nothing
+    heading : what holds the skier's heading, on snow that edges cut
 
     Examples
     --------
@@ -103,6 +105,7 @@ class Model:
     sensors: tuple[Sensor, ...] = ()
     surface: Surface | None = None
     posture: PostureCorrection | None = None
+    heading: Heading = field(default_factory=Heading)
 
     def __repr__(self) -> str:
         parts = ", ".join([*(term.name for term in self.terms), *(sensor.name for sensor in self.sensors)])

@@ -25,6 +25,7 @@ from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Antenna, Motion, relative_poses, turn_motion
 from sssi_exudyn.simulation.boot_joint import boot_joint
 from sssi_exudyn.simulation.facing import facing
+from sssi_exudyn.simulation.heading import RigidSki
 from sssi_exudyn.simulation.posture_table import PostureTable, posture_at
 from sssi_exudyn.terrain.surface import Surface
 
@@ -117,6 +118,17 @@ class Parts:
         ski and foot.
         """
         return np.array([0.0, 0.0, -float(self.model.ski.height(self.model.ski.s_of_x(0.0)))])
+
+    @cached_property
+    def ski(self) -> RigidSki:
+        """A ski that does not give, for what skier and skis are as a whole."""
+        cut, sections = self.mesh, self.sections
+        mass, place = sections.node_mass, cut.node_position + self.ski_in_foot
+        com = mass @ place / mass.sum()
+        arm = place - com
+        spread = np.einsum("k,ki,kj->ij", mass, arm, arm)
+        inertia = np.trace(spread) * np.eye(3) - spread + np.diag(sections.node_moment.sum(axis=0))
+        return RigidSki(float(mass.sum()), com, inertia)
 
     @cached_property
     def sections(self) -> Sections:

@@ -1,6 +1,7 @@
 """The reduced model on snow that edges cut: the captured posture, and skis that give against their feet.
 
-The skier's heading is the captured one; only the skis are free to find their own way below it.
+The skis are free to find their own way below the feet, and the whole skier about gravity where the model says so
+(``heading``).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from sssi_exudyn.bodies.ski.modes import damping_time, modal_ski
 from sssi_exudyn.contact.backends.carving.carved_run_kernel import CarvedSeries, Coupling, Joint
 from sssi_exudyn.contact.backends.carving.carving_kernel import EdgeSki
 from sssi_exudyn.contact.backends.carving.groove_kernel import Groove
+from sssi_exudyn.contact.backends.carving.heading_kernel import FoundHeading
 from sssi_exudyn.contact.backends.compiled import law_parameters
 from sssi_exudyn.contact.backends.structs import LawParameters, PrescribedMotion, ReducedSeries, SnowGrid
 from sssi_exudyn.core.errors import SimulationDiverged
@@ -22,6 +24,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, snow_grid
 from sssi_exudyn.simulation.boot_joint import BootJoint, boot_joint
+from sssi_exudyn.simulation.heading import Turn
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, first_place, load_at_start, reduced_run
 from sssi_exudyn.simulation.result import side_reserve
 from sssi_exudyn.simulation.steady_turn import MODES, POINTS, bending_edges, carving_module, edge_work
@@ -50,6 +53,7 @@ class CarvedRun:
     heave, pitch : (n, 2) m, rad of the same, > 0 up and tip down
     friction, skid, pressing : (n,) W that the snow takes along the edges, across them, and by being pressed in
     side_reserve : (n, 2) share of what the wall bears along a ski's edge that is not used; 0 off the snow
+    heading : (n,) rad of the whole skier against the captured heading, > 0 to the left
     """
 
     run: ReducedRun
@@ -61,13 +65,15 @@ class CarvedRun:
     skid: Array
     pressing: Array
     side_reserve: Array
+    heading: Array
 
 
 @dataclass(frozen=True)
 class Carved:
     """What a run is made of, as the kernel takes it, and what it left.
 
-    at : the tables, the capture corrected;  surface : ``SnowGrid``;  points, modes : of each ski;  order : of its steps
+    at : the tables, the capture corrected and turned as the run did;  surface : ``SnowGrid``
+    points, modes : of each ski;  order : of its steps
     place, velocity : (3,) m, m/s of the pelvis at the start
     bent : (2, 2 + modes) yaw, roll and vibrations of the skis then, heave and pitch in the latter
     """
@@ -79,6 +85,7 @@ class Carved:
     ski: EdgeSki
     coupling: Coupling
     joint: Joint
+    heading: FoundHeading
     points: int
     modes: int
     order: int
@@ -107,6 +114,7 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
         skid=series.power[:, 1],
         pressing=series.power[:, 2],
         side_reserve=side_reserve(series.reserve[..., 0], series.reserve[..., 1]),
+        heading=done.heading.angle[:, 0],
     )
 
 
@@ -138,14 +146,19 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
     ):
         raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
     velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], SHARE)
-    series = _empty_series(len(at.time), modes)
+    series, heading = _empty_series(len(at.time), modes), _kernel_heading(model, at)
+    if heading.found:
+        motion = _copy_turned(motion)
     done = kernel.run_carved(
-        parameters, ski, coupling, held, motion, surface, place, velocity, bent, memory, work, order, series
+        parameters, ski, coupling, held, heading, motion, surface, place, velocity, bent, memory, work, order, series
     )
     if done < len(at.time):
         raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge on snow that edges cut")
+    if heading.found:
+        at = at.turn(Turn(at.up, *np.ascontiguousarray(heading.angle.T)))
     return Carved(
-        at, parameters, motion, surface, ski, coupling, held, points, modes, order, place, velocity, bent, series
+        at, parameters, motion, surface, ski, coupling, held, heading, points, modes, order, place, velocity, bent,
+        series,
     )  # fmt: skip
 
 
@@ -159,6 +172,32 @@ def _kernel_joint(joint: BootJoint, cut: BeamMesh) -> Joint:
         rest=np.zeros((2, 2)),
         slowing=damping[2:] - damping_time(cut) * stiffness[2:],
     )
+
+
+def _kernel_heading(model: Model, at: Prepared) -> FoundHeading:
+    """The skier's heading as the kernel takes it, its tables not shared with others."""
+    held, whole = model.heading, at.whole_body()
+    return FoundHeading(
+        found=int(held.is_found),
+        stiffness=held.stiffness if held.mode == "track" else 0.0,
+        damping_ratio=held.damping_ratio,
+        up=at.up,
+        held=at.held,
+        inertia=whole.inertia,
+        momentum=whole.momentum,
+        com_place=whole.place,
+        com_velocity=whole.velocity,
+        exposed_swing=at.exposed_swing.copy(),
+        angle=np.zeros((len(at.time), 3)),
+        moment=np.zeros(len(at.time)),
+    )
+
+
+def _copy_turned(motion: PrescribedMotion) -> PrescribedMotion:
+    """The posture with copies of all that a heading turns."""
+    names = ("foot_place", "foot_velocity", "foot_rotation", "foot_spin", "exposed_velocity", "exposed_facing")
+    more = ("ski_acceleration", "ski_turning", "com_place", "com_velocity", "carried")
+    return motion._replace(**{name: getattr(motion, name).copy() for name in (*names, *more)})
 
 
 def _empty_series(count: int, modes: int) -> CarvedSeries:

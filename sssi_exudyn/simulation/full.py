@@ -21,10 +21,12 @@ from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.contact.backends.backend import Backend, choose_backend
 from sssi_exudyn.contact.backends.full_kernel import LOAD
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
-from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope
+from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope, up_in_slope
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.motion.motion import Motion, antenna_offset
 from sssi_exudyn.simulation.assembly import CARVED_STEP, Parts, correct_motion
+from sssi_exudyn.simulation.full_heading import FullHeading
+from sssi_exudyn.simulation.heading import turned
 from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.recorder import Record
 from sssi_exudyn.simulation.result import SimulationResult
@@ -78,7 +80,8 @@ def antenna_path(model: Model, motion: Motion) -> tuple[Array, Array]:
     if problem:
         raise _divergence(run, problem, result_from_record(run.parts, run.posture, run.system, run.record))
     time = np.array(run.record.time)
-    return time, run.record.q[:, :3] + antenna_offset(run.parts.motion, time)[0]
+    turn = run.record.turn(up_in_slope(model.inclination)).matrices()
+    return time, run.record.q[:, :3] + turned(turn, antenna_offset(run.parts.motion, time)[0])
 
 
 def integrate(
@@ -242,6 +245,7 @@ class FullRun:
     def __post_init__(self) -> None:
         self.record = Record(self.system, len(self.posture.time))
         self._t0 = float(self.posture.time[0])
+        self._heading = FullHeading(self.parts, self._t0) if self.parts.model.heading.is_found else None
         self._step = float(self.posture.time[1]) - self._t0
         self._accepted = self._t0
 
@@ -263,6 +267,9 @@ class FullRun:
         data.SetODE2Coordinates_t(list(rates), initial)
         data.SetODE2Coordinates_tt(list(accelerations), initial)
         system.forces.accept()
+        if self._heading is not None:
+            self._heading.ahead(posture, 0)
+            self._heading.accept(system.forces)
 
     def solve(self) -> str:
         """Integrate to the end; "" or what went wrong."""
@@ -278,16 +285,20 @@ class FullRun:
 
     def _before(self, _mbs: Any, t: float) -> bool:
         row = round((t - self._t0) / self._step)
-        if row < len(self.posture.time) and abs(t - self.posture.time[row]) < 1e-9:
-            self.system.advance(self.posture, row)
-        else:  # the solver has cut the step
-            self.system.advance(self.parts.posture(np.array([t])), 0)
+        posture = self.posture
+        if not (row < len(posture.time) and abs(t - posture.time[row]) < 1e-9):  # the solver has cut the step
+            posture, row = self.parts.posture(np.array([t])), 0
+        if self._heading is not None:
+            posture, row = self._heading.ahead(posture, row), 0
+        self.system.advance(posture, row)
         self.system.forces.bring_memory(max(t - self._accepted, 0.0))
         return True
 
     def _after(self, _mbs: Any, t: float) -> bool:
         self.record.take(t)
         self.record.keep_forces(self.system.now)
+        if self._heading is not None:
+            self.record.headings.append(self._heading.accept(self.system.forces))
         self.system.forces.accept()
         self._accepted = t
         if self.progress is not None:

@@ -7,15 +7,17 @@ motion follows by adding the pelvis' translation, the only thing the dynamics ha
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia
 from sssi_exudyn.bodies.skier.boot import ski_on_foot
 from sssi_exudyn.bodies.skier.chain import FEET, SEGMENT, forward_kinematics, jacobians, mean_jacobian, rates
-from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.frames import Array, cross, up_in_slope
 from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.simulation.heading import HEADING, Turn, turned
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,7 @@ class PostureTable:
     foot_turning : (n, 2, 3, 28) the feet's angular velocity a unit rate of each prescribed coordinate
     com_place, com_velocity, com_acceleration : (n, 3) centre of mass of skier, boots and bindings (skis apart)
     com_jacobian : (n, 3, 28)
+    com_inertia, com_momentum : (n,) kg m², N m s of the same about the vertical through its centre of mass, to the left
     kinetic : (n,) kinetic energy of the same in the pelvis' frame of translation, J
     exposed_velocity : (n, k, 3) of the exposed segments' centres of mass, m/s
     exposed_facing : (n, k, 3, 3) m⁴, what they show the air and others do not shield (``facing``); zero where no law
@@ -55,10 +58,46 @@ class PostureTable:
     com_velocity: Array
     com_acceleration: Array
     com_jacobian: Array
+    com_inertia: Array
+    com_momentum: Array
     kinetic: Array
     exposed_velocity: Array
     exposed_facing: Array
     exposed_jacobian: Array
+
+    def rows(self, rows: NDArray[np.intp]) -> PostureTable:
+        """The posture at some of the times."""
+        return PostureTable(**{entry.name: getattr(self, entry.name)[rows] for entry in fields(self)})
+
+    def turn(self, turn: Turn, body_mass: float) -> PostureTable:
+        """The same posture turned about gravity; ``body_mass`` (kg) is what has ``kinetic`` energy."""
+        matrices, up = turn.matrices(), turn.up
+        vectors = {
+            "foot_place": self.foot_place,
+            "foot_velocity": turn.velocity(self.foot_place, self.foot_velocity),
+            "foot_acceleration": turn.pull(self.foot_place, self.foot_velocity, self.foot_acceleration),
+            "foot_spin": self.foot_spin + turn.spin(self.foot_spin),
+            "foot_spin_rate": turn.spin_rate(self.foot_spin, self.foot_spin_rate),
+            "com_place": self.com_place,
+            "com_velocity": turn.velocity(self.com_place, self.com_velocity),
+            "com_acceleration": turn.pull(self.com_place, self.com_velocity, self.com_acceleration),
+            "exposed_velocity": self.exposed_velocity + turn.rate[:, None, None] * self.exposed_jacobian[..., HEADING],
+        }
+        frames = ("foot_rotation", "foot_jacobian", "foot_turning", "exposed_jacobian")
+        changed = {name: turned(matrices, vector) for name, vector in vectors.items()}
+        changed |= {name: np.ascontiguousarray(matrices[:, None] @ getattr(self, name)) for name in frames}
+        changed["com_jacobian"] = matrices @ self.com_jacobian
+        facing = matrices[:, None] @ self.exposed_facing @ np.swapaxes(matrices, 1, 2)[:, None]
+        changed["exposed_facing"] = np.ascontiguousarray(facing)
+        for name, more in (("angles", turn.angle), ("rates", turn.rate), ("accelerations", turn.acceleration)):
+            changed[name] = getattr(self, name).copy()
+            changed[name][:, HEADING] += more
+        changed["com_momentum"] = self.com_momentum + turn.rate * self.com_inertia
+        swing = cross(up, self.com_place)
+        momentum = self.com_momentum + body_mass * np.sum(swing * self.com_velocity, axis=1)
+        inertia = self.com_inertia + body_mass * np.sum(swing**2, axis=1)
+        changed["kinetic"] = self.kinetic + turn.rate * (momentum + 0.5 * turn.rate * inertia)
+        return replace(self, **changed)
 
 
 def posture_at(
@@ -108,6 +147,13 @@ def posture_at(
     inertia = np.stack([body.inertia for body in inertias])
     kinetic = 0.5 * np.einsum("nsi,sij,nsj->n", spin, inertia, spin)
     kinetic += 0.5 * np.einsum("s,nsi,nsi->n", mass, velocity, velocity)
+    up = up_in_slope(motion.inclination)
+    upright = np.einsum("nsji,j->nsi", poses.rotation, up)
+    arm, pace = place - (share @ place)[:, None], velocity - (share @ velocity)[:, None]
+    com_inertia = np.einsum("nsi,sij,nsj->n", upright, inertia, upright)
+    com_inertia += np.sum(mass * np.sum(cross(up, arm) ** 2, axis=2), axis=1)
+    com_momentum = np.einsum("nsi,sij,nsj->n", upright, inertia, spin)
+    com_momentum += np.sum(mass * np.sum(cross(up, arm) * pace, axis=2), axis=1)
     shown = [SEGMENT[name] for name in exposed]
     outer = np.concatenate([foot_place, place[:, shown]], axis=1)
     angular, linear = (found[..., 3:] for found in jacobians(poses, feet + shown, outer))
@@ -128,6 +174,8 @@ def posture_at(
         com_velocity=share @ velocity,
         com_acceleration=share @ acceleration,
         com_jacobian=mean_jacobian(poses, share, place)[..., 3:],
+        com_inertia=com_inertia,
+        com_momentum=com_momentum,
         kinetic=kinetic,
         exposed_velocity=velocity[:, shown],
         exposed_facing=np.zeros((len(time), len(shown), 3, 3)),

@@ -18,13 +18,13 @@ from sssi_exudyn.contact.backends.structs import (
 )
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.errors import SimulationDiverged
-from sssi_exudyn.core.frames import GRAVITY, Array, cross, gravity_in_slope
-from sssi_exudyn.core.rotations import rotations_about
+from sssi_exudyn.core.frames import Array, cross, gravity_in_slope, up_in_slope
 from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion, antenna_carrier, antenna_offset
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, Parts, snow_grid
+from sssi_exudyn.simulation.heading import HEADING, RigidSki, Turn, WholeBody, turned, whole_body
 from sssi_exudyn.terrain.surface import Surface
 
 MODES: Final = 12
@@ -82,13 +82,22 @@ class Prepared:
     com_place: Array
     com_velocity: Array
     com_acceleration: Array
+    com_inertia: Array
+    com_momentum: Array
     exposed_velocity: Array
     exposed_facing: Array
+    exposed_swing: Array
     ski: ModalSki
     points: Array
     length: Array
     held: Array
     ski_com: Array
+    ski_inertia: Array
+
+    @property
+    def up(self) -> Array:
+        """(3,) against gravity"""
+        return up_in_slope(self.inclination)
 
     @property
     def gravity(self) -> Array:
@@ -130,6 +139,11 @@ class Prepared:
             com_velocity=self.com_velocity,
         )
 
+    def whole_body(self) -> WholeBody:
+        """Skier and skis as one."""
+        ski = RigidSki(0.5 * (self.mass - self.body_mass), self.ski_com, self.ski_inertia)
+        return whole_body(self, self.body_mass, ski, self.up)
+
     def _inertia_force(self) -> Array:
         """(n, 3) N: all masses times the accelerations that the posture gives them relative to the pelvis."""
         arm = np.einsum("nsij,j->nsi", self.foot_rotation, self.ski_com)
@@ -167,38 +181,42 @@ class Prepared:
         lever = antenna_shift(model.sensors)
         if not (np.any(yaw) or np.any(lever)):
             return self
-        up = -self.gravity / GRAVITY
-        turn = rotations_about(up, yaw)
         arm = self.antenna_frame @ lever
-        drift = rate * up
-        antenna = self.antenna + arm
-        antenna_velocity = self.antenna_velocity + cross(self.antenna_spin, arm) + cross(drift, antenna)
-        foot_velocity = self.foot_velocity + cross(drift, self.foot_place)
-        com_velocity = self.com_velocity + cross(drift, self.com_place)
+        moved = replace(
+            self,
+            antenna=self.antenna + arm,
+            antenna_velocity=self.antenna_velocity + cross(self.antenna_spin, arm),
+        )
+        return moved.turn(Turn(self.up, yaw, np.full(len(yaw), rate), np.zeros(len(yaw))))
+
+    def turn(self, turn: Turn) -> Prepared:
+        """The same turned about gravity.
+
+        The segments' places are not kept: what a turn gives to their speed, millimetres a second for a capture's drift,
+        is left out.
+        """
+        matrices = turn.matrices()
         vectors = {
-            "antenna": antenna,
-            "antenna_velocity": antenna_velocity,
-            "antenna_spin": self.antenna_spin + drift,
+            "antenna": self.antenna,
+            "antenna_velocity": turn.velocity(self.antenna, self.antenna_velocity),
+            "antenna_spin": self.antenna_spin + turn.spin(self.antenna_spin),
             "foot_place": self.foot_place,
-            "foot_velocity": foot_velocity,
-            "foot_acceleration": self.foot_acceleration + cross(drift, self.foot_velocity + foot_velocity),
-            "foot_spin": self.foot_spin + drift,
-            "foot_spin_rate": self.foot_spin_rate + cross(drift, self.foot_spin),
+            "foot_velocity": turn.velocity(self.foot_place, self.foot_velocity),
+            "foot_acceleration": turn.pull(self.foot_place, self.foot_velocity, self.foot_acceleration),
+            "foot_spin": self.foot_spin + turn.spin(self.foot_spin),
+            "foot_spin_rate": turn.spin_rate(self.foot_spin, self.foot_spin_rate),
             "com_place": self.com_place,
-            "com_velocity": com_velocity,
-            "com_acceleration": self.com_acceleration + cross(drift, self.com_velocity + com_velocity),
-            # the segments' places are not kept: a drift's own share of their speed, millimetres a second, is left out
+            "com_velocity": turn.velocity(self.com_place, self.com_velocity),
+            "com_acceleration": turn.pull(self.com_place, self.com_velocity, self.com_acceleration),
             "exposed_velocity": self.exposed_velocity,
+            "exposed_swing": self.exposed_swing,
         }
-        back = np.swapaxes(turn, 1, 2)
-        changed: dict[str, Any] = {
-            name: (vector.reshape(len(turn), -1, 3) @ back).reshape(vector.shape) for name, vector in vectors.items()
-        }
-        changed["foot_rotation"] = turn[:, None] @ self.foot_rotation
-        changed["antenna_frame"] = turn @ self.antenna_frame
-        changed["exposed_facing"] = turn[:, None] @ self.exposed_facing @ back[:, None]
-        for name, array in changed.items():
-            changed[name] = np.ascontiguousarray(array)
+        changed: dict[str, Any] = {name: turned(matrices, vector) for name, vector in vectors.items()}
+        changed["foot_rotation"] = np.ascontiguousarray(matrices[:, None] @ self.foot_rotation)
+        changed["antenna_frame"] = np.ascontiguousarray(matrices @ self.antenna_frame)
+        facing = matrices[:, None] @ self.exposed_facing @ np.swapaxes(matrices, 1, 2)[:, None]
+        changed["exposed_facing"] = np.ascontiguousarray(facing)
+        changed["com_momentum"] = self.com_momentum + turn.rate * self.com_inertia
         return replace(self, **changed)
 
 
@@ -247,13 +265,17 @@ def prepare(
         com_place=posture.com_place,
         com_velocity=posture.com_velocity,
         com_acceleration=posture.com_acceleration,
+        com_inertia=posture.com_inertia,
+        com_momentum=posture.com_momentum,
         exposed_velocity=posture.exposed_velocity,
         exposed_facing=posture.exposed_facing,
+        exposed_swing=np.ascontiguousarray(posture.exposed_jacobian[..., HEADING]),
         ski=modal_ski(cut, MODES),
         points=np.stack([left, left * [1.0, -1.0, 1.0]], axis=1),
         length=cut.contact_length,
         held=cut.node_position[cut.clamped] + parts.ski_in_foot,
         ski_com=centre + parts.ski_in_foot,
+        ski_inertia=parts.ski.inertia,
     )
 
 

@@ -9,11 +9,15 @@ import numpy as np
 from sssi_exudyn.bodies.skier.skeleton import Skeleton
 from sssi_exudyn.contact.backends.structs import Instant
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.simulation.heading import Turn
 from sssi_exudyn.simulation.system import FREE, System
 
 
 class Record:
-    """States and multipliers at the end of every accepted step, ``steps`` of them or more."""
+    """States and multipliers at the end of every accepted step, ``steps`` of them or more.
+
+    headings : (3,) each, rad, rad/s, rad/s² by which the posture was turned; empty where the captured heading was kept
+    """
 
     def __init__(self, system: System, steps: int) -> None:
         self._data = system.mbs.systemData
@@ -33,6 +37,7 @@ class Record:
         self.feet: list[Array] = []
         self.drag: list[Array] = []
         self.body: list[Array] = []
+        self.headings: list[Array] = []
         self.solver: dict[str, int | float | str] = {}
 
     @property
@@ -74,6 +79,12 @@ class Record:
             (self.body, self._forces.body),
         ):
             kept.append(found.copy())
+
+    def turn(self, up: Array) -> Turn:
+        """By how much the posture was turned about gravity at every state; ``up`` (3,) is against gravity."""
+        if not self.headings:
+            return Turn(up, *np.zeros((3, len(self.time))))
+        return Turn(up, *np.ascontiguousarray(np.array(self.headings).T))
 
     def statistics(self, solver: Any) -> None:
         """Keep the solver's counts."""

@@ -25,12 +25,14 @@ _FREE = ("pelvis_f", "pelvis_l", "pelvis_n")
 class EdgeSeries:
     """What skis that cut the snow do besides, n instants, (n, 2) by ski.
 
+    heading : (n,) rad of the whole skier against the captured heading, > 0 to the left
     yaw, roll : rad of the ski against the captured foot, > 0 to the left and to the right edge
     heave, pitch : m, rad of the same, > 0 up and tip down
     side_reserve : share of what the groove's wall bears along the edge that is not used; 0 off the snow
     along, across : N, sums over the edge of the friction's and of the wall's force, whatever their signs
     """
 
+    heading: Array
     yaw: Array
     roll: Array
     heave: Array

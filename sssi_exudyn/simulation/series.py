@@ -15,10 +15,11 @@ from sssi_exudyn.contact.backends import full_kernel as kernel
 from sssi_exudyn.contact.backends.backend import CarvedForces
 from sssi_exudyn.contact.backends.carving import carved_full_kernel as carved_kernel
 from sssi_exudyn.contact.backends.full_kernel import NODE
-from sssi_exudyn.core.frames import Array, gravity_in_slope
-from sssi_exudyn.motion.hands import hands_at, pole_forces, use_poles
+from sssi_exudyn.core.frames import Array, gravity_in_slope, up_in_slope
+from sssi_exudyn.motion.hands import Hands, hands_at, pole_forces, use_poles
 from sssi_exudyn.motion.motion import antenna_offset
 from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.heading import Turn, turned
 from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.recorder import Record
 from sssi_exudyn.simulation.result import EdgeSeries, SimulationResult, side_reserve
@@ -33,6 +34,9 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
     if not np.allclose(posture.time[np.minimum(rows, len(posture.time) - 1)], time, atol=1e-9):
         posture, rows = parts.posture(time), np.arange(len(time))
     n = len(time)
+    turn = record.turn(up_in_slope(parts.model.inclination))
+    if record.headings:
+        posture, rows = posture.rows(rows).turn(turn, parts.body_mass), np.arange(n)
     forces = system.forces
     cutting = isinstance(forces, CarvedForces)
     along, across = np.empty((n, 2, 3)), np.empty((n, 2, 3))
@@ -43,6 +47,9 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
             along[i, side], across[i, side], _ = forces.foot_axes(place, at.foot_rotation[side])
     feet, drag, body = np.array(record.feet), np.array(record.drag), np.array(record.body)
     pelvis, speed = q[:, :3], v[:, :3]
+    antenna = None
+    if parts.motion.antenna is not None:
+        antenna = pelvis + turned(turn.matrices(), antenna_offset(parts.motion, time)[0])
     nodes = (q + system.ref)[:, system.first_node :].reshape(n, 2, -1, NODE)
     rates = v[:, system.first_node :].reshape(n, 2, -1, NODE)
     cut = parts.mesh
@@ -63,19 +70,21 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
     if isinstance(system.skeleton, CarriedMass):
         outer = _of_points(posture, rows, on_feet, drag[..., :3], body)
         moments = _inverse_dynamics(parts, posture, rows, record) - outer
-    clamps, turned = np.array(record.clamps), np.zeros_like(friction)
+    clamps, twisted = np.array(record.clamps), np.zeros_like(friction)
     if cutting:
         clamps[..., 2] = feet[..., carved_kernel.LIFTED]
-        turned = feet[..., carved_kernel.TURNED : carved_kernel.TURNED + 3]
+        twisted = feet[..., carved_kernel.TURNED : carved_kernel.TURNED + 3]
     body_power = np.sum(body * (speed + com_speed), axis=1)
     poles = None
     if use_poles(parts.model.terms):
         hands = hands_at(parts.motion, time)
+        if record.headings:
+            hands = _turn_hands(hands, turn)
         poles = pole_forces(parts.model.terms, time, pelvis + com_place, speed + com_speed)
         farther = hands.jacobian - posture.com_jacobian[rows][:, None]
         moments = moments - np.einsum("nhck,nhc->nk", farther, poles)
         body_power = body_power + np.sum(poles * (hands.velocity - com_speed[:, None]), axis=(1, 2))
-    on_foot = _from_skis(parts, posture, rows, nodes, clamps, turned)
+    on_foot = _from_skis(parts, posture, rows, nodes, clamps, twisted)
     moments = moments - _of_wrenches(posture, rows, *on_foot)
     pushed = feet[:, :, kernel.LOAD, None] * np.cross(along, across)
     kinetic = (
@@ -94,7 +103,7 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         kinetic = kinetic + 0.5 * np.sum(parts.leg_inertia * (2.0 * rates[:, :, cut.clamped, [6, 4]]) ** 2, axis=(1, 2))
         elastic = elastic + 0.5 * np.sum(parts.edges.stiffness * given**2, axis=(1, 2))
         forward = np.einsum("nsij,nsj->nsi", frame, _first_axis(nodes[:, :, cut.clamped, 3:]))
-        of_edges = _series_of_edges(feet)
+        of_edges = _series_of_edges(feet, turn.angle)
         ahead = cut.node_position[[-1, 0], 0] - cut.node_position[cut.clamped, 0]
         deflection = deflection - of_edges.heave[..., None] + of_edges.pitch[..., None] * ahead
     powers: dict[str, Array] = {
@@ -119,7 +128,7 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
         pelvis_velocity=speed,
         com=com,
         com_velocity=com_velocity,
-        antenna=None if parts.motion.antenna is None else pelvis + antenna_offset(parts.motion, time)[0],
+        antenna=antenna,
         coordinates=np.hstack([pelvis, angles]),
         foot_load=feet[:, :, kernel.LOAD],
         sole_force=np.einsum("nsk,nsk->ns", pushed + friction, frame[..., 2]),
@@ -141,8 +150,15 @@ def result_from_record(parts: Parts, posture: PostureTable, system: System, reco
     )
 
 
-def _series_of_edges(feet: Array) -> EdgeSeries:
+def _turn_hands(hands: Hands, turn: Turn) -> Hands:
+    matrices = turn.matrices()
+    moving = turned(matrices, turn.velocity(hands.place, hands.velocity))
+    return Hands(turned(matrices, hands.place), moving, matrices[:, None] @ hands.jacobian)
+
+
+def _series_of_edges(feet: Array, heading: Array) -> EdgeSeries:
     return EdgeSeries(
+        heading=heading,
         yaw=feet[..., carved_kernel.YAW],
         roll=feet[..., carved_kernel.ROLL],
         heave=feet[..., carved_kernel.HEAVE],

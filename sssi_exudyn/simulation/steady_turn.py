@@ -22,6 +22,7 @@ from sssi_exudyn.contact.backends.carving import (
     carving_kernel,
     edge_tangents,
     groove_kernel,
+    heading_kernel,
     turn_kernel,
 )
 from sssi_exudyn.contact.backends.carving.carving_kernel import EdgeSki, EdgeWork
@@ -177,6 +178,7 @@ def carving_module() -> Any:
     return compile_kernel(
         ground_kernel,
         groove_kernel,
+        heading_kernel,
         carving_kernel,
         turn_kernel,
         carved_run_kernel,

@@ -51,10 +51,11 @@ NODE: Final = 7
 LOAD, DEPTH, ALONG, ACROSS, EDGE, V_T, V_N, CONTACT_POWER, FRICTION_POWER, DAMPING_POWER = 0, 2, 3, 4, 5, 6, 7, 8, 9, 10
 """As in ``full_kernel``."""
 SKID_POWER, MOST, USED, BORNE, DRAGGED, YAW, ROLL, HEAVE, PITCH, LIFTED, TURNED = range(11, 22)
+PUSHED, TWISTED = 24, 27
 """Further columns of ``seen``: W; N that the wall bears at most, N across the edges, and what of it is the wall's; N of
 friction along the edges; rad and m of the ski against its foot; N and three of N m, in the foot's frame, by which its
-joint moves it."""
-CARVED_SEEN = 24
+joint moves it; three of N and of N m, in the slope's, of the snow on the ski about the foot's place."""
+CARVED_SEEN = 30
 JOINTS: Final = 4
 """Ways in which a ski gives against its foot: yaw, roll, heave, pitch."""
 GIVING: Final = (2, 4, 5, 6)
@@ -160,7 +161,7 @@ def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, s
         place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
         turning = three(at.foot_spin[ski], 0)
         under = patch_under(sections.surface, place[0], place[1])
-        total = (0.0, 0.0, 0.0)
+        total, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for m in range(element.shape[0]):
             xi = share[m]
             i = base + NODE * element[m]
@@ -203,10 +204,13 @@ def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, s
             force, pressed = into(frame, force), into(frame, pressed)
             torque = plus(cross(arm, force), cross(other[0], pressed))
             force = plus(force, pressed)
+            moment = plus(moment, plus(cross(p, force), torque))
             add_wrench(out, i, 1.0 - xi, q0, force, torque)
             add_wrench(out, i + NODE, xi, q1, force, torque)
+        moment = out_of(frame, moment)
         for k in range(3):
             out[k] += total[k]
+            seen[ski, PUSHED + k], seen[ski, TWISTED + k] = total[k], moment[k]
         seen[ski, DAMPING_POWER] -= bend_damping(q, v, ref, base, sections.damping, out)
         boot = base + NODE * edges.clamped
         hold_boot(q, v, ref, boot, edges, out, seen[ski])

@@ -1,5 +1,5 @@
 """The reduced model's loop over time on snow that edges cut: a template that ``compiled`` joins with the laws,
-``ground_kernel``, ``groove_kernel`` and ``carving_kernel``.
+``ground_kernel``, ``groove_kernel``, ``heading_kernel`` and ``carving_kernel``.
 
 Unknowns are the pelvis' place x (3) and, of each ski, its yaw ψ and roll φ against the foot and the amplitudes η of its
 vibrations; all else of the posture is prescribed.  With the ski's snow force F and moment about the foot's place
@@ -39,6 +39,8 @@ advect: Callable[..., None]
 accept: Callable[..., None]
 of_ski: Callable[..., Any]
 eliminate: Callable[..., bool]
+turn_heading: Callable[..., None]
+moment_on_heading: Callable[..., float]
 
 ITERATIONS = 30
 """Newton iterations at most."""
@@ -297,8 +299,12 @@ def bend_at_rest(parameters, ski, coupling, joint, motion, surface, place, load,
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocity, bent, memory, work, order, series):
+def run_carved(
+    parameters, ski, coupling, joint, heading, motion, surface, place, velocity, bent, memory, work, order, series
+):  # fmt: skip
     """Integrate a run from its start; fills series.  The number of instants that were reached.
+
+    heading : ``FoundHeading``; where it is found the tables of ``motion`` and its own are turned in place
 
     place, velocity : (3,) m, m/s of the pelvis at the start;  bent : (2, 2 + k) yaw, roll and bend of the skis then
     memory : ``Groove`` with a first axis for the skis;  order : of the skis' steps, 1 or 2
@@ -316,11 +322,14 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
     pressed, stiff = np.zeros(of_snow), np.zeros((of_snow, of_snow))
     columns = np.zeros((of_snow, 3 + own))  # how a ski's snow coordinates follow from what is sought
     snow, frame, local = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
+    drag = np.zeros(4)
     for n in range(motion.time.shape[0]):
         # the first instant finds the accelerations of the start
         h = step if n > 0 else 0.0
         last, before, own_rate = backward(n, step, order)
         pelvis_place, pelvis_rate, own_place = 0.25 * h * h, 0.5 * h, own_rate * own_rate
+        if heading.found:
+            turn_heading(heading, motion, n, h)
         for side in range(2):
             advect(ski, of_ski(memory, side), h)
         done = False
@@ -431,6 +440,7 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
                     series.power[n, 2] += work.seen[i, 0] * work.seen[i, 11]
                     series.reserve[n, side, 0] += work.seen[i, 3]
                     series.reserve[n, side, 1] += work.seen[i, 12]
+            drag[:] = 0.0
             for k in range(motion.area.shape[0]):
                 moving = plus(new_v, three(motion.exposed_velocity[n, k], 0))
                 facing = motion.exposed_facing[n, k]
@@ -440,6 +450,8 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
                 )  # fmt: skip
                 for c in range(3):
                     residual[c] -= found[c]
+                    drag[c] += found[c]
+                    drag[3] += found[c] * heading.exposed_swing[n, k, c]
                     for d in range(3):
                         matrix[c, d] -= pelvis_rate * found[3 + 3 * c + d]
             at = plus(new_x, three(motion.com_place[n], 0))
@@ -472,4 +484,8 @@ def run_carved(parameters, ski, coupling, joint, motion, surface, place, velocit
                 q[side, k], rate[side, k] = new_q[side, k], new_rate[side, k]
                 series.bent[n, side, k], series.bending[n, side, k] = q[side, k], rate[side, k]
             accept(of_ski(memory, side))
+        if heading.found:
+            heading.moment[n] = moment_on_heading(
+                heading, motion, n, series.force[n], series.moment[n], drag, body
+            )  # fmt: skip
     return motion.time.shape[0]

@@ -1,0 +1,35 @@
+"""What holds the skier's heading on snow that edges cut."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from sssi_exudyn.core.quantity import quantity
+
+HeadingMode = Literal["replay", "track", "free"]
+HEADING_MODES: Final[tuple[HeadingMode, ...]] = ("replay", "track", "free")
+
+
+@dataclass(frozen=True)
+class Heading:
+    """The heading of the whole skier about gravity.
+
+    mode : ``replay``, the captured one; ``track``, held to the captured one by a spring and a damper; ``free``, what
+        snow and air make of it
+    """
+
+    mode: HeadingMode = "replay"
+    stiffness: float = quantity(
+        500.0, "N m/rad", low=1.0, high=1e6,
+        source="estimate: a capture's heading is off by some 3 degrees, and posture and snow disagree by some 30 N m",
+        meaning="of the spring to the captured heading, in track",
+    )  # fmt: skip
+    damping_ratio: float = quantity(
+        0.7, "1", low=0.0, high=2.0, source="estimate", meaning="of the critical, of the damper beside that spring"
+    )
+
+    @property
+    def is_found(self) -> bool:
+        """Whether it may differ from the captured one."""
+        return self.mode != "replay"

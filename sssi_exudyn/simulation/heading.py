@@ -1,0 +1,138 @@
+"""The skier's heading on snow that edges cut: the whole posture turned about gravity, with the inertia that it has.
+
+With Ψ the turn to the left from the captured heading, I of skier and skis about the vertical through their centre of
+mass, and L the angular momentum that the captured posture has about it,
+
+    d/dt (I Ψ̇ + L) = M − k Ψ − c Ψ̇
+
+where M is the moment of snow and air.  Places relative to the pelvis turn with Ψ; where the pelvis goes then follows
+from the forces, as ever.  The skis count as clamped to the feet: that the skier turns the other way, by some 5 % of
+what a ski yaws below him, is left out.  Forces of poles count as at the centre of mass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+
+from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.core.frames import Array, cross
+from sssi_exudyn.core.rotations import rotations_about
+
+HEADING: Final = PRESCRIBED.index("pelvis_rotation")
+"""The prescribed coordinate that turns the whole posture about gravity."""
+
+
+@dataclass(frozen=True)
+class RigidSki:
+    """A ski as the foot carries it.
+
+    mass : kg;  com : (3,) m of its centre of mass, in the foot's frame;  inertia : (3, 3) kg m² about it
+    """
+
+    mass: float
+    com: Array
+    inertia: Array
+
+
+class Posture(Protocol):
+    """What ``posture_table.PostureTable`` and ``prepared.Prepared`` both have of a posture at n times."""
+
+    @property
+    def foot_place(self) -> Array: ...
+    @property
+    def foot_velocity(self) -> Array: ...
+    @property
+    def foot_rotation(self) -> Array: ...
+    @property
+    def foot_spin(self) -> Array: ...
+    @property
+    def com_place(self) -> Array: ...
+    @property
+    def com_velocity(self) -> Array: ...
+    @property
+    def com_inertia(self) -> Array: ...
+    @property
+    def com_momentum(self) -> Array: ...
+
+
+@dataclass(frozen=True)
+class WholeBody:
+    """Skier and skis as one, n times.
+
+    place, velocity : (n, 3) m, m/s of the centre of mass, relative to the pelvis
+    inertia, momentum : (n,) kg m², N m s about the vertical through it
+    """
+
+    place: Array
+    velocity: Array
+    inertia: Array
+    momentum: Array
+
+
+def whole_body(posture: Posture, body_mass: float, ski: RigidSki, up: Array) -> WholeBody:
+    """Skier (``body_mass`` kg without skis) and both skis together; ``up`` (3,) is against gravity."""
+    frame, spin = posture.foot_rotation, posture.foot_spin
+    arm = frame @ ski.com
+    places = np.concatenate([posture.com_place[:, None], posture.foot_place + arm], axis=1)
+    speeds = np.concatenate([posture.com_velocity[:, None], posture.foot_velocity + cross(spin, arm)], axis=1)
+    mass = np.array([body_mass, ski.mass, ski.mass])
+    share = mass / mass.sum()
+    place, velocity = share @ places, share @ speeds
+    swing, pace = cross(up, places - place[:, None]), speeds - velocity[:, None]
+    upright, turning = np.einsum("nsji,j->nsi", frame, up), np.einsum("nsji,nsj->nsi", frame, spin)
+    inertia = posture.com_inertia + np.einsum("nsi,ij,nsj->n", upright, ski.inertia, upright)
+    momentum = posture.com_momentum + np.einsum("nsi,ij,nsj->n", upright, ski.inertia, turning)
+    return WholeBody(
+        place,
+        velocity,
+        inertia + np.sum(swing**2, axis=2) @ mass,
+        momentum + np.sum(swing * pace, axis=2) @ mass,
+    )
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A turn of a whole posture about gravity to the left, n times.
+
+    up : (3,) against gravity;  angle, rate, acceleration : (n,) rad, rad/s, rad/s²
+    """
+
+    up: Array
+    angle: Array
+    rate: Array
+    acceleration: Array
+
+    def matrices(self) -> Array:
+        """(n, 3, 3)"""
+        return rotations_about(self.up, self.angle)
+
+    def spin(self, vectors: Array) -> Array:
+        """(n, …, 3) rad/s, with as many axes as ``vectors`` (n, …, 3)."""
+        return np.asarray(self._along(self.rate, vectors))
+
+    def velocity(self, place: Array, velocity: Array) -> Array:
+        """(n, …, 3) m/s of what is at a place with a velocity before it is turned; its direction is not turned yet."""
+        return np.asarray(velocity + cross(self.spin(place), place))
+
+    def pull(self, place: Array, velocity: Array, acceleration: Array) -> Array:
+        """(n, …, 3) m/s², the same for the acceleration."""
+        moving = velocity + self.velocity(place, velocity)
+        pulled = acceleration + cross(self.spin(place), moving)
+        return np.asarray(pulled + cross(self._along(self.acceleration, place), place))
+
+    def spin_rate(self, spin: Array, spin_rate: Array) -> Array:
+        """(n, …, 3) rad/s², the same for a spin and its rate."""
+        return np.asarray(spin_rate + cross(self.spin(spin), spin) + self._along(self.acceleration, spin))
+
+    def _along(self, amount: Array, vectors: Array) -> Array:
+        shape = (len(amount),) + (1,) * (vectors.ndim - 1)
+        return np.asarray(amount.reshape(shape) * self.up)
+
+
+def turned(turn: Array, vectors: Array) -> Array:
+    """Vectors (n, …, 3) turned by rotations (n, 3, 3), contiguous."""
+    back = np.swapaxes(turn, 1, 2)
+    return np.ascontiguousarray((vectors.reshape(len(turn), -1, 3) @ back).reshape(vectors.shape))
