@@ -33,6 +33,8 @@ METHODS = ("joint", "paper")
 """How friction is fitted: together with the recording's nuisance parameters, or the paper's two parameters alone."""
 SNOWS = ("paper", "carving")
 """What lies under the skis: friction at the foot as in the paper, or snow that edges cut."""
+HEADINGS = ("replay", "track", "free")
+"""What holds the skier's heading on snow that edges cut."""
 
 _FUNCTIONS = {"import": "import_files", "ski": "identify", "benchmark": "diagnose"}
 """Functions of ``commands`` where they are not called as the command."""
@@ -235,12 +237,18 @@ def _add_terms(command: argparse.ArgumentParser) -> None:
 
 
 def _add_snow(command: argparse.ArgumentParser) -> None:
-    """The option for the snow under the skis."""
+    """The options for the snow under the skis, and for the heading that a skier has on it."""
     command.add_argument(
         "--snow",
         choices=SNOWS,
         default=SNOWS[0],
         help="friction at the foot as in the paper, or snow that edges cut (default: %(default)s)",
+    )
+    command.add_argument(
+        "--heading",
+        choices=HEADINGS,
+        help="the skier's, on snow that edges cut: as captured, held to that by a spring, or as the snow decides "
+        "(default: the model's, replay)",
     )
 
 
@@ -441,6 +449,7 @@ def _call(options: argparse.Namespace) -> str:
                 model=options.model,
                 terms=options.terms,
                 snow=options.snow,
+                heading=options.heading,
                 backend=options.backend,
                 progress=progress,
             )
@@ -453,6 +462,7 @@ def _call(options: argparse.Namespace) -> str:
                 terms=options.terms,
                 parameters=options.parameters,
                 snow=options.snow,
+                heading=options.heading,
                 progress=progress,
             )
         case "benchmark" if options.about == "recordings":
@@ -493,7 +503,12 @@ def _call(options: argparse.Namespace) -> str:
             summary = commands.validate(options.folder, options.result, options.out, progress=progress)
         case _:
             summary = commands.run(
-                options.folder, options.out, terms=options.terms, snow=options.snow, progress=progress
+                options.folder,
+                options.out,
+                terms=options.terms,
+                snow=options.snow,
+                heading=options.heading,
+                progress=progress,
             )
     groups = _groups_of(summary)
     return to_json(groups) if options.json else format_summary(groups)

@@ -196,6 +196,24 @@ def residual_moment(result: SimulationResult) -> ResidualMoment:
     )
 
 
+def residual_moment_vector(result: SimulationResult) -> Array:
+    """(n, 3) N m, level frame: the residual moment at the pelvis as one vector.
+
+    A moment Q of a coordinate is the vector's part along that coordinate's axis: rotation about gravity, list about the
+    axis that points forward then, tilt about the one to the right after both.
+    """
+    names, coordinates = list(result.moment_names), list(result.coordinate_names)
+    rotation, list_, tilt = (
+        result.joint_moments[:, names.index(f"pelvis_{name}")] for name in ("rotation", "list", "tilt")
+    )
+    heading, leaning = (result.coordinates[:, coordinates.index(f"pelvis_{name}")] for name in ("rotation", "list"))
+    forward = np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    left = np.stack([-forward[:, 1], forward[:, 0]], axis=1)
+    across = -(tilt + np.sin(leaning) * rotation) / np.cos(leaning)
+    level = list_[:, None] * forward + across[:, None] * left
+    return np.column_stack([level, rotation])
+
+
 HEADLINES: Final = (
     "duration_s",
     "mean_speed_mps",

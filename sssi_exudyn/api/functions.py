@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from sssi_exudyn.contact.backends.backend import Backend
     from sssi_exudyn.contact.term import Term
     from sssi_exudyn.fitting.fit import Method
+    from sssi_exudyn.model.heading import HeadingMode
     from sssi_exudyn.model.model import Model
     from sssi_exudyn.recording.inspection import Inspection
     from sssi_exudyn.recording.recording import Recording
@@ -166,6 +167,7 @@ def simulate(
     model: ModelOrFile | None = None,
     terms: Sequence[Term] = (),
     snow: Snow = "paper",
+    heading: HeadingMode | None = None,
     backend: Backend = "fastest",
     plugins: Sequence[AnyPath] = (),
     progress: ProgressWanted = False,
@@ -179,6 +181,8 @@ def simulate(
     model : the model, or its ``model.toml``; default friction where it is left out
     terms : force terms to add to it, such as one of your own
     snow : ``"paper"``, friction at the foot, or ``"carving"``, snow that edges cut
+    heading : the skier's, on snow that edges cut: ``"replay"``, as captured, ``"track"``, held to that by a spring, or
+        ``"free"``, as the snow decides; the model's where it is left out
     backend : how the force terms are evaluated
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
@@ -201,6 +205,7 @@ def simulate(
         model=_model(model),
         terms=terms,
         snow=snow,
+        heading=heading,
         backend=backend,
         progress=progress_of(progress),
     )
@@ -216,6 +221,7 @@ def fit(
     terms: Sequence[Term] = (),
     parameters: Sequence[str] = (),
     snow: Snow = "paper",
+    heading: HeadingMode | None = None,
     plugins: Sequence[AnyPath] = (),
     progress: ProgressWanted = False,
 ) -> Result:
@@ -230,6 +236,8 @@ def fit(
     terms : force terms to add, such as one of your own
     parameters : numbers of force terms to fit along, such as ``"my_friction.c"``
     snow : ``"paper"``, friction at the foot, or ``"carving"``, snow that edges cut
+    heading : the skier's, on snow that edges cut: ``"replay"``, as captured, ``"track"``, held to that by a spring, or
+        ``"free"``, as the snow decides; the model's where it is left out
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
@@ -253,6 +261,7 @@ def fit(
         terms=terms,
         parameters=parameters,
         snow=snow,
+        heading=heading,
         progress=progress_of(progress),
     )
     return result_of(made, _path(out))
@@ -264,6 +273,7 @@ def run(
     *,
     terms: Sequence[Term] = (),
     snow: Snow = "paper",
+    heading: HeadingMode | None = None,
     progress: ProgressWanted = False,
 ) -> Result:
     """The whole chain: fit where there is a GPS, simulate, compare with the measurements.
@@ -274,6 +284,8 @@ def run(
     out : folder for the result and its report; left out, nothing is written
     terms : further force terms, such as ``PostureAir()``
     snow : ``"paper"``, friction at the foot, or ``"carving"``, snow that edges cut
+    heading : the skier's, on snow that edges cut: ``"replay"``, as captured, ``"track"``, held to that by a spring, or
+        ``"free"``, as the snow decides; the model's where it is left out
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
 
     Examples
@@ -285,7 +297,9 @@ def run(
     from sssi_exudyn.api.result import result_of
     from sssi_exudyn.commands.runs import make_run
 
-    made = make_run(_recording(recording), _path(out), terms=terms, snow=snow, progress=progress_of(progress))
+    made = make_run(
+        _recording(recording), _path(out), terms=terms, snow=snow, heading=heading, progress=progress_of(progress)
+    )
     return result_of(made, _path(out))
 
 

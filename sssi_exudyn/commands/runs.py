@@ -33,6 +33,7 @@ from sssi_exudyn.fitting.more_parameters import seek_too
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.writing import folder_lock, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.heading import HeadingMode, check_heading
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.motion.from_recording import round_trip_table
@@ -99,14 +100,18 @@ def simulate(
     model: Path | None = None,
     terms: Sequence[str] = (),
     snow: Snow = "paper",
+    heading: HeadingMode | None = None,
     backend: Backend = "fastest",
     progress: Progress = SILENT,
 ) -> Summary:
     """Simulate a recording once, with ``model`` (a ``model.toml``) or with default friction, into ``out``; its
-    summary.  ``terms`` are names of force terms to add, ``snow`` is what lies under the skis.
+    summary.  ``terms`` are names of force terms to add, ``snow`` is what lies under the skis, ``heading`` what holds
+    the skier's heading there (the model's where it is left out).
     """
     added = terms_named(terms)
-    made = make_simulation(folder, out, model=model, terms=added, snow=snow, backend=backend, progress=progress)
+    made = make_simulation(
+        folder, out, model=model, terms=added, snow=snow, heading=heading, backend=backend, progress=progress
+    )
     return made.run.summary
 
 
@@ -117,6 +122,7 @@ def make_simulation(
     model: Path | Model | None = None,
     terms: Sequence[Term] = (),
     snow: Snow = "paper",
+    heading: HeadingMode | None = None,
     backend: Backend = "fastest",
     progress: Progress = SILENT,
 ) -> Made:
@@ -124,7 +130,8 @@ def make_simulation(
     with held(out):
         recording, motion = read_folder(source, progress)
         chosen = add_terms(_chosen(model) or model_of(recording, motion), (*_snow(snow), *terms))
-        settings = {"command": "simulate", "backend": backend, **_setting_of(snow)}
+        chosen = _with_heading(chosen, heading)
+        settings = {"command": "simulate", "backend": backend, **_setting_of(snow), **_setting_of_heading(heading)}
         return _simulate_into(out, recording, motion, chosen, Outcome(settings), progress, backend)
 
 
@@ -137,11 +144,13 @@ def fit(
     terms: Sequence[str] = (),
     parameters: Sequence[str] = (),
     snow: Snow = "paper",
+    heading: HeadingMode | None = None,
     progress: Progress = SILENT,
 ) -> Summary:
     """Fit friction (and, with ``joint``, start and heading) to the GPS track, into ``out``; the summary of the fitted
     run.  ``model`` (a ``model.toml``) has what else acts, such as what a diagnosis found; ``terms`` are names of force
-    terms to add, ``parameters`` numbers of terms to fit along, ``snow`` is what lies under the skis.
+    terms to add, ``parameters`` numbers of terms to fit along, ``snow`` is what lies under the skis.  The fit is with
+    the captured heading, the fitted run with ``heading``.
     """
     return make_fit(
         folder,
@@ -151,6 +160,7 @@ def fit(
         terms=terms_named(terms),
         parameters=parameters,
         snow=snow,
+        heading=heading,
         progress=progress,
     ).run.summary
 
@@ -164,6 +174,7 @@ def make_fit(
     terms: Sequence[Term] = (),
     parameters: Sequence[str] = (),
     snow: Snow = "paper",
+    heading: HeadingMode | None = None,
     progress: Progress = SILENT,
 ) -> Made:
     """``fit`` of a recording or its folder; without ``out`` nothing is written, and an interrupted fit is lost."""
@@ -172,6 +183,7 @@ def make_fit(
         if recording.gps is None:
             raise InputError(recording.folder / FILE, "[gps]", "there is no GPS to fit to", "add it, or use simulate")
         chosen = add_terms(_chosen(model) or model_of(recording, motion), (*_snow(snow), *terms))
+        chosen = _with_heading(chosen, heading)
         if is_carved(chosen.terms):
             _check_cutting(recording, method)
         if method == "joint" and model is None:
@@ -195,21 +207,28 @@ def make_fit(
                 predicted = second_half_table(half)
                 fitted = replace(fitted, covariance=shares.covariance)
         settings = {"command": "fit", "method": method, **({"parameters": list(parameters)} if parameters else {})}
-        settings |= _setting_of(snow)
+        settings |= {**_setting_of(snow), **_setting_of_heading(heading)}
         outcome = Outcome(settings, fit_figures(fitted), posture, predicted, uncertainty, draws)
-        made = _simulate_into(out, recording, motion, fitted.model, outcome, progress)
+        run_model = replace(fitted.model, heading=chosen.heading)
+        made = _simulate_into(out, recording, motion, run_model, outcome, progress)
         if cache is not None:
             cache.remove()
         return made
 
 
 def run(
-    folder: Path, out: Path, *, terms: Sequence[str] = (), snow: Snow = "paper", progress: Progress = SILENT
+    folder: Path,
+    out: Path,
+    *,
+    terms: Sequence[str] = (),
+    snow: Snow = "paper",
+    heading: HeadingMode | None = None,
+    progress: Progress = SILENT,
 ) -> Summary:
     """The whole chain: fit where there is a GPS, simulate, validate, report, into ``out``; the summary.  ``terms`` are
-    names of force terms to add.
+    names of force terms to add; ``snow`` and ``heading`` as in ``fit``.
     """
-    return make_run(folder, out, terms=terms_named(terms), snow=snow, progress=progress).run.summary
+    return make_run(folder, out, terms=terms_named(terms), snow=snow, heading=heading, progress=progress).run.summary
 
 
 def make_run(
@@ -218,12 +237,13 @@ def make_run(
     *,
     terms: Sequence[Term] = (),
     snow: Snow = "paper",
+    heading: HeadingMode | None = None,
     progress: Progress = SILENT,
 ) -> Made:
     """``run`` of a recording or its folder; without ``out`` nothing is written."""
     recording = source if isinstance(source, Recording) else read_recording(source)
     make = make_simulation if recording.gps is None else make_fit
-    return make(recording, out, terms=terms, snow=snow, progress=progress)
+    return make(recording, out, terms=terms, snow=snow, heading=heading, progress=progress)
 
 
 def _snow(snow: Snow) -> tuple[Term, ...]:
@@ -234,6 +254,18 @@ def _snow(snow: Snow) -> tuple[Term, ...]:
 def _setting_of(snow: Snow) -> dict[str, str]:
     """For the result's origin; nothing for the paper's."""
     return {"snow": snow} if snow != "paper" else {}
+
+
+def _with_heading(model: Model, mode: HeadingMode | None) -> Model:
+    """The model with that heading, its own without one.  Raises InputError where its snow does not go with it."""
+    held = model.with_heading(mode)
+    check_heading(held.heading, held.terms, "--heading")
+    return held
+
+
+def _setting_of_heading(mode: HeadingMode | None) -> dict[str, str]:
+    """For the result's origin; nothing where none was given."""
+    return {} if mode is None else {"heading": mode}
 
 
 def _check_cutting(recording: Recording, method: Method) -> None:

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final, Literal
 
+from sssi_exudyn.contact.registry import is_carved
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantity
 
 HeadingMode = Literal["replay", "track", "free"]
@@ -33,3 +38,10 @@ class Heading:
     def is_found(self) -> bool:
         """Whether it may differ from the captured one."""
         return self.mode != "replay"
+
+
+def check_heading(heading: Heading, terms: Sequence[Term], file: str | Path = "heading", place: str = "") -> None:
+    """Raise InputError where the heading is to be found on snow that does not turn a ski."""
+    if heading.is_found and not is_carved(terms):
+        problem = f"{heading.mode}: friction at the foot has no yaw moment that could decide the heading"
+        raise InputError(file, place, problem, "use snow that edges cut, or replay")

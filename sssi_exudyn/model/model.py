@@ -20,7 +20,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import Quantity, quantities, quantity
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.model.faults import CaptureSensor, Sensor
-from sssi_exudyn.model.heading import Heading
+from sssi_exudyn.model.heading import Heading, HeadingMode
 from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.recording.recording import Equipment, Skier
 from sssi_exudyn.terrain.surface import Surface
@@ -181,6 +181,10 @@ class Model:
                 kept = tuple(new if sensor is old else sensor for sensor in changed.sensors)
                 changed = replace(changed, sensors=kept)
         return changed
+
+    def with_heading(self, mode: HeadingMode | None) -> Model:
+        """The same model with that heading; its own where it is None."""
+        return self if mode is None else replace(self, heading=replace(self.heading, mode=mode))
 
     def without(self, owners: Iterable[str]) -> Model:
         """The same model without the terms and sensors of those names; a further one of a kind is ``name#2``.

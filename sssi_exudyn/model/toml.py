@@ -16,6 +16,7 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked, quantities
 from sssi_exudyn.io.settings import Settings, check_keys, key_of, name_of, numbers_of, read_toml, table_from, table_of
 from sssi_exudyn.model.faults import read_sensor, values_of
+from sssi_exudyn.model.heading import HEADING_MODES, Heading, check_heading
 from sssi_exudyn.model.model import Model, Solver, Start
 from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.motion.correction_file import correction_bytes, correction_to_dict, read_correction
@@ -27,7 +28,7 @@ from sssi_exudyn.terrain.file import read_surface, surface_bytes, surface_to_dic
 
 _TABLES: Final = (
     *("format", "name", "skier", "equipment", "slope", "term", "sensor", "start", "solver"),
-    *("surface", "posture", "plugin"),
+    *("surface", "posture", "heading", "plugin"),
 )
 _KEYS: Final = {
     "skier": ("mass_kg", "height_m", "sex"),
@@ -47,6 +48,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
     start["heading_offset_deg"] = float(np.degrees(start.pop("heading_offset")))
     surface = {} if model.surface is None else {"surface": surface_to_dict(model.surface)}
     posture = {} if model.posture is None else {"posture": correction_to_dict(model.posture)}
+    heading = {} if model.heading == Heading() else {"heading": asdict(model.heading)}
     plugins = [plugin.as_table() for plugin in origins_of(type(term) for term in model.terms)]
     return {
         "format": 1,
@@ -66,6 +68,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
         "solver": asdict(model.solver),
         **surface,
         **posture,
+        **heading,
         **({"plugin": plugins} if plugins else {}),
     }
 
@@ -113,6 +116,12 @@ def read_model(path: Path) -> Model:
         for i, entry in enumerate(tables)
     )
     check_together(terms, path)
+    heading = dict(table("heading")) if "heading" in data else {}
+    if heading.get("mode", HEADING_MODES[0]) not in HEADING_MODES:
+        problem = f"{str(heading['mode'])[:40]!r} is not known"
+        raise InputError(path, "[heading] mode", problem, f"use one of: {', '.join(HEADING_MODES)}")
+    held = build_checked(Heading, heading, path, "[heading]")
+    check_heading(held, terms, path, "[heading] mode")
     sex = name_of(skier, "sex", path, "[skier]", default="male")
     if sex not in SEXES:
         raise InputError(path, "[skier] sex", f"{sex!r} has no anthropometric table", f"use of: {', '.join(SEXES)}")
@@ -155,6 +164,7 @@ def read_model(path: Path) -> Model:
         ),
         surface=read_surface(table("surface"), path) if "surface" in data else None,
         posture=read_correction(table("posture"), path) if "posture" in data else None,
+        heading=held,
     )
 
 

@@ -6,13 +6,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from sssi_exudyn.core.frames import Array
+from sssi_exudyn.analysis.biomechanics import residual_moment_vector
+from sssi_exudyn.core.frames import Array, slope_to_level
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.results.summary import CarvingFigures, Estimate
 from sssi_exudyn.simulation.result import SimulationResult
 
 _FEW = 5.0
 """% of the run in which the side reserve is less than the least that is given."""
+
+_SLOW = 0.1
+"""m/s below which a skier has no way."""
 
 
 def _rms(values: Array) -> float:
@@ -31,6 +35,9 @@ def carving_figures(model: Model, result: SimulationResult, fitted: Mapping[str,
     load = max(float(result.foot_load.sum()), 1.0)
     outer = np.argmax(result.foot_load, axis=1)
     reserve = edges.side_reserve[np.arange(len(outer)), outer]
+    left = residual_moment_vector(result)
+    course = (result.com_velocity @ slope_to_level(model.inclination).T)[:, :2]
+    course = course / np.maximum(np.linalg.norm(course, axis=1, keepdims=True), _SLOW)
     return CarvingFigures(
         tier="full",
         mu=number("mu"),
@@ -44,4 +51,8 @@ def carving_figures(model: Model, result: SimulationResult, fitted: Mapping[str,
         ski_roll_rms_deg=float(np.degrees(_rms(edges.roll))),
         ski_heave_rms_m=_rms(edges.heave),
         ski_pitch_rms_deg=float(np.degrees(_rms(edges.pitch))),
+        heading=model.heading.mode,
+        heading_rms_deg=float(np.degrees(_rms(edges.heading))),
+        yaw_residual_rms_Nm=_rms(left[:, 2]),
+        roll_residual_rms_Nm=_rms(np.sum(left[:, :2] * course, axis=1)),
     )

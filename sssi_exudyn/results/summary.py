@@ -16,6 +16,7 @@ from sssi_exudyn.analysis.biomechanics import ResidualMoment, TurnFigures
 from sssi_exudyn.analysis.boots import BootFigures
 from sssi_exudyn.io.typed import convert
 from sssi_exudyn.io.writing import to_plain
+from sssi_exudyn.model.heading import HeadingMode
 from sssi_exudyn.terrain.profile import SurfaceFigures
 
 FORMAT: Final = 1
@@ -320,6 +321,10 @@ class CarvingFigures:
     side_reserve_mean, side_reserve_least : share of what the wall bears that the more loaded ski does not use: over the
         run, and where a twentieth of it has less
     ski_yaw_rms_deg, ski_roll_rms_deg, ski_heave_rms_m, ski_pitch_rms_deg : of the skis against the captured feet
+    heading : what held the skier's heading: ``replay``, ``track`` or ``free``
+    heading_rms_deg : of the skier against the captured heading
+    yaw_residual_rms_Nm, roll_residual_rms_Nm : moments about gravity and about the way of the centre of mass, at this
+        or any other point, that posture and snow leave over: large where the posture does not fit the path
     """
 
     tier: str
@@ -334,6 +339,10 @@ class CarvingFigures:
     ski_roll_rms_deg: float | None = None
     ski_heave_rms_m: float | None = None
     ski_pitch_rms_deg: float | None = None
+    heading: HeadingMode = "replay"
+    heading_rms_deg: float | None = None
+    yaw_residual_rms_Nm: float | None = None
+    roll_residual_rms_Nm: float | None = None
 
 
 @dataclass(frozen=True, repr=False)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sssi_exudyn.contact.backends.carving.carved_tangents_kernel import CarvedTangents
+from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.carved import SHARE, Carved, carved_run, reduced_run_of
@@ -27,10 +28,13 @@ from sssi_exudyn.simulation.tangent_inputs import (
 class CarvedLinearisation:
     """One run, and its derivatives in as many directions as are asked for.
 
-    Raises SimulationDiverged as ``simulate_carved`` does.
+    Raises SimulationDiverged as ``simulate_carved`` does, InputError for another heading than the captured one.
     """
 
     def __init__(self, model: Model, prepared: Prepared) -> None:
+        if model.heading.is_found:
+            problem = f"{model.heading.mode}: derivatives are those of runs with the captured heading"
+            raise InputError("heading", "", problem, "use replay")
         self.model = model
         self.done = carved_run(model, prepared)
         self.run = reduced_run_of(self.done)

@@ -22,6 +22,7 @@ from sssi_exudyn.contact.backends.backend import Backend, choose_backend
 from sssi_exudyn.contact.backends.full_kernel import LOAD
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope, up_in_slope
+from sssi_exudyn.model.heading import check_heading
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.motion.motion import Motion, antenna_offset
 from sssi_exudyn.simulation.assembly import CARVED_STEP, Parts, correct_motion
@@ -97,8 +98,9 @@ def integrate(
     """As ``simulate``, but gives the states that were recorded, and "" or what stopped the solver.
 
     Where edges cut the snow, steps are ``CARVED_STEP`` at most.  Raises InputError for another back end than the
-    fastest there.
+    fastest there, and elsewhere for a heading that is to be found.
     """
+    check_heading(model.heading, model.terms)
     parts = Parts(model, correct_motion(model, motion))
     t0 = motion.start if start is None else start
     t1 = motion.stop if stop is None else stop

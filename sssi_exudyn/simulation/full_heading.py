@@ -34,14 +34,11 @@ class FullHeading:
     def ahead(self, captured: PostureTable, row: int) -> PostureTable:
         """The posture of a row, turned as it will be then: a table of one row."""
         one = captured.rows(np.array([row]))
-        self._whole = whole_body(one, self._parts.body_mass, self._parts.ski, self._up)
+        self._whole = whole_body(one, self._parts.body_mass, self._parts.ski)
         step = float(one.time[0]) - self._accepted
         if step > 0.0:
-            before, after = (
-                (*self._before, self._given),
-                (float(self._whole.inertia[0]), float(self._whole.momentum[0])),
-            )
-            self._trial = next_heading(self._stiffness, self._ratio, step, self._last, before, after)
+            before = (*self._before, self._given)
+            self._trial = next_heading(self._stiffness, self._ratio, step, self._last, before, self._now())
         self._posture = one.turn(Turn(self._up, *np.array(self._trial)[:, None]), self._parts.body_mass)
         return self._posture
 
@@ -62,4 +59,4 @@ class FullHeading:
 
     def _now(self) -> tuple[float, float]:
         """Inertia (kg m²) of skier and skis about the vertical, and their captured momentum (N m s)."""
-        return float(self._whole.inertia[0]), float(self._whole.momentum[0])
+        return float(self._up @ self._whole.inertia[0] @ self._up), float(self._up @ self._whole.momentum[0])

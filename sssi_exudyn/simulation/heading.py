@@ -63,7 +63,7 @@ class WholeBody:
     """Skier and skis as one, n times.
 
     place, velocity : (n, 3) m, m/s of the centre of mass, relative to the pelvis
-    inertia, momentum : (n,) kg m², N m s about the vertical through it
+    inertia, momentum : (n, 3, 3) kg m², (n, 3) N m s about it
     """
 
     place: Array
@@ -72,8 +72,8 @@ class WholeBody:
     momentum: Array
 
 
-def whole_body(posture: Posture, body_mass: float, ski: RigidSki, up: Array) -> WholeBody:
-    """Skier (``body_mass`` kg without skis) and both skis together; ``up`` (3,) is against gravity."""
+def whole_body(posture: Posture, body_mass: float, ski: RigidSki) -> WholeBody:
+    """Skier (``body_mass`` kg without skis) and both skis together."""
     frame, spin = posture.foot_rotation, posture.foot_spin
     arm = frame @ ski.com
     places = np.concatenate([posture.com_place[:, None], posture.foot_place + arm], axis=1)
@@ -81,16 +81,19 @@ def whole_body(posture: Posture, body_mass: float, ski: RigidSki, up: Array) -> 
     mass = np.array([body_mass, ski.mass, ski.mass])
     share = mass / mass.sum()
     place, velocity = share @ places, share @ speeds
-    swing, pace = cross(up, places - place[:, None]), speeds - velocity[:, None]
-    upright, turning = np.einsum("nsji,j->nsi", frame, up), np.einsum("nsji,nsj->nsi", frame, spin)
-    inertia = posture.com_inertia + np.einsum("nsi,ij,nsj->n", upright, ski.inertia, upright)
-    momentum = posture.com_momentum + np.einsum("nsi,ij,nsj->n", upright, ski.inertia, turning)
-    return WholeBody(
-        place,
-        velocity,
-        inertia + np.sum(swing**2, axis=2) @ mass,
-        momentum + np.sum(swing * pace, axis=2) @ mass,
-    )
+    of_skis = frame @ ski.inertia @ np.swapaxes(frame, 2, 3)
+    apart = places - place[:, None]
+    inertia = posture.com_inertia + of_skis.sum(axis=1) + spread_inertia(mass, apart)
+    momentum = posture.com_momentum + np.einsum("nsij,nsj->ni", of_skis, spin)
+    momentum += mass @ cross(apart, speeds - velocity[:, None])
+    return WholeBody(place, velocity, inertia, momentum)
+
+
+def spread_inertia(mass: Array, arm: Array) -> Array:
+    """(n, 3, 3) kg m² of points of ``mass`` (k,) kg at ``arm`` (n, k, 3) m from their centre."""
+    weighted = np.sqrt(mass)[:, None] * arm
+    spread = np.swapaxes(weighted, 1, 2) @ weighted
+    return np.asarray(np.trace(spread, axis1=1, axis2=2)[:, None, None] * np.eye(3) - spread)
 
 
 @dataclass(frozen=True)
@@ -126,6 +129,14 @@ class Turn:
     def spin_rate(self, spin: Array, spin_rate: Array) -> Array:
         """(n, …, 3) rad/s², the same for a spin and its rate."""
         return np.asarray(spin_rate + cross(self.spin(spin), spin) + self._along(self.acceleration, spin))
+
+    def momenta(self, matrices: Array, inertia: Array, momentum: Array) -> dict[str, Array]:
+        """``com_inertia`` and ``com_momentum`` of a posture, turned."""
+        more = momentum + np.einsum("nij,nj->ni", inertia, self.spin(momentum))
+        return {
+            "com_inertia": matrices @ inertia @ np.swapaxes(matrices, 1, 2),
+            "com_momentum": turned(matrices, more),
+        }
 
     def _along(self, amount: Array, vectors: Array) -> Array:
         shape = (len(amount),) + (1,) * (vectors.ndim - 1)

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia
 from sssi_exudyn.bodies.skier.boot import ski_on_foot
 from sssi_exudyn.bodies.skier.chain import FEET, SEGMENT, forward_kinematics, jacobians, mean_jacobian, rates
-from sssi_exudyn.core.frames import Array, cross, up_in_slope
+from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.simulation.heading import HEADING, Turn, turned
+from sssi_exudyn.simulation.heading import HEADING, Turn, spread_inertia, turned
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class PostureTable:
     foot_turning : (n, 2, 3, 28) the feet's angular velocity a unit rate of each prescribed coordinate
     com_place, com_velocity, com_acceleration : (n, 3) centre of mass of skier, boots and bindings (skis apart)
     com_jacobian : (n, 3, 28)
-    com_inertia, com_momentum : (n,) kg m², N m s of the same about the vertical through its centre of mass, to the left
+    com_inertia, com_momentum : (n, 3, 3) kg m², (n, 3) N m s of the same about its centre of mass
     kinetic : (n,) kinetic energy of the same in the pelvis' frame of translation, J
     exposed_velocity : (n, k, 3) of the exposed segments' centres of mass, m/s
     exposed_facing : (n, k, 3, 3) m⁴, what they show the air and others do not shield (``facing``); zero where no law
@@ -92,10 +92,10 @@ class PostureTable:
         for name, more in (("angles", turn.angle), ("rates", turn.rate), ("accelerations", turn.acceleration)):
             changed[name] = getattr(self, name).copy()
             changed[name][:, HEADING] += more
-        changed["com_momentum"] = self.com_momentum + turn.rate * self.com_inertia
+        changed |= turn.momenta(matrices, self.com_inertia, self.com_momentum)
         swing = cross(up, self.com_place)
-        momentum = self.com_momentum + body_mass * np.sum(swing * self.com_velocity, axis=1)
-        inertia = self.com_inertia + body_mass * np.sum(swing**2, axis=1)
+        momentum = self.com_momentum @ up + body_mass * np.sum(swing * self.com_velocity, axis=1)
+        inertia = self.com_inertia @ up @ up + body_mass * np.sum(swing**2, axis=1)
         changed["kinetic"] = self.kinetic + turn.rate * (momentum + 0.5 * turn.rate * inertia)
         return replace(self, **changed)
 
@@ -147,13 +147,11 @@ def posture_at(
     inertia = np.stack([body.inertia for body in inertias])
     kinetic = 0.5 * np.einsum("nsi,sij,nsj->n", spin, inertia, spin)
     kinetic += 0.5 * np.einsum("s,nsi,nsi->n", mass, velocity, velocity)
-    up = up_in_slope(motion.inclination)
-    upright = np.einsum("nsji,j->nsi", poses.rotation, up)
     arm, pace = place - (share @ place)[:, None], velocity - (share @ velocity)[:, None]
-    com_inertia = np.einsum("nsi,sij,nsj->n", upright, inertia, upright)
-    com_inertia += np.sum(mass * np.sum(cross(up, arm) ** 2, axis=2), axis=1)
-    com_momentum = np.einsum("nsi,sij,nsj->n", upright, inertia, spin)
-    com_momentum += np.sum(mass * np.sum(cross(up, arm) * pace, axis=2), axis=1)
+    com_inertia = np.einsum("nsij,sjk,nslk->nil", poses.rotation, inertia, poses.rotation, optimize=True)
+    com_inertia += spread_inertia(mass, arm)
+    com_momentum = np.einsum("nsij,sjk,nsk->ni", poses.rotation, inertia, spin, optimize=True)
+    com_momentum += mass @ cross(arm, pace)
     shown = [SEGMENT[name] for name in exposed]
     outer = np.concatenate([foot_place, place[:, shown]], axis=1)
     angular, linear = (found[..., 3:] for found in jacobians(poses, feet + shown, outer))

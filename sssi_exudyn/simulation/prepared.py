@@ -142,7 +142,7 @@ class Prepared:
     def whole_body(self) -> WholeBody:
         """Skier and skis as one."""
         ski = RigidSki(0.5 * (self.mass - self.body_mass), self.ski_com, self.ski_inertia)
-        return whole_body(self, self.body_mass, ski, self.up)
+        return whole_body(self, self.body_mass, ski)
 
     def _inertia_force(self) -> Array:
         """(n, 3) N: all masses times the accelerations that the posture gives them relative to the pelvis."""
@@ -216,7 +216,7 @@ class Prepared:
         changed["antenna_frame"] = np.ascontiguousarray(matrices @ self.antenna_frame)
         facing = matrices[:, None] @ self.exposed_facing @ np.swapaxes(matrices, 1, 2)[:, None]
         changed["exposed_facing"] = np.ascontiguousarray(facing)
-        changed["com_momentum"] = self.com_momentum + turn.rate * self.com_inertia
+        changed |= turn.momenta(matrices, self.com_inertia, self.com_momentum)
         return replace(self, **changed)
 
 

@@ -25,6 +25,7 @@ from sssi_exudyn.contact.backends.structs import (
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.heading import check_heading
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.carved import simulate_carved
 from sssi_exudyn.simulation.prepared import (
@@ -99,8 +100,10 @@ def start_of_run(
 def simulate_reduced(model: Model, prepared: Prepared) -> ReducedRun:
     """One run, on snow that edges cut where the model has such.
 
-    Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way.
+    Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way, InputError for a
+    heading that is to be found on other snow.
     """
+    check_heading(model.heading, model.terms)
     if is_carved(model.terms):
         return simulate_carved(model, prepared).run
     at = prepared.correct_capture(model)

@@ -207,6 +207,8 @@ class SimulationResult:
                 columns[f"{side}_ankle_edging_Nm"] = self.ankle_edging[:, index]
             if self.pole_force is not None:
                 add_vector(f"{side}_pole", self.pole_force[:, index], "N")
+        if self.edges is not None:
+            columns["heading_offset_deg"] = np.degrees(self.edges.heading)
         add_vector("drag", self.drag, "N")
         for index, name in enumerate(self.coordinate_names):
             values = self.coordinates[:, index]

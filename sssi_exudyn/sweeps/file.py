@@ -28,6 +28,7 @@ from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.fitting.fit import METHODS, Method
 from sssi_exudyn.io.settings import Settings, check_keys, read_toml, table_of, text_of
+from sssi_exudyn.model.heading import HEADING_MODES, HeadingMode
 from sssi_exudyn.runtime.plugins import Plugin, origins_of, require, tables_of
 from sssi_exudyn.simulation.turn_rig import ski_named
 from sssi_exudyn.sweeps.design import INDEXED, KINDS, LISTED, Design
@@ -38,9 +39,9 @@ TASKS: Final[tuple[Task, ...]] = ("simulate", "fit", "turn")
 TIERS: Final[tuple[Tier, ...]] = ("reduced", "full")
 _KEYS: Final = (
     "format", "name", "recordings", "model", "task", "tier", "method", "duration_s", "series", "outputs",
-    "design", "parameter", "term", "plugin", "skis",
+    "design", "parameter", "term", "plugin", "skis", "heading",
 )  # fmt: skip
-_OF_RUNS: Final = ("recordings", "model", "tier", "method", "duration_s", "series", "term")
+_OF_RUNS: Final = ("recordings", "model", "tier", "method", "duration_s", "series", "term", "heading")
 """Keys without a meaning for skis in turns."""
 LARGEST: Final = 10_000_000
 """Points of a design at most."""
@@ -58,6 +59,7 @@ class SweepFile:
     settings : the file's content
     duration : s of each run from its start, None for whole runs
     series : whether each run's time series is kept
+    heading : what holds the skiers' heading; None for what the model says
     outputs : figures that indices and plots show; empty for the usual ones
     """
 
@@ -72,6 +74,7 @@ class SweepFile:
     series: bool
     outputs: tuple[str, ...]
     terms: tuple[Term, ...]
+    heading: HeadingMode | None
     design: Design
     settings: Settings
 
@@ -131,6 +134,7 @@ def sweep_from(settings: Settings, path: Path) -> SweepFile:
         series=series and task != "turn",
         outputs=words_of(settings.get("outputs", []), path, "outputs"),
         terms=_terms(settings, path, task),
+        heading=_heading(settings, path, task),
         design=_design(settings, path),
         settings=settings,
     )
@@ -186,6 +190,15 @@ def _terms(settings: Settings, path: Path, task: Task) -> tuple[Term, ...]:
         problem = "a sweep fits the paper's snow alone"
         raise InputError(path, "[[term]]", problem, "fit one recording by sssi fit --snow carving, or simulate")
     return terms
+
+
+def _heading(settings: Settings, path: Path, task: Task) -> HeadingMode | None:
+    """What holds the skiers' heading; a fit has the captured one."""
+    if "heading" not in settings:
+        return None
+    if task == "fit":
+        raise InputError(path, "heading", "fits are with the captured heading", "leave it out")
+    return _one_of(settings, "heading", HEADING_MODES, path)
 
 
 def _folders(patterns: object, path: Path) -> tuple[Path, ...]:

@@ -12,6 +12,7 @@ from sssi_exudyn.contact.registry import PAPER_TERMS, combine_terms
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.fitting.fit import Method
+from sssi_exudyn.model.heading import Heading, HeadingMode, check_heading
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.recording.read import read_recording
@@ -42,6 +43,7 @@ class Job:
     terms : force terms besides the model's
     duration : s of each run from its start, None for whole runs
     series : whether each run's time series is kept
+    heading : what holds the skiers' heading; None for what the model says
     plugins : that the user has named, of which the terms are
     """
 
@@ -56,6 +58,7 @@ class Job:
     method: Method
     duration: float | None
     series: bool
+    heading: HeadingMode | None = None
     plugins: tuple[Plugin, ...] = ()
 
 
@@ -134,6 +137,9 @@ def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
     """
     model = None if file.model is None else read_model(file.model)
     plugins = origins_of(type(term) for term in (*file.terms, *(() if model is None else model.terms)))
+    if file.heading is not None:
+        terms = (*file.terms, *(() if model is None else model.terms))
+        check_heading(Heading(file.heading), terms, file.path, "heading")
     axes = axes_of(file, _declared_parameters(file, model))
     points = points_of(file.design, axes)
     columns = columns_of(file.task, file.tier, file.method)
@@ -141,7 +147,7 @@ def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
     shared = (
         "sweep", file.task, file.tier, file.method if file.task == "fit" else "", file.duration, model,
         [(term.name, parameters(term)) for term in file.terms], [axis.name for axis in axes],
-        *([plugin.as_table() for plugin in plugins],) * bool(plugins),
+        *([plugin.as_table() for plugin in plugins],) * bool(plugins), *([file.heading] if file.heading else []),
     )  # fmt: skip
     hashes = tuple(
         fingerprint(
@@ -163,6 +169,7 @@ def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
         method=file.method,
         duration=file.duration,
         series=file.series,
+        heading=file.heading,
         plugins=plugins,
     )
     return Plan(file, job, axes, points, keys, columns, outputs, dict(files))

@@ -170,6 +170,7 @@ def _changed_model(job: Job, number: int, shape: Shape) -> tuple[Recording, Moti
     base = None if job.model is None else read_model(Path(job.model))
     terms = tuple(term_named(name)(**dict(values)) for name, values in job.terms)
     recording, motion, model = change(recording, motion, base, terms, dict(shape))
+    model = model.with_heading(job.heading)
     if job.duration is not None:
         motion = replace(motion, stop=min(motion.stop, motion.start + job.duration))
     return recording, motion, model

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from bundled import EXAMPLES, bundled
 
-from sssi_exudyn.commands.runs import Outcome, add_terms, make_fit, write_outcome
+from sssi_exudyn.commands.runs import Outcome, add_terms, make_fit, make_simulation, write_outcome
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.heading import Heading
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.results.stored import read_run
 from sssi_exudyn.results.summary import Estimate, Fit
@@ -66,6 +67,57 @@ def test_the_model_is_read_back_whole(folder: Path) -> None:
     model = read_model(folder / "model.toml")
     assert model.term("carving") == Carving(mu=0.1)
     assert {term.name for term in model.terms} == {"air", "carving"}
+
+
+@pytest.fixture(scope="module")
+def freed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same with a heading that the snow decides."""
+    out = tmp_path_factory.mktemp("freed") / "result"
+    recording, motion = bundled("intermediate")
+    model = add_terms(model_of(recording, motion), (Carving(mu=0.1),)).with_heading("free")
+    result = simulate(model, motion, stop=motion.start + 0.5, tree=False)
+    write_outcome(out, recording, motion, model, result, Outcome({"command": "simulate"}))
+    return out
+
+
+@pytest.mark.long
+def test_the_result_tells_where_the_skier_heads(folder: Path, freed: Path) -> None:
+    captured, found = (
+        json.loads((each / "summary.json").read_text(encoding="utf-8"))["carving"] for each in (folder, freed)
+    )
+    assert (captured["heading"], captured["heading_rms_deg"]) == ("replay", 0.0)
+    assert found["heading"] == "free"
+    offset = read_run(freed).series["heading_offset_deg"].to_numpy(dtype=float)
+    assert found["heading_rms_deg"] == pytest.approx(np.sqrt(np.mean(offset**2)), rel=1e-3)  # figures are rounded
+    assert found["heading_rms_deg"] > 0.1
+    # the first steps, in which the run begins from rest, are counted
+    assert found["yaw_residual_rms_Nm"] < 0.5 * captured["yaw_residual_rms_Nm"]
+    assert found["roll_residual_rms_Nm"] > 0.0
+    page = (freed / "report.html").read_text(encoding="utf-8")
+    assert "what snow and air make of it" in page
+    assert "the skier&#x27;s balance is captured" in page or "the skier's balance is captured" in page
+
+
+@pytest.mark.long
+def test_the_model_keeps_its_heading(folder: Path, freed: Path, tmp_path: Path) -> None:
+    assert read_model(freed / "model.toml").heading == Heading("free")
+    assert "[heading]" not in (folder / "model.toml").read_text(encoding="utf-8")
+    file = tmp_path / "model.toml"
+    text = (freed / "model.toml").read_text(encoding="utf-8")
+    for old, new, problem in (
+        ('mode = "free"', 'mode = "loose"', r"\[heading\] mode: 'loose' is not known; use one of: replay, track, free"),
+        ("stiffness = 500.0", "stiffness = 0.0", r"\[heading\] stiffness: 0 is outside 1 to 1e\+06 N m/rad"),
+    ):
+        assert old in text
+        file.write_text(text.replace(old, new), encoding="utf-8")
+        with pytest.raises(InputError, match=problem):
+            read_model(file)
+
+
+def test_friction_at_the_foot_decides_no_heading() -> None:
+    for make in (make_simulation, make_fit):
+        with pytest.raises(InputError, match="--heading: free: friction at the foot has no yaw moment"):
+            make(EXAMPLES / "beginner", None, heading="free")
 
 
 @pytest.mark.long

@@ -57,6 +57,13 @@ def test_keys_hang_on_inputs_alone() -> None:
     assert set(plan_of({"recordings": ["intermediate"], "parameter": [MU_T]}).keys).isdisjoint(plain.keys)
 
 
+def test_a_heading_goes_with_snow_that_edges_cut() -> None:
+    cut = {"term": [{"name": "carving"}], "parameter": [{"name": "carving.mu", "values": [0.1]}]}
+    plain, free = plan_of(cut), plan_of({**cut, "heading": "free"})
+    assert free.job.heading == "free"
+    assert set(free.keys).isdisjoint(plain.keys)
+
+
 def test_equal_points_are_run_once() -> None:
     plan = plan_of({"design": {"kind": "list"}, "parameter": [{"name": "friction.mu_t", "values": [0.1, 0.05, 0.1]}]})
     assert len(plan.keys) == 3
@@ -77,6 +84,9 @@ def test_equal_points_are_run_once() -> None:
         ({"parameter": [{"name": "equipment.skis", "values": ["barrel"]}]}, "[[parameter]] 1 values", "slalom_165"),
         ({"task": "fit", "parameter": [MU_T]}, "[[parameter]] 1 name", "fit"),
         ({"method": "paper", "parameter": [MU_T]}, "method", "fit"),
+        ({"heading": "free", "parameter": [MU_T]}, "heading", "edges cut"),
+        ({"heading": "loose", "parameter": [MU_T]}, "heading", "replay, track, free"),
+        ({"task": "fit", "heading": "free"}, "heading", "captured heading"),
         ({"design": {"kind": "list"}, "parameter": [MU_T, {"name": "skier.mass", "values": [60.0]}]}, "values", "mass"),
         ({"design": {"kind": "sobol", "size": 100}, "parameter": [MASS]}, "[design] size", "128"),
         ({"design": {"kind": "sobol", "size": 8}, "parameter": [MU_T]}, "[[parameter]] 1 values", "unknown"),

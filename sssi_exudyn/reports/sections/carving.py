@@ -9,8 +9,13 @@ from sssi_exudyn.results.summary import Estimate
 
 _ABOUT = (
     "Each point of an edge presses into the snow, is held by the groove's wall until that yields, and slides along its"
-    " own tangent. The skier's heading is the captured one; the skis yaw, roll, heave and pitch against the feet."
+    " own tangent. The skis yaw, roll, heave and pitch against the feet."
 )
+_HEADINGS = {
+    "replay": "the captured one",
+    "track": "held to the captured one by a spring and a damper",
+    "free": "what snow and air make of it",
+}
 
 
 def carving(runs: Runs) -> Section:
@@ -35,6 +40,10 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
         ("roll of the skis against the feet, rms (°)", number(found.ski_roll_rms_deg)),
         ("heave of the skis against the feet, rms (m)", number(found.ski_heave_rms_m)),
         ("pitch of the skis against the feet, rms (°)", number(found.ski_pitch_rms_deg)),
+        ("the skier's heading", _HEADINGS[found.heading]),
+        ("heading against the captured one, rms (°)", number(found.heading_rms_deg)),
+        ("moment left over about gravity, rms (N m)", number(found.yaw_residual_rms_Nm)),
+        ("moment left over in roll, about the way, rms (N m)", number(found.roll_residual_rms_Nm)),
     )
     return Text(_ABOUT), Grid([["", "value"], *map(list, rows)])
 

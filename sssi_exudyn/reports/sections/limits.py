@@ -31,7 +31,8 @@ def _lines(run: StoredRun) -> list[str]:
     if summary.carving is None:
         lines.append("Friction acts at the foot, not along the edge.")
     else:
-        lines.append("Edges cut the snow, but the skier's heading and balance are the captured ones.")
+        kept = "heading and balance are" if summary.carving.heading == "replay" else "balance is"
+        lines.append(f"Edges cut the snow, but the skier's {kept} captured.")
     if summary.posture is not None:
         measured = ", ".join(summary.posture.measured)
         lines.append(f"Few sensors: measured {measured}; all else of the posture is assumed.")
