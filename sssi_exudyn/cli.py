@@ -118,6 +118,11 @@ def parser() -> argparse.ArgumentParser:
     simulate.add_argument("--model", type=Path, metavar="TOML", help="the model, such as a result's model.toml")
     _add_terms(simulate)
     _add_snow(simulate)
+    simulate.add_argument(
+        "--balanced",
+        action="store_true",
+        help="on snow that edges cut: lean the whole posture slowly so that the skier is in balance (minutes)",
+    )
     simulate.add_argument("--backend", choices=BACKENDS, default=BACKENDS[0], help="how the force terms are evaluated")
     fit = commands.add_parser("fit", parents=[common, recorded, written], help="fit friction to the GPS track")
     fit.add_argument("--method", choices=METHODS, default=METHODS[0], help="default: %(default)s")
@@ -450,6 +455,7 @@ def _call(options: argparse.Namespace) -> str:
                 terms=options.terms,
                 snow=options.snow,
                 heading=options.heading,
+                balanced=options.balanced,
                 backend=options.backend,
                 progress=progress,
             )

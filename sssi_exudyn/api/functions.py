@@ -168,6 +168,7 @@ def simulate(
     terms: Sequence[Term] = (),
     snow: Snow = "paper",
     heading: HeadingMode | None = None,
+    balanced: bool = False,
     backend: Backend = "fastest",
     plugins: Sequence[AnyPath] = (),
     progress: ProgressWanted = False,
@@ -183,6 +184,7 @@ def simulate(
     snow : ``"paper"``, friction at the foot, or ``"carving"``, snow that edges cut
     heading : the skier's, on snow that edges cut: ``"replay"``, as captured, ``"track"``, held to that by a spring, or
         ``"free"``, as the snow decides; the model's where it is left out
+    balanced : on such snow, lean the whole posture slowly so that the skier is in balance
     backend : how the force terms are evaluated
     plugins : files of Python or installed packages to load first (``use_plugin``); their code is run
     progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
@@ -206,6 +208,7 @@ def simulate(
         terms=terms,
         snow=snow,
         heading=heading,
+        balanced=balanced,
         backend=backend,
         progress=progress_of(progress),
     )

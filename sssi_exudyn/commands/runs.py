@@ -66,6 +66,7 @@ from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.plugins import origin_of, origins_of
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
+from sssi_exudyn.simulation.balance import balance
 from sssi_exudyn.simulation.full import simulate as simulate_model
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.sweeps.sweep import is_sweep
@@ -101,16 +102,26 @@ def simulate(
     terms: Sequence[str] = (),
     snow: Snow = "paper",
     heading: HeadingMode | None = None,
+    balanced: bool = False,
     backend: Backend = "fastest",
     progress: Progress = SILENT,
 ) -> Summary:
     """Simulate a recording once, with ``model`` (a ``model.toml``) or with default friction, into ``out``; its
     summary.  ``terms`` are names of force terms to add, ``snow`` is what lies under the skis, ``heading`` what holds
-    the skier's heading there (the model's where it is left out).
+    the skier's heading there (the model's where it is left out).  ``balanced``: there the whole posture leans so that
+    the skier is in balance.
     """
     added = terms_named(terms)
     made = make_simulation(
-        folder, out, model=model, terms=added, snow=snow, heading=heading, backend=backend, progress=progress
+        folder,
+        out,
+        model=model,
+        terms=added,
+        snow=snow,
+        heading=heading,
+        balanced=balanced,
+        backend=backend,
+        progress=progress,
     )
     return made.run.summary
 
@@ -123,6 +134,7 @@ def make_simulation(
     terms: Sequence[Term] = (),
     snow: Snow = "paper",
     heading: HeadingMode | None = None,
+    balanced: bool = False,
     backend: Backend = "fastest",
     progress: Progress = SILENT,
 ) -> Made:
@@ -131,7 +143,15 @@ def make_simulation(
         recording, motion = read_folder(source, progress)
         chosen = add_terms(_chosen(model) or model_of(recording, motion), (*_snow(snow), *terms))
         chosen = _with_heading(chosen, heading)
-        settings = {"command": "simulate", "backend": backend, **_setting_of(snow), **_setting_of_heading(heading)}
+        settings: dict[str, Any] = {"command": "simulate", "backend": backend}
+        settings |= {**_setting_of(snow), **_setting_of_heading(heading)}
+        if balanced:
+            if not is_carved(chosen.terms):
+                problem = "the lean that balances a skier is sought on snow that edges cut"
+                raise InputError("--balanced", "", problem, "add --snow carving, or leave it out")
+            settings["balanced"] = True
+            with progress.stage("balance") as stage:
+                chosen = balance(chosen, motion, progress=stage.advance).model
         return _simulate_into(out, recording, motion, chosen, Outcome(settings), progress, backend)
 
 
