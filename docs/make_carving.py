@@ -24,11 +24,14 @@ from sssi_exudyn.contact.term import formula, parameters
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.core.quantity import quantities
+from sssi_exudyn.model.heading import HEADING_MODES
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
+from sssi_exudyn.results.carving import carving_figures
 from sssi_exudyn.results.summary import CarvingFigures, UncertaintyFigures
+from sssi_exudyn.simulation.balance import balance
 from sssi_exudyn.simulation.boot_joint import BootJoint
 from sssi_exudyn.simulation.carved import simulate_carved
 from sssi_exudyn.simulation.full import simulate
@@ -372,6 +375,42 @@ def _largest(found: UncertaintyFigures) -> str:
     return f"{found.largest[0].what}, {found.largest[0].sigmas:+.1f} σ".replace("-", "−")
 
 
+def headings() -> str:
+    """What the skier's heading does to the run of that fit, by both models."""
+    own = fitted("carving").model
+    motion = motion_from_recording(read_recording(INTERMEDIATE))
+    stop = motion.start + SECONDS
+    prepared = prepare(own, motion, stop=stop)
+    half = prepare(own, motion, stop=stop, step=0.5 * prepared.step)
+    lines = [
+        f"The same run, {SECONDS:g} s of it. Moments are those that posture and snow leave over by the full model's inverse "
+        "dynamics, about gravity and about the way:\n",
+        "| heading | against the captured one, rms, most | moment about gravity, rms | about the way, rms | from the replayed "
+        "way at the end | the two models apart, most | half the step, most |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    replayed = None
+    for mode in HEADING_MODES:
+        model = own.with_heading(mode)
+        small, halved = simulate_carved(model, prepared), simulate_carved(model, half)
+        whole = simulate(model, motion, stop=stop, tree=False)
+        replayed = small.run.com if replayed is None else replayed
+        found = carving_figures(model, whole, {})
+        assert found is not None
+        assert whole.edges is not None
+        apart = np.linalg.norm(whole.com - small.run.com, axis=1).max()
+        turned = np.degrees(np.abs(whole.edges.heading - small.heading).max())
+        by_step = np.linalg.norm(halved.run.com[::2] - small.run.com, axis=1).max()
+        turned_by_step = np.degrees(np.abs(halved.heading[::2] - small.heading).max())
+        most = np.degrees(np.abs(whole.edges.heading).max())
+        lines.append(
+            f"| {mode} | {found.heading_rms_deg:.1f}°, {most:.1f}° | {found.yaw_residual_rms_Nm:.0f} N m "
+            f"| {found.roll_residual_rms_Nm:.0f} N m | {np.linalg.norm(small.run.com[-1] - replayed[-1]):.2f} m "
+            f"| {apart:.2f} m, {turned:.1f}° | {by_step:.2f} m, {turned_by_step:.1f}° |"
+        )
+    return "\n".join(lines) + "\n"
+
+
 def ski_against_ski() -> str:
     """Where another ski would have brought the intermediate skier, on the snow that was fitted."""
     result = fitted("carving")
@@ -379,32 +418,41 @@ def ski_against_ski() -> str:
     own, snow, joint = result.model, result.summary.carving, BootJoint()
     assert snow is not None
     numbers = {"carving.hardness": snow.hardness_N_m3, "carving.strength": snow.strength_Pa, "carving.mu": snow.mu}
-    cases = [(own, joint)]
+    changes: list[tuple[dict[str, float], BootJoint]] = [({}, joint)]
     for name, each in numbers.items():
         low, high = own.bounds(name)
-        cases += [
-            (own.with_values({name: min(max(each.value + side * each.se, low), high)}), joint) for side in (-1.0, 1.0)
-        ]
-    cases += [(own, replace(joint, yaw_stiffness=joint.yaw_stiffness * factor)) for factor in (0.5, 2.0)]
+        changes += [({name: min(max(each.value + side * each.se, low), high)}, joint) for side in (-1.0, 1.0)]
+    changes += [({}, replace(joint, yaw_stiffness=joint.yaw_stiffness * factor)) for factor in (0.5, 2.0)]
     names = ("slalom_165", "fischer_rc4_sc_165", "volkl_kendo_184")
-    ends: dict[str, Array] = {}
+    stop = motion.start + SECONDS
+    ends: dict[tuple[str, str], Array] = {}
+    left: dict[tuple[str, str], str] = {}
     for name in names:
-        ski = read_ski(name, ".")
-        prepared = prepare(replace(own, ski=ski), motion, stop=motion.start + SECONDS)
-        runs = [simulate_carved(replace(model, ski=ski), prepared, springs) for model, springs in cases]
-        ends[name] = np.array([each.run.com[-1] for each in runs])
+        model = replace(own, ski=read_ski(name, "."))
+        balanced = balance(model.with_heading("free"), motion, stop=stop)
+        figures = [float(np.sqrt(np.mean(each**2))) for each in (balanced.before, balanced.after)]
+        cases = (("replay", model), ("free", model.with_heading("free")), ("free, balanced", balanced.model))
+        left |= {(name, "free"): f"{figures[0]:.0f} N m", (name, "free, balanced"): f"{figures[1]:.0f} N m"}
+        for kind, tried in cases:
+            prepared = prepare(tried, motion, stop=stop)
+            runs = [simulate_carved(tried.with_values(values), prepared, springs) for values, springs in changes]
+            ends[name, kind] = np.array([each.run.com[-1] for each in runs])
     lines = [
         f"Where the centre of mass is after {SECONDS:g} s of that fit, against slalom_165. The bar is what one standard "
-        "deviation of H, of S_f and of μ and twice or half the yaw stiffness change in the difference:\n",
-        "| ski | farther down the slope | farther to the left |",
-        "|---|---|---|",
+        "deviation of H, of S_f and of μ and twice or half the yaw stiffness change in the difference; where the skier is "
+        "balanced the lean is the one found without these changes:\n",
+        "| ski | heading | farther down the slope | farther to the left | moment left over about the way, rms of means over "
+        "0.5 s |",
+        "|---|---|---|---|---|",
     ]
-    for name in names[1:]:
-        apart = ends[name] - ends[names[0]]
-        changes = np.abs(apart[1:] - apart[0]).reshape(-1, 2, 3).max(axis=1)
-        bar = np.linalg.norm(changes, axis=0)
-        cells = [f"{apart[0, axis]:+.2f} ± {bar[axis]:.2f} m".replace("-", "−") for axis in (0, 1)]
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
+    for name in names:
+        for kind in ("replay", "free", "free, balanced"):
+            apart = ends[name, kind] - ends[names[0], kind]
+            moved = np.abs(apart[1:] - apart[0]).reshape(-1, 2, 3).max(axis=1)
+            bar = np.linalg.norm(moved, axis=0)
+            cells = [f"{apart[0, axis]:+.2f} ± {bar[axis]:.2f} m".replace("-", "−") for axis in (0, 1)]
+            cells = ["–", "–"] if name == names[0] else cells
+            lines.append(f"| {name} | {kind} | " + " | ".join(cells) + f" | {left.get((name, kind), '–')} |")
     return "\n".join(lines) + "\n"
 
 
@@ -502,7 +550,7 @@ def table(found: Sequence[tuple[str, str, str, str]]) -> str:
 def main() -> None:
     names = ", ".join(f"{each.name} ({each.amount})" for each in UNCERTAIN)
     head = TEXT.format(
-        formula=formula(Carving), parameters=parameter_rows(), uncertain=names, laws=both_laws(),
+        formula=formula(Carving), parameters=parameter_rows(), uncertain=names, laws=both_laws(), headings=headings(),
         against=ski_against_ski() + "\n### What it costs\n\n" + tiers(),
     )  # fmt: skip
     Path(__file__).with_name("carving.md").write_text(head + table(list(rows())) + shop_table() + END, encoding="utf-8")

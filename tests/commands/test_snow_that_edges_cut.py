@@ -135,3 +135,8 @@ def test_what_does_not_go_with_a_fit() -> None:
     recording, _ = bundled("beginner")
     with pytest.raises(InputError, match="there is no GPS to fit to"):
         make_fit(replace(recording, gps=None), None, snow="carving")
+
+
+def test_balance_is_sought_on_snow_that_edges_cut() -> None:
+    with pytest.raises(InputError, match="--balanced: the lean that balances a skier is sought on snow that edges cut"):
+        make_simulation(EXAMPLES / "beginner", None, balanced=True)
