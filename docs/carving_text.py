@@ -159,8 +159,9 @@ expected beforehand, as skiers of a world that skids need it; and the posture is
 deviations. Its skis pitch by 4.2° rms against the feet of the intermediate, 8° at most, and heave by 15 mm rms: a real boot would
 not pitch as far, and a search of its stiffness is still to be done. How the full model judges the first is in the next section.
 
-Skis that lie exactly flat, as no captured ones do, the full
-model does not solve: which edge is the deeper one is rounding there; the reduced model does.
+Which edge of a ski that lies flat is the deeper one is rounding. Sections whose edges are less than 0.01 mm apart in depth, at the
+start or for 10 ms, keep theirs in the full model, so that Newton's method does not go to and fro between them: skis that lie exactly
+flat, as no captured ones do, are solved by it, too.
 
 ### One recording, both laws
 
@@ -211,8 +212,10 @@ with the skier, and is kept as a correction of the posture in `model.toml`.
 ### Ski against ski
 
 {against}
-With the captured heading the skier's feet point along one way whatever is below them; where they may turn, what skis do differently
-adds up, and the differences are several times as large.
+With the captured heading the feet point along one way whatever is below them, and no difference is larger than its bar. Where the
+skier may turn, what skis do differently adds up: down the slope both differ by more than their bars. The bars of the balanced rows
+say that a lean which balances on one snow does not on another, where it would have to be sought anew; until it is, these rows are
+no claims about skis.
 
 
 ### How far the two models are apart

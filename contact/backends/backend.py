@@ -22,6 +22,7 @@ from sssi_exudyn.contact.backends import full_kernel as kernel
 from sssi_exudyn.contact.backends import ground_kernel
 from sssi_exudyn.contact.backends.arrays import ArrayKernel, ArrayLaws
 from sssi_exudyn.contact.backends.carving import carved_full_kernel, groove_kernel
+from sssi_exudyn.contact.backends.carving.carved_full_kernel import EITHER, LASTING, FlatSections
 from sssi_exudyn.contact.backends.carving.groove_kernel import Groove
 from sssi_exudyn.contact.backends.compiled import compile_kernel, law_parameters
 from sssi_exudyn.contact.backends.interpreted import interpreted_kernel
@@ -167,19 +168,21 @@ class CarvedForces(Forces):
         self._kernel = compile_kernel(ground_kernel, groove_kernel, kernel, carved_full_kernel)
         self._make_room(law_parameters(terms), sections, carrier, ref, carved_full_kernel.CARVED_SEEN)
         self._edges, self._step = edges, 0.0
-        self.memory = Groove(*np.zeros((8, 2, 2, len(sections.share))))
+        count = len(sections.share)
+        self.memory = Groove(*np.zeros((8, 2, 2, count)))
+        self._flat = FlatSections(np.full((2, count), EITHER), np.zeros((2, count)), np.full((2, count), LASTING))
 
     def evaluate(self, q: Array, v: Array, at: Instant) -> Array:
         self._kernel.carved_forces(
-            self._parameters, q, v, self.ref, self._sections, self._edges, self._carrier, at, self.memory, self._step,
-            self._found,
+            self._parameters, q, v, self.ref, self._sections, self._edges, self._carrier, at, self.memory, self._flat,
+            self._step, self._found,
         )  # fmt: skip
         return self.out
 
     def triplets(self, q: Array, v: Array, at: Instant, by_place: float, by_rate: float) -> Array:
         count = self._kernel.carved_jacobian(
-            self._parameters, q, v, self.ref, self._sections, self._edges, self._carrier, at, self.memory, self._step,
-            by_place, by_rate, self._triplets,
+            self._parameters, q, v, self.ref, self._sections, self._edges, self._carrier, at, self.memory, self._flat,
+            self._step, by_place, by_rate, self._triplets,
         )  # fmt: skip
         return np.column_stack([part[:count] for part in self._triplets])
 
@@ -191,6 +194,7 @@ class CarvedForces(Forces):
     def accept(self) -> None:
         for ski in range(2):
             self._kernel.accept(self._kernel.of_ski(self.memory, ski))
+        self._kernel.keep_flat(self._flat)
 
 
 class CoupledMass:

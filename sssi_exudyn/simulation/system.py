@@ -149,6 +149,10 @@ def build(
     system = System(container, mbs, skeleton, tuple(clamps), -1, forces, mass, ref, now)
     system.object = add_forces(mbs, nodes, forces, mass.matrix(now.foot_rotation), lambda: system.now)
     mbs.Assemble()
+    if standing:  # what lies flat from the start stays so while it is let down
+        still = np.zeros(len(ref))
+        system.forces.evaluate(still, still, now)
+        system.forces.accept()
     return system
 
 

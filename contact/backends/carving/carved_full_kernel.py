@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from sssi_exudyn.contact.backends.vectors import (
     three,
     times,
 )
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
 from sssi_exudyn.terrain.surface import patch_under
 
@@ -56,10 +57,42 @@ PUSHED, TWISTED = 24, 27
 friction along the edges; rad and m of the ski against its foot; N and three of N m, in the foot's frame, by which its
 joint moves it; three of N and of N m, in the slope's, of the snow on the ski about the foot's place."""
 CARVED_SEEN = 30
+EITHER: Final = -1
+LEVEL: Final = 1e-5
+"""m; a section whose edges are less apart in depth lies flat."""
+LASTING: Final = 8
+"""Steps, 10 ms, after which a section is not just rolling through: nobody changes edges at 2 degrees a second."""
 JOINTS: Final = 4
 """Ways in which a ski gives against its foot: yaw, roll, heave, pitch."""
 GIVING: Final = (2, 4, 5, 6)
 """The coordinates of the node at the boot that are free for it."""
+
+
+class FlatSections(NamedTuple):
+    """Sections that lie flat, each (2, m) by ski: which of their edges is the deeper one is rounding, and Newton's
+    method would go to and fro between them.
+
+    kept : 0 or 1, the edge that counts as the deeper one for a step;  EITHER where it is looked at
+    apart : m by which the left edge was deeper in the last pass
+    steps : that it has lain flat, ``LASTING`` at the start
+    """
+
+    kept: Any
+    apart: Array
+    steps: Any
+
+
+@njit(cache=True, error_model="numpy")
+def keep_flat(flat):
+    """For the step to come keep the deeper edge of sections that lie flat and go on doing so, by the last pass."""
+    for ski in range(2):
+        for m in range(flat.apart.shape[1]):
+            if abs(flat.apart[ski, m]) < LEVEL:
+                flat.steps[ski, m] += 1
+            else:
+                flat.steps[ski, m], flat.kept[ski, m] = 0, EITHER
+            if flat.steps[ski, m] > LASTING and flat.kept[ski, m] == EITHER:
+                flat.kept[ski, m] = 1 if flat.apart[ski, m] < 0.0 else 0
 
 
 @njit(cache=True, error_model="numpy")
@@ -76,15 +109,16 @@ def edge_on_snow(parameters, place, velocity, turning, frame, under, body, offse
 
 
 @njit(cache=True, error_model="numpy")
-def edges_on_snow(parameters, place, velocity, turning, frame, under, body, offsets, width):
+def edges_on_snow(parameters, place, velocity, turning, frame, under, body, offsets, width, kept):
     """Which edge of a section is the deeper one (0 left, 1 right), this one and the other as ``edge_on_snow`` gives
     them, and the angle (rad) at which the section stands on the snow, positive on its right edge.
 
     offsets : (2, 3) m of both edges in the section's frame
+    kept : the edge that counts as the deeper one whatever rounding makes of it, EITHER where it is looked at
     """
     left = edge_on_snow(parameters, place, velocity, turning, frame, under, body, three(offsets[0], 0))
     right = edge_on_snow(parameters, place, velocity, turning, frame, under, body, three(offsets[1], 0))
-    low = 1 if right[1] > left[1] else 0
+    low = kept if kept != EITHER else (1 if right[1] > left[1] else 0)
     deep, other = (right, left) if low == 1 else (left, right)
     return low, deep, other, math.asin(max(-1.0, min(1.0, (right[1] - left[1]) / width)))
 
@@ -140,12 +174,12 @@ def hold_boot(q, v, ref, boot, edges, out, seen):
 
 
 @njit(cache=True, error_model="numpy")
-def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, step, found):
+def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, lying, step, found):
     """Generalised forces of all terms, of the skis' structural damping, of their weight and inertia and of what holds
     them at the boot.
 
     edges : ``CuttingEdges``;  memory : ``Groove`` with a first axis for the skis, what the step would leave is written
-    step : s since the memory was brought here; all else as in ``full_kernel``
+    lying : ``FlatSections``;  step : s since the memory was brought here; all else as in ``full_kernel``
     """
     element, share, length = sections.element, sections.share, sections.length
     sign = carrier.sign
@@ -168,10 +202,11 @@ def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, s
             p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
             low, deep, other, angle = edges_on_snow(
                 parameters, place, velocity, turning, frame, under, (p, r, moving, omega), sections.offset[m],
-                edges.width[m],
+                edges.width[m], lying.kept[ski, m],
             )  # fmt: skip
             arm, lower, moving_edge, normal = deep
             upper = other[1]
+            lying.apart[ski, m] = (1.0 - 2.0 * low) * (lower - upper)
             t, n, _, rise = edge_frame(out_of(frame, rotate(r, three(edges.tangent[m, low], 0))), normal)
             v_t, v_n, sinking = dot(moving_edge, t), dot(moving_edge, n), -dot(moving_edge, normal)
             own.next_groove[low, m], own.next_offset[low, m], own.next_speed[low, m] = 0.0, 0.0, v_t
@@ -248,7 +283,7 @@ def spread(line, force, torque, xi, q0, q1, frame):
 
 @njit(cache=True, error_model="numpy")
 def carved_jacobian(
-    parameters, q, v, ref, sections, edges, carrier, at, memory, step, by_place, by_rate, triplets
+    parameters, q, v, ref, sections, edges, carrier, at, memory, lying, step, by_place, by_rate, triplets
 ):  # fmt: skip
     """Triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; returns their number.
 
@@ -277,7 +312,7 @@ def carved_jacobian(
             p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
             low, deep, other, angle = edges_on_snow(
                 parameters, place, velocity, turning, frame, under, (p, r, moving, omega), sections.offset[m],
-                edges.width[m],
+                edges.width[m], lying.kept[ski, m],
             )  # fmt: skip
             arm, lower, moving_edge, normal = deep
             if lower <= 0.0:
