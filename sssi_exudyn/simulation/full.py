@@ -58,7 +58,8 @@ def simulate(
 ) -> SimulationResult:
     """Simulate the full model from ``start`` to ``stop`` (recording's clock, s; the motion's ends if None).
 
-    ``tree``: with the skeleton's tree, or with its mass carried by the pelvis; ``backend`` says how the force terms are
+    ``tree``: with the skeleton's tree, or with its mass carried by the pelvis, as always where the heading is found;
+    ``backend`` says how the force terms are
     evaluated (see ``contact.backends.backend``).  Either way the result is the same.
 
     Raises SimulationDiverged, with the partial result, when the solver gives up.
@@ -101,6 +102,8 @@ def integrate(
     fastest there, and elsewhere for a heading that is to be found.
     """
     check_heading(model.heading, model.terms)
+    # the constraints of the tree's angles would ring with every change of the heading's acceleration
+    tree = tree and not model.heading.is_found
     parts = Parts(model, correct_motion(model, motion))
     t0 = motion.start if start is None else start
     t1 = motion.stop if stop is None else stop
