@@ -31,9 +31,9 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.results.carving import carving_figures
 from sssi_exudyn.results.summary import CarvingFigures, UncertaintyFigures
-from sssi_exudyn.simulation.balance import balance
 from sssi_exudyn.simulation.boot_joint import BootJoint
 from sssi_exudyn.simulation.carved import simulate_carved
+from sssi_exudyn.simulation.carved_balance import balance
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.prepared import ReducedRun, prepare
 from sssi_exudyn.simulation.reduced import simulate_reduced
