@@ -26,7 +26,7 @@ from sssi_exudyn.fitting.gps_observation import correct_fixes, track_of
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, counts_of, uncertainty, weight_of
 from sssi_exudyn.fitting.optimise import Optimum, minimise, minimise_squares
 from sssi_exudyn.model.from_recording import first_guess
-from sssi_exudyn.model.heading import Heading
+from sssi_exudyn.model.heading import REPLAY
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.motion import Motion
@@ -126,7 +126,7 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     known = model.start
     start = replace(guess, heading_offset=known.heading_offset, clock_offset=known.clock_offset)
     cut = is_carved(model.terms)
-    model = replace(model, start=start, heading=Heading())
+    model = replace(model, start=start, heading=REPLAY)
     model = model if cut else model.with_values(START_VALUES)
     friction = CUTTING if cut else FRICTION
     if method == "paper":

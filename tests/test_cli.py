@@ -99,25 +99,26 @@ def test_a_reduced_diagnosis_says_so(behind: Callable[..., None], capsys: pytest
 
 @pytest.mark.parametrize("command", ["run", "fit", "simulate"])
 def test_the_snow_is_chosen(command: str, behind: Callable[..., None]) -> None:
-    seen: list[str] = []
+    seen: list[tuple[str, str | None]] = []
 
-    def made(*_: object, snow: str, **__: object) -> Summary:
-        seen.append(snow)
+    def made(*_: object, snow: str, heading: str | None, **__: object) -> Summary:
+        seen.append((snow, heading))
         return SUMMARY
 
     behind(command, made)
-    assert status([command, "rec", "--out", "res", "--snow", "carving", "--quiet"]) == 0
+    assert status([command, "rec", "--out", "res", "--snow", "carving", "--heading", "free", "--quiet"]) == 0
     assert status([command, "rec", "--out", "res", "--quiet"]) == 0
-    assert seen == ["carving", "paper"]
+    assert seen == [("carving", "free"), ("paper", None)]
 
 
 @pytest.mark.parametrize("option", [[], ["--quiet"], ["--verbose"]])
 def test_how_much_is_said_is_chosen(
     option: list[str], behind: Callable[..., None], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def run(*_: object, terms: list[str], snow: str, progress: Progress) -> Summary:
+    def run(*_: object, terms: list[str], snow: str, heading: str | None, progress: Progress) -> Summary:
         assert terms == []
         assert snow == "paper"
+        assert heading is None
         with progress.stage("fit") as stage:
             stage.advance(0.5, "half")
         return SUMMARY

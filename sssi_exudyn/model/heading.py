@@ -40,6 +40,9 @@ class Heading:
         return self.mode != "replay"
 
 
+REPLAY: Final = Heading()
+
+
 def check_heading(heading: Heading, terms: Sequence[Term], file: str | Path = "heading", place: str = "") -> None:
     """Raise InputError where the heading is to be found on snow that does not turn a ski."""
     if heading.is_found and not is_carved(terms):

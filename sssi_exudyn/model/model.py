@@ -20,7 +20,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import Quantity, quantities, quantity
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.model.faults import CaptureSensor, Sensor
-from sssi_exudyn.model.heading import Heading, HeadingMode
+from sssi_exudyn.model.heading import REPLAY, Heading, HeadingMode
 from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.recording.recording import Equipment, Skier
 from sssi_exudyn.terrain.surface import Surface
@@ -105,7 +105,7 @@ class Model:
     sensors: tuple[Sensor, ...] = ()
     surface: Surface | None = None
     posture: PostureCorrection | None = None
-    heading: Heading = field(default_factory=Heading)
+    heading: Heading = REPLAY
 
     def __repr__(self) -> str:
         parts = ", ".join([*(term.name for term in self.terms), *(sensor.name for sensor in self.sensors)])

@@ -16,7 +16,7 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked, quantities
 from sssi_exudyn.io.settings import Settings, check_keys, key_of, name_of, numbers_of, read_toml, table_from, table_of
 from sssi_exudyn.model.faults import read_sensor, values_of
-from sssi_exudyn.model.heading import HEADING_MODES, Heading, check_heading
+from sssi_exudyn.model.heading import HEADING_MODES, REPLAY, Heading, check_heading
 from sssi_exudyn.model.model import Model, Solver, Start
 from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.motion.correction_file import correction_bytes, correction_to_dict, read_correction
@@ -48,7 +48,7 @@ def model_to_dict(model: Model) -> dict[str, Any]:
     start["heading_offset_deg"] = float(np.degrees(start.pop("heading_offset")))
     surface = {} if model.surface is None else {"surface": surface_to_dict(model.surface)}
     posture = {} if model.posture is None else {"posture": correction_to_dict(model.posture)}
-    heading = {} if model.heading == Heading() else {"heading": asdict(model.heading)}
+    heading = {} if model.heading == REPLAY else {"heading": asdict(model.heading)}
     plugins = [plugin.as_table() for plugin in origins_of(type(term) for term in model.terms)]
     return {
         "format": 1,

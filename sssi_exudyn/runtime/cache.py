@@ -54,7 +54,7 @@ _NAMES: Final = {
 """Modules of classes that are hashed, and the names they are hashed under: those they had when keys were first kept.
 A sweep or a fit begun before a module moved goes on."""
 _LATER: Final = {
-    "Model": ("surface", "posture"),
+    "Model": ("surface", "posture", "heading"),
     "Recording": ("elevations", "poles"),
     "Equipment": (
         "boot_sole_length", "boot_centre", "ramp_angle", "cuff_edging", "cuff_flexion", "cuff_lean", "pole_mass",
