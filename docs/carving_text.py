@@ -77,20 +77,10 @@ Dampers have 0.7 of the critical: in heave that of half a skier, 40 kg, who move
 A leg at rest is compressed by what it carries, and the capture shows it so; how much belongs to which leg it does not show. At no
 force a ski is therefore where the capture has the foot. What both legs carry lowers the pelvis by load/stiffness, 10 mm where
 each carries 400 N, less than a fix's height is off. What one carries more makes up for a difference in the feet's captured heights,
-so that how stiff the leg is decides the share of the load: of the intermediate's first 5 s, as captured, μ = 0.075,
-with skis that still rolled about the captured foot,
+so that how stiff the leg is decides the share of the load: of the intermediate's first 5 s, as captured, μ = 0.075, by the reduced
+model with steps as in a fit,
 
-| spring in heave, pitch | load difference less that of the insoles, rms |
-|---|---|
-| held fast, held fast | 512 N |
-| held fast, 530 N m/rad | 541 N |
-| 300 kN/m, 530 N m/rad | 519 N |
-| 150 kN/m | 483 N |
-| 80 kN/m | 374 N |
-| 40 kN/m | 103 N |
-| 20 kN/m | 198 N |
-| the paper's law | 157 N |
-
+{stiffnesses}
 That snow is by the paper's law, into which a foot of an edged ski with 700 N sinks 20 mm, 35 kN/m: the recording's heights have that
 in them, and leg and firm snow together must give as much. On a recording from a piste nobody knows what the heights have in them.
 
