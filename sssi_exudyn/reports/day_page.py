@@ -45,7 +45,7 @@ def day_page(day: Day) -> str:
     none = next(each.log_evidence for each in day.explanations if each.name == NOTHING_MISSING)
     for each in day.explanations:
         values = "; ".join(f"{name} {_between(number)}" for name, number in each.numbers.items())
-        title = each.name.replace("_", " ")
+        title = each.name.replace("_", " ") + ("" if each.fitted else " (by its linear response)")
         rows.append([title, f"{each.probability:.1%}", f"{each.log_evidence - none:+.1f}", values])
     runs = "".join(f'<li><a href="{quote(name)}/report.html">{escape(name)}</a></li>\n' for name in day.recordings)
     sections = [

@@ -146,7 +146,7 @@ def test_a_day_in_words_as_a_page_and_as_a_file(tmp_path: Path) -> None:
     friction = {"friction.mu_t": number(0.1), "friction.mu_n": number(0.8)}
     law = {**friction, "speed_dependent_friction.b": Number(0.012, 0.008, 0.016, "s/m")}
     speed = DayExplanation("speed_dependent_friction", 0.7, 12.0, law)
-    nothing = DayExplanation("nothing", 0.1, 4.0, friction)
+    nothing = DayExplanation("nothing", 0.1, 4.0, friction, fitted=False)
     drag = DayExplanation("drag_area", 0.2, 9.0, {**friction, "drag_area.share": number(0.5)})
     recording = read_recording(EXAMPLE)
     model = model_of(recording, motion_from_recording(recording))
@@ -164,6 +164,7 @@ def test_a_day_in_words_as_a_page_and_as_a_file(tmp_path: Path) -> None:
     page = day_page(day)
     assert 'href="a%20%26%20b/report.html"' in page
     assert "0.012 (0.008 to 0.016) s/m" in page
+    assert page.count("(by its linear response)") == 1
     (tmp_path / "day.json").write_text(to_json(day), encoding="utf-8")
     assert read_json(tmp_path / "day.json", Day) == day
     written = json.loads((tmp_path / "day.json").read_text(encoding="utf-8"))
