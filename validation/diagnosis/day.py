@@ -147,6 +147,10 @@ class _Law:
         return add_part(model, self.part), tuple(f"{owner}.{key}" for key, _ in self.hypothesis.amplitudes)
 
 
+class _Impossible(Exception):
+    """A law that fits the runs only where it is physically impossible."""
+
+
 @dataclass(frozen=True)
 class _Joint:
     """All runs with a law: log evidence, and the shared numbers with their standard deviations, less their priors'
@@ -174,7 +178,7 @@ def _by_size(law: _Law, runs: Sequence[DayRun], columns: Sequence[Array]) -> _Jo
 def _fit_to_all(law: _Law, runs_alone: Sequence[SeparateFit], start: Array) -> _Joint:
     """The law with the real term in all runs' models, from shared numbers ``start``, less their priors' means, on.
 
-    Raises SimulationDiverged where a run cannot be simulated so or the law is physically impossible.
+    Raises SimulationDiverged where a run cannot be simulated so, _Impossible where the law is physically impossible.
     """
     joint = _Joint(-np.inf, start, np.ones(len(start)))
     for _ in range(_TURNS):
@@ -207,7 +211,7 @@ def _fit_beside(law: _Law, values: Array, own: SeparateFit) -> tuple[DayRun, Arr
     start = model.with_values({name: float(np.clip(value, *model.bounds(name))) for name, value in held.items()})
     fit = fit_model(own.problem, own.state, start, every, own.state.levels)
     if law.hypothesis is not None and not law.hypothesis.possible(fit.model):
-        raise SimulationDiverged(float(own.problem.motion.start), f"{law.name} is physically impossible")
+        raise _Impossible
     count = len(parameters)
     columns = fit.sensitivity[:, count:]
     beside = replace(
@@ -237,7 +241,8 @@ def _responses(own: SeparateFit, fitted: FittedRun, laws: Sequence[_Law]) -> lis
 def compare_for_day(
     runs_alone: Sequence[SeparateFit], progress: Callable[[float | None, str], None] = lambda _share, _detail: None
 ) -> list[DayExplanation]:
-    """Everything that can act on all runs alike, and nothing, the most probable first.
+    """Everything that can act on all runs alike, and nothing, the most probable first; without a law whose fit to all
+    is physically impossible.
 
     What was found in one run alone, a gust or a late clock, stays with it.
     """
@@ -252,25 +257,32 @@ def compare_for_day(
     ranked = sorted(range(1, len(laws)), key=lambda i: -linearly[i].evidence)
     finalists = [0, *(i for i in ranked[:_FINALISTS] if linearly[i].evidence > best - _WORTHWHILE)]
     found: dict[int, _Joint] = {}
+    impossible: set[int] = set()
     for i in finalists:
         progress(None, f"all runs fitted with {laws[i].name or 'nothing added'}")
         try:
             found[i] = _fit_to_all(laws[i], runs_alone, linearly[i].values)
+        except _Impossible:
+            impossible.add(i)
         except SimulationDiverged as error:
             progress(None, f"{laws[i].name or 'nothing added'} is compared by its linear response: {error}")
     gain = min((found[i].evidence - linearly[i].evidence for i in found), default=0.0)
-    joint = [found.get(i) or replace(each, evidence=each.evidence + gain) for i, each in enumerate(linearly)]
+    joint = {
+        i: found.get(i) or replace(each, evidence=each.evidence + gain)
+        for i, each in enumerate(linearly)
+        if i not in impossible
+    }
     known = {p.names[0]: p.prior.mean for p in first.fit.parameters if p.names[0] in SHARED}
-    odds = probabilities([law.name for law in laws], np.array([each.evidence for each in joint]))
+    odds = probabilities([laws[i].name for i in joint], np.array([each.evidence for each in joint.values()]))
     explanations = [
         DayExplanation(
-            law.name or NOTHING_MISSING,
+            laws[i].name or NOTHING_MISSING,
             float(probability),
             each.evidence,
-            _numbers(law.added_to(first.fit.model)[0], (*SHARED, *law.amplitudes), known, each),
+            _numbers(laws[i].added_to(first.fit.model)[0], (*SHARED, *laws[i].amplitudes), known, each),
             fitted=i in found,
         )
-        for i, (probability, law, each) in enumerate(zip(odds, laws, joint, strict=True))
+        for probability, (i, each) in zip(odds, joint.items(), strict=True)
     ]
     return sorted(explanations, key=lambda each: -each.probability)
 

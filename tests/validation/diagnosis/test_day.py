@@ -84,7 +84,7 @@ def test_a_common_effect_is_estimated_better_by_two_runs() -> None:
 
 
 @pytest.mark.long(seconds=45)
-def test_two_runs_find_what_the_first_does_not() -> None:
+def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     """Friction that rises with speed, as the benchmark's world records it on two stretches at different speeds."""
     recording, motion = bundled("intermediate")
     # what a fit of the whole recording finds; the data are those of the world below, so no fit is needed to make them
@@ -126,6 +126,11 @@ def test_two_runs_find_what_the_first_does_not() -> None:
     again = day_module._fit_to_all(shared_law, own, values + errors * [1.0, -1.0, 1.0])
     np.testing.assert_array_less(np.abs(again.values - values), 0.2 * errors)  # twice what ends the turns
     assert again.evidence == pytest.approx(best.log_evidence, abs=0.3)
+    # one that would be physically impossible is none
+    monkeypatch.setattr(type(hypothesis), "possible", lambda _self, _model: False)
+    left = {each.name: each for each in compare_for_day([own[0]])}
+    assert best.name not in left
+    assert sum(each.probability for each in left.values()) == pytest.approx(1.0)
 
 
 def test_probabilities_of_explanations() -> None:
