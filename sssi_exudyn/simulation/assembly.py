@@ -25,7 +25,7 @@ from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Antenna, Motion, relative_poses, turn_motion
 from sssi_exudyn.simulation.boot_joint import boot_joint
 from sssi_exudyn.simulation.facing import facing
-from sssi_exudyn.simulation.heading import RigidSki
+from sssi_exudyn.simulation.heading import RigidSki, spread_inertia
 from sssi_exudyn.simulation.posture_table import PostureTable, posture_at
 from sssi_exudyn.terrain.surface import Surface
 
@@ -122,27 +122,33 @@ class Parts:
     @cached_property
     def ski(self) -> RigidSki:
         """A ski that does not give, for what skier and skis are as a whole."""
-        cut, sections = self.mesh, self.sections
-        mass, place = sections.node_mass, cut.node_position + self.ski_in_foot
+        mass, place = self.node_mass, self.mesh.node_position + self.ski_in_foot
         com = mass @ place / mass.sum()
-        arm = place - com
-        spread = np.einsum("k,ki,kj->ij", mass, arm, arm)
-        inertia = np.trace(spread) * np.eye(3) - spread + np.diag(sections.node_moment.sum(axis=0))
+        inertia = spread_inertia(mass, (place - com)[None])[0] + np.diag(self.node_moment.sum(axis=0))
         return RigidSki(float(mass.sum()), com, inertia)
+
+    @cached_property
+    def node_mass(self) -> Array:
+        """(k,) kg of a ski, lumped at its nodes."""
+        return _lump(self.mesh.element_mass)
+
+    @cached_property
+    def node_moment(self) -> Array:
+        """(k, 3) kg m² of a ski's sections, lumped at its nodes."""
+        return _lump(self.mesh.section_inertia * self.mesh.element_length[:, None])
 
     @cached_property
     def sections(self) -> Sections:
         cut = self.mesh
         tau = damping_time(cut)
-        moment = cut.section_inertia * cut.element_length[:, None]
         return Sections(
             element=cut.contact_element,
             share=cut.contact_weight,
             offset=_edge_offsets(cut),
             length=cut.contact_length,
             damping=tau * cut.stiffness[:, 3:] / cut.element_length[:, None],
-            node_mass=_lump(cut.element_mass),
-            node_moment=_lump(moment),
+            node_mass=self.node_mass,
+            node_moment=self.node_moment,
             surface=snow_grid(self.model.surface),
         )
 
@@ -165,8 +171,8 @@ class Parts:
     @cached_property
     def leg_inertia(self) -> Array:
         """(2,) kg m² of boot and leg in yaw and roll, which a ski that turns against its foot takes along."""
-        sections, place = self.sections, self.mesh.node_position[:, 0]
-        own = [sections.node_mass @ place**2 + sections.node_moment[:, 2].sum(), sections.node_moment[:, 0].sum()]
+        place = self.mesh.node_position[:, 0]
+        own = [self.node_mass @ place**2 + self.node_moment[:, 2].sum(), self.node_moment[:, 0].sum()]
         return np.asarray(np.maximum(boot_joint(self.model.equipment).inertia[:2] - np.array(own), 0.0))
 
     def posture(self, time: Array) -> PostureTable:

@@ -45,17 +45,25 @@ class Posture(Protocol):
     @property
     def foot_velocity(self) -> Array: ...
     @property
+    def foot_acceleration(self) -> Array: ...
+    @property
     def foot_rotation(self) -> Array: ...
     @property
     def foot_spin(self) -> Array: ...
+    @property
+    def foot_spin_rate(self) -> Array: ...
     @property
     def com_place(self) -> Array: ...
     @property
     def com_velocity(self) -> Array: ...
     @property
+    def com_acceleration(self) -> Array: ...
+    @property
     def com_inertia(self) -> Array: ...
     @property
     def com_momentum(self) -> Array: ...
+    @property
+    def exposed_facing(self) -> Array: ...
 
 
 @dataclass(frozen=True)
@@ -130,12 +138,26 @@ class Turn:
         """(n, …, 3) rad/s², the same for a spin and its rate."""
         return np.asarray(spin_rate + cross(self.spin(spin), spin) + self._along(self.acceleration, spin))
 
-    def momenta(self, matrices: Array, inertia: Array, momentum: Array) -> dict[str, Array]:
-        """``com_inertia`` and ``com_momentum`` of a posture, turned."""
-        more = momentum + np.einsum("nij,nj->ni", inertia, self.spin(momentum))
+    def of_posture(self, at: Posture) -> dict[str, Array]:
+        """All numbers of a ``Posture``, turned, by their names."""
+        matrices = self.matrices()
+        back = np.swapaxes(matrices, 1, 2)
+        vectors = {
+            "foot_place": at.foot_place,
+            "foot_velocity": self.velocity(at.foot_place, at.foot_velocity),
+            "foot_acceleration": self.pull(at.foot_place, at.foot_velocity, at.foot_acceleration),
+            "foot_spin": at.foot_spin + self.spin(at.foot_spin),
+            "foot_spin_rate": self.spin_rate(at.foot_spin, at.foot_spin_rate),
+            "com_place": at.com_place,
+            "com_velocity": self.velocity(at.com_place, at.com_velocity),
+            "com_acceleration": self.pull(at.com_place, at.com_velocity, at.com_acceleration),
+            "com_momentum": at.com_momentum + np.einsum("nij,nj->ni", at.com_inertia, self.spin(at.com_momentum)),
+        }
         return {
-            "com_inertia": matrices @ inertia @ np.swapaxes(matrices, 1, 2),
-            "com_momentum": turned(matrices, more),
+            **{name: turned(matrices, vector) for name, vector in vectors.items()},
+            "foot_rotation": np.ascontiguousarray(matrices[:, None] @ at.foot_rotation),
+            "com_inertia": matrices @ at.com_inertia @ back,
+            "exposed_facing": np.ascontiguousarray(matrices[:, None] @ at.exposed_facing @ back[:, None]),
         }
 
     def _along(self, amount: Array, vectors: Array) -> Array:

@@ -72,27 +72,15 @@ class PostureTable:
     def turn(self, turn: Turn, body_mass: float) -> PostureTable:
         """The same posture turned about gravity; ``body_mass`` (kg) is what has ``kinetic`` energy."""
         matrices, up = turn.matrices(), turn.up
-        vectors = {
-            "foot_place": self.foot_place,
-            "foot_velocity": turn.velocity(self.foot_place, self.foot_velocity),
-            "foot_acceleration": turn.pull(self.foot_place, self.foot_velocity, self.foot_acceleration),
-            "foot_spin": self.foot_spin + turn.spin(self.foot_spin),
-            "foot_spin_rate": turn.spin_rate(self.foot_spin, self.foot_spin_rate),
-            "com_place": self.com_place,
-            "com_velocity": turn.velocity(self.com_place, self.com_velocity),
-            "com_acceleration": turn.pull(self.com_place, self.com_velocity, self.com_acceleration),
-            "exposed_velocity": self.exposed_velocity + turn.rate[:, None, None] * self.exposed_jacobian[..., HEADING],
-        }
-        frames = ("foot_rotation", "foot_jacobian", "foot_turning", "exposed_jacobian")
-        changed = {name: turned(matrices, vector) for name, vector in vectors.items()}
-        changed |= {name: np.ascontiguousarray(matrices[:, None] @ getattr(self, name)) for name in frames}
+        changed = turn.of_posture(self)
+        swung = self.exposed_velocity + turn.rate[:, None, None] * self.exposed_jacobian[..., HEADING]
+        changed["exposed_velocity"] = turned(matrices, swung)
+        for name in ("foot_jacobian", "foot_turning", "exposed_jacobian"):
+            changed[name] = np.ascontiguousarray(matrices[:, None] @ getattr(self, name))
         changed["com_jacobian"] = matrices @ self.com_jacobian
-        facing = matrices[:, None] @ self.exposed_facing @ np.swapaxes(matrices, 1, 2)[:, None]
-        changed["exposed_facing"] = np.ascontiguousarray(facing)
         for name, more in (("angles", turn.angle), ("rates", turn.rate), ("accelerations", turn.acceleration)):
             changed[name] = getattr(self, name).copy()
             changed[name][:, HEADING] += more
-        changed |= turn.momenta(matrices, self.com_inertia, self.com_momentum)
         swing = cross(up, self.com_place)
         momentum = self.com_momentum @ up + body_mass * np.sum(swing * self.com_velocity, axis=1)
         inertia = self.com_inertia @ up @ up + body_mass * np.sum(swing**2, axis=1)

@@ -200,23 +200,12 @@ class Prepared:
             "antenna": self.antenna,
             "antenna_velocity": turn.velocity(self.antenna, self.antenna_velocity),
             "antenna_spin": self.antenna_spin + turn.spin(self.antenna_spin),
-            "foot_place": self.foot_place,
-            "foot_velocity": turn.velocity(self.foot_place, self.foot_velocity),
-            "foot_acceleration": turn.pull(self.foot_place, self.foot_velocity, self.foot_acceleration),
-            "foot_spin": self.foot_spin + turn.spin(self.foot_spin),
-            "foot_spin_rate": turn.spin_rate(self.foot_spin, self.foot_spin_rate),
-            "com_place": self.com_place,
-            "com_velocity": turn.velocity(self.com_place, self.com_velocity),
-            "com_acceleration": turn.pull(self.com_place, self.com_velocity, self.com_acceleration),
             "exposed_velocity": self.exposed_velocity,
             "exposed_swing": self.exposed_swing,
         }
-        changed: dict[str, Any] = {name: turned(matrices, vector) for name, vector in vectors.items()}
-        changed["foot_rotation"] = np.ascontiguousarray(matrices[:, None] @ self.foot_rotation)
+        changed: dict[str, Any] = turn.of_posture(self)
+        changed |= {name: turned(matrices, vector) for name, vector in vectors.items()}
         changed["antenna_frame"] = np.ascontiguousarray(matrices @ self.antenna_frame)
-        facing = matrices[:, None] @ self.exposed_facing @ np.swapaxes(matrices, 1, 2)[:, None]
-        changed["exposed_facing"] = np.ascontiguousarray(facing)
-        changed |= turn.momenta(matrices, self.com_inertia, self.com_momentum)
         return replace(self, **changed)
 
 

@@ -197,10 +197,10 @@ def _fit_beside(law: _Law, values: Array, own: SeparateFit) -> tuple[DayRun, Arr
     (N, amplitudes) to the law.
     """
     model, amplitudes = law.added_to(own.fit.model)
-    known = [p for p in own.fit.parameters if p.names[0] in SHARED]
     shared = dict(zip(SHARED, values, strict=False))
     parameters = [
-        Parameter(p.names, _held(p.prior, shared[p.names[0]])) if p in known else p for p in own.fit.parameters
+        Parameter(p.names, _held(p.prior, shared[p.names[0]])) if p.names[0] in shared else p
+        for p in own.fit.parameters
     ]
     more = [
         Parameter((name,), _held(Prior(0.0, float(scale)), value))
