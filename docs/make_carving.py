@@ -37,13 +37,10 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.results.carving import carving_figures
 from sssi_exudyn.results.summary import CarvingFigures, UncertaintyFigures
 from sssi_exudyn.simulation.assembly import COARSE_CARVED_STEP
-from sssi_exudyn.simulation.boot_joint import BootJoint, boot_joint
-from sssi_exudyn.simulation.carved import simulate_carved
-from sssi_exudyn.simulation.carved_balance import balance
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import ReducedRun, prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.simulation.steady_turn import (
+from sssi_exudyn.simulation.carving.balance import balance
+from sssi_exudyn.simulation.carving.boot_joint import BootJoint, boot_joint
+from sssi_exudyn.simulation.carving.run import simulate_carved
+from sssi_exudyn.simulation.carving.steady_turn import (
     NoSteadyTurn,
     SteadyTurn,
     TurnCase,
@@ -51,7 +48,10 @@ from sssi_exudyn.simulation.steady_turn import (
     start_rolling,
     steady_turn,
 )
-from sssi_exudyn.simulation.turn_rig import UNCERTAIN, RigPoint, difference, rig_points
+from sssi_exudyn.simulation.carving.turn_rig import UNCERTAIN, RigPoint, difference, rig_points
+from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.prepared import ReducedRun, prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 
 SLALOM, GIANT = read_ski("slalom_165", "."), read_ski("giant_slalom_183", ".")
 SHOP = ("fischer_rc4_sc_165", "rossignol_9gs_174", "volkl_kendo_184", "voile_v6_183", "dynastar_team_stc_150")

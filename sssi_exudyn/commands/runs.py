@@ -66,7 +66,7 @@ from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.plugins import origin_of, origins_of
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
-from sssi_exudyn.simulation.carved_balance import balance
+from sssi_exudyn.simulation.carving.balance import balance
 from sssi_exudyn.simulation.full import simulate as simulate_model
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.sweeps.sweep import is_sweep

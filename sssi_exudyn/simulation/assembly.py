@@ -23,7 +23,7 @@ from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Antenna, Motion, relative_poses, turn_motion
-from sssi_exudyn.simulation.boot_joint import boot_joint
+from sssi_exudyn.simulation.carving.boot_joint import boot_joint
 from sssi_exudyn.simulation.facing import facing
 from sssi_exudyn.simulation.heading import RigidSki, spread_inertia
 from sssi_exudyn.simulation.posture_table import PostureTable, posture_at

@@ -27,7 +27,7 @@ from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.heading import check_heading
 from sssi_exudyn.model.model import Model, along_snow
-from sssi_exudyn.simulation.carved import simulate_carved
+from sssi_exudyn.simulation.carving.run import simulate_carved
 from sssi_exudyn.simulation.prepared import (
     Prepared,
     ReducedRun,

@@ -37,7 +37,7 @@ from sssi_exudyn.model.model import Model, mode_index
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.runtime.threads import cores_used, side_by_side
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.carved_tangents import CarvedLinearisation
+from sssi_exudyn.simulation.carving.tangents import CarvedLinearisation
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, empty_series, load_at_start, prepare, reduced_run
 from sssi_exudyn.simulation.reduced import Rest, StartOfRun, reduced_module, start_of_run
 from sssi_exudyn.simulation.tangent_inputs import (

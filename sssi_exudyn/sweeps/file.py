@@ -30,7 +30,7 @@ from sssi_exudyn.fitting.fit import METHODS, Method
 from sssi_exudyn.io.settings import Settings, check_keys, read_toml, table_of, text_of
 from sssi_exudyn.model.heading import HEADING_MODES, HeadingMode
 from sssi_exudyn.runtime.plugins import Plugin, origins_of, require, tables_of
-from sssi_exudyn.simulation.turn_rig import ski_named
+from sssi_exudyn.simulation.carving.turn_rig import ski_named
 from sssi_exudyn.sweeps.design import INDEXED, KINDS, LISTED, Design
 
 Task = Literal["simulate", "fit", "turn"]

@@ -19,7 +19,7 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.plugins import Plugin, origins_of
 from sssi_exudyn.runtime.provenance import versions
-from sssi_exudyn.simulation.turn_rig import ski_named
+from sssi_exudyn.simulation.carving.turn_rig import ski_named
 from sssi_exudyn.sweeps.axes import axes_of
 from sssi_exudyn.sweeps.design import Axis, points_of
 from sssi_exudyn.sweeps.file import SweepFile, Task, Tier

@@ -28,11 +28,11 @@ from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.plugins import require
 from sssi_exudyn.runtime.posix import pages
 from sssi_exudyn.runtime.provenance import versions
+from sssi_exudyn.simulation.carving.steady_turn import NoSteadyTurn, edges_of, start_rolling, steady_turn
+from sssi_exudyn.simulation.carving.turn_rig import ski_named
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.prepared import Prepared, prepare
 from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.simulation.steady_turn import NoSteadyTurn, edges_of, start_rolling, steady_turn
-from sssi_exudyn.simulation.turn_rig import ski_named
 from sssi_exudyn.sweeps.outputs import (
     AnyRun,
     Figures,

@@ -21,8 +21,8 @@ from sssi_exudyn.model.heading import Heading, HeadingMode
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion, spline_motion, turn_motion
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.carved import CarvedRun, simulate_carved
-from sssi_exudyn.simulation.carved_tangents import CarvedLinearisation
+from sssi_exudyn.simulation.carving.run import CarvedRun, simulate_carved
+from sssi_exudyn.simulation.carving.tangents import CarvedLinearisation
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.heading import Turn
 from sssi_exudyn.simulation.posture_table import PostureTable

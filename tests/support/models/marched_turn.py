@@ -11,7 +11,7 @@ from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.term import EdgeState
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.simulation.steady_turn import Rolling, SteadyTurn
+from sssi_exudyn.simulation.carving.steady_turn import Rolling, SteadyTurn
 
 
 def marched_forces(turn: SteadyTurn, rolling: Rolling) -> tuple[Array, Array]:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sssi_exudyn.bodies.ski.ski import read_ski
-from sssi_exudyn.simulation.steady_turn import TurnCase
-from sssi_exudyn.simulation.turn_rig import UNCERTAIN, RigPoint, difference, rig_points
+from sssi_exudyn.simulation.carving.steady_turn import TurnCase
+from sssi_exudyn.simulation.carving.turn_rig import UNCERTAIN, RigPoint, difference, rig_points
 
 pytestmark = pytest.mark.long
 SKIS = [read_ski(name, ".") for name in ("slalom_165", "rossignol_9gs_174")]

@@ -16,8 +16,8 @@ from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import slope_to_level
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.correction import correct_posture
-from sssi_exudyn.simulation.carved import carved_run
-from sssi_exudyn.simulation.carved_balance import WINDOW, balance, lean_by, roll_left_over
+from sssi_exudyn.simulation.carving.balance import WINDOW, balance, lean_by, roll_left_over
+from sssi_exudyn.simulation.carving.run import carved_run
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.prepared import prepare
 

@@ -10,9 +10,9 @@ from sssi_exudyn.contact.backends.carving.carved_tangents_kernel import CarvedTa
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.simulation.carved import SHARE, Carved, carved_run, reduced_run_of
+from sssi_exudyn.simulation.carving.run import SHARE, Carved, carved_run, reduced_run_of
+from sssi_exudyn.simulation.carving.steady_turn import carving_module, edge_work
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, load_at_start
-from sssi_exudyn.simulation.steady_turn import carving_module, edge_work
 from sssi_exudyn.simulation.tangent_inputs import (
     Direction,
     climb_at_start,

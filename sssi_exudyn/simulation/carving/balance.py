@@ -26,7 +26,7 @@ from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.simulation.carved import Carved, carved_run
+from sssi_exudyn.simulation.carving.run import Carved, carved_run
 from sssi_exudyn.simulation.prepared import prepare
 
 Progress = Callable[[float | None, str], None]

@@ -12,7 +12,7 @@ import numpy as np
 from sssi_exudyn.bodies.ski.ski import Ski, catalogue, read_ski
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.simulation.steady_turn import (
+from sssi_exudyn.simulation.carving.steady_turn import (
     NoSteadyTurn,
     Rolling,
     SteadyTurn,

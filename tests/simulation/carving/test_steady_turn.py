@@ -14,7 +14,7 @@ from sssi_exudyn.bodies.ski.ski import Profile, Ski, read_ski
 from sssi_exudyn.contact.backends.carving.turn_kernel import HELD
 from sssi_exudyn.contact.backends.compiled import law_parameters
 from sssi_exudyn.contact.terms.carving import Carving
-from sssi_exudyn.simulation.steady_turn import (
+from sssi_exudyn.simulation.carving.steady_turn import (
     NoSteadyTurn,
     Rolling,
     SteadyTurn,

@@ -20,8 +20,8 @@ from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.recording.recording import Equipment
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.boot_joint import BootJoint, boot_joint
-from sssi_exudyn.simulation.carved import CarvedRun, simulate_carved
+from sssi_exudyn.simulation.carving.boot_joint import BootJoint, boot_joint
+from sssi_exudyn.simulation.carving.run import CarvedRun, simulate_carved
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.prepared import prepare
 from sssi_exudyn.simulation.result import SimulationResult

@@ -18,7 +18,7 @@ from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.assembly import CARVED_STEP
-from sssi_exudyn.simulation.carved import CarvedRun, simulate_carved
+from sssi_exudyn.simulation.carving.run import CarvedRun, simulate_carved
 from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.prepared import Prepared, prepare
 from sssi_exudyn.simulation.reduced import simulate_reduced

@@ -23,11 +23,11 @@ from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, snow_grid
-from sssi_exudyn.simulation.boot_joint import BootJoint, boot_joint
+from sssi_exudyn.simulation.carving.boot_joint import BootJoint, boot_joint
+from sssi_exudyn.simulation.carving.steady_turn import MODES, POINTS, bending_edges, carving_module, edge_work
 from sssi_exudyn.simulation.heading import Turn
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, first_place, load_at_start, reduced_run
 from sssi_exudyn.simulation.result import side_reserve
-from sssi_exudyn.simulation.steady_turn import MODES, POINTS, bending_edges, carving_module, edge_work
 
 COARSE_POINTS: Final = 50
 """Contact points on each edge where steps are coarse: a ski goes on by less than their distance, too."""
