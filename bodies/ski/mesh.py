@@ -19,6 +19,11 @@ from sssi_exudyn.core.frames import Array
 CONTACTS: Final = 50
 """Contact points on each edge (paper 2.2.3)."""
 
+_SHOVEL: Final = 0.2
+"""Share of the ski at its tip where a cutting edge enters the snow, and reaches its depth within 0.1 m."""
+_SHOVEL_POINTS: Final = 0.4
+"""Share of the contact points that lie there on a ski that cuts."""
+
 
 @dataclass(frozen=True)
 class BeamMesh:
@@ -82,9 +87,10 @@ class BeamMesh:
         return result
 
 
-def mesh(ski: Ski, elements: int = 50, contacts: int = CONTACTS) -> BeamMesh:
+def mesh(ski: Ski, elements: int = 50, contacts: int = CONTACTS, *, cutting: bool = False) -> BeamMesh:
     """Cut a ski into ``elements`` pieces, of equal straight length behind and ahead of the boot centre, where a node
-    lies, with ``contacts`` points on each edge.
+    lies, with ``contacts`` points on each edge.  They are at equal distances; closer together at the tip, where the
+    edge of a ski that is ``cutting`` enters the snow.
 
     An element has the mass of its piece and the stiffness that gives the same end displacements under the same end
     loads at first order: the inverse of the mean compliance.  Raises ValueError for fewer than two elements, which
@@ -112,6 +118,10 @@ def mesh(ski: Ski, elements: int = 50, contacts: int = CONTACTS) -> BeamMesh:
     stiffness = np.diff(s) / compliance
 
     contact_s = (np.arange(contacts) + 0.5) / contacts
+    contact_length = np.full(contacts, ski.length / contacts)
+    if cutting:
+        contact_s, share = _cutting_points(contacts)
+        contact_length = share * ski.length
     element = np.clip(np.searchsorted(s, contact_s, side="right") - 1, 0, elements - 1).astype(np.int64)
     weight = (contact_s - s[element]) / np.diff(s)[element]
     return BeamMesh(
@@ -127,8 +137,16 @@ def mesh(ski: Ski, elements: int = 50, contacts: int = CONTACTS) -> BeamMesh:
         contact_element=element,
         contact_weight=weight,
         contact_offset=_contact_offsets(ski, contact_s, element, weight, position, rotation),
-        contact_length=np.full(contacts, ski.length / contacts),
+        contact_length=contact_length,
     )
+
+
+def _cutting_points(contacts: int) -> tuple[Array, Array]:
+    """Of a ski that cuts: where its contact points are and the share of its length that each stands for, (m,) both."""
+    ahead = int(np.clip(round(_SHOVEL_POINTS * contacts), 1, contacts - 1))
+    behind = np.linspace(0.0, 1.0 - _SHOVEL, contacts - ahead + 1)
+    border = np.concatenate([behind, np.linspace(1.0 - _SHOVEL, 1.0, ahead + 1)[1:]])
+    return 0.5 * (border[1:] + border[:-1]), np.diff(border)
 
 
 def _contact_offsets(

@@ -62,7 +62,7 @@ class Parts:
     @cached_property
     def mesh(self) -> BeamMesh:
         points = CUTTING_POINTS if self.is_carved else CONTACTS
-        return mesh(self.model.ski, self.model.solver.elements, points)
+        return mesh(self.model.ski, self.model.solver.elements, points, cutting=self.is_carved)
 
     @property
     def is_carved(self) -> bool:

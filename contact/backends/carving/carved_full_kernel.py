@@ -213,6 +213,7 @@ def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, l
             # the other edge presses too where the ski is flat, and has no wall
             own.next_groove[1 - low, m] = max(upper, own.arrived_groove[1 - low, m]) if upper > 0.0 else 0.0
             own.next_offset[1 - low, m], own.next_speed[1 - low, m] = 0.0, v_t
+            own.next_drift[low, m], own.next_drift[1 - low, m] = v_n, v_n
             if lower <= 0.0:
                 continue
             width, groove, offset = edges.width[m], own.arrived_groove[low, m], own.arrived_offset[low, m]

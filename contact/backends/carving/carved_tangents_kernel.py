@@ -75,7 +75,7 @@ class CarvedRoom(NamedTuple):
     turns : (2, 6, w);  pressed : (2, 6 + k, w) of the snow's forces;  under : (2, 3, w) of the snow's height and slopes
     under a place that stays
     equations : (2, 5 + k, w) of the pelvis' and the ski's own;  seen : (2, 15, w)
-    arrived : (2, 4m, d), held : (2, 5m, d) of the memory
+    arrived : (2, 4m, d), held : (2, 6m, d) of the memory
     patch : (6, d);  ground, by_ground : (3, 2), (3, p);  air, by_air, by_body : (3, 5), (3, p), (3, p) of the laws
     """
 
@@ -104,7 +104,7 @@ def carved_room(points, modes, columns, parameters, many):
         np.zeros((2, BENT + 2 * own, width)), np.zeros((2, ON_MODES + 2 * modes + columns, width)),
         np.zeros((2, 6, width)), np.zeros((2, 6 + modes, width)), np.zeros((2, 3, width)),
         np.zeros((2, 3 + own, width)), np.zeros((2, SEEN, width)), np.zeros((2, 4 * points, many)),
-        np.zeros((2, 5 * points, many)), np.zeros((6, many)), np.zeros((3, 2)), np.zeros((3, parameters)),
+        np.zeros((2, 6 * points, many)), np.zeros((6, many)), np.zeros((3, 2)), np.zeros((3, parameters)),
         np.zeros((3, 5)), np.zeros((3, parameters)), np.zeros((3, parameters)),
     )  # fmt: skip
 

@@ -94,6 +94,7 @@ def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rat
         n = (-t[1], t[0], 0.0)
         v_t, v_n, sinking = dot(moving, t), dot(moving, n), -moving[2]
         memory.next_speed[low, i], memory.next_speed[1 - low, i] = v_t, v_t
+        memory.next_drift[low, i], memory.next_drift[1 - low, i] = v_n, v_n
         if lower <= 0.0:
             continue
         groove, offset = memory.arrived_groove[low, i], memory.arrived_offset[low, i]

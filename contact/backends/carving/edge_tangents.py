@@ -22,6 +22,7 @@ edge_linearisation: Callable[..., None]
 memory_linearisation: Callable[..., None]
 deeper_edge: Callable[..., tuple[Any, ...]]
 between_stations: Callable[..., tuple[int, int, float]]
+passing_time: Callable[..., float]
 LOWER: int
 UPPER: int
 RATE: int
@@ -41,7 +42,7 @@ class EdgeLines(NamedTuple):
 
     force : (2, 6 + k, i) of the force on the boot centre, the moment about it and what bends the ski there
     by_memory : (2, 6 + k, 4m) of these by the memory that arrives: groove, offset, each the left edge's m points first
-    left : (2, 5m, i) of what the snow remembers after the step: groove, offset, and the m stations' speed
+    left : (2, 6m, i) of what the snow remembers after the step: groove, offset, the m stations' speed and drift
     kept : (2, 2m, 2, 2) of groove and offset after the step by both as they arrive
     rows : (8, i) of what a point's force depends on;  towards, slopes : (5m, 6 + k), (5m, i)
     reach : (2, k, 3) the modes' displacements of the deeper and of the other edge
@@ -67,7 +68,7 @@ def edge_lines(points, modes, columns, parameters):
     """Room for the linearisation by so many of the laws' ``parameters``."""
     size, width = 6 + modes, ON_MODES + 2 * modes + columns
     return EdgeLines(
-        np.zeros((2, size, width)), np.zeros((2, size, 4 * points)), np.zeros((2, 5 * points, width)),
+        np.zeros((2, size, width)), np.zeros((2, size, 4 * points)), np.zeros((2, 6 * points, width)),
         np.zeros((2, 2 * points, 2, 2)), np.zeros((8, width)), np.zeros((5 * points, size)),
         np.zeros((5 * points, width)), np.zeros((2, modes, 3)), np.zeros((4, 9)), np.zeros((4, parameters)),
         np.zeros((2, 9)), np.zeros((2, parameters)),
@@ -206,6 +207,7 @@ def linearise_edges(parameters, ski, memory, foot, eta, rate, step, columns, lin
         )
         for c in range(fixed):
             left[4 * stations + i, c] = rows[ALONG, c]
+            left[5 * stations + i, c] = rows[ACROSS, c]
         if lower <= 0.0:
             continue
         row, over = low * stations + i, (1 - low) * stations + i
@@ -246,7 +248,7 @@ def linearise_edges(parameters, ski, memory, foot, eta, rate, step, columns, lin
 @njit(cache=True, error_model="numpy")
 def advect_tangents(ski, memory, step, held, arrived):
     """Fill ``arrived`` (4m, d) with the tangents of the memory that ``advect`` brings, from those of what the last step
-    left, ``held`` (5m, d).  To be called before its memory is accepted anew.
+    left, ``held`` (6m, d).  To be called before its memory is accepted anew.
     """
     station = ski.station
     stations = station.shape[0]
@@ -270,11 +272,20 @@ def advect_tangents(ski, memory, step, held, arrived):
                         (1.0 - share) * held[first + ahead, k] + share * held[first + beyond, k]
                         + slope * held[4 * stations + i, k]
                     )  # fmt: skip
+            since = passing_time(station, ahead, beyond, share, speed, step)
+            rising = memory.drift[edge, beyond] - memory.drift[edge, ahead]
+            by_speed = (step - since) * (pace + (1.0 - share) / speed) * rising if speed > 0.0 else 0.0
+            by_ahead, by_beyond = (1.0 - share) * (step - since), share * step + (1.0 - share) * since
+            for k in range(held.shape[1]):
+                arrived[2 * stations + row, k] += 0.5 * (
+                    by_ahead * held[5 * stations + ahead, k] + by_beyond * held[5 * stations + beyond, k]
+                    - step * held[5 * stations + i, k] + by_speed * held[4 * stations + i, k]
+                )  # fmt: skip
 
 
 @njit(cache=True, error_model="numpy")
 def leave_tangents(lines, side, moved, arrived, held):
-    """Fill ``held`` (5m, d) with the tangents of what the step leaves, ``moved`` (i, d) those of what moves the ski."""
+    """Fill ``held`` (6m, d) with the tangents of what the step leaves, ``moved`` (i, d) those of what moves the ski."""
     np.dot(lines.left[side], moved, held)
     kept = lines.kept[side]
     rows = kept.shape[0]

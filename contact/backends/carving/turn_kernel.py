@@ -2,13 +2,17 @@
 
 The ski's heading is the x axis, which turns with it.  Sought are the boot centre's sideslip v_y and the yaw rate ω,
 
-    m v̇_y = Q − F tanλ,   I ω̇ = M_z,   d ż = P − F,   d_p β̇ = M_y,   ω_k² η + 2ζω_k η̇ = Σ φ·(snow's force)
+    m v̇_y + d_y (v_y − v̄_y) = Q − F tanλ,   I ω̇ + d_ω (ω − ω̄) = M_z,
+    d ż = P − F,   d_p β̇ = M_y,   ω_k² η + 2ζω_k η̇ = Σ φ·(snow's force)
 
 P, Q : snow's force on the ski along the snow's normal and to the left;  F, λ : load and lean
 M_z, M_y : moments of the snow's forces about the centre of pressure, and z, β the boot centre's height and the pitch
 
+v̄_y, ω̄ : running means of v_y and ω over the last half of the ski's length
+
 The speed along the ski and the edge angle are given.  Mass, inertia I and dampers d only lead to the steady turn, in
-which they do nothing.  Steps are backward Euler's.
+which they do nothing.  Without d_y and d_ω the offset from the groove's wall and the mass swing against each other.
+Steps are backward Euler's.
 """
 
 from __future__ import annotations
@@ -33,6 +37,8 @@ SMALL = 1e-8
 """m/s, rad/s, m, rad and the modes' own unit: the change of what is sought at which a step is found."""
 MASS, INERTIA = 10.0, 1.0
 """kg and kg m²; of sideslip and yaw, on the way to the steady turn."""
+SLIPPING, YAWING = 500.0, 50.0
+"""N s/m and N m s: dampers against the running means."""
 SINKING, PITCHING = 1500.0, 100.0
 """N s/m and N m s: dampers on the way to the steady turn."""
 
@@ -58,9 +64,12 @@ class Turn(NamedTuple):
 
 
 class TurnState(NamedTuple):
-    """sought : (4 + k,) v_y (m/s), ω (rad/s), z (m), pitch (rad), η;  force : (6 + k,) of the snow at the end"""
+    """sought : (4 + k,) v_y (m/s), ω (rad/s), z (m), pitch (rad), η;  mean : (2,) of v_y and ω
+    force : (6 + k,) of the snow at the end
+    """
 
     sought: Array
+    mean: Array
     force: Array
 
 
@@ -72,7 +81,8 @@ def follow_turn(parameters, ski, turn, state, memory, work, series):
     """
     modes = ski.omega.shape[0]
     size = 6 + modes
-    sought, force = state.sought, state.force
+    sought, mean, force = state.sought, state.mean, state.force
+    lately = min(1.0, 2.0 * turn.speed * turn.step / (ski.station[-1] - ski.station[0]))
     old = sought.copy()
     frame = np.zeros((3, 3))
     matrix, right = np.zeros((size, size)), np.zeros(size)
@@ -113,7 +123,9 @@ def follow_turn(parameters, ski, turn, state, memory, work, series):
             # moments about the centre of pressure: the foot's place is moved there
             ahead, down = turn.pressure * a, -turn.pressure * b
             right[0] = force[1] - turn.load * turn.lean[n] - MASS * (sought[0] - old[0]) / step
+            right[0] -= SLIPPING * (sought[0] - mean[0])
             right[1] = force[5] - ahead * force[1] - INERTIA * (sought[1] - old[1]) / step
+            right[1] -= YAWING * (sought[1] - mean[1])
             right[2] = force[2] - turn.load - SINKING * sinking
             right[3] = force[4] + ahead * force[2] - down * force[0] - PITCHING * pitching
             for i in range(4 + modes):
@@ -123,8 +135,8 @@ def follow_turn(parameters, ski, turn, state, memory, work, series):
                 system[3, i] = matrix[4, column] + ahead * matrix[2, column] - down * matrix[0, column]
                 for k in range(modes):
                     system[4 + k, i] = matrix[6 + k, column]
-            system[0, 0] += MASS / step
-            system[1, 1] += INERTIA / step
+            system[0, 0] += MASS / step + SLIPPING
+            system[1, 1] += INERTIA / step + YAWING
             system[2, 2] += SINKING / step
             system[3, 3] += PITCHING / step
             for k in range(modes):
@@ -149,5 +161,7 @@ def follow_turn(parameters, ski, turn, state, memory, work, series):
                 solved += 1
                 break
         accept(memory)
+        for c in range(2):
+            mean[c] += lately * (sought[c] - mean[c])
         series[n, 0], series[n, 1], series[n, 2], series[n, 3] = sought[0], sought[1], sought[2], sought[3]
     return solved

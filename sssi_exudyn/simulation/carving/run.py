@@ -96,7 +96,7 @@ class Carved:
 
     def fresh_snow(self) -> Groove:
         """What the snow remembers before the start: nothing."""
-        return Groove(*np.zeros((8, 2, 2, self.points)))
+        return Groove(*np.zeros((len(Groove._fields), 2, 2, self.points)))
 
 
 def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> CarvedRun:
@@ -127,7 +127,7 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
     points, fast, order = (COARSE_POINTS, COARSE_MODES, COARSE_ORDER) if coarse else (POINTS, MODES, ORDER)
     modes = fast + GIVING
     springs = joint or boot_joint(model.equipment)
-    cut = mesh(model.ski, contacts=points)
+    cut = mesh(model.ski, contacts=points, cutting=True)
     modal = modal_ski(cut, modes, springs.stiffness[2:])
     edges = bending_edges(cut, modal)
     base = np.array([0.0, 0.0, -float(model.ski.height(model.ski.s_of_x(0.0)))])
@@ -135,7 +135,7 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
     coupling = Coupling(
         np.ascontiguousarray(modal.participation[:, :3]), np.ascontiguousarray(modal.participation[:, 3:])
     )
-    memory, work = Groove(*np.zeros((8, 2, 2, points))), edge_work(points, modes)
+    memory, work = Groove(*np.zeros((len(Groove._fields), 2, 2, points))), edge_work(points, modes)
     place, velocity = first_place(model, at)
     load = float(load_at_start(at, SHARE))
     place[2] = kernel.rest_height(parameters, ski, motion, surface, place, load, memory, work)

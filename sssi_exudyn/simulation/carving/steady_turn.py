@@ -147,7 +147,7 @@ def _copy(arrays: Any) -> Any:
 
 def edges_of(ski: Ski, points: int = POINTS, modes: int = MODES) -> EdgeSki:
     """A ski's edges as the kernel takes them."""
-    cut = mesh(ski, contacts=points)
+    cut = mesh(ski, contacts=points, cutting=True)
     return bending_edges(cut, modal_ski(cut, modes))
 
 
@@ -203,9 +203,9 @@ def edge_work(points: int, modes: int) -> EdgeWork:
 def start_rolling(ski: EdgeSki) -> Rolling:
     """The ski on fresh snow, straight, little edged and just touching it."""
     points, modes = len(ski.width), len(ski.omega)
-    state = TurnState(np.zeros(4 + modes), np.zeros(6 + modes))
+    state = TurnState(np.zeros(4 + modes), np.zeros(2), np.zeros(6 + modes))
     state.sought[2] = 0.5 * float(ski.width.min()) * np.sin(_FIRST_EDGE)
-    memory = Groove(*np.zeros((8, 2, points)))
+    memory = Groove(*np.zeros((len(Groove._fields), 2, points)))
     work = edge_work(points, modes)
     return Rolling(ski, state, memory, work, float(_FIRST_EDGE))
 
@@ -216,14 +216,14 @@ def steady_turn(case: TurnCase, rolling: Rolling, step_points: float = 1.0) -> t
     Parameters
     ----------
     rolling : the ski as it runs before; it is left as it is
-    step_points : distances of contact points that the ski covers in a step
+    step_points : least distances of contact points that the ski covers in a step
 
     Raises NoSteadyTurn where Newton's method fails at the end, or the edge sinks deeper than 50 mm.
     """
     on = rolling.copied()
     ski = on.ski
-    gap = float(ski.station[1] - ski.station[0])
-    chunk = max(1, round(_CHUNK * len(ski.station) / step_points))
+    gap = float(np.diff(ski.station).min())
+    chunk = max(1, round(_CHUNK * float(np.ptp(ski.station)) / (gap * step_points)))
     step = step_points * gap / case.speed
     kernel = carving_module()
     parameters = law_parameters((case.law,))

@@ -1,6 +1,7 @@
 """A steady turn once more: the law called as it is written, point after point from the tip to the tail.
 
-In a steady turn what arrives at a point is what the point before it left, so no time is needed.
+In a steady turn what arrives at a point is what the point before it left, so no time is needed.  The offset grows from
+point to point by the mean of both drifts.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ def marched_forces(turn: SteadyTurn, rolling: Rolling) -> tuple[Array, Array]:
     depths = -sought[2] - arms[..., 2]
     groove, offset = np.zeros(2), np.zeros(2)
     total, moment, modal = np.zeros(3), np.zeros(3), np.zeros(len(ski.omega))
+    gaps, ahead = np.diff(ski.station), None
     for i in range(len(ski.width))[::-1]:
         low = int(np.argmax(depths[i]))
         edge = np.arcsin((depths[i, 1] - depths[i, 0]) / ski.width[i])
@@ -33,9 +35,13 @@ def marched_forces(turn: SteadyTurn, rolling: Rolling) -> tuple[Array, Array]:
         t = np.array([tangent[0], tangent[1], 0.0]) / np.hypot(*tangent[:2])
         n = np.array([-t[1], t[0], 0.0])
         velocity = np.array([speed, sought[0], 0.0]) + np.cross([0.0, 0.0, sought[1]], arms[i, low])
+        drift = velocity @ n
+        step = gaps[min(i, len(gaps) - 1)] / (velocity @ t)
+        arrived = offset[low] if ahead is None else offset[low] + 0.5 * step * (ahead - drift)
+        ahead = drift
         state = EdgeState(
-            depths[i, low], depths[i, 1 - low], 0.0, ski.width[i], groove[low], offset[low],
-            (ski.station[1] - ski.station[0]) / speed, velocity @ t, velocity @ n, tangent[2], edge, ski.length[i],
+            depths[i, low], depths[i, 1 - low], 0.0, ski.width[i], groove[low], arrived, step, velocity @ t, drift,
+            tangent[2], edge, ski.length[i],
         )  # fmt: skip
         normal, along, across, upper = law.force(FloatMath(), state)
         groove, offset = np.zeros(2), np.zeros(2)
