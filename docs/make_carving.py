@@ -445,18 +445,22 @@ def ski_against_ski() -> str:
     left: dict[tuple[str, str], str] = {}
     for name in names:
         model = replace(own, ski=read_ski(name, "."))
-        balanced = balance(model.with_heading("free"), motion, stop=stop)
-        figures = [float(np.sqrt(np.mean(each**2))) for each in (balanced.before, balanced.after)]
-        cases = (("replay", model), ("free", model.with_heading("free")), ("free, balanced", balanced.model))
+        free = model.with_heading("free")
+        usual = balance(free, motion, stop=stop)
+        figures = [float(np.sqrt(np.mean(each**2))) for each in (usual.before, usual.after)]
         left |= {(name, "free"): f"{figures[0]:.0f} N m", (name, "free, balanced"): f"{figures[1]:.0f} N m"}
-        for kind, tried in cases:
-            prepared = prepare(tried, motion, stop=stop)
-            runs = [simulate_carved(tried.with_values(values), prepared, springs) for values, springs in changes]
-            ends[name, kind] = np.array([each.run.com[-1] for each in runs])
+        found: dict[str, list[Array]] = {"replay": [], "free": [], "free, balanced": []}
+        for values, springs in changes:
+            leaning = balance(free.with_values(values), motion, stop=stop, joint=springs, begin=usual)
+            cases = (model.with_values(values), free.with_values(values), leaning.model)
+            for places, tried in zip(found.values(), cases, strict=True):
+                prepared = prepare(tried, motion, stop=stop)
+                places.append(simulate_carved(tried, prepared, springs).run.com[-1])
+        ends |= {(name, kind): np.array(places) for kind, places in found.items()}
     lines = [
         f"Where the centre of mass is after {SECONDS:g} s of that fit, against slalom_165. The bar is what one standard "
         "deviation of H, of S_f and of μ and twice or half the yaw stiffness change in the difference; where the skier is "
-        "balanced the lean is the one found without these changes:\n",
+        "balanced, each such run has a lean of its own:\n",
         "| ski | heading | farther down the slope | farther to the left | moment left over about the way, rms of means over "
         "0.5 s |",
         "|---|---|---|---|---|",

@@ -26,6 +26,7 @@ from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.simulation.carving.boot_joint import BootJoint
 from sssi_exudyn.simulation.carving.run import Carved, carved_run
 from sssi_exudyn.simulation.prepared import prepare
 
@@ -52,7 +53,9 @@ class Balanced:
 
     model : with the lean in its posture correction
     time, lean : (k,) s, rad of the knots, > 0 to the right
-    before, after : (w,) N m of roll left over, means over ``WINDOW``, with the captured lean and with this one
+    before, after : (w,) N m of roll left over, means over ``WINDOW``, with the lean that the search began with (the
+        captured one unless another was given) and with this one
+    by_lean : (w, k) N m/rad, the derivative of these
     """
 
     model: Model
@@ -60,6 +63,7 @@ class Balanced:
     lean: Array
     before: Array
     after: Array
+    by_lean: Array
 
 
 def roll_left_over(done: Carved) -> Array:
@@ -83,8 +87,19 @@ def lean_by(model: Model, time: Array, lean: Array) -> Model:
     return replace(model, posture=PostureCorrection(instants, angles))
 
 
-def balance(model: Model, motion: Motion, *, stop: float | None = None, progress: Progress | None = None) -> Balanced:
+def balance(
+    model: Model,
+    motion: Motion,
+    *,
+    stop: float | None = None,
+    joint: BootJoint | None = None,
+    begin: Balanced | None = None,
+    progress: Progress | None = None,
+) -> Balanced:
     """The lean that balances a run of the reduced model from the motion's start to ``stop`` (s; its end if None).
+
+    joint : as in ``carved_run``;  begin : what was found for much the same model over the same time, whose lean and
+    derivatives the search begins with; the model is to be without that lean.
 
     Raises SimulationDiverged as ``simulate_carved`` does.
     """
@@ -100,16 +115,19 @@ def balance(model: Model, motion: Motion, *, stop: float | None = None, progress
         if progress is not None:
             progress(None, f"run {runs} of {count + 2} or more")
         tried = lean_by(model, time, lean)
-        done = carved_run(tried, prepare(tried, motion, stop=stop))
+        done = carved_run(tried, prepare(tried, motion, stop=stop), joint)
         windows = np.array_split(roll_left_over(done), max(1, round((end - motion.start) / WINDOW)))
         return np.array([window.mean() for window in windows])
 
     def value(found: Array, lean: Array) -> float:
         return float(np.sum((found / MOMENT_SIGMA) ** 2) + np.sum((lean / LEAN_SIGMA) ** 2))
 
-    lean = np.zeros(count)
+    lean = np.zeros(count) if begin is None else begin.lean
     before = found = left_over(lean)
-    by_lean = np.column_stack([(left_over(_TRIED * unit) - found) / _TRIED for unit in np.eye(count)])
+    if begin is None:
+        by_lean = np.column_stack([(left_over(_TRIED * unit) - found) / _TRIED for unit in np.eye(count)])
+    else:
+        by_lean = begin.by_lean
     share = 1.0
     for _ in range(_ROUNDS):
         normal = by_lean.T @ by_lean / MOMENT_SIGMA**2 + np.eye(count) / LEAN_SIGMA**2
@@ -124,4 +142,4 @@ def balance(model: Model, motion: Motion, *, stop: float | None = None, progress
         lean, found, share = lean + step, tried, min(1.0, 2.0 * share)
         if enough:
             break
-    return Balanced(lean_by(model, time, lean), time, lean, before, found)
+    return Balanced(lean_by(model, time, lean), time, lean, before, found, by_lean)

@@ -58,6 +58,11 @@ def test_a_skier_who_would_fall_leans() -> None:
     assert 0.01 < np.abs(found.lean).max() < 0.5
     again = windows(roll_left_over(carved_run(found.model, prepare(found.model, edged))), len(found.after))
     np.testing.assert_allclose(again, found.after)
+    # on other snow the search goes on from that lean, and ends where one from none does
+    other = tried.with_values({"carving.mu": 0.07})
+    anew, onwards = balance(other, edged), balance(other, edged, begin=found)
+    assert np.sqrt(np.mean(onwards.before**2)) < 0.5 * np.sqrt(np.mean(anew.before**2))
+    np.testing.assert_allclose(onwards.lean, anew.lean, atol=np.radians(1.0))
 
 
 def test_a_lean_is_added_to_what_is_corrected_already() -> None:
