@@ -30,6 +30,11 @@ more than the snow springs back presses no more, but the wall still holds it. Si
 |---|---|---|---|
 {parameters}
 
+What arrives at a point is interpolated between the points ahead, where its snow was a step ago. The offset grows by the mean of
+how fast the edge drifts at both places, and two fifths of the points lie in the last fifth of the ski: there an edge enters the
+snow, and within 0.1 m it is as deep as it gets. With the drift of one place, and points at equal distances, 100 points came out with
+a radius 6 % larger than the finest at 60°, and 50 points with one 25 % larger; now these are 0.1 % and 0.4 % off.
+
 The strength by default is that of the firmest snow that Mössner measured: with 2.5e5 Pa, above the middle of his range, the
 slalom ski skids at 60° and slips beyond (below), where skiers carve.
 
@@ -37,7 +42,7 @@ slalom ski skids at 60° and slips beyond (below), where skiers carve.
 
 One ski, held at the boot centre, runs on a plane at a given edge angle of the sole until its turn is steady. The load acts
 at the boot centre, and the resultant is square to the base. Sinking, pitch, sideslip, yaw rate and the ski's bend (20
-vibrations, 100 points an edge) are found. The side reserve is 1 − Σ|q_e|/Σ(S_f·a), the thrown snow apart: the share of the wall's strength along the
+vibrations, 100 points an edge) are found. A mass, an inertia and dampers lead to the steady turn, in which they do nothing. The side reserve is 1 − Σ|q_e|/Σ(S_f·a), the thrown snow apart: the share of the wall's strength along the
 edge that is not used.
 
 Bars are one standard deviation of {uncertain}; what they do to the curvature adds up as squares.
@@ -84,7 +89,7 @@ model with steps as in a fit,
 That snow is by the paper's law, into which a foot of an edged ski with 700 N sinks 20 mm, 35 kN/m: the recording's heights have that
 in them, and leg and firm snow together must give as much. On a recording from a piste nobody knows what the heights have in them.
 
-Steps are 1.25 ms: in a step a ski goes on by less than the distance of its contact points. The reduced model's
+Steps are 1.25 ms. The reduced model's
 skis take them by backward differences of second order. Terms of air, wind, terrain and body
 act as always; those that change the paper's friction do not go with it.
 
@@ -97,17 +102,8 @@ Where nothing yields between two runs they are within 10⁻⁷ of their differen
 intermediate, as captured, with steps as in a fit, tangents at the end were held against differences over 0.0003 of μ, 1 kPa of S_f
 and 10⁶ N/m³ of H:
 
-| μ | by μ | by S_f | by H |
-|---|---|---|---|
-| 0.09 | 0.8 % off | 0.3 % | 2.9 % |
-| 0.10 | 0.7 % | 0.3 % | 4.6 % |
-| 0.11 | 12 % | 11 % | nothing in common |
-| 0.13 | 2.3 % | 2.2 % | 3.0 % |
-| 0.14 | 96 % | 3.5 % | 1.1 % |
-| 0.15 | 0.7 % | 0.8 % | 10 % |
-
-With 0.11, 0.12 and 0.14 a ski is about to let go of its edge, or not, and runs part there: with 0.121 the skier is 4.9 m farther after
-15 s than with 0.12, with 0.119 he is 1.2 m farther.
+{derivatives}
+Where they have little in common, a ski is about to let go of its edge, or not, and runs part there by metres within 15 s.
 
 A fit searches with steps of 2.5 ms, 50 points and 8 vibrations, which the full model's run sets right. Its skis' steps are of first
 order, which damps more than there is to be damped: with second order, and 1.25 ms, an inner ski of 20 N chatters by 100 N between greatest
@@ -214,23 +210,11 @@ no claims about skis.
 
 ### How far the two models are apart
 
-Of the intermediate, as captured, with μ = 0.1 and the default snow, whose skis heave and pitch, the antenna's ways differ by
+Of the intermediate, as captured, with μ = 0.1 and the default snow, whose skis heave and pitch, the antenna's ways, 12 m after 1 s and 41 m after 4 s, differ by
 
-| | after 1 s, 12 m | after 4 s, 41 m |
-|---|---|---|
-| the full model and the reduced one | 0.013 m | 0.11 m |
-| the reduced one, with half the step | 0.011 m | 0.06 m |
-| the same, with a quarter of it | 0.014 m | 0.08 m |
-| the same, with 40 vibrations in the place of 20 | 0.006 m | 0.04 m |
-| the same, with the load shared between the feet at the start as the full one finds it (6 to 94), not by halves | 0.009 m | 0.02 m |
-| the same, with 1 % more μ | 0.009 m | 0.11 m |
-| the same, with 1 % more S_f | 0.009 m | 0.09 m |
-| the same, with 1 % more stiffness in yaw | 0.012 m | 0.07 m |
-| the same, 1 mm/s faster to the left at the start | below 0.001 m | 0.001 m |
-| the full one, with half the step | 0.003 m | 0.04 m |
-
+{apart}
 What is left between the two is what step, vibrations and start come to, and as much as a hundredth of a number of the snow does.
-Nothing is chaotic in that: over 4 s a change of the start stays small. The full model's energy balance closes to 0.002 %.
+Nothing is chaotic in that: over 4 s a change of the start stays small.
 
 They were 0.09 m apart after 1 s and 0.84 m after 4 s as long as
 

@@ -6,40 +6,21 @@ must hold ``tests/support/models``.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
+from carving_runs import both_laws, headings, long_derivatives, models_apart, ski_against_ski, stiffnesses, tiers
 from carving_skis import FIRM, LENGTH, SIDECUT, WithoutGroove, bent_ski
 from carving_text import END, TEXT
 
-from sssi_exudyn import load, run
-from sssi_exudyn.api.result import Result
 from sssi_exudyn.bodies.ski.ski import Profile, Ski, read_ski
-from sssi_exudyn.commands.runs import add_terms
 from sssi_exudyn.contact.term import formula, parameters
 from sssi_exudyn.contact.terms.carving import Carving
-from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.core.quantity import quantities
-from sssi_exudyn.fitting.fit import problem_of
-from sssi_exudyn.fitting.measurements import measurements_of
-from sssi_exudyn.fitting.snow_surface import on_snow_surface
-from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.model.heading import HEADING_MODES
-from sssi_exudyn.model.model import Model
-from sssi_exudyn.motion.from_recording import motion_from_recording
-from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.results.carving import carving_figures
-from sssi_exudyn.results.summary import CarvingFigures, UncertaintyFigures
-from sssi_exudyn.simulation.assembly import COARSE_CARVED_STEP
-from sssi_exudyn.simulation.carving.balance import balance
-from sssi_exudyn.simulation.carving.boot_joint import BootJoint, boot_joint
-from sssi_exudyn.simulation.carving.run import simulate_carved
 from sssi_exudyn.simulation.carving.steady_turn import (
     NoSteadyTurn,
     SteadyTurn,
@@ -49,21 +30,12 @@ from sssi_exudyn.simulation.carving.steady_turn import (
     steady_turn,
 )
 from sssi_exudyn.simulation.carving.turn_rig import UNCERTAIN, RigPoint, difference, rig_points
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import ReducedRun, prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
 
 SLALOM, GIANT = read_ski("slalom_165", "."), read_ski("giant_slalom_183", ".")
 SHOP = ("fischer_rc4_sc_165", "rossignol_9gs_174", "volkl_kendo_184", "voile_v6_183", "dynastar_team_stc_150")
 USUAL = Carving()
 FIRMER = Carving(hardness=2e8)
 SOFTER = Carving(strength=2.5e5)
-ROOT = Path(__file__).parents[1]
-INTERMEDIATE = ROOT / "examples" / "intermediate"
-SECONDS = 4.0
-LOADED = 5.0
-STIFFNESSES = ((1e9, 1e7), *((stiff, None) for stiff in (1e9, 3e5, 1.5e5, 8e4, 4e4, 2e4)))
-"""N/m and N m/rad of a leg and a boot that hold a ski in heave and pitch; None for the usual."""
 EDGES = (30.0, 45.0, 60.0, 65.0, 70.0)
 
 
@@ -325,221 +297,6 @@ def numbers() -> Iterator[tuple[str, str, str, str]]:
     )
 
 
-def fitted(snow: Literal["paper", "carving"]) -> Result:
-    """The fit of the intermediate skier on that snow; kept in ``results/carving``, as it takes long."""
-    out = ROOT / "results" / "carving" / snow
-    return load(out) if (out / "summary.json").is_file() else run(INTERMEDIATE, out, snow=snow, progress=True)
-
-
-def both_laws() -> str:
-    """What the paper's law and edges that cut leave of the intermediate skier's recording."""
-    papers, cut = (fitted(snow).summary for snow in ("paper", "carving"))
-    snow = cut.carving
-    assert snow is not None
-    assert papers.uncertainty is not None
-    assert cut.uncertainty is not None
-    mu_t, mu_n = (f"{each.value:.3f} ± {each.se:.3f}" for each in (papers.friction.mu_t, papers.friction.mu_n))
-    entries = [
-        (
-            "friction along",
-            f"μ_t {mu_t}",
-            f"μ {snow.mu.value:.3f} ± {snow.mu.se:.3f}; as μ_t {snow.equivalent_mu_t:.3f}",
-        ),
-        ("force across", f"μ_n {mu_n}", f"as μ_n {snow.equivalent_mu_n:.3f}"),
-        ("H", "–", f"({1e-8 * snow.hardness_N_m3.value:.2f} ± {1e-8 * snow.hardness_N_m3.se:.2f})·10⁸ N/m³"),
-        ("S_f", "–", f"({1e-5 * snow.strength_Pa.value:.2f} ± {1e-5 * snow.strength_Pa.se:.2f})·10⁵ Pa"),
-        *(
-            (what, *(figure(each) for each in (papers, cut)))
-            for what, figure in (
-                ("mean error against the GPS", lambda each: f"{each.trajectory.mean_error_m:.3f} m"),
-                ("load share against the insoles, correlation", lambda each: f"{each.pressure_ratio.correlation:.3f}"),
-                ("moment left over at the pelvis, rms", lambda each: f"{each.residual_moment.rms_Nm:.0f} N m"),
-                ("skis against the feet, rms", lambda each: _against_feet(each.carving)),
-                ("largest correction", lambda each: _largest(each.uncertainty)),
-                ("log evidence of all measurements", lambda each: f"{each.uncertainty.log_evidence:.0f}"),
-                ("energy balance, largest gap", lambda each: f"{each.energy.closure_percent:.4f} %"),
-                (
-                    "fit",
-                    lambda each: f"{each.fit.wall_s:.0f} s, {'converged' if each.fit.converged else 'not converged'}",
-                ),
-            )
-        ),
-    ]
-    lines = ["| | the paper's law | edges that cut |", "|---|---|---|"]
-    more = papers.uncertainty.log_evidence - cut.uncertainty.log_evidence
-    verdict = (
-        f"\nThe recording prefers the law of its own world by {more:.0f} in log evidence. The other law meets the track to "
-        f"{cut.trajectory.mean_error_m:.2f} m all the same, with a μ_t that is near the paper's: what a skier of known "
-        "movement needs of the snow is much the same force, whatever gives it. The standard errors of H and S_f hold were "
-        "the law true, which it is not here.\n"
-    )
-    return (
-        "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in entries)]).replace("| -", "| −") + "\n" + verdict
-    )
-
-
-def _against_feet(found: CarvingFigures | None) -> str:
-    if found is None:
-        return "–"
-    return (
-        f"yaw {found.ski_yaw_rms_deg:.1f}°, roll {found.ski_roll_rms_deg:.1f}°, "
-        f"heave {1e3 * found.ski_heave_rms_m:.0f} mm, pitch {found.ski_pitch_rms_deg:.1f}°"
-    )
-
-
-def _largest(found: UncertaintyFigures) -> str:
-    return f"{found.largest[0].what}, {found.largest[0].sigmas:+.1f} σ".replace("-", "−")
-
-
-def headings() -> str:
-    """What the skier's heading does to the run of that fit, by both models."""
-    own = fitted("carving").model
-    motion = motion_from_recording(read_recording(INTERMEDIATE))
-    stop = motion.start + SECONDS
-    prepared = prepare(own, motion, stop=stop)
-    half = prepare(own, motion, stop=stop, step=0.5 * prepared.step)
-    lines = [
-        f"The same run, {SECONDS:g} s of it. Moments are those that posture and snow leave over by the full model's inverse "
-        "dynamics, about gravity and about the way:\n",
-        "| heading | against the captured one, rms, most | moment about gravity, rms | about the way, rms | from the replayed "
-        "way at the end | the two models apart, most | half the step, most |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    replayed = None
-    for mode in HEADING_MODES:
-        model = own.with_heading(mode)
-        small, halved = simulate_carved(model, prepared), simulate_carved(model, half)
-        whole = simulate(model, motion, stop=stop, tree=False)
-        replayed = small.run.com if replayed is None else replayed
-        found = carving_figures(model, whole, {})
-        assert found is not None
-        assert whole.edges is not None
-        apart = np.linalg.norm(whole.com - small.run.com, axis=1).max()
-        turned = np.degrees(np.abs(whole.edges.heading - small.heading).max())
-        by_step = np.linalg.norm(halved.run.com[::2] - small.run.com, axis=1).max()
-        turned_by_step = np.degrees(np.abs(halved.heading[::2] - small.heading).max())
-        most = np.degrees(np.abs(whole.edges.heading).max())
-        lines.append(
-            f"| {mode} | {found.heading_rms_deg:.1f}°, {most:.1f}° | {found.yaw_residual_rms_Nm:.0f} N m "
-            f"| {found.roll_residual_rms_Nm:.0f} N m | {np.linalg.norm(small.run.com[-1] - replayed[-1]):.2f} m "
-            f"| {apart:.2f} m, {turned:.1f}° | {by_step:.2f} m, {turned_by_step:.1f}° |"
-        )
-    return "\n".join(lines) + "\n"
-
-
-def ski_against_ski() -> str:
-    """Where another ski would have brought the intermediate skier, on the snow that was fitted."""
-    result = fitted("carving")
-    motion = motion_from_recording(read_recording(INTERMEDIATE))
-    own, snow, joint = result.model, result.summary.carving, BootJoint()
-    assert snow is not None
-    numbers = {"carving.hardness": snow.hardness_N_m3, "carving.strength": snow.strength_Pa, "carving.mu": snow.mu}
-    changes: list[tuple[dict[str, float], BootJoint]] = [({}, joint)]
-    for name, each in numbers.items():
-        low, high = own.bounds(name)
-        changes += [({name: min(max(each.value + side * each.se, low), high)}, joint) for side in (-1.0, 1.0)]
-    changes += [({}, replace(joint, yaw_stiffness=joint.yaw_stiffness * factor)) for factor in (0.5, 2.0)]
-    names = ("slalom_165", "fischer_rc4_sc_165", "volkl_kendo_184")
-    stop = motion.start + SECONDS
-    ends: dict[tuple[str, str], Array] = {}
-    left: dict[tuple[str, str], str] = {}
-    for name in names:
-        model = replace(own, ski=read_ski(name, "."))
-        free = model.with_heading("free")
-        usual = balance(free, motion, stop=stop)
-        figures = [float(np.sqrt(np.mean(each**2))) for each in (usual.before, usual.after)]
-        left |= {(name, "free"): f"{figures[0]:.0f} N m", (name, "free, balanced"): f"{figures[1]:.0f} N m"}
-        found: dict[str, list[Array]] = {"replay": [], "free": [], "free, balanced": []}
-        for values, springs in changes:
-            leaning = balance(free.with_values(values), motion, stop=stop, joint=springs, begin=usual)
-            cases = (model.with_values(values), free.with_values(values), leaning.model)
-            for places, tried in zip(found.values(), cases, strict=True):
-                prepared = prepare(tried, motion, stop=stop)
-                places.append(simulate_carved(tried, prepared, springs).run.com[-1])
-        ends |= {(name, kind): np.array(places) for kind, places in found.items()}
-    lines = [
-        f"Where the centre of mass is after {SECONDS:g} s of that fit, against slalom_165. The bar is what one standard "
-        "deviation of H, of S_f and of μ and twice or half the yaw stiffness change in the difference; where the skier is "
-        "balanced, each such run has a lean of its own:\n",
-        "| ski | heading | farther down the slope | farther to the left | moment left over about the way, rms of means over "
-        "0.5 s |",
-        "|---|---|---|---|---|",
-    ]
-    for name in names:
-        for kind in ("replay", "free", "free, balanced"):
-            apart = ends[name, kind] - ends[names[0], kind]
-            moved = np.abs(apart[1:] - apart[0]).reshape(-1, 2, 3).max(axis=1)
-            bar = np.linalg.norm(moved, axis=0)
-            cells = [f"{apart[0, axis]:+.2f} ± {bar[axis]:.2f} m".replace("-", "−") for axis in (0, 1)]
-            cells = ["–", "–"] if name == names[0] else cells
-            lines.append(f"| {name} | {kind} | " + " | ".join(cells) + f" | {left.get((name, kind), '–')} |")
-    return "\n".join(lines) + "\n"
-
-
-def _reduced(model: Model, motion: Motion, stop: float) -> ReducedRun:
-    return simulate_reduced(model, prepare(model, motion, stop=stop))
-
-
-def stiffnesses() -> str:
-    """By how much the load difference of the intermediate's first seconds misses the insoles', by the leg's stiffness."""
-    recording = read_recording(INTERMEDIATE)
-    motion = motion_from_recording(recording)
-    motion = replace(motion, stop=motion.start + LOADED)
-    plain = model_of(recording, motion)
-    seen = measurements_of(recording, plain, motion.start, motion.stop)
-    at = seen.blocks["difference"]
-
-    def begun(model: Model) -> Model:
-        return problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint").model
-
-    def row(name: str, run: ReducedRun, model: Model) -> str:
-        missed = seen.measured[at] - seen.predict(model, run)[at]
-        return f"| {name} | {np.sqrt(np.mean(missed**2)):.0f} N |"
-
-    lines = ["| spring in heave, pitch | load difference less that of the insoles, rms |", "|---|---|"]
-    cut, papers = begun(add_terms(plain, (Carving(),))).with_values({"carving.mu": 0.075}), begun(plain)
-    usual, prepared = boot_joint(cut.equipment), prepare(cut, motion, step=COARSE_CARVED_STEP)
-    for heave, pitch in STIFFNESSES:
-        held = replace(usual, heave_stiffness=heave, pitch_stiffness=pitch or usual.pitch_stiffness)
-        of_heave = f"{heave / 1e3:.0f} kN/m" if heave < 1e6 else "held fast"
-        of_pitch = "held fast" if pitch else f"{usual.pitch_stiffness:.0f} N m/rad"
-        lines.append(row(f"{of_heave}, {of_pitch}", simulate_carved(cut, prepared, held).run, cut))
-    lines.append(row("the paper's law", simulate_reduced(papers, prepare(papers, motion)), papers))
-    return "\n".join(lines) + "\n"
-
-
-def tiers() -> str:
-    """What both tiers cost, and how far apart they are."""
-    motion = motion_from_recording(read_recording(INTERMEDIATE))
-    stop = motion.start + SECONDS
-    rows, ends = [], {}
-    for law, snow in (("the paper's law", "paper"), ("edges that cut", "carving")):
-        model = fitted("carving" if snow == "carving" else "paper").model
-        costs: list[float] = []
-        for simulated in (partial(_reduced, model, motion, stop), partial(simulate, model, motion, stop=stop)):
-            simulated()
-            begin = time.process_time()
-            ends[law, len(costs)] = simulated()
-            costs.append(SECONDS / (time.process_time() - begin))
-        rows.append(f"| {law} | {costs[0]:.2g} | {costs[1]:.2g} |")
-    apart = []
-    for law in ("the paper's law", "edges that cut"):
-        small, whole = ends[law, 0], ends[law, 1]
-        at = np.argmin(np.abs(whole.time[:, None] - small.time[:: len(small.time) // 8]), axis=0)
-        apart.append(float(np.linalg.norm(whole.antenna[at] - small.antenna[:: len(small.time) // 8], axis=1).max()))
-    return "\n".join(
-        [
-            "Seconds of a run in a second of one core, posture tables and, for the full model, joint moments included:\n",
-            "| | reduced model | full model |",
-            "|---|---|---|",
-            *rows,
-            f"\nOver these {SECONDS:g} s the two models are {apart[0]:.2f} m apart at most by the paper's law, "
-            f"{apart[1]:.2f} m where edges cut. The full model's energy balance closes to "
-            f"{ends['edges that cut', 1].closure_percent:.4f} % there.\n",
-        ]
-    )
-
-
 def shop_table() -> str:
     skis = [read_ski(name, ".") for name in ("slalom_165", *SHOP)]
     edges = (30.0, 45.0, 60.0)
@@ -600,6 +357,7 @@ def main() -> None:
     head = TEXT.format(
         formula=formula(Carving), parameters=parameter_rows(), uncertain=names, stiffnesses=stiffnesses(),
         laws=both_laws(), headings=headings(), against=ski_against_ski() + "\n### What it costs\n\n" + tiers(),
+        derivatives=long_derivatives(), apart=models_apart(),
     )  # fmt: skip
     Path(__file__).with_name("carving.md").write_text(head + table(list(rows())) + shop_table() + END, encoding="utf-8")
 
