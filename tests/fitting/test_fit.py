@@ -249,3 +249,14 @@ def test_fixes_that_are_off_count_less() -> None:
     # of 94 fixes the farthest is four standard deviations off, in either direction: 6/(4 + 16)
     assert np.mean(others) > 0.85
     assert np.min(others) > 0.2
+
+
+def test_where_many_fixes_are_off_the_model_is_and_they_count_in_full() -> None:
+    time = np.arange(0.0, 12.0, 0.1)
+    rng = np.random.default_rng(3)
+    sigma = np.full(len(time), 0.02)
+    sigma[50:70] = 0.2
+    residual = 0.02 * rng.normal(size=(len(time), 2))
+    residual[rng.permutation(len(time))[: len(time) * 2 // 5]] += 0.4
+    track = Track(time, residual, sigma)
+    np.testing.assert_array_equal(counts_of(track, residual), counts_of(track))
