@@ -7,6 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+# a busy machine is slow to draw examples and to run them: no test is timed
+settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("untimed")
 
 PACKAGE = Path(__file__).parents[1] / "sssi_exudyn"
 COMPILE = Path(__file__).parent / "support" / "models" / "compile_kernels.py"
