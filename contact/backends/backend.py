@@ -169,7 +169,7 @@ class CarvedForces(Forces):
         self._make_room(law_parameters(terms), sections, carrier, ref, carved_full_kernel.CARVED_SEEN)
         self._edges, self._step = edges, 0.0
         count = len(sections.share)
-        self.memory = Groove(*np.zeros((len(Groove._fields), 2, 2, count)))
+        self.memory = Groove.fresh(2, 2, count)
         self._flat = FlatSections(np.full((2, count), EITHER), np.zeros((2, count)), np.full((2, count), LASTING))
 
     def evaluate(self, q: Array, v: Array, at: Instant) -> Array:

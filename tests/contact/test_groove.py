@@ -19,16 +19,12 @@ def ski_with(station: Array) -> EdgeSki:
     return EdgeSki(none, none, none, none, none, none, none, station, none, none)
 
 
-def empty_groove(points: int) -> Groove:
-    return Groove(*np.zeros((len(Groove._fields), 2, points)))
-
-
 @pytest.mark.parametrize("steps_a_gap", [0.3, 1.0, 2.6])
 def test_in_a_steady_turn_the_offset_is_the_parabola_of_its_drift(steps_a_gap: float) -> None:
     station = np.concatenate([np.linspace(0.0, 1.0, 21), np.linspace(1.02, 1.4, 20)])
     speed, step = 10.0, 0.02 * steps_a_gap / 10.0
     drift = 0.3 - 0.8 * station  # m/s: a ski that yaws
-    ski, memory = ski_with(station), empty_groove(len(station))
+    ski, memory = ski_with(station), Groove.fresh(2, len(station))
     memory.speed[:], memory.drift[:] = speed, drift
     for _ in range(round(3.0 * 1.4 / (speed * step))):
         KERNEL.advect(ski, memory, step)
@@ -46,7 +42,7 @@ def test_what_moves_along_has_the_derivatives_of_its_differences() -> None:
     points, many, step = 12, 4, 2e-3
     rng = np.random.default_rng(7)
     station = np.cumsum(rng.uniform(0.01, 0.03, points))
-    ski, memory = ski_with(station), empty_groove(points)
+    ski, memory = ski_with(station), Groove.fresh(2, points)
     speed = rng.uniform(-1.0, 15.0, points)
     held = rng.normal(size=(6 * points, many))
     values = [np.abs(rng.normal(size=(2, points))), rng.normal(size=(2, points))]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
 
@@ -27,6 +29,11 @@ class Groove(NamedTuple):
     next_offset: Array
     next_speed: Array
     next_drift: Array
+
+    @classmethod
+    def fresh(cls, *shape: int) -> Groove:
+        """The memory of fresh snow: arrays of that shape, (2, m) for a ski and (2, 2, m) for both."""
+        return cls(*np.zeros((len(cls._fields), *shape)))
 
 
 @njit(cache=True, error_model="numpy")

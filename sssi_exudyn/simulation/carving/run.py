@@ -96,7 +96,7 @@ class Carved:
 
     def fresh_snow(self) -> Groove:
         """What the snow remembers before the start: nothing."""
-        return Groove(*np.zeros((len(Groove._fields), 2, 2, self.points)))
+        return Groove.fresh(2, 2, self.points)
 
 
 def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> CarvedRun:
@@ -135,7 +135,7 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
     coupling = Coupling(
         np.ascontiguousarray(modal.participation[:, :3]), np.ascontiguousarray(modal.participation[:, 3:])
     )
-    memory, work = Groove(*np.zeros((len(Groove._fields), 2, 2, points))), edge_work(points, modes)
+    memory, work = Groove.fresh(2, 2, points), edge_work(points, modes)
     place, velocity = first_place(model, at)
     load = float(load_at_start(at, SHARE))
     place[2] = kernel.rest_height(parameters, ski, motion, surface, place, load, memory, work)

@@ -205,7 +205,7 @@ def start_rolling(ski: EdgeSki) -> Rolling:
     points, modes = len(ski.width), len(ski.omega)
     state = TurnState(np.zeros(4 + modes), np.zeros(2), np.zeros(6 + modes))
     state.sought[2] = 0.5 * float(ski.width.min()) * np.sin(_FIRST_EDGE)
-    memory = Groove(*np.zeros((len(Groove._fields), 2, points)))
+    memory = Groove.fresh(2, points)
     work = edge_work(points, modes)
     return Rolling(ski, state, memory, work, float(_FIRST_EDGE))
 
