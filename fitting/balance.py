@@ -3,7 +3,12 @@
     τ = Σ [(c − p) × m (a − g) + d(I ω)/dt] − Σ feet [(x − p) × F + M] − Σ segments (x − p) × D − (c − p) × B
 
 over the body's segments and the skis, p the pelvis, F and M what the snow does to a ski, D the air's forces, B those on
-the centre of mass; a pole's acts at its hand instead.  What remains of it once snow, air and inertia are counted is the
+the centre of mass; a pole's acts at its hand instead.  Where a heading is found, what the body does is that of its
+captured posture, turned by Ψ about the vertical u: with J and L its inertia and its own angular momentum about p,
+
+    R(Ψ) [own + d(J u Ψ̇)/dt + Ψ̇ u × (L + J u Ψ̇)]
+
+What remains of it once snow, air and inertia are counted is the
 posture's error or the model's (residual reduction: Delp et al., IEEE Trans. Biomed. Eng. 54 (2007) 1940).
 """
 
@@ -19,11 +24,12 @@ from scipy.interpolate import make_interp_spline
 from sssi_exudyn.bodies.skier.chain import SEGMENT
 from sssi_exudyn.bodies.skier.inverse_dynamics import segment_loads
 from sssi_exudyn.contact.backends.arrays import ArrayLaws
-from sssi_exudyn.core.frames import Array, gravity_in_slope
+from sssi_exudyn.core.frames import Array, cross, gravity_in_slope
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.hands import hands_at, pole_forces, use_poles
 from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.heading import Turn, spread_inertia, turned
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun
 
 _GRID: Final = 0.02
@@ -37,36 +43,55 @@ class Balance:
     own : (n, 3) N m, inertia and weight of the body, skis apart, were the pelvis not accelerated
     air : (n, 3) N m of the air and of what acts on the centre of mass, in one run
     arms : (n, 2, 3) m from each foot's place to its ski's centre of mass;  ski_mass : kg of one
+    inertia, momentum : (n, 3) kg m², N m s of the body, skis apart, about the pelvis: the angular momentum that a unit
+        rate of the heading gives it, and what it has
+    heading : (n, 3) that of the run, by which none of these is turned yet
     """
 
     own: Array
     air: Array
     arms: Array
     ski_mass: float
+    inertia: Array
+    momentum: Array
+    heading: Array
 
     def residual(self, run: ReducedRun, prepared: Prepared) -> Array:
         """(n, 3) N m that are left over, slope frame; ``run`` may carry a complex step."""
         pull = np.gradient(run.pelvis_velocity, run.time.real, axis=0)
         feet, com = run.foot_position - run.pelvis[:, None], run.com - run.pelvis
         felt = np.gradient(run.foot_velocity, run.time.real, axis=0) - prepared.gravity
-        total = self.own + prepared.body_mass * np.cross(com, pull) - self.air
-        carried = np.cross(feet + self.arms, self.ski_mass * felt)
+        own, air, arms = self.own, self.air, self.arms
+        if np.any(run.heading):
+            turn = Turn(prepared.up, *run.heading.T)
+            matrices, swung = turn.matrices(), self.inertia * turn.rate[:, None]
+            own = own + np.gradient(self.inertia, run.time.real, axis=0) * turn.rate[:, None]
+            own = own + self.inertia * turn.acceleration[:, None]
+            own = turned(matrices, own + cross(turn.spin(swung), self.momentum + swung))
+            air, arms = turned(matrices, air), turned(matrices, arms)
+        total = own + prepared.body_mass * np.cross(com, pull) - air
+        carried = np.cross(feet + arms, self.ski_mass * felt)
         return np.asarray(total + np.sum(carried - np.cross(feet, run.snow_force) - run.snow_moment, axis=1))
 
 
 def balance_of(model: Model, motion: Motion, prepared: Prepared, run: ReducedRun) -> Balance:
-    """For the run ``run`` of that model along that motion, corrected as the model says."""
+    """For the run ``run`` of that model along that motion and on its tables, corrected as the model says."""
     parts = Parts(model, motion)
+    back = Turn(prepared.up, *-run.heading.T).matrices()
+    place, mass = prepared.com_place, np.array([prepared.body_mass])
+    inertia = prepared.com_inertia + spread_inertia(mass, place[:, None])
     grid = np.arange(run.time[0], run.time[-1] + _GRID, _GRID)
     own = make_interp_spline(grid, own_moment(parts, grid), k=3)(run.time)
     coarse = np.arange(0, len(run.time), max(1, round(0.1 / prepared.step)))
     air = np.stack([np.interp(run.time, run.time[coarse], column) for column in _air(parts, prepared, run, coarse).T])
-    air += _poles(parts, run).T
     return Balance(
         own=own,
-        air=air.T,
+        air=turned(back, air.T) + _poles(parts, run, back),
         arms=np.einsum("nsij,j->nsi", prepared.foot_rotation, prepared.ski_com),
         ski_mass=0.5 * (prepared.mass - prepared.body_mass),
+        inertia=inertia @ prepared.up,
+        momentum=prepared.com_momentum + prepared.body_mass * cross(place, prepared.com_velocity),
+        heading=run.heading,
     )
 
 
@@ -78,12 +103,14 @@ def own_moment(parts: Parts, time: Array) -> Array:
 
 
 def _air(parts: Parts, prepared: Prepared, run: ReducedRun, rows: NDArray[np.intp]) -> Array:
-    """(rows, 3) N m of the air and of the forces on the centre of mass."""
-    laws = ArrayLaws(parts.model.terms)
+    """(rows, 3) N m of the air and of the forces on the centre of mass, as the run was turned."""
+    laws, turn = ArrayLaws(parts.model.terms), Turn(prepared.up, *run.heading.T)
+    matrices, at_run = turn.matrices()[rows], prepared.turn(turn) if np.any(run.heading) else prepared
     time = run.time[rows]
     poses, _ = relative_poses(parts.motion, time)
     shown = [SEGMENT[name] for name in parts.areas]
     arms = poses.origin[:, shown] + np.stack([poses.rotation[:, i] @ parts.inertias[i].com for i in shown], axis=1)
+    arms = turned(matrices, arms)
     found = np.zeros((len(time), 3))
     for k, row in enumerate(rows):
         place, velocity = run.pelvis[row], run.pelvis_velocity[row]
@@ -91,9 +118,9 @@ def _air(parts: Parts, prepared: Prepared, run: ReducedRun, rows: NDArray[np.int
             float(time[k]),
             place[0],
             place[1],
-            velocity + prepared.exposed_velocity[row],
-            prepared.area,
-            prepared.exposed_facing[row],
+            velocity + at_run.exposed_velocity[row],
+            at_run.area,
+            at_run.exposed_facing[row],
         )
         at = run.com[row]
         body = laws.body(float(time[k]), at[0], at[1], run.com_velocity[row])
@@ -101,13 +128,14 @@ def _air(parts: Parts, prepared: Prepared, run: ReducedRun, rows: NDArray[np.int
     return found
 
 
-def _poles(parts: Parts, run: ReducedRun) -> Array:
-    """(n, 3) N m by which forces at the hands differ from forces on the centre of mass: at every instant, as a plant
-    lasts a tenth of a second.
+def _poles(parts: Parts, run: ReducedRun, back: Array) -> Array:
+    """(n, 3) N m by which forces at the hands differ from forces on the centre of mass, turned ``back`` (n, 3, 3): at
+    every instant, as a plant lasts a tenth of a second.
     """
     terms = parts.model.terms
     if not use_poles(terms):
         return np.zeros((len(run.time), 3))
     time, com, velocity = (np.real(array) for array in (run.time, run.com, run.com_velocity))
-    arms = hands_at(parts.motion, time).place - (com - np.real(run.pelvis))[:, None]
-    return np.asarray(np.cross(arms, pole_forces(terms, time, com, velocity)).sum(axis=1))
+    arms = hands_at(parts.motion, time).place - turned(back, com - np.real(run.pelvis))[:, None]
+    forces = turned(back, pole_forces(terms, time, com, velocity))
+    return np.asarray(np.cross(arms, forces).sum(axis=1))

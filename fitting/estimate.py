@@ -68,6 +68,9 @@ def estimate(
     word, not the moment about the pelvis; the snow surface is a ``process`` then, of which heights are a measurement
     among others.  What was found on the way is kept in ``cache``.
 
+    A heading that is to be found is so only once all else is estimated with the captured one: by then snow and posture
+    agree on most of it.
+
     Raises SimulationDiverged when a simulation does.
     """
     begin = clock.perf_counter()
@@ -77,9 +80,16 @@ def estimate(
     surface = None if process is None or model.surface is None else process.at(model.surface).surface
     if surface is not None:
         model = replace(model, surface=surface)
+    counted, known, heading = with_surface(counted, model), None, problem.model.heading
+    if heading.is_found:
+        known = estimate_from(
+            model, counted, recording, motion,
+            full=False, comparing=comparing, heights=surface is not None, progress=progress,
+        )  # fmt: skip
+        model = replace(known.model, heading=heading)
     posterior = estimate_from(
-        model, with_surface(counted, model), recording, motion,
-        full=full, comparing=comparing, heights=surface is not None, cache=cache, progress=progress,
+        model, counted, recording, motion,
+        known=known, full=full, comparing=comparing, heights=surface is not None, cache=cache, progress=progress,
     )  # fmt: skip
     seen, setting = posterior.setting.seen, posterior.setting
     x, y = (posterior.residual[seen.blocks[name]] for name in ("x", "y"))

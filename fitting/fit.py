@@ -115,7 +115,7 @@ class Fitted:
 def problem_of(recording: Recording, motion: Motion, model: Model, method: Method) -> Problem:
     """What is fitted to the recording's GPS, from the paper's starting values; whatever else the model has stays.
 
-    The heading is the captured one, whatever the model's: derivatives are known of such runs alone.
+    A heading that is free is held by a spring: any misfit could be a heading otherwise.
 
     Raises ValueError when the recording has no GPS.
     """
@@ -126,7 +126,7 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     known = model.start
     start = replace(guess, heading_offset=known.heading_offset, clock_offset=known.clock_offset)
     cut = is_carved(model.terms)
-    model = replace(model, start=start, heading=REPLAY)
+    model = replace(model, start=start, heading=model.heading.held())
     model = model if cut else model.with_values(START_VALUES)
     friction = CUTTING if cut else FRICTION
     if method == "paper":
@@ -172,10 +172,13 @@ def fit(
     and a large tolerance, as always where most of the posture is assumed.  What the full model simulated and the
     reduced one's searches found is kept in ``cache``, so that the same call goes on from there.
 
+    The heading is the captured one, whatever the model's: snow that is not found yet would turn the skier away.
+
     Raises SimulationDiverged when a simulation does.
     """
     begin = clock.perf_counter()
     say = progress or (lambda _fraction, _detail: None)
+    problem = replace(problem, model=replace(problem.model, heading=REPLAY))
     coarse = coarse or motion.foot_sigma is not None
     prepared = prepare(problem.model, motion, step=COARSE_STEP if coarse else STEP)
     enough = _COARSE_TOLERANCE if coarse else _tolerance(problem)

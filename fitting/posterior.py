@@ -28,6 +28,7 @@ from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
+from sssi_exudyn.fitting.measurements import averages
 from sssi_exudyn.fitting.noise_levels import (
     BEFOREHAND,
     WEIGHINGS,
@@ -47,6 +48,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
+from sssi_exudyn.simulation.heading import Turn, turned
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, prepare
 from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
@@ -318,13 +320,18 @@ def _bend(point: Point, linearised: Array) -> float:
 
 def linearise_at(model: Model, setting: Setting, known: Posterior | None = None) -> tuple[Point, Responses]:
     """A model as a point of a search, and the measurements linearised there; no error of posture or mass is found yet,
-    or those of an estimate already ``known``, whose responses to them are taken where it has the same measurements.
+    or those of an estimate already ``known``, whose responses to them are taken where it has the same measurements and
+    the same heading.
 
     Raises SimulationDiverged when its simulation does.
     """
     sizes = np.zeros(len(setting.errors) + 1) if known is None else known.sizes
     point = _point_at(setting, model, sizes, np.zeros(len(setting.seen.measured)))
-    if known is None or known.setting.seen.blocks != setting.seen.blocks:
+    if (
+        known is None
+        or known.setting.seen.blocks != setting.seen.blocks
+        or known.model.heading.is_found != model.heading.is_found
+    ):
         return point, _linearise(setting, point)
     by_number = _by_number(setting, point, setting.unknowns, ())
     return point, replace(known.responses, by_number=by_number)
@@ -385,7 +392,7 @@ def _linearise(setting: Setting, point: Point) -> Responses:
     changes.append(lambda tables, size: heavier(tables, size * setting.mass[1]))
     columns = _by_number(setting, point, setting.unknowns, changes)
     by_number, by_error = np.split(columns, [len(setting.unknowns)], axis=1)
-    by_error[seen.moments, :-1] += _own_moments(setting, model, posture, prepared)
+    by_error[seen.moments, :-1] += _own_moments(setting, model, posture, point)
     by_error[seen.moments, -1] = 0.0
     return Responses(by_number, by_error, posture)
 
@@ -412,9 +419,11 @@ def _by_number(setting: Setting, point: Point, unknowns: Sequence[Unknown], chan
     return np.asarray(np.add.reduceat(slopes, np.cumsum([0, *counts[:-1]]), axis=1))
 
 
-def _own_moments(setting: Setting, model: Model, posture: PostureErrors, prepared: Prepared) -> Array:
+def _own_moments(setting: Setting, model: Model, posture: PostureErrors, point: Point) -> Array:
     """(moments, errors) what each error changes of the moment that the posture has of itself."""
-    time = setting.seen.times["moment_f"]
+    time, prepared = setting.seen.times["moment_f"], point.prepared
+    heading = averages(prepared.time, point.balance.heading, time)
+    turn = Turn(prepared.up, *heading.T).matrices()
     if not len(time):
         return np.zeros((0, len(setting.errors)))
     own = own_moment(Parts(model, correct_motion(model, setting.motion)), time)
@@ -428,7 +437,7 @@ def _own_moments(setting: Setting, model: Model, posture: PostureErrors, prepare
             changed = own_moment(Parts(moved, correct_motion(moved, setting.motion)), time)
             kinds[kind] = (changed - own) / _DIFFERENCE
         shape = error.sigma * posture.profile(error, time)
-        columns.append((kinds[kind] * shape[:, None]).T.ravel())
+        columns.append(turned(turn, kinds[kind] * shape[:, None]).T.ravel())
     return np.stack(columns, axis=1) if columns else np.zeros((3 * len(time), 0))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
 
@@ -38,6 +38,10 @@ class Heading:
     def is_found(self) -> bool:
         """Whether it may differ from the captured one."""
         return self.mode != "replay"
+
+    def held(self) -> Heading:
+        """The same for fits: what nothing holds is held by the spring, or any misfit could be a heading."""
+        return replace(self, mode="track") if self.mode == "free" else self
 
 
 REPLAY: Final = Heading()

@@ -40,6 +40,7 @@ class ReducedRun:
     """A run of the reduced model at n instants, slope frame: see ``SimulationResult`` for what each is.
 
     snow_force, snow_moment : (n, 2, 3) N, N m of the snow on each ski, friction included, about ``foot_position``
+    heading : (n, 3) rad, rad/s, rad/s² by which the whole posture is turned from the captured one; see ``Turn``
     """
 
     time: Array
@@ -57,6 +58,7 @@ class ReducedRun:
     edge_angle: Array
     snow_force: Array
     snow_moment: Array
+    heading: Array
 
 
 @dataclass(frozen=True)
@@ -189,18 +191,20 @@ class Prepared:
         )
         return moved.turn(Turn(self.up, yaw, np.full(len(yaw), rate), np.zeros(len(yaw))))
 
-    def turn(self, turn: Turn) -> Prepared:
-        """The same turned about gravity.
+    def of_run(self, model: Model, run: ReducedRun) -> Prepared:
+        """The same as that run of the model had it: with the capture's faults, and turned by the heading it found."""
+        at = self.correct_capture(model)
+        return at.turn(Turn(at.up, *run.heading.T)) if np.any(run.heading) else at
 
-        The segments' places are not kept: what a turn gives to their speed, millimetres a second for a capture's drift,
-        is left out.
-        """
+    def turn(self, turn: Turn) -> Prepared:
+        """The same turned about gravity."""
         matrices = turn.matrices()
+        swung = self.exposed_velocity + turn.rate[:, None, None] * self.exposed_swing
         vectors = {
             "antenna": self.antenna,
             "antenna_velocity": turn.velocity(self.antenna, self.antenna_velocity),
             "antenna_spin": self.antenna_spin + turn.spin(self.antenna_spin),
-            "exposed_velocity": self.exposed_velocity,
+            "exposed_velocity": swung,
             "exposed_swing": self.exposed_swing,
         }
         changed: dict[str, Any] = turn.of_posture(self)
@@ -322,4 +326,5 @@ def reduced_run(at: Prepared, series: ReducedSeries, done: int) -> ReducedRun:
         edge_angle=series.edges,
         snow_force=series.force,
         snow_moment=series.moment,
+        heading=np.zeros((len(at.time), 3)),
     )

@@ -64,6 +64,11 @@ def rank(tables: Prepared | None) -> int:
     return 0 if any(np.any(np.imag(array)) for array in body) else 1
 
 
+def columns_of(ordered: Sequence[Direction], most: int) -> int:
+    """How many of the first directions there are up to the last whose tables have that rank at most."""
+    return max((k + 1 for k, direction in enumerate(ordered) if rank(direction.tables) <= most), default=0)
+
+
 def first_change(tables: Prepared | None) -> int:
     """The instant at which tables first change with their number, 0 where they do not or nothing else does."""
     if tables is None:
@@ -85,10 +90,9 @@ def tangent_inputs(
     listed, by_parameter : of ``listed_parameters``
     """
     many, n, exposed = len(ordered), len(at.time), len(at.area)
-    ranks = [rank(d.tables) for d in ordered]
-    feet = np.zeros((n, 2, 18, ranks.count(0) + ranks.count(1)))
+    feet = np.zeros((n, 2, 18, columns_of(ordered, 1)))
     inertia = np.zeros((n, 3, feet.shape[3]))
-    body = np.zeros((n, 6 + 3 * exposed, ranks.count(0)))
+    body = np.zeros((n, 6 + 3 * exposed, columns_of(ordered, 0)))
     mass, gravity = np.zeros(many), np.zeros((3, many))
     for k, direction in enumerate(ordered):
         if direction.tables is None:
@@ -210,11 +214,21 @@ def table_slopes(at: Prepared, ordered: Sequence[Direction], name: str) -> Array
     return np.stack(columns, axis=-1) if columns else np.zeros((*shape, 0))
 
 
-def run_slopes(at: Prepared, ordered: Sequence[Direction], found: Any, forward: Array) -> dict[str, Array]:
+def run_slopes(
+    at: Prepared, ordered: Sequence[Direction], found: Any, forward: Array, through: Sequence[Direction] = (),
+    amounts: Array | None = None,
+) -> dict[str, Array]:  # fmt: skip
     """Derivatives of each field of ``ReducedRun`` from those ``found`` (``TangentSeries``, or with edges that cut
     ``CarvedTangents``) and those of the skis' forward axes (n, 2, 3, d).
+
+    through, amounts : the heading's own three directions, and its tangents (n, 3, d) where it is found
     """
     tables = {name: table_slopes(at, ordered, name) for name in _SEEN}
+    heading = np.zeros((len(at.time), 3, len(ordered)))
+    if amounts is not None:
+        heading = amounts
+        for name, array in tables.items():
+            array += np.einsum("n...k,nkd->n...d", table_slopes(at, through, name), amounts)
     return {
         "time": np.zeros((len(at.time), len(ordered))),
         "pelvis": found.place,
@@ -231,6 +245,7 @@ def run_slopes(at: Prepared, ordered: Sequence[Direction], found: Any, forward: 
         "edge_angle": found.edges,
         "snow_force": found.force,
         "snow_moment": found.moment,
+        "heading": heading,
     }
 
 

@@ -31,13 +31,14 @@ from sssi_exudyn.contact.backends.structs import (
 )
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.contact.term import Term, WindTerm
-from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.model.faults import CaptureSensor
 from sssi_exudyn.model.model import Model, mode_index
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.runtime.threads import cores_used, side_by_side
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.carving.tangents import CarvedLinearisation
+from sssi_exudyn.simulation.heading import spread_inertia
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, empty_series, load_at_start, prepare, reduced_run
 from sssi_exudyn.simulation.reduced import Rest, StartOfRun, reduced_module, start_of_run
 from sssi_exudyn.simulation.tangent_inputs import (
@@ -178,15 +179,27 @@ def skier_mass_change(model: Model, motion: Motion, prepared: Prepared) -> Table
             return np.asarray((first + size * (second - first)) / body)
 
         first, second = light * prepared.exposed_velocity, heavy * other.exposed_velocity
+        place, velocity = mean("com_place"), mean("com_velocity")
+        turning = [
+            each.com_inertia + spread_inertia(np.array([each.body_mass]), each.com_place[:, None])
+            for each in (prepared, other)
+        ]
+        swinging = [
+            each.com_momentum + each.body_mass * cross(each.com_place, each.com_velocity) for each in (prepared, other)
+        ]
         masses: dict[str, Any] = {
             "mass": prepared.mass + size * (other.mass - prepared.mass),
             "body_mass": body,
+            "com_inertia": turning[0]
+            + size * (turning[1] - turning[0])
+            - spread_inertia(np.array([body]), place[:, None]),
+            "com_momentum": swinging[0] + size * (swinging[1] - swinging[0]) - body * cross(place, velocity),
         }
         return replace(
             tables,
             **masses,
-            com_place=mean("com_place"),
-            com_velocity=mean("com_velocity"),
+            com_place=place,
+            com_velocity=velocity,
             com_acceleration=mean("com_acceleration"),
             exposed_velocity=(first + size * (second - first)) / segments,
         )

@@ -9,16 +9,20 @@ import pytest
 from bundled import bundled
 
 from sssi_exudyn.bodies.skier.chain import COORDINATE, PRESCRIBED, average_geometry, forward_kinematics
-from sssi_exudyn.core.frames import GRAVITY
+from sssi_exudyn.contact.registry import combine_terms
+from sssi_exudyn.contact.terms.carving import Carving
+from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.fitting.balance import balance_of, own_moment
 from sssi_exudyn.fitting.measurements import averages
 from sssi_exudyn.model.from_recording import first_guess, model_of
+from sssi_exudyn.model.heading import HeadingMode
 from sssi_exudyn.motion.correction import PostureCorrection, correct_posture
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.prepared import ReducedRun, prepare
 from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.sensitivities import sensitivities
 
 TURNS = ("pelvis_rotation", "pelvis_list", "pelvis_tilt")
 
@@ -63,3 +67,37 @@ def test_the_reduced_model_leaves_over_what_the_full_one_does() -> None:
     # the trunk is bent.
     assert np.sqrt(np.mean(apart**2, axis=0)) == pytest.approx(np.zeros(3), abs=5.0)
     assert np.sqrt(np.mean(expected**2)) > 20.0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("mode", ["track", "free"])
+def test_only_the_spring_is_left_over_about_gravity_where_the_heading_is_found(mode: HeadingMode) -> None:
+    """The moments close about every point, as the forces on the pelvis do; the skis' own yaw is left out of both."""
+    recording, motion = bundled("intermediate")
+    model = model_of(recording, motion)
+    model = replace(model, terms=combine_terms(model.terms, (Carving(mu=0.13, hardness=0.54e8, strength=0.9e5),)))
+    model = model.with_heading(mode)
+    prepared = prepare(model, motion, stop=motion.start + 1.5)
+    run = simulate_reduced(model, prepared)
+    at = prepared.correct_capture(model)
+    balance = balance_of(model, correct_motion(model, motion), at, run)
+    inertia = at.whole_body().inertia @ at.up @ at.up
+    stiffness = model.heading.stiffness if mode == "track" else 0.0
+    damping = 2.0 * model.heading.damping_ratio * np.sqrt(stiffness * inertia)
+    spring = stiffness * run.heading[:, 0] + damping * run.heading[:, 1]
+    windows = np.arange(motion.start + 0.2, motion.start + 1.3, 0.1)
+    left = averages(run.time, (balance.residual(run, at) @ at.up + spring)[:, None], windows)
+    turning = averages(run.time, (inertia * run.heading[:, 2])[:, None], windows)
+    # 0.8 and 1.0 N m over three seconds, with half the step as well
+    assert np.sqrt(np.mean(left**2)) < 1.5
+    assert np.sqrt(np.mean(turning**2)) > 3.0
+
+    def observed(_: object, seen: ReducedRun) -> Array:
+        return balance.residual(seen, at)
+
+    slopes = sensitivities(model, prepared, ["carving.mu"], observed)[1][..., 0]
+    value, step = model.value("carving.mu"), 1e-7
+    ends = [simulate_reduced(model.with_values({"carving.mu": value + x}), prepared) for x in (step, -step)]
+    found = (observed(model, ends[0]) - observed(model, ends[1])) / (2.0 * step)
+    # Newton's method leaves 1e-10 m of what 1e-7 of friction moves
+    assert np.median(np.abs(slopes - found)) < 1e-5 * np.abs(found).max()

@@ -1,5 +1,5 @@
 """Tangents of a run on snow that edges cut: a template that ``compiled`` joins with ``carved_run_kernel``,
-``edge_tangents``, ``surroundings_tangents``, their own templates and the laws.
+``edge_tangents``, ``surroundings_tangents``, ``heading_tangents``, their own templates and the laws.
 
 The run is known.  Its instants are gone through again, as what the snow remembers is not kept of it, and each instant's
 equations are linearised where the run met them (``reduced_tangents`` has the equations).  The tangents of groove and
@@ -37,6 +37,10 @@ normal_tangent: Callable[..., tuple[float, float, float]]
 linearise_ground: Callable[..., None]
 collect_patch: Callable[..., None]
 linearise_air: Callable[..., None]
+next_heading_tangents: Callable[..., None]
+through_heading: Callable[..., None]
+moment_tangents: Callable[..., None]
+OF_HEADING: int
 ON_HEIGHT: int
 ON_VELOCITY: int
 ON_TURN: int
@@ -54,7 +58,7 @@ LOAD, EDGE, SOLE, FORCE, FRICTION, MOMENT, FORWARD, SEEN = 0, 1, 2, 3, 6, 9, 12,
 
 class CarvedTangents(NamedTuple):
     """Tangents of ``CarvedSeries``, each with a last axis (d,) for the numbers; forward : (t, 2, 3, d) of the skis'
-    long axes.
+    long axes; angle : (t, 3, d) of the heading, its rate and acceleration.
     """
 
     place: Array
@@ -66,6 +70,7 @@ class CarvedTangents(NamedTuple):
     force: Array
     moment: Array
     forward: Array
+    angle: Array
 
 
 class CarvedRoom(NamedTuple):
@@ -355,11 +360,13 @@ def rest_tangents(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def carved_tangents(
-    parameters, ski, coupling, joint, motion, surface, inputs, z, zv, memory, work, lines, room, order, run, series
-):
+    parameters, ski, coupling, joint, heading, motion, surface, inputs, slopes, z, zv, memory, work, lines, room, order,
+    run, series,
+):  # fmt: skip
     """Fill ``series`` with the tangents of a run.
 
-    inputs : ``TangentInputs``;  z, zv : (7 + 2k, d) of what is sought at the start and of its rates, which are changed
+    inputs : ``TangentInputs``;  slopes : ``HeadingSlopes``; where a heading was found the first three numbers are its
+    z, zv : (7 + 2k, d) of what is sought at the start and of its rates, which are changed
     memory, order : as at the start of the run;  run : ``CarvedSeries``, filled;  series : ``CarvedTangents``
     """
     modes = ski.omega.shape[0]
@@ -370,6 +377,8 @@ def carved_tangents(
     pressed, stiff = np.zeros(6 + modes), np.zeros((6 + modes, 6 + modes))
     snow, frame, local = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
     matrix, right, of_side = np.zeros((size, size)), np.zeros((size, many)), np.zeros((first, many))
+    turned, moment = np.zeros((3, many)), np.zeros(many)
+    beginning = OF_HEADING if heading.found else 0
     room.held[:] = 0.0
     for n in range(motion.time.shape[0]):
         h = step if n > 0 else 0.0
@@ -384,6 +393,10 @@ def carved_tangents(
                 zv[i, k] = last * rate + before * old_zv[i, k]
                 z[i, k] = last * place + before * old_z[i, k] + own_rate * zv[i, k]
                 old_z[i, k], old_zv[i, k] = place, rate
+        z[:, :beginning] = 0.0
+        zv[:, :beginning] = 0.0
+        if heading.found and n > 0:
+            next_heading_tangents(heading, slopes, n, h, moment, turned)
         x, v, trial = three(run.place[n], 0), three(run.velocity[n], 0), run.acceleration[n]
         matrix[:] = 0.0
         right[:] = 0.0
@@ -431,6 +444,11 @@ def carved_tangents(
             parameters, motion, inputs, n, x, v, pelvis_place, pelvis_rate, z, zv, 0, room.air, room.by_air,
             room.by_body, matrix, right,
         )  # fmt: skip
+        if heading.found:
+            through_heading(right, turned)
+            for side in range(2):
+                through_heading(room.seen[side, :, first:], turned)
+                through_heading(room.on_snow[side, :, first:], turned)
         found = np.linalg.solve(matrix, right)
         for k in range(many):
             for c in range(3):
@@ -455,3 +473,9 @@ def carved_tangents(
             series.friction[n, side] = seen[FRICTION : FRICTION + 3]
             series.moment[n, side] = seen[MOMENT : MOMENT + 3]
             series.forward[n, side] = seen[FORWARD : FORWARD + 3]
+        if heading.found:
+            series.angle[n] = turned
+            room.held[:, :, :OF_HEADING] = 0.0
+            moment_tangents(
+                parameters, heading, slopes, motion, inputs, n, x, v, z, zv, run, series, turned, room, moment
+            )  # fmt: skip

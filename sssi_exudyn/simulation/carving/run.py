@@ -53,7 +53,6 @@ class CarvedRun:
     heave, pitch : (n, 2) m, rad of the same, > 0 up and tip down
     friction, skid, pressing : (n,) W that the snow takes along the edges, across them, and by being pressed in
     side_reserve : (n, 2) share of what the wall bears along a ski's edge that is not used; 0 off the snow
-    heading : (n,) rad of the whole skier against the captured heading, > 0 to the left
     """
 
     run: ReducedRun
@@ -65,7 +64,11 @@ class CarvedRun:
     skid: Array
     pressing: Array
     side_reserve: Array
-    heading: Array
+
+    @property
+    def heading(self) -> Array:
+        """(n,) rad of the whole skier against the captured heading, > 0 to the left"""
+        return self.run.heading[:, 0]
 
 
 @dataclass(frozen=True)
@@ -114,7 +117,6 @@ def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = 
         skid=series.power[:, 1],
         pressing=series.power[:, 2],
         side_reserve=side_reserve(series.reserve[..., 0], series.reserve[..., 1]),
-        heading=done.heading.angle[:, 0],
     )
 
 
@@ -230,4 +232,4 @@ def reduced_run_of(done: Carved) -> ReducedRun:
         series.place, series.velocity, series.loads, series.sole, series.friction, series.edges, series.force,
         series.moment,
     )  # fmt: skip
-    return replace(reduced_run(at, kept, len(at.time)), foot_forward=forward)
+    return replace(reduced_run(at, kept, len(at.time)), foot_forward=forward, heading=done.heading.angle)

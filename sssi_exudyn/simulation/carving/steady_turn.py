@@ -23,6 +23,7 @@ from sssi_exudyn.contact.backends.carving import (
     edge_tangents,
     groove_kernel,
     heading_kernel,
+    heading_tangents,
     turn_kernel,
 )
 from sssi_exudyn.contact.backends.carving.carving_kernel import EdgeSki, EdgeWork
@@ -184,6 +185,7 @@ def carving_module() -> Any:
         carved_run_kernel,
         surroundings_tangents,
         edge_tangents,
+        heading_tangents,
         carved_tangents_kernel,
     )
 

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from sssi_exudyn.contact.backends.carving.carved_tangents_kernel import CarvedTangents
-from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.contact.backends.carving.heading_tangents import HeadingSlopes
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.carving.run import SHARE, Carved, carved_run, reduced_run_of
 from sssi_exudyn.simulation.carving.steady_turn import carving_module, edge_work
+from sssi_exudyn.simulation.heading import Turn
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, load_at_start
 from sssi_exudyn.simulation.tangent_inputs import (
+    STEP,
     Direction,
     climb_at_start,
+    columns_of,
     listed_parameters,
     place_at_start,
     rank,
@@ -28,22 +32,22 @@ from sssi_exudyn.simulation.tangent_inputs import (
 class CarvedLinearisation:
     """One run, and its derivatives in as many directions as are asked for.
 
-    Raises SimulationDiverged as ``simulate_carved`` does, InputError for another heading than the captured one.
+    Raises SimulationDiverged as ``simulate_carved`` does.
     """
 
     def __init__(self, model: Model, prepared: Prepared) -> None:
-        if model.heading.is_found:
-            problem = f"{model.heading.mode}: derivatives are those of runs with the captured heading"
-            raise InputError("heading", "", problem, "use replay")
         self.model = model
         self.done = carved_run(model, prepared)
         self.run = reduced_run_of(self.done)
+        self._captured = prepared.correct_capture(model)
+        self._turning = _turning(self.done, self._captured)
 
     def derivatives(self, directions: Sequence[Direction]) -> tuple[ReducedRun, dict[str, Array]]:
         """The run, and of each of its fields the derivatives in those directions."""
         done, kernel = self.done, carving_module()
         order = sorted(range(len(directions)), key=lambda i: rank(directions[i].tables))
-        ordered = [directions[i] for i in order]
+        captured, own = [directions[i] for i in order], len(self._turning)
+        ordered = [*self._turning, *(_turned(done, direction) for direction in captured)]
         many, points, modes = len(ordered), done.points, done.modes
         listed, by_parameter = listed_parameters(self.model.terms, ordered)
         inputs = tangent_inputs(done.at, ordered, listed, by_parameter, modes)
@@ -68,16 +72,59 @@ class CarvedLinearisation:
             zv[2] += SHARE[foot] * climb
         series = _empty_tangents(done, many)
         kernel.carved_tangents(
-            *skis, done.motion, done.surface, inputs, z, zv, done.fresh_snow(), work, lines, room, done.order,
-            done.series, series,
+            *skis, done.heading, done.motion, done.surface, inputs, self._heading_slopes(captured), z, zv,
+            done.fresh_snow(), work, lines, room, done.order, done.series, series,
         )  # fmt: skip
         back = np.argsort(np.array(order, dtype=np.intp))
-        found = run_slopes(done.at, ordered, series, series.forward)
-        return self.run, {name: array[..., back] for name, array in found.items()}
+        through = series.angle if own else None
+        found = run_slopes(done.at, ordered, series, series.forward, self._turning, through)
+        return self.run, {name: array[..., own + back] for name, array in found.items()}
+
+    def _heading_slopes(self, captured: Sequence[Direction]) -> HeadingSlopes:
+        """What the numbers change of the heading's tables, those of the heading first; nothing where it is captured."""
+        at, count, own = self._captured, len(self._captured.time), len(self._turning)
+        if not own:
+            return HeadingSlopes(*np.zeros((2, count, 0)), *np.zeros((2, count, 3, 0)))
+        exposed = at.exposed_swing.shape[1]
+        bodies, feet = own + columns_of(captured, 0), own + columns_of(captured, 1)
+        inertia, momentum = np.zeros((2, count, feet))
+        com, swing = np.zeros((count, 3, feet)), np.zeros((count, 3 * exposed, max(own, bodies)))
+        for k, direction in enumerate([*self._turning, *captured]):
+            if direction.tables is None:
+                continue
+            if k >= own:
+                whole = direction.tables.whole_body()
+                inertia[:, k] = slope_of(whole.inertia @ at.up @ at.up)
+                momentum[:, k] = slope_of(whole.momentum @ at.up)
+            tables = direction.tables if k < own else _turned(self.done, direction).tables
+            assert tables is not None
+            com[..., k] = slope_of(tables.whole_body().place)
+            if k < swing.shape[2]:
+                swing[..., k] = slope_of(tables.exposed_swing).reshape(count, -1)
+        return HeadingSlopes(inertia, momentum, com, swing)
+
+
+def _turning(done: Carved, captured: Prepared) -> tuple[Direction, ...]:
+    """The heading that was found, its rate and its acceleration as numbers; none where it is the captured one."""
+    if not done.heading.found:
+        return ()
+    steps = done.heading.angle + 1j * STEP * np.eye(3)[:, None]
+    return tuple(Direction(tables=captured.turn(Turn(captured.up, *np.ascontiguousarray(step.T)))) for step in steps)
+
+
+def _turned(done: Carved, direction: Direction) -> Direction:
+    """The direction with its tables turned as the run was."""
+    if direction.tables is None or not done.heading.found:
+        return direction
+    turn = Turn(done.at.up, *np.ascontiguousarray(done.heading.angle.T))
+    return replace(direction, tables=direction.tables.turn(turn))
 
 
 def _empty_tangents(done: Carved, many: int) -> CarvedTangents:
     count = len(done.at.time)
     pelvis, by_foot, vectors = np.zeros((2, count, 3, many)), np.zeros((3, count, 2, many)), (4, count, 2, 3, many)
     friction, force, moment, forward = np.zeros(vectors)
-    return CarvedTangents(pelvis[0], pelvis[1], by_foot[0], by_foot[1], friction, by_foot[2], force, moment, forward)
+    return CarvedTangents(
+        pelvis[0], pelvis[1], by_foot[0], by_foot[1], friction, by_foot[2], force, moment, forward,
+        np.zeros((count, 3, many)),
+    )  # fmt: skip

@@ -138,7 +138,7 @@ def _carried_by_soles(fitted: FittedRun, course: Array) -> Array:
     """
     time, edges = fitted.run.time, fitted.time_edges
     within = (time[:, None] >= edges[:-1]) & (time[:, None] < edges[1:])
-    square = fitted.prepared.correct_capture(fitted.model).foot_rotation[..., 2]  # (n, 2, 3)
+    square = fitted.prepared.of_run(fitted.model, fitted.run).foot_rotation[..., 2]  # (n, 2, 3)
     (cosine, sine), none = course, np.zeros(len(edges) - 1)
     ways = np.array([[none, none, none], [-sine, cosine, none], [none, none, none + 1.0]])  # (3, 3, c)
     sole = np.einsum("nsi,dic,nc->nsdc", square, ways, within).reshape(len(time), 2, -1)
