@@ -78,7 +78,7 @@ _BENT_AT_THE_END: Final = 0.5
 """The same for a search that has nearly settled: where no step lessens the misfit by old responses, new ones may."""
 _TOLERANCE: Final = 1e-6
 """Of J where its linear form is searched."""
-_DAMPINGS: Final = (0.0, 1.0, 10.0, 100.0, 1000.0)
+_DAMPINGS: Final = (0.0, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5)
 """Of steps that are tried."""
 _KEPT: Final = 0.5
 """Share of the promised decrease of the misfit with which a step is taken."""

@@ -169,8 +169,8 @@ def fit(
 ) -> Summary:
     """Fit friction (and, with ``joint``, start and heading) to the GPS track, into ``out``; the summary of the fitted
     run.  ``model`` (a ``model.toml``) has what else acts, such as what a diagnosis found; ``terms`` are names of force
-    terms to add, ``parameters`` numbers of terms to fit along, ``snow`` is what lies under the skis.  The fit is with
-    the captured heading, the fitted run with ``heading``.
+    terms to add, ``parameters`` numbers of terms to fit along, ``snow`` is what lies under the skis.  ``heading`` is
+    that of the fit and of the fitted run, but that a free one is held by a spring while fitting.
     """
     return make_fit(
         folder,
