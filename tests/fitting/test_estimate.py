@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 from bundled import bundled
 
+from sssi_exudyn.contact.registry import combine_terms
+from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.fitting.estimate import estimate
 from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
 
 SECONDS = 5.0
 
@@ -33,3 +37,26 @@ def test_friction_of_another_world_is_found_within_its_standard_error(name: str,
     assert np.mean(np.linalg.norm(found.fitted.residual, axis=1)) < 0.035
     moments = found.posterior.setting.seen.moments
     assert np.sqrt(np.mean(np.square(found.posterior.residual[moments]))) < 20.0  # N m: what is stated of the balance
+
+
+@pytest.mark.long(seconds=25)
+def test_a_fit_finds_the_heading_where_edges_cut() -> None:
+    recording, motion = bundled("intermediate")
+    model = model_of(recording, motion)
+    model = replace(model, terms=combine_terms(model.terms, (Carving(mu=0.13, hardness=0.54e8, strength=0.9e5),)))
+    motion = replace(motion, stop=motion.start + 1.5)
+    problem = problem_of(recording, motion, model.with_heading("free"), "joint")
+    found = estimate(problem, recording, motion, full=False).posterior
+    assert found.model.heading.mode == "track"  # nothing else would hold it while all is sought
+    assert found.optimum.converged
+    # 2 cm of noise in both directions; with the snow that it begins with 0.26 m
+    assert found.track_error < 0.035
+    run = simulate_reduced(found.model, prepare(found.model, motion, step=0.0025))
+    assert np.degrees(np.abs(run.heading[:, 0]).max()) > 0.2
+    np.testing.assert_allclose(
+        found.setting.seen.predict_instruments(found.model, run.time, run.antenna, run.sole_force)[
+            found.setting.seen.blocks["x"]
+        ],
+        found.predicted[found.setting.seen.blocks["x"]],
+        atol=1e-6,
+    )
