@@ -29,7 +29,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.hands import hands_at, pole_forces, use_poles
 from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.heading import Turn, spread_inertia, turned
+from sssi_exudyn.simulation.heading import Turn, turned
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun
 
 _GRID: Final = 0.02
@@ -63,7 +63,7 @@ class Balance:
         felt = np.gradient(run.foot_velocity, run.time.real, axis=0) - prepared.gravity
         own, air, arms = self.own, self.air, self.arms
         if np.any(run.heading):
-            turn = Turn(prepared.up, *run.heading.T)
+            turn = Turn.of(prepared.up, run.heading)
             matrices, swung = turn.matrices(), self.inertia * turn.rate[:, None]
             own = own + np.gradient(self.inertia, run.time.real, axis=0) * turn.rate[:, None]
             own = own + self.inertia * turn.acceleration[:, None]
@@ -77,20 +77,21 @@ class Balance:
 def balance_of(model: Model, motion: Motion, prepared: Prepared, run: ReducedRun) -> Balance:
     """For the run ``run`` of that model along that motion and on its tables, corrected as the model says."""
     parts = Parts(model, motion)
-    back = Turn(prepared.up, *-run.heading.T).matrices()
-    place, mass = prepared.com_place, np.array([prepared.body_mass])
-    inertia = prepared.com_inertia + spread_inertia(mass, place[:, None])
+    turn = Turn.of(prepared.up, run.heading)
+    back, at_run = np.swapaxes(turn.matrices(), 1, 2), prepared.turn(turn) if np.any(run.heading) else prepared
+    inertia, momentum = prepared.body_about_pelvis()
     grid = np.arange(run.time[0], run.time[-1] + _GRID, _GRID)
     own = make_interp_spline(grid, own_moment(parts, grid), k=3)(run.time)
     coarse = np.arange(0, len(run.time), max(1, round(0.1 / prepared.step)))
-    air = np.stack([np.interp(run.time, run.time[coarse], column) for column in _air(parts, prepared, run, coarse).T])
+    seen = _air(parts, at_run, run, coarse, back)
+    air = np.stack([np.interp(run.time, run.time[coarse], column) for column in seen.T])
     return Balance(
         own=own,
-        air=turned(back, air.T) + _poles(parts, run, back),
+        air=air.T + _poles(parts, run, back),
         arms=np.einsum("nsij,j->nsi", prepared.foot_rotation, prepared.ski_com),
         ski_mass=0.5 * (prepared.mass - prepared.body_mass),
         inertia=inertia @ prepared.up,
-        momentum=prepared.com_momentum + prepared.body_mass * cross(place, prepared.com_velocity),
+        momentum=momentum,
         heading=run.heading,
     )
 
@@ -102,15 +103,13 @@ def own_moment(parts: Parts, time: Array) -> Array:
     return np.asarray(np.sum(moment + np.cross(poses.origin, force), axis=1))
 
 
-def _air(parts: Parts, prepared: Prepared, run: ReducedRun, rows: NDArray[np.intp]) -> Array:
-    """(rows, 3) N m of the air and of the forces on the centre of mass, as the run was turned."""
-    laws, turn = ArrayLaws(parts.model.terms), Turn(prepared.up, *run.heading.T)
-    matrices, at_run = turn.matrices()[rows], prepared.turn(turn) if np.any(run.heading) else prepared
+def _air(parts: Parts, at_run: Prepared, run: ReducedRun, rows: NDArray[np.intp], back: Array) -> Array:
+    """(rows, 3) N m of the air and of the forces on the centre of mass, turned ``back`` (n, 3, 3)."""
+    laws = ArrayLaws(parts.model.terms)
     time = run.time[rows]
     poses, _ = relative_poses(parts.motion, time)
     shown = [SEGMENT[name] for name in parts.areas]
     arms = poses.origin[:, shown] + np.stack([poses.rotation[:, i] @ parts.inertias[i].com for i in shown], axis=1)
-    arms = turned(matrices, arms)
     found = np.zeros((len(time), 3))
     for k, row in enumerate(rows):
         place, velocity = run.pelvis[row], run.pelvis_velocity[row]
@@ -124,7 +123,7 @@ def _air(parts: Parts, prepared: Prepared, run: ReducedRun, rows: NDArray[np.int
         )
         at = run.com[row]
         body = laws.body(float(time[k]), at[0], at[1], run.com_velocity[row])
-        found[k] = np.cross(arms[k], drag).sum(axis=0) + np.cross(at - place, body)
+        found[k] = np.cross(arms[k], drag @ back[row].T).sum(axis=0) + back[row] @ np.cross(at - place, body)
     return found
 
 

@@ -116,6 +116,11 @@ class Turn:
     rate: Array
     acceleration: Array
 
+    @classmethod
+    def of(cls, up: Array, heading: Array) -> Turn:
+        """By a heading, its rate and its acceleration (n, 3)."""
+        return cls(up, *np.ascontiguousarray(heading.T))
+
     def matrices(self) -> Array:
         """(n, 3, 3)"""
         return rotations_about(self.up, self.angle)

@@ -24,7 +24,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion, antenna_carrier, antenna_offset
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, Parts, snow_grid
-from sssi_exudyn.simulation.heading import HEADING, RigidSki, Turn, WholeBody, turned, whole_body
+from sssi_exudyn.simulation.heading import HEADING, RigidSki, Turn, WholeBody, spread_inertia, turned, whole_body
 from sssi_exudyn.terrain.surface import Surface
 
 MODES: Final = 12
@@ -146,6 +146,12 @@ class Prepared:
         ski = RigidSki(0.5 * (self.mass - self.body_mass), self.ski_com, self.ski_inertia)
         return whole_body(self, self.body_mass, ski)
 
+    def body_about_pelvis(self) -> tuple[Array, Array]:
+        """Inertia (n, 3, 3) kg m² and angular momentum (n, 3) N m s of the body, skis apart, about the pelvis."""
+        spread = spread_inertia(np.array([self.body_mass]), self.com_place[:, None])
+        moving = self.body_mass * cross(self.com_place, self.com_velocity)
+        return self.com_inertia + spread, self.com_momentum + moving
+
     def _inertia_force(self) -> Array:
         """(n, 3) N: all masses times the accelerations that the posture gives them relative to the pelvis."""
         arm = np.einsum("nsij,j->nsi", self.foot_rotation, self.ski_com)
@@ -194,7 +200,7 @@ class Prepared:
     def of_run(self, model: Model, run: ReducedRun) -> Prepared:
         """The same as that run of the model had it: with the capture's faults, and turned by the heading it found."""
         at = self.correct_capture(model)
-        return at.turn(Turn(at.up, *run.heading.T)) if np.any(run.heading) else at
+        return at.turn(Turn.of(at.up, run.heading)) if np.any(run.heading) else at
 
     def turn(self, turn: Turn) -> Prepared:
         """The same turned about gravity."""

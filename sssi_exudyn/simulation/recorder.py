@@ -84,7 +84,7 @@ class Record:
         """By how much the posture was turned about gravity at every state; ``up`` (3,) is against gravity."""
         if not self.headings:
             return Turn(up, *np.zeros((3, len(self.time))))
-        return Turn(up, *np.ascontiguousarray(np.array(self.headings).T))
+        return Turn.of(up, np.array(self.headings))
 
     def statistics(self, solver: Any) -> None:
         """Keep the solver's counts."""

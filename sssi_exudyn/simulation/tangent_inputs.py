@@ -64,9 +64,9 @@ def rank(tables: Prepared | None) -> int:
     return 0 if any(np.any(np.imag(array)) for array in body) else 1
 
 
-def columns_of(ordered: Sequence[Direction], most: int) -> int:
-    """How many of the first directions there are up to the last whose tables have that rank at most."""
-    return max((k + 1 for k, direction in enumerate(ordered) if rank(direction.tables) <= most), default=0)
+def columns_of(ranks: Sequence[int], most: int) -> int:
+    """How many directions of such ranks there are up to the last that has ``most`` or less."""
+    return max((k + 1 for k, own in enumerate(ranks) if own <= most), default=0)
 
 
 def first_change(tables: Prepared | None) -> int:
@@ -90,9 +90,10 @@ def tangent_inputs(
     listed, by_parameter : of ``listed_parameters``
     """
     many, n, exposed = len(ordered), len(at.time), len(at.area)
-    feet = np.zeros((n, 2, 18, columns_of(ordered, 1)))
+    ranks = [rank(d.tables) for d in ordered]
+    feet = np.zeros((n, 2, 18, columns_of(ranks, 1)))
     inertia = np.zeros((n, 3, feet.shape[3]))
-    body = np.zeros((n, 6 + 3 * exposed, columns_of(ordered, 0)))
+    body = np.zeros((n, 6 + 3 * exposed, columns_of(ranks, 0)))
     mass, gravity = np.zeros(many), np.zeros((3, many))
     for k, direction in enumerate(ordered):
         if direction.tables is None:

@@ -180,20 +180,12 @@ def skier_mass_change(model: Model, motion: Motion, prepared: Prepared) -> Table
 
         first, second = light * prepared.exposed_velocity, heavy * other.exposed_velocity
         place, velocity = mean("com_place"), mean("com_velocity")
-        turning = [
-            each.com_inertia + spread_inertia(np.array([each.body_mass]), each.com_place[:, None])
-            for each in (prepared, other)
-        ]
-        swinging = [
-            each.com_momentum + each.body_mass * cross(each.com_place, each.com_velocity) for each in (prepared, other)
-        ]
+        (turning, swinging), (more, faster) = prepared.body_about_pelvis(), other.body_about_pelvis()
         masses: dict[str, Any] = {
             "mass": prepared.mass + size * (other.mass - prepared.mass),
             "body_mass": body,
-            "com_inertia": turning[0]
-            + size * (turning[1] - turning[0])
-            - spread_inertia(np.array([body]), place[:, None]),
-            "com_momentum": swinging[0] + size * (swinging[1] - swinging[0]) - body * cross(place, velocity),
+            "com_inertia": turning + size * (more - turning) - spread_inertia(np.array([body]), place[:, None]),
+            "com_momentum": swinging + size * (faster - swinging) - body * cross(place, velocity),
         }
         return replace(
             tables,

@@ -162,7 +162,10 @@ def test_by_errors_of_the_feet_that_stay_or_wander(kind: str) -> None:
     for i, change in enumerate(changes):
         expected = richardson(
             lambda x, change=change: stacked(simulate_reduced(model, change(prepared, x))),
-            6e-6,  # points a metre ahead of the foot touch down and lift off with every 10 µm
+            # points a metre ahead of the foot touch down and lift off with every 10 µm; plain differences of the right
+            # foot's roll are 3e-6 off the tangent at 1e-5, 1e-5 at 6e-6, and 1e-4 below 3e-6, where the run's own
+            # tolerance shows
+            6e-6,
         )
         assert_equal_slopes(stacked_slopes(slopes, i), expected, f"{kind} {i}")
 

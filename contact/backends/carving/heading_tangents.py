@@ -13,16 +13,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sssi_exudyn.contact.backends.structs import LawParameters
 from sssi_exudyn.contact.backends.vectors import cross, plus, three, times
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
 
-with_values: Callable[..., LawParameters]
 segment_derivatives: Callable[..., tuple[float, ...]]
-segment_linearisation: Callable[..., None]
 body_force: Callable[..., tuple[float, float, float]]
-body_linearisation: Callable[..., None]
+linearise_segment: Callable[..., None]
+linearise_body: Callable[..., None]
+add_air_parameters: Callable[..., None]
+add_body_parameters: Callable[..., None]
 
 OF_HEADING = 3
 """Columns of the numbers: the heading, its rate, its acceleration."""
@@ -86,7 +86,7 @@ def moment_tangents(parameters, heading, slopes, motion, inputs, n, x, v, z, zv,
     x, v : of the pelvis;  z, zv : (≥ 3, d) their tangents;  run, series : ``CarvedSeries``, ``CarvedTangents``
     room : ``CarvedRoom``
     """
-    many, columns = turned.shape[1], inputs.columns
+    many = turned.shape[1]
     up, com = three(heading.up, 0), three(heading.com_place[n], 0)
     body, d_com = whole_change(inputs.body[n], turned), whole_change(slopes.com[n], turned)
     swing, beside = whole_change(slopes.swing[n], turned), cross(up, com)
@@ -108,24 +108,9 @@ def moment_tangents(parameters, heading, slopes, motion, inputs, n, x, v, z, zv,
             parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], motion.area[e],
             facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
         )  # fmt: skip
-        segment_linearisation(
-            parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], motion.area[e],
-            facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
-            room.air, room.by_air,
-        )  # fmt: skip
+        linearise_segment(parameters, motion, n, e, x, v, room.air, room.by_air)
         collect_force(changed, room.air, z, zv, still, body[6 + 3 * e : 9 + 3 * e])
-        row_of_values = -1
-        for i in range(columns.segment.shape[0]):
-            column = columns.segment[i]
-            if columns.row[column] != row_of_values:
-                row_of_values = columns.row[column]
-                others = with_values(parameters, columns.values[row_of_values])
-                segment_linearisation(
-                    others, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], motion.area[e],
-                    facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
-                    room.air, room.by_air,
-                )  # fmt: skip
-            add_parameter(changed, room.by_air, columns.index[column], inputs.parameters[column])
+        add_air_parameters(parameters, motion, inputs, n, e, x, v, 0, room.air, room.by_air, changed)
         force = (found[0], found[1], found[2])
         lever, aside = plus(three(heading.exposed_swing[n, e], 0), times(-1.0, beside)), cross(force, up)
         for k in range(many):
@@ -133,20 +118,9 @@ def moment_tangents(parameters, heading, slopes, motion, inputs, n, x, v, z, zv,
                 moment[k] += lever[c] * changed[c, k] + force[c] * swing[3 * e + c, k] - aside[c] * d_com[c, k]
     at, moving = plus(x, three(motion.com_place[n], 0)), plus(v, three(motion.com_velocity[n], 0))
     force = body_force(parameters, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2])
-    body_linearisation(
-        parameters, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], room.air, room.by_body
-    )  # fmt: skip
+    linearise_body(parameters, motion, n, x, v, room.air, room.by_body)
     collect_force(changed, room.air, z, zv, body[:2], body[3:6])
-    row_of_values = -1
-    for i in range(columns.body.shape[0]):
-        column = columns.body[i]
-        if columns.row[column] != row_of_values:
-            row_of_values = columns.row[column]
-            others = with_values(parameters, columns.values[row_of_values])
-            body_linearisation(
-                others, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2], room.air, room.by_body
-            )  # fmt: skip
-        add_parameter(changed, room.by_body, columns.index[column], inputs.parameters[column])
+    add_body_parameters(parameters, motion, inputs, n, x, v, 0, room.air, room.by_body, changed)
     lever = cross(up, plus(three(motion.com_place[n], 0), times(-1.0, com)))
     aside = cross(force, up)
     for k in range(many):
@@ -167,11 +141,3 @@ def collect_force(changed, by_state, z, zv, place, velocity):
             for i in range(3):
                 total += by_state[c, 2 + i] * (zv[i, k] + velocity[i, k])
             changed[c, k] = total
-
-
-@njit(cache=True, error_model="numpy")
-def add_parameter(changed, by_parameter, index, amounts):
-    """Add to ``changed`` (3, d) what a parameter of the law at ``index`` does that changes by ``amounts`` (d,)."""
-    for c in range(3):
-        for k in range(changed.shape[1]):
-            changed[c, k] += by_parameter[c, index] * amounts[k]

@@ -75,13 +75,14 @@ class CarvedRun:
 class Carved:
     """What a run is made of, as the kernel takes it, and what it left.
 
-    at : the tables, the capture corrected and turned as the run did;  surface : ``SnowGrid``
+    at, captured : the tables, the capture corrected, turned as the run did and not;  surface : ``SnowGrid``
     points, modes : of each ski;  order : of its steps
     place, velocity : (3,) m, m/s of the pelvis at the start
     bent : (2, 2 + modes) yaw, roll and vibrations of the skis then, heave and pitch in the latter
     """
 
     at: Prepared
+    captured: Prepared
     parameters: LawParameters
     motion: PrescribedMotion
     surface: SnowGrid
@@ -156,11 +157,10 @@ def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None)
     )
     if done < len(at.time):
         raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge on snow that edges cut")
-    if heading.found:
-        at = at.turn(Turn(at.up, *np.ascontiguousarray(heading.angle.T)))
+    turned = at.turn(Turn.of(at.up, heading.angle)) if heading.found else at
     return Carved(
-        at, parameters, motion, surface, ski, coupling, held, heading, points, modes, order, place, velocity, bent,
-        series,
+        turned, at, parameters, motion, surface, ski, coupling, held, heading, points, modes, order, place, velocity,
+        bent, series,
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.carving.run import SHARE, Carved, carved_run, reduced_run_of
 from sssi_exudyn.simulation.carving.steady_turn import carving_module, edge_work
-from sssi_exudyn.simulation.heading import Turn
+from sssi_exudyn.simulation.heading import Turn, turned
 from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, load_at_start
 from sssi_exudyn.simulation.tangent_inputs import (
     STEP,
@@ -39,8 +39,7 @@ class CarvedLinearisation:
         self.model = model
         self.done = carved_run(model, prepared)
         self.run = reduced_run_of(self.done)
-        self._captured = prepared.correct_capture(model)
-        self._turning = _turning(self.done, self._captured)
+        self._turning = _turning(self.done)
 
     def derivatives(self, directions: Sequence[Direction]) -> tuple[ReducedRun, dict[str, Array]]:
         """The run, and of each of its fields the derivatives in those directions."""
@@ -71,8 +70,9 @@ class CarvedLinearisation:
             _, climb = climb_at_start(kernel, done.parameters, done.surface, done.at, start, change, inputs, foot)
             zv[2] += SHARE[foot] * climb
         series = _empty_tangents(done, many)
+        slopes = _heading_slopes(done, self._turning, captured)
         kernel.carved_tangents(
-            *skis, done.heading, done.motion, done.surface, inputs, self._heading_slopes(captured), z, zv,
+            *skis, done.heading, done.motion, done.surface, inputs, slopes, z, zv,
             done.fresh_snow(), work, lines, room, done.order, done.series, series,
         )  # fmt: skip
         back = np.argsort(np.array(order, dtype=np.intp))
@@ -80,44 +80,44 @@ class CarvedLinearisation:
         found = run_slopes(done.at, ordered, series, series.forward, self._turning, through)
         return self.run, {name: array[..., own + back] for name, array in found.items()}
 
-    def _heading_slopes(self, captured: Sequence[Direction]) -> HeadingSlopes:
-        """What the numbers change of the heading's tables, those of the heading first; nothing where it is captured."""
-        at, count, own = self._captured, len(self._captured.time), len(self._turning)
-        if not own:
-            return HeadingSlopes(*np.zeros((2, count, 0)), *np.zeros((2, count, 3, 0)))
-        exposed = at.exposed_swing.shape[1]
-        bodies, feet = own + columns_of(captured, 0), own + columns_of(captured, 1)
-        inertia, momentum = np.zeros((2, count, feet))
-        com, swing = np.zeros((count, 3, feet)), np.zeros((count, 3 * exposed, max(own, bodies)))
-        for k, direction in enumerate([*self._turning, *captured]):
-            if direction.tables is None:
-                continue
-            if k >= own:
-                whole = direction.tables.whole_body()
-                inertia[:, k] = slope_of(whole.inertia @ at.up @ at.up)
-                momentum[:, k] = slope_of(whole.momentum @ at.up)
-            tables = direction.tables if k < own else _turned(self.done, direction).tables
-            assert tables is not None
-            com[..., k] = slope_of(tables.whole_body().place)
-            if k < swing.shape[2]:
-                swing[..., k] = slope_of(tables.exposed_swing).reshape(count, -1)
-        return HeadingSlopes(inertia, momentum, com, swing)
+
+def _heading_slopes(done: Carved, turning: Sequence[Direction], captured: Sequence[Direction]) -> HeadingSlopes:
+    """What the numbers change of the heading's tables, those of the heading first; nothing where it is captured."""
+    at, count, own = done.captured, len(done.at.time), len(turning)
+    if not own:
+        return HeadingSlopes(*np.zeros((2, count, 0)), *np.zeros((2, count, 3, 0)))
+    ranks = [rank(direction.tables) for direction in captured]
+    feet, bodies = own + columns_of(ranks, 1), own + columns_of(ranks, 0)
+    inertia, momentum = np.zeros((2, count, feet))
+    com, swing = np.zeros((count, 3, feet)), np.zeros((count, 3 * at.exposed_swing.shape[1], bodies))
+    matrices = Turn.of(at.up, done.heading.angle).matrices()
+    for k, direction in enumerate([*turning, *captured]):
+        tables = direction.tables
+        if tables is None:
+            continue
+        whole, swung = tables.whole_body(), slope_of(tables.exposed_swing)
+        com[..., k] = slope_of(whole.place)
+        if k >= own:  # of tables that are not turned yet
+            inertia[:, k], momentum[:, k] = slope_of(whole.inertia @ at.up @ at.up), slope_of(whole.momentum @ at.up)
+            com[..., k], swung = turned(matrices, com[..., k]), turned(matrices, swung)
+        if k < bodies:
+            swing[..., k] = swung.reshape(count, -1)
+    return HeadingSlopes(inertia, momentum, com, swing)
 
 
-def _turning(done: Carved, captured: Prepared) -> tuple[Direction, ...]:
+def _turning(done: Carved) -> tuple[Direction, ...]:
     """The heading that was found, its rate and its acceleration as numbers; none where it is the captured one."""
     if not done.heading.found:
         return ()
-    steps = done.heading.angle + 1j * STEP * np.eye(3)[:, None]
-    return tuple(Direction(tables=captured.turn(Turn(captured.up, *np.ascontiguousarray(step.T)))) for step in steps)
+    at, steps = done.captured, done.heading.angle + 1j * STEP * np.eye(3)[:, None]
+    return tuple(Direction(tables=at.turn(Turn.of(at.up, step))) for step in steps)
 
 
 def _turned(done: Carved, direction: Direction) -> Direction:
     """The direction with its tables turned as the run was."""
     if direction.tables is None or not done.heading.found:
         return direction
-    turn = Turn(done.at.up, *np.ascontiguousarray(done.heading.angle.T))
-    return replace(direction, tables=direction.tables.turn(turn))
+    return replace(direction, tables=direction.tables.turn(Turn.of(done.at.up, done.heading.angle)))
 
 
 def _empty_tangents(done: Carved, many: int) -> CarvedTangents:
