@@ -23,6 +23,11 @@ CUTTING: Final = {
     "carving.strength": Prior(4e5, 1e5),
 }
 """The same where edges cut: friction widely, hardness and strength about a firm piste's (``docs/carving.md``)."""
+_START: Final = {"start.f": 3.0, "start.l": 3.0, "start.velocity_f": 2.0, "start.velocity_l": 2.0}
+"""m and m/s: where and how fast a run starts, so widely that the fixes alone decide.  These are measurements; counted
+beforehand too, as a fit to the track alone takes them, they hold the start where a late clock or an antenna elsewhere
+would move it: a clock 0.139 s late came out as 0.105 ± 0.005 s.
+"""
 USUAL_CUFF: Final = 0.06
 """Share of the load that a boot's cuff takes usually."""
 MASS: Final = "skier's mass"
@@ -90,6 +95,11 @@ def drag_coefficient(model: Model) -> str:
     return "posture_air.c_d" if "posture_air" in names else "air.c_d"
 
 
+def started_anywhere(priors: Mapping[str, Prior]) -> dict[str, Prior]:
+    """The priors, those of the start so wide that the fixes alone decide."""
+    return {name: replace(prior, sigma=max(prior.sigma, _START.get(name, 0.0))) for name, prior in priors.items()}
+
+
 def snow_beforehand(model: Model) -> Mapping[str, Prior]:
     """Friction, and where edges cut what the snow bears, as known before anything is measured."""
     return CUTTING if is_carved(model.terms) else FREE
@@ -98,7 +108,7 @@ def snow_beforehand(model: Model) -> Mapping[str, Prior]:
 def unknown_numbers(model: Model, priors: Mapping[str, Prior], recording: Recording) -> tuple[Unknown, ...]:
     """The numbers that the model's laws, start and instruments know; ``priors`` are those of the fit to the track."""
     about = recording.uncertainty
-    found = {**snow_beforehand(model), **priors}
+    found = {**snow_beforehand(model), **started_anywhere(priors)}
     shares = {"penetration.k": about.snow_stiffness, drag_coefficient(model): about.drag}
     if is_carved(model.terms):
         del shares["penetration.k"]

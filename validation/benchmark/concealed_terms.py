@@ -248,15 +248,17 @@ class WorldSpeed(FootTerm):
 
 @dataclass(frozen=True)
 class WorldEdge(FootTerm):
-    """Formula: friction that grows with the square of the sine of the edge angle."""
+    """Formula: friction that grows with the square of the sine of the edge angle, from edge_ref on, where it is μ_t."""
 
     name: ClassVar[str] = "world_edge"
     sources: ClassVar[tuple[str, ...]] = (_HERE,)
     growth: float = _any("growth")
+    edge_ref: float = _any("where it is nothing", "rad")
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
         sine = math.sin(state.edge)
-        return -self.growth * sine * sine * state.load * math.saturate(state.v_t, 0.1), 0.0
+        more = math.maximum(self.growth * (sine * sine - np.sin(self.edge_ref) ** 2), -0.05)
+        return -more * state.load * math.saturate(state.v_t, 0.1), 0.0
 
 
 @dataclass(frozen=True)

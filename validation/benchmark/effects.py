@@ -71,13 +71,14 @@ Maker = Callable[[np.random.Generator, float, "PlainRun"], Effect]
 
 @dataclass(frozen=True)
 class PlainRun:
-    """A run with nothing concealed: begin, end and transitions (s), mean speed (m/s), and the place along the fall line
-    (m) at a time.
+    """A run with nothing concealed: begin, end and transitions (s), mean speed (m/s) and edge angle (rad), and where it
+    is along the fall line (m) at a time.
     """
 
     begin: float
     end: float
     speed: float
+    edge: float
     transitions: Array
     place_at: Callable[[float], float]
 
@@ -121,7 +122,7 @@ def _speed(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
 
 
 def _edge(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
-    return Effect((WorldEdge(0.08 * size),), truth={})
+    return Effect((WorldEdge(0.08 * size, plain.edge),), truth={})
 
 
 def _load(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
@@ -254,4 +255,7 @@ def plain_run(run: SimulationResult) -> PlainRun:
     crossing = np.flatnonzero(np.diff(np.sign(mean)) != 0)
     inner = crossing[(time[crossing] > time[0] + 0.5) & (time[crossing] < time[-1] - 0.5)]
     speed = float(np.mean(np.linalg.norm(run.com_velocity, axis=1)))
-    return PlainRun(float(time[0]), float(time[-1]), speed, time[inner], lambda t: float(np.interp(t, time, along)))
+    edge = float(np.mean(np.abs(run.edge_angle)))
+    return PlainRun(
+        float(time[0]), float(time[-1]), speed, edge, time[inner], lambda t: float(np.interp(t, time, along))
+    )

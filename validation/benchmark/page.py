@@ -11,7 +11,7 @@ _TARGETS = {
     "false_alarms_force": ("the same by the latent force alone (Bayes factor above 20)", ""),
     "nothing_not_adequate": ("nothing hidden: called not adequate", ""),
     "right_name_first": ("all single effects: right name first", ""),
-    "strong_right_or_small_set": ("clear effects: right name, or a set of at most 3 that holds it", "at least 90 %"),
+    "strong_right_or_small_set": ("clear effects: right name first, or in a set of at most 3", "at least 90 %"),
     "strong_right_name_first": ("clear effects: right name first", ""),
     "strong_right_bic": ("clear effects: right name by BIC", ""),
     "strong_right_in_sample": ("clear effects: right name by the best fit in sample", ""),
@@ -22,8 +22,9 @@ _TARGETS = {
     "friction_inside_90_nothing": ("the same where nothing is hidden", "85 to 95 %"),
     "wrong_and_sure": ("of what is said with more than 80 %: wrong", "at most 3 %"),
     "sure_right": ("of what is said with more than 99 %: right", "at least 97 %"),
-    "unexplained_called_so": ("effects outside the list: called unexplained", "at least 80 %"),
-    "unexplained_wrongly_named": ("effects outside the list: called something else", ""),
+    "unexplained_called_so": ("effects outside the list: called unexplained", ""),
+    "unexplained_where_found": ("the same, of those where something is found", "at least 80 %"),
+    "unexplained_wrongly_named": ("effects outside the list: called something else with more than 80 %", ""),
     "pairs_both_named": ("pairs: both named", ""),
     "strong_better_than_placebos": (
         "clear effects, found: error on turns not fitted less than with any of 19 forces drawn at random instead",
@@ -40,7 +41,7 @@ _TARGETS = {
 _BY_STRENGTH = {
     "found_by_strength": "a finding",
     "right_first_by_strength": "right name first",
-    "oracle_sees_by_strength": "3 standard errors strong to the oracle",
+    "oracle_sees_by_strength": "3 standard errors strong",
 }
 
 

@@ -4,7 +4,7 @@ Cases come from ``cases``.  Answers are written and hashed before anything is di
 file; a run that was interrupted goes on with those that are missing.  Of a made case only the answer is kept: index and
 seed make it again for its diagnosis.  Beside the diagnosis two baselines see the same
 cases (the best Bayesian information criterion with white noise; the best fit in sample), and an oracle that sees the
-same run without the effect.
+same run without the effect, fitted as well.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.estimate import estimate
 from sssi_exudyn.fitting.fit import problem_of
-from sssi_exudyn.fitting.measurements import Measurements, measurements_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.fitting.unknowns import snow_beforehand
 from sssi_exudyn.io.typed import read_json
@@ -35,19 +34,16 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.provenance import source_digest
 from sssi_exudyn.runtime.workers import end_with_parent
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.validation.benchmark.cases import Case, Made, Recorded, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page
-from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, score
-from sssi_exudyn.validation.diagnosis.diagnose import diagnose, figures_without_findings
-from sssi_exudyn.validation.diagnosis.evidence import uncertain, whiten_columns
+from sssi_exudyn.validation.benchmark.scores import CaseResult, Scores, score
+from sssi_exudyn.validation.benchmark.world import Instruments
+from sssi_exudyn.validation.diagnosis.diagnose import diagnose, fit_without_findings
+from sssi_exudyn.validation.diagnosis.evidence import LinearModel, uncertain
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
-from sssi_exudyn.validation.diagnosis.problem import STEP as PROBLEM_STEP
 from sssi_exudyn.validation.diagnosis.problem import Progress
 from sssi_exudyn.validation.diagnosis.result import Friction
 from sssi_exudyn.validation.diagnosis.search import Round
-from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
 ANSWERS, SEAL = "answers.json", "answers.sha256"
 Bases = list[Recorded]
@@ -88,9 +84,10 @@ def diagnose_case(made: Made, *, full: bool) -> CaseResult:
     except SimulationDiverged as error:
         return CaseResult(made.case.index, failed=str(error))
     first = found.rounds[0]
-    plain = made.plain() if made.plain else None
-    oracle = None if plain is None else _oracle(made, plain, found)
-    clear = found.diagnosis.findings and (oracle or 0.0) >= STRONG  # where it is asked for
+    oracle = held_out_plain = None
+    if made.plain:
+        without, figures = fit_without_findings(*made.plain())
+        oracle, held_out_plain = _strength(made.instruments, first.linear, without), figures.held_out_error
     bic, in_sample = _baselines(first)
     latent = found.diagnosis.latent_force
     return CaseResult(
@@ -99,7 +96,7 @@ def diagnose_case(made: Made, *, full: bool) -> CaseResult:
         diagnosis=found.diagnosis,
         friction=Friction(found.model.value("friction.mu_t"), found.model.value("friction.mu_n")),
         held_out_m=found.figures[-1].held_out_error,
-        held_out_plain_m=figures_without_findings(*plain).held_out_error if plain and clear else None,
+        held_out_plain_m=held_out_plain,
         bic=bic,
         in_sample=in_sample,
         oracle=oracle,
@@ -137,21 +134,20 @@ def _baselines(searched: Round) -> tuple[str, str]:
     return best_bic[0], best_fit[0]
 
 
-def _oracle(made: Made, plain: Recorded, found: SearchResult) -> float:
-    """How many standard errors strong the effect is to one who knows it: what it changes of the measurements beside
-    their prediction, the noise as it truly is, once all that a fit leaves free has taken its part.
+def _strength(instruments: Instruments, linear: LinearModel, without: LinearModel) -> float:
+    """How many standard errors strong an effect is: what a fit that does not know of it cannot take up, χ² more than
+    the same fit leaves of the same run ``without`` the effect, with the same noise.  χ² counts the noise as it truly is
+    and all that is uncertain by its priors, each about its own fit.
+
+    Linearly, about one fit, it is not to be had: friction takes up what grooves of 739 such standard errors resist.
     """
-    linear, model = found.rounds[0].linear, found.first.model
-    without = measurements_of(plain[0], plain[2], plain[1].start, plain[1].stop)
+    more = _misfit(instruments, linear) - _misfit(instruments, without)
+    return float(np.sqrt(max(0.0, more)))
 
-    def misfit(measured: Measurements, motion: Motion) -> Array:
-        run = simulate_reduced(model, prepare(model, motion, step=PROBLEM_STEP))
-        return np.asarray(measured.measured - measured.predict(model, run))
 
-    change = misfit(linear.measurements, made.motion) - misfit(without, plain[1])
-    levels = made.instruments.levels(linear.measurements)
-    white = whiten_columns(linear, levels, change[:, None])
-    return float(np.sqrt(max(0.0, float(white[:, 0] @ uncertain(linear, levels).remove_from(white)[:, 0]))))
+def _misfit(instruments: Instruments, linear: LinearModel) -> float:
+    known = uncertain(linear, instruments.levels(linear.measurements))
+    return float(known.residual @ known.remove_from(known.residual))
 
 
 def run_benchmark(

@@ -30,9 +30,10 @@ class CaseResult:
 
     full : whether the full model confirmed the fits
     friction : fitted with all findings
-    held_out_m : error on turns not fitted;  held_out_plain_m : the same were nothing concealed, where that was asked
+    held_out_m : error on turns not fitted;  held_out_plain_m : the same were nothing concealed
     bic, in_sample : the name by the Bayesian information criterion with white noise, and by the best fit in sample
-    oracle : standard errors that the effect is strong to one who sees the same run without it; None where nothing is
+    oracle : standard errors that the effect is strong to one who sees the same run without it, both fitted by the model
+        without effects; None where nothing is concealed
     force_log_bayes_factor : of some force against none
     """
 
@@ -134,6 +135,7 @@ class Scores:
     friction_inside_90_nothing: Share
     unexplained_called_so: Share
     unexplained_wrongly_named: Share
+    unexplained_where_found: Share
     pairs_both_named: Share
     held_out_after_over_before_strong: Median
     placebo_after_over_before_strong: float | None
@@ -192,7 +194,7 @@ def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Sc
         false_alarms_force=_share_of(_force_seen(d) for d in nothing),
         nothing_not_adequate=_share_of(_not_adequate(d) for d in nothing),
         right_name_first=_share_of(d.first_name == c.name for c, d in single),
-        strong_right_or_small_set=_share_of(_set_holds(c, d, 3) for c, d in strong),
+        strong_right_or_small_set=_share_of(d.first_name == c.name or _set_holds(c, d, 3) for c, d in strong),
         strong_right_name_first=_share_of(d.first_name == c.name for c, d in strong),
         strong_right_bic=_share_of(d.bic == c.name for c, d in strong),
         strong_right_in_sample=_share_of(d.in_sample == c.name for c, d in strong),
@@ -214,7 +216,12 @@ def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Sc
             inside for c, d in rows if c.kind == "none" for inside in _friction_inside(c, d)
         ),
         unexplained_called_so=_share_of(any(f.kind == "unexplained" for f in d.findings) for d in unknown),
-        unexplained_wrongly_named=_share_of(any(f.kind != "unexplained" for f in d.findings) for d in unknown),
+        unexplained_wrongly_named=_share_of(
+            any(f.kind != "unexplained" and f.probability > SURE for f in d.findings) for d in unknown
+        ),
+        unexplained_where_found=_share_of(
+            any(f.kind == "unexplained" for f in d.findings) for d in unknown if d.findings
+        ),
         pairs_both_named=_share_of(set(c.name.split("+")) <= set().union(*_names_of(d)) for c, d in pairs),
         held_out_after_over_before_strong=Median(float(np.median(after / before)) if clear else None, len(clear)),
         placebo_after_over_before_strong=float(np.median(median / before)) if clear else None,

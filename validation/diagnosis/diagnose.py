@@ -18,7 +18,7 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.validation.diagnosis.evidence import Freedom
+from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE, STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Progress, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.refit import Refit
@@ -183,8 +183,8 @@ def separate_fit(problem: DiagnosisProblem, state: State, fit: Refit, accepted: 
     return SeparateFit(problem, state, fit)
 
 
-def figures_without_findings(recording: Recording, motion: Motion, model: Model) -> Figures:
-    """The figures of ``model``, fitted, with nothing searched; by the reduced model.
+def fit_without_findings(recording: Recording, motion: Motion, model: Model) -> tuple[LinearModel, Figures]:
+    """``model`` fitted, with nothing searched, by the reduced model: the run linearised there, and its figures.
 
     Raises ValueError without a GPS, and SimulationDiverged when the model cannot be simulated.
     """
@@ -193,4 +193,4 @@ def figures_without_findings(recording: Recording, motion: Motion, model: Model)
     folds = folds_of(problem.measurements, fitted_run(problem, state, fit).edge_changes)
     linear = linear_model(problem, state, fit)
     left_out = held_out_errors(linear, state.levels, folds)[:, 0]
-    return figures_of(linear, state.levels, best_residual(linear, state.levels), left_out)
+    return linear, figures_of(linear, state.levels, best_residual(linear, state.levels), left_out)

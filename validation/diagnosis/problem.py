@@ -11,10 +11,10 @@ import numpy as np
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.fitting.measurements import Measurements, averages, measurements_of
-from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
+from sssi_exudyn.fitting.objective import Problem, counts_of
 from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess, on_snow_surface
-from sssi_exudyn.fitting.unknowns import FREE, USUAL_CUFF, drag_coefficient, posture_errors
+from sssi_exudyn.fitting.unknowns import FREE, USUAL_CUFF, drag_coefficient, posture_errors, started_anywhere
 from sssi_exudyn.model.faults import InsoleGain, LeverArm
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
@@ -36,9 +36,6 @@ from sssi_exudyn.validation.diagnosis.refit import Parameter
 Progress = Callable[[float | None, str], None]
 """Takes the share that is done, where it is known, and what is being done."""
 
-_PLACE: Final = 3.0
-_SPEED: Final = 2.0
-"""m and m/s: priors of the start, so wide that the track alone decides; it is not counted beforehand too."""
 _HEIGHT: Final = 0.3
 """m; the first fix, from which heights count, is no better known than that."""
 STEP: Final = 0.01
@@ -110,12 +107,8 @@ def diagnosis_problem(
     """Prepare a recording.  Raises ValueError when it has no GPS."""
     fitting = problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint")
     model = fitting.model
-    priors = dict(FREE)
-    for name, prior in fitting.priors.items():
-        if name.startswith(("start.velocity", "start.f", "start.l")):
-            priors[name] = Prior(prior.mean, _SPEED if "velocity" in name else _PLACE)
-        elif not name.startswith("surface."):
-            priors[name] = prior
+    beside = {name: prior for name, prior in fitting.priors.items() if not name.startswith("surface.")}
+    priors = {**FREE, **started_anywhere(beside)}
     measurements = measurements_of(recording, model, motion.start, motion.stop)
     return DiagnosisProblem(
         recording=recording,

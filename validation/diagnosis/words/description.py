@@ -126,7 +126,8 @@ def describe(
         each, best = found.searched, found.explanation
         columns = placebos(each.fitted, each.responses[LATENT_FORCE.name])
         errors = np.nanmean(held_out_errors(linear, state.levels, folds, columns), axis=0)
-        findings.append(_finding(each, best, after_model, missing, _evidence(worse, better, errors)))
+        evidence = _evidence(worse, better, errors)
+        findings.append(_finding(each, best, after_model, rounds[-1].fitted, missing, evidence))
     near = adequacy(residuals[-1], measurements)
     verdict = _verdict(findings, near, rounds[-1].nothing.probability)
     models = before_model.model, after_model.model
@@ -192,15 +193,22 @@ def _verdict(findings: Sequence[Finding], near: Adequacy, nothing: float) -> Out
 
 
 def _finding(
-    searched: Round, explanation: Explanation, final: Refit | Posterior, missing: MissingForce, evidence: Evidence
+    searched: Round,
+    explanation: Explanation,
+    final: Refit | Posterior,
+    fitted: FittedRun,
+    missing: MissingForce,
+    evidence: Evidence,
 ) -> Finding:
+    """A finding of a round, with its numbers in the ``final`` model, of which ``fitted`` is a run: only with what was
+    found is the skier where he was when.
+    """
     hypothesis, candidate = BY_NAME[explanation.name], explanation.candidate
     assert candidate is not None
     numbers: dict[str, Number] = {}
     for names in (*candidate.amplitudes, *((name,) for name in candidate.places)):
         value, low, high = final.interval(names[0], INTERVAL_90)
         numbers[names[0].partition(".")[2]] = Number(value, low, high, final.model.about(names[0]).unit)
-    fitted = searched.fitted
     window = hypothesis.window(fitted, candidate, numbers)
     acting = window or (float(fitted.run.time[0]), float(fitted.run.time[-1]))
     return Finding(
