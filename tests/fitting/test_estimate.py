@@ -10,8 +10,9 @@ from bundled import bundled
 
 from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.terms.carving import Carving
-from sssi_exudyn.fitting.estimate import estimate
+from sssi_exudyn.fitting.estimate import estimate, estimate_from
 from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.simulation.prepared import prepare
@@ -37,6 +38,24 @@ def test_friction_of_another_world_is_found_within_its_standard_error(name: str,
     assert np.mean(np.linalg.norm(found.fitted.residual, axis=1)) < 0.035
     moments = found.posterior.setting.seen.moments
     assert np.sqrt(np.mean(np.square(found.posterior.residual[moments]))) < 20.0  # N m: what is stated of the balance
+
+
+@pytest.mark.long(seconds=15)
+def test_a_late_clock_is_found_as_late_as_it_is() -> None:
+    late = 0.15
+    recording, motion = bundled("beginner")
+    assert recording.gps is not None
+    recording = replace(recording, gps=replace(recording.gps, time=recording.gps.time + late))
+    model = on_snow_surface(model_of(recording, motion), recording, motion)
+    motion = replace(motion, start=motion.start + 0.5, stop=motion.start + 0.5 + SECONDS)
+    problem = problem_of(recording, motion, model, "joint")
+    free = {("start.clock_offset",): Prior(0.0, 0.25)}
+    found = estimate_from(problem.model, problem, recording, motion, more=free, full=False)
+    _, low, high = found.interval("start.clock_offset", 2.6)  # as above
+    assert low < late < high
+    assert high - low < 0.2 * late  # a start held by its first fixes gave 3/4 of it, to 0.005 s
+    _, low, high = found.interval("friction.mu_t", 2.6)
+    assert low < 0.06 < high
 
 
 @pytest.mark.long(seconds=25)
