@@ -20,7 +20,8 @@ from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.estimate import setting_of
 from sssi_exudyn.fitting.fit import problem_of
-from sssi_exudyn.fitting.posterior import Setting, find_posterior
+from sssi_exudyn.fitting.linearised_run import Setting
+from sssi_exudyn.fitting.posterior import find_posterior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model

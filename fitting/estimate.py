@@ -11,9 +11,10 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import Fitted, Method, Progress, fit, with_surface
+from sssi_exudyn.fitting.linearised_run import Setting
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
 from sssi_exudyn.fitting.observation import observation_of
-from sssi_exudyn.fitting.posterior import Posterior, Setting, find_posterior
+from sssi_exudyn.fitting.posterior import Posterior, find_posterior
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess
 from sssi_exudyn.fitting.unknowns import Unknown, posture_errors, unknown_numbers, with_instruments
 from sssi_exudyn.model.model import Model

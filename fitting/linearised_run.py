@@ -1,0 +1,207 @@
+"""A run of the reduced model as a point of a search, and what would be measured of it linearised there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
+from sssi_exudyn.fitting.measurements import averages
+from sssi_exudyn.fitting.observation import Observation
+from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors, grown
+from sssi_exudyn.fitting.unknowns import MASS, SURFACE, Unknown, group_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.correction import correct_posture
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.simulation.assembly import Parts, correct_motion
+from sssi_exudyn.simulation.heading import Turn, turned
+from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, prepare
+from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.sensitivities import sensitivities
+from sssi_exudyn.simulation.tangents import TableChange, skier_mass_change
+
+STEP: Final = 0.01
+"""s; steps of the reduced model."""
+_DIFFERENCE: Final = 1e-3
+"""Standard deviations of an error by which the body's own moment is differentiated."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What stays fixed in an estimate.
+
+    mass : kg, stated, and its standard deviation
+    """
+
+    motion: Motion
+    seen: Observation
+    unknowns: tuple[Unknown, ...]
+    errors: tuple[PostureError, ...]
+    mass: tuple[float, float]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """(k,) of θ, the first where several move together."""
+        return tuple(unknown.name for unknown in self.unknowns)
+
+    def at(self, model: Model, values: Array) -> Model:
+        """The model with θ at ``values`` (k,)."""
+        pairs = zip(self.unknowns, values.tolist(), strict=True)
+        return model.with_values({name: value for unknown, value in pairs for name in unknown.names})
+
+    @property
+    def of_surface(self) -> NDArray[np.bool_]:
+        """(k,) whether each of θ is a mode of the snow surface."""
+        return np.array([unknown.group == SURFACE for unknown in self.unknowns], dtype=bool)
+
+    @property
+    def of_process(self) -> NDArray[np.bool_]:
+        """(k,) whether each of θ is a mode of a snow surface that no heights have shown beforehand."""
+        return self.of_surface & self.seen.has_heights
+
+    @property
+    def means(self) -> Array:
+        """(k,) of θ beforehand."""
+        return np.array([unknown.prior.mean for unknown in self.unknowns])
+
+    @property
+    def sigmas(self) -> Array:
+        """(k,) standard deviations of θ beforehand."""
+        return np.array([unknown.prior.sigma for unknown in self.unknowns])
+
+    def values(self, model: Model) -> Array:
+        """(k,) θ of a model."""
+        return np.array([model.value(name) for name in self.names])
+
+    def groups(self) -> list[str]:
+        """(m,) where the uncertainty of each of η is counted."""
+        return [*(group_of(error) for error in self.errors), MASS]
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where a search is.
+
+    model : with numbers, posture and mass as estimated;  prepared, balance : the tables of its run
+    sizes : (m,) η, the skier's mass last
+    predicted : (N,) what would be measured of it;  beyond : (N,) what of that the full model adds to the reduced one
+    """
+
+    model: Model
+    prepared: Prepared
+    balance: Balance
+    sizes: Array
+    predicted: Array
+    beyond: Array
+
+
+@dataclass(frozen=True)
+class Responses:
+    """The measurements linearised about a point: by θ (N, k) and by η (N, m), and what η does to the posture."""
+
+    by_number: Array
+    by_error: Array
+    posture: PostureErrors
+
+
+def linearise_at(model: Model, setting: Setting) -> tuple[Point, Responses]:
+    """A model as a point of a search that has found no error of posture or mass yet, and the measurements linearised
+    there.
+
+    Raises SimulationDiverged when its simulation does.
+    """
+    point = point_at(setting, model, np.zeros(len(setting.errors) + 1), np.zeros(len(setting.seen.measured)))
+    return point, linearise(setting, point)
+
+
+def moved_point(setting: Setting, point: Point, responses: Responses, values: Array, sizes: Array) -> Point:
+    """The point with θ at ``values`` (k,), posture and mass as ``sizes`` (m,) say.
+
+    Raises SimulationDiverged when its simulation does.
+    """
+    change = responses.posture.angles((sizes - point.sizes)[:-1])
+    mass, sigma = setting.mass
+    model = setting.at(point.model, values)
+    model = replace(
+        model,
+        posture=grown(model.posture, responses.posture.time, change),
+        skier=replace(model.skier, mass=mass + float(sizes[-1]) * sigma),
+    )
+    return point_at(setting, model, sizes, point.beyond)
+
+
+def point_at(setting: Setting, model: Model, sizes: Array, beyond: Array) -> Point:
+    """The point of a model with errors of ``sizes`` (m,), from a run of it.
+
+    Raises SimulationDiverged when its simulation does.
+    """
+    prepared = prepare(model, setting.motion, step=STEP)
+    run = simulate_reduced(model, prepared)
+    balance = balance_of(model, correct_motion(model, setting.motion), prepared.correct_capture(model), run)
+    predicted = setting.seen.predict(model, run, balance, prepared) + beyond
+    return Point(model, prepared, balance, sizes, np.asarray(predicted), beyond)
+
+
+def linearise(setting: Setting, point: Point) -> Responses:
+    """The responses about a point."""
+    model, prepared, seen = point.model, point.prepared, setting.seen
+    posture = PostureErrors(Parts(model, correct_posture(setting.motion, model.posture)), prepared, setting.errors)
+    heavier = skier_mass_change(model, setting.motion, prepared)
+    changes = [posture.change(error) for error in setting.errors]
+    changes.append(lambda tables, size: heavier(tables, size * setting.mass[1]))
+    columns = responses_to_numbers(setting, point, setting.unknowns, changes)
+    by_number, by_error = np.split(columns, [len(setting.unknowns)], axis=1)
+    by_error[seen.moments, :-1] += _own_moments(setting, model, posture, point)
+    by_error[seen.moments, -1] = 0.0
+    return Responses(by_number, by_error, posture)
+
+
+def linearise_numbers(setting: Setting, point: Point, known: Responses) -> Responses:
+    """The responses to θ about a point, those to errors as they are ``known``, and those to a process' modes: these are
+    many, and change as slowly.
+    """
+    places = np.flatnonzero(~setting.of_process)
+    by_number = known.by_number.copy()
+    by_number[:, places] = responses_to_numbers(setting, point, [setting.unknowns[i] for i in places], ())
+    return replace(known, by_number=by_number)
+
+
+def responses_to_numbers(
+    setting: Setting, point: Point, unknowns: Sequence[Unknown], changes: Sequence[TableChange]
+) -> Array:
+    """(N, k + changes) derivatives of the measurements by ``unknowns`` (k,) and by changes of the posture."""
+
+    def observed(each: Model, run: ReducedRun) -> Array:
+        return setting.seen.predict(each, run, point.balance, point.prepared)
+
+    names = [name for unknown in unknowns for name in unknown.names]
+    slopes = sensitivities(point.model, point.prepared, names, observed, changes)[1]
+    counts = [*(len(unknown.names) for unknown in unknowns), *[1] * len(changes)]
+    return np.asarray(np.add.reduceat(slopes, np.cumsum([0, *counts[:-1]]), axis=1))
+
+
+def _own_moments(setting: Setting, model: Model, posture: PostureErrors, point: Point) -> Array:
+    """(moments, errors) what each error changes of the moment that the posture has of itself."""
+    time, prepared = setting.seen.times["moment_f"], point.prepared
+    heading = averages(prepared.time, point.balance.heading, time)
+    turn = Turn(prepared.up, *heading.T).matrices()
+    if not len(time):
+        return np.zeros((0, len(setting.errors)))
+    own = own_moment(Parts(model, correct_motion(model, setting.motion)), time)
+    kinds: dict[tuple[str, int], Array] = {}
+    columns = []
+    for error in setting.errors:
+        kind = error.kind, error.side
+        if kind not in kinds:
+            angles = _DIFFERENCE / error.sigma * posture.direction(replace(error, support=-1))
+            moved = replace(model, posture=grown(model.posture, prepared.time, angles))
+            changed = own_moment(Parts(moved, correct_motion(moved, setting.motion)), time)
+            kinds[kind] = (changed - own) / _DIFFERENCE
+        shape = error.sigma * posture.profile(error, time)
+        columns.append(turned(turn, kinds[kind] * shape[:, None]).T.ravel())
+    return np.stack(columns, axis=1) if columns else np.zeros((3 * len(time), 0))
