@@ -89,7 +89,6 @@ def run_tangents(
     """
     makers = [lambda name=name: _of_number(model, prepared, name) for name in names]
     makers += [lambda change=change: Direction(tables=_changed(model, prepared, change)) for change in changes]
-    at = prepared.correct_capture(model)
     tabular = [i for i, name in enumerate(names) if _turns_capture(model, name)]
     tabular += range(len(names), len(makers))
     plain = [i for i in range(len(makers)) if i not in tabular]
@@ -103,7 +102,7 @@ def run_tangents(
         derivatives = CarvedLinearisation(model, prepared).derivatives
     else:
         reduced_module()  # once, before threads ask for it
-        derivatives = partial(_pass, model, at)
+        derivatives = partial(_pass, model, prepared.correct_capture(model))
     passes = side_by_side(lambda group: derivatives([makers[i]() for i in group]), groups)
     slopes: dict[str, Array] = {}
     for group, (_, found) in zip(groups, passes, strict=True):
