@@ -126,7 +126,7 @@ def caption(case: Case, result: CaseResult) -> str:
 
 def failures_text() -> str:
     """The failures with their pictures."""
-    lines = ["## Three failures", ""]
+    lines = ["## Failures that show most", ""]
     for number, (case, result) in enumerate(failures(kept_answers()), 1):
         words = caption(case, result)
         lines += [words, "", f"![{words}](images/benchmark_{number}.png)", ""]

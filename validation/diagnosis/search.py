@@ -131,13 +131,23 @@ def extended_parameters(base: Refit, candidate: Candidate) -> tuple[tuple[Parame
     kept = tuple(p for p in base.parameters if not candidate.strengths & set(p.names))
     known = {p.names[0]: p.prior.mean for p in base.parameters}
     amplitudes = tuple(
-        Parameter(group, Prior(known.get(group[0], candidate.model.value(group[0])), float(scale)))
+        Parameter(group, Prior(known.get(group[0], _before(base.model, candidate.model, group[0])), float(scale)))
         for group, scale in zip(candidate.amplitudes, candidate.free.scales, strict=True)
     )
     places = tuple(
         Parameter((name,), Prior(candidate.model.value(name), spread)) for name, spread in candidate.places.items()
     )
     return (*kept, *amplitudes), places
+
+
+def _before(model: Model, extended: Model, name: str) -> float:
+    """A number of a model, or where it has none of that name of one that is ``extended``: a candidate may begin with
+    another value.
+    """
+    try:
+        return model.value(name)
+    except KeyError:
+        return extended.value(name)
 
 
 def _responses_by_name(problem: DiagnosisProblem, fitted: FittedRun) -> dict[str, Array]:

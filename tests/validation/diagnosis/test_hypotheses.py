@@ -57,6 +57,32 @@ def fitted() -> FittedRun:
     return five_seconds()
 
 
+def test_a_clock_may_be_late_by_as_much_as_a_slow_receiver_takes() -> None:
+    recording, motion = bundled("beginner")
+    assert recording.gps is not None
+    gps = recording.gps
+    slow = replace(gps, time=gps.time[::10], enu=gps.enu[::10], sigma=gps.sigma[::10], speed=None, course=None)
+    motion = replace(motion, stop=motion.start + 5.0)
+    hypothesis = BY_NAME["gps_delay"]
+    places = []
+    for each in (recording, replace(recording, gps=slow)):
+        model = problem_of(each, motion, model_of(each, motion), "joint").model
+        prepared = prepare(model, motion, step=0.01)
+        run = simulate_reduced(model, prepared)
+        measurements = measurements_of(each, model, motion.start, motion.stop)
+        fitted = FittedRun(model, prepared, run, measurements, measurements.predict(model, run))
+        responses = responses_of(hypothesis.probes(fitted), prepared, measurements)
+        found = hypothesis.candidates(fitted, responses)
+        places.append([candidate.model.start.clock_offset for candidate in found])
+        # the first by the course at each fix, the others by where the skier was then
+        late = found[-1]
+        way = fitted.prediction + late.free.columns[:, 0] * late.model.start.clock_offset
+        x = measurements.blocks["x"]
+        if len(found) > 1:
+            np.testing.assert_allclose(way[x][2:], fitted.prediction[x][:-2], atol=1e-6)  # two fixes ago
+    assert places == [[0.0], [0.0, -1.0, -2.0, 1.0, 2.0]]
+
+
 def test_names_are_unique() -> None:
     assert len(BY_NAME) == len(HYPOTHESES) == IN_THE_FORMAT
 
@@ -84,7 +110,8 @@ def test_displaced_fixes_are_usually_several_times_what_the_receiver_states(fitt
 def test_a_late_clock_is_usually_as_late_as_a_receiver_s_interval(fitted: FittedRun) -> None:
     delay, responses = BY_NAME["gps_delay"], np.zeros((len(fitted.prediction), 1))
     assert delay.candidates(fitted, responses)[0].free.scales == 0.25  # ten fixes a second
-    second = replace(fitted, measurements=replace(fitted.measurements, fixes=np.arange(5.0)))
+    measurements = replace(fitted.measurements, fixes=np.arange(5.0))
+    second = replace(fitted, measurements=measurements, prediction=measurements.predict(fitted.model, fitted.run))
     assert delay.candidates(second, responses)[0].free.scales == 1.0
 
 

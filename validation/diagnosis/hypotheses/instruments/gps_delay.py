@@ -2,8 +2,17 @@
 
 import numpy as np
 
+from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, KnownNumber, Numbers, by_sign
+from sssi_exudyn.validation.diagnosis.evidence import Freedom
+from sssi_exudyn.validation.diagnosis.hypothesis import (
+    Candidate,
+    Distinction,
+    FittedRun,
+    KnownNumber,
+    Numbers,
+    by_sign,
+)
 
 
 class GpsDelay(KnownNumber):
@@ -18,6 +27,23 @@ class GpsDelay(KnownNumber):
     def usual(self, fitted: FittedRun) -> float:
         """A receiver that has one fix a second may report it as much later."""
         return max(super().usual(fitted), float(np.median(np.diff(fitted.measurements.fixes))))
+
+    def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
+        """Of a receiver that may be late by a second also clocks that much off, by the difference that they make: a
+        skier turns within that time, and no straight line leads there.
+        """
+        found, usual = super().candidates(fitted, responses), self.usual(fitted)
+        if usual <= self.scale:
+            return found
+        low, high = fitted.model.bounds(self.number)
+        now = fitted.model.value(self.number)
+        for late in (*np.arange(-usual, low, -usual), *np.arange(usual, high, usual)):
+            model = fitted.model.with_values({self.number: float(late)})
+            changed = fitted.measurements.predict(model, fitted.run) - fitted.prediction
+            if abs(late - now) > 0.5 * usual:
+                secant = Freedom(changed[:, None] / (late - now), np.array([usual]))
+                found.append(Candidate(model, secant, ((self.number,),)))
+        return found
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         late = numbers["clock_offset"].value
