@@ -141,13 +141,8 @@ def _strength(instruments: Instruments, linear: LinearModel, without: LinearMode
 
     Linearly, about one fit, it is not to be had: friction takes up what grooves of 739 such standard errors resist.
     """
-    more = _misfit(instruments, linear) - _misfit(instruments, without)
-    return float(np.sqrt(max(0.0, more)))
-
-
-def _misfit(instruments: Instruments, linear: LinearModel) -> float:
-    known = uncertain(linear, instruments.levels(linear.measurements))
-    return float(known.residual @ known.remove_from(known.residual))
+    hidden, plain = (uncertain(each, instruments.levels(each.measurements)).chi_squared for each in (linear, without))
+    return float(np.sqrt(max(0.0, hidden - plain)))
 
 
 def run_benchmark(

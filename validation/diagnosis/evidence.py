@@ -274,6 +274,11 @@ class Uncertain:
     columns: Array
     factor: tuple[Array, bool]
 
+    @property
+    def chi_squared(self) -> float:
+        """χ² of what is measured, all of it where that is least."""
+        return float(self.residual @ self.remove_from(self.residual))
+
     def share(self, columns: Array) -> Array:
         """(k, …) standard deviations of it that ``columns`` (n, …) are taken for."""
         return np.asarray(cho_solve(self.factor, self.columns.T @ columns))

@@ -74,4 +74,4 @@ def misfit(linear: LinearModel, levels: NoiseLevels) -> float:
     measurements = linear.measurements
     track = {name: np.full(at.stop - at.start, name in ("x", "y")) for name, at in measurements.blocks.items()}
     known = uncertain(linear, levels, track)
-    return float(known.residual @ known.remove_from(known.residual)) / len(known.residual)
+    return known.chi_squared / len(known.residual)

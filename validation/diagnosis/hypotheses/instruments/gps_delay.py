@@ -38,9 +38,9 @@ class GpsDelay(KnownNumber):
         low, high = fitted.model.bounds(self.number)
         now = fitted.model.value(self.number)
         for late in (*np.arange(-usual, low, -usual), *np.arange(usual, high, usual)):
-            model = fitted.model.with_values({self.number: float(late)})
-            changed = fitted.measurements.predict(model, fitted.run) - fitted.prediction
             if abs(late - now) > 0.5 * usual:
+                model = fitted.model.with_values({self.number: float(late)})
+                changed = fitted.measurements.predict(model, fitted.run) - fitted.prediction
                 secant = Freedom(changed[:, None] / (late - now), np.array([usual]))
                 found.append(Candidate(model, secant, ((self.number,),)))
         return found
