@@ -160,6 +160,7 @@ def parser() -> argparse.ArgumentParser:
     blind.add_argument("--seed", type=int, default=1, help="default: %(default)s")
     blind.add_argument("--workers", type=_count, metavar="N", help="processes (default: one a core)")
     blind.add_argument("--full", type=int, default=30, help="cases for the full model (%(default)s)")
+    blind.add_argument("--empty", action="store_true", help="conceal nothing in any case: false alarms alone")
     of.add_parser("recordings", parents=[common, recorded, written], help="on recordings with a truth.json")
     field = of.add_parser(
         "semi-real", parents=[common, written], help="on recordings in whose data faults are concealed"
@@ -492,6 +493,7 @@ def _call(options: argparse.Namespace) -> str:
                 seed=options.seed,
                 full=options.full,
                 workers=options.workers,
+                empty=options.empty,
                 progress=progress,
             )
             return to_json(scores)

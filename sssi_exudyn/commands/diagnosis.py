@@ -162,10 +162,11 @@ def benchmark(
     seed: int,
     full: int,
     workers: int | None = None,
+    empty: bool = False,
     progress: Progress = SILENT,
 ) -> Scores:
     """Test the diagnosis blindly on ``cases`` made from the movements of ``recordings``, the first ``full`` of them
-    with the full model, into ``out``; the scores.
+    with the full model, into ``out``; the scores.  Nothing is concealed in any where they are ``empty``.
     """
     with folder_lock(out):
         bases = []
@@ -177,7 +178,7 @@ def benchmark(
         with progress.stage("benchmark") as stage:
             processes = workers or os.cpu_count() or 1
             return run_benchmark(
-                out, bases, count=cases, seed=seed, full=full, workers=processes, progress=stage.advance
+                out, bases, count=cases, seed=seed, full=full, workers=processes, progress=stage.advance, empty=empty
             )
 
 

@@ -89,10 +89,12 @@ _PAIRS: Final = (
 )
 
 
-def plan(count: int, seed: int) -> list[tuple[str, str, int]]:
+def plan(count: int, seed: int, *, empty: bool = False) -> list[tuple[str, str, int]]:
     """(name, kind, strength) of ``count`` cases: a quarter nothing, pairs and unknown effects a twelfth each, the rest
-    single effects in turn at the four strengths.
+    single effects in turn at the four strengths.  All nothing where they are ``empty``.
     """
+    if empty:
+        return [("none", "none", 0)] * count
     rng = np.random.default_rng([seed, 0])
     nothing = [("none", "none", 0)] * round(0.25 * count)
     pairs = [("+".join(_PAIRS[i % len(_PAIRS)]), "pair", 2 + i % 2) for i in range(round(count / 12))]

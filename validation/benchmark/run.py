@@ -146,12 +146,20 @@ def _strength(instruments: Instruments, linear: LinearModel, without: LinearMode
 
 
 def run_benchmark(
-    folder: Path, bases: Bases, *, count: int, seed: int, full: int, workers: int, progress: Progress
+    folder: Path,
+    bases: Bases,
+    *,
+    count: int,
+    seed: int,
+    full: int,
+    workers: int,
+    progress: Progress,
+    empty: bool = False,
 ) -> Scores:
     """Make, seal, diagnose and score ``count`` cases into ``folder``, in ``workers`` processes; the first ``full`` with
-    the full model.
+    the full model.  Nothing is concealed in any where they are ``empty``.
     """
-    planned = plan(count, seed)
+    planned = plan(count, seed, empty=empty)
     cases: dict[int, Case] = {}
     with ProcessPoolExecutor(workers, get_context("spawn"), _prepare_worker, (bases, seed, full, folder)) as pool:
         making = [pool.submit(_make_case, index, each) for index, each in enumerate(planned)]

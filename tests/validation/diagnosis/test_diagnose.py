@@ -131,6 +131,7 @@ def test_the_plan_follows_from_its_seed_and_the_answers_are_sealed(tmp_path: Pat
     assert sum(kind == "none" for _, kind, _ in planned) == 50
     assert planned == plan(200, 3)
     assert planned != plan(200, 4)
+    assert {kind for _, kind, _ in plan(20, 3, empty=True)} == {"none"}
     assert {strength for name, kind, strength in planned if kind == "physics"} == {0, 1, 2, 3}
     digest = seal(tmp_path, [])
     assert (tmp_path / "answers.sha256").read_text().strip() == digest
