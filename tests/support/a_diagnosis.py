@@ -7,6 +7,7 @@ from typing import Any
 from sssi_exudyn.io.writing import to_plain
 from sssi_exudyn.validation.diagnosis.result import (
     Alternative,
+    Chance,
     Change,
     Diagnosis,
     Evidence,
@@ -76,6 +77,7 @@ def whole_version() -> dict[str, Any]:
             {"t0_s": 0.06, "t1_s": 0.1, "turn": 1, "before_m": 0.5, "after_m": 0.1},
         ],
         "paragraph": "In turn 1 the snow is slower.",
+        "chance": to_plain(Chance(400, 0.0025, 0.001, 0.61)),
         "track_distance": to_plain(TrackDistance((0.0, 0.1), (0.5, 0.6), (0.1, 0.1))),
         "weighed": [
             [

@@ -298,27 +298,30 @@ def uncertain(
     return Uncertain(table[:, 0], x, cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True))
 
 
-def overlaps(linear: LinearModel, levels: NoiseLevels, candidates: Sequence[Freedom]) -> tuple[Array, Array]:
+def overlaps(
+    linear: LinearModel, levels: NoiseLevels, candidates: Sequence[Freedom], drawn: Array | None = None
+) -> tuple[Array, Array]:
     """What the measurements know of each of c candidates, all with w amplitudes of usual size, once all that is
-    uncertain has taken its part: the amplitudes' information (c, w, w), and the pull (c, w, 1) of what is left.
+    uncertain has taken its part: the amplitudes' information (c, w, w), and the pull (c, w, 1) of what is left; (c, w,
+    d) of d runs' measurements that are ``drawn`` (n, d) in units of noise, in place of the recorded ones.
     """
     known = uncertain(linear, levels)
-    rest = known.remove_from(known.residual)
+    rest = known.remove_from(known.residual[:, None] if drawn is None else drawn)
     width = candidates[0].columns.shape[1]
     together = whiten_columns(linear, levels, np.hstack([c.columns * c.scales for c in candidates]))
     cleared = known.remove_from(together)
     shape = len(together), len(candidates), width
     gram = np.einsum("nci,ncj->cij", together.reshape(shape), cleared.reshape(shape))
-    return gram, (together.T @ rest).reshape(len(candidates), width, 1)
+    return gram, (together.T @ rest).reshape(len(candidates), width, -1)
 
 
 def log_factors(gram: Array, pull: Array, sizes: Sequence[float] = (1.0,)) -> Array:
-    """(sizes, c) log Bayes factor of each candidate against none, were its amplitudes usually so many times as large,
-    from its ``overlaps``.
+    """(sizes, c, d) log Bayes factor of each candidate against none, were its amplitudes usually so many times as
+    large, from its ``overlaps`` with each of d runs' measurements.
     """
-    found = np.empty((len(sizes), len(gram)))
+    found = np.empty((len(sizes), len(gram), pull.shape[2]))
     for i, size in enumerate(sizes):
         inner = size**2 * gram + np.eye(gram.shape[1])
-        gain = 0.5 * size**2 * np.sum(pull * np.linalg.solve(inner, pull), axis=(1, 2))
-        found[i] = gain - 0.5 * np.linalg.slogdet(inner)[1]
+        gain = 0.5 * size**2 * np.sum(pull * np.linalg.solve(inner, pull), axis=1)
+        found[i] = gain - 0.5 * np.linalg.slogdet(inner)[1][:, None]
     return found

@@ -281,6 +281,23 @@ class Adequacy:
 
 
 @dataclass(frozen=True)
+class Chance:
+    """How often a search finds as much in runs drawn with nothing hidden, all hypotheses compared by their linear
+    responses.
+
+    runs : drawn
+    as_strong : share of runs, the recording among them, in which nothing missing is as improbable as in the recording
+    nothing_probability : of nothing missing in the recording, by linear responses
+    nothing_probability_5_percent : below which it is in one drawn run of twenty
+    """
+
+    runs: int
+    as_strong: float
+    nothing_probability: float
+    nothing_probability_5_percent: float
+
+
+@dataclass(frozen=True)
 class Version:
     """What diagnosed: the program's version, and what it held for how probable beforehand."""
 
@@ -302,6 +319,7 @@ class Diagnosis:
     held_out : the stretches that were left out of a fit, each in turn
     paragraph : the diagnosis in a coach's words
     tier : "reduced" where no fit was confirmed by the full model
+    chance : how often a search finds as much where nothing is hidden
 
     Examples
     --------
@@ -329,6 +347,7 @@ class Diagnosis:
     tier: Literal["full", "reduced"] = "full"
     held_out: tuple[HeldOut, ...] = ()
     paragraph: str = ""
+    chance: Chance | None = None
 
     def __repr__(self) -> str:
         return f"<Diagnosis {self.recording}: {self.verdict}, {len(self.findings)} findings>"

@@ -176,7 +176,7 @@ def _compare_candidates(
     """A hypothesis by its candidates' linear responses, whose ``overlaps`` are ``known``: the best of them, all others
     counted as places searched.
     """
-    by_size = log_factors(*known, SIZES)
+    by_size = log_factors(*known, SIZES)[..., 0]
     factors = np.logaddexp.reduce(by_size, axis=0) - np.log(len(SIZES))
     best = int(np.argmax(factors))
     places = float(np.logaddexp.reduce(factors) - np.log(len(factors)) - factors[best])

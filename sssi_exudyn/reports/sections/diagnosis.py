@@ -12,6 +12,7 @@ from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.section import Block, Drawing, Facts, Heading, Runs, Section, Text, section_of_each
 from sssi_exudyn.validation.diagnosis.result import (
     NOTHING_MISSING,
+    Chance,
     Change,
     Diagnosis,
     Finding,
@@ -82,7 +83,7 @@ def diagnosis_blocks(found: Diagnosis) -> tuple[Block, ...]:
         weighed = found.weighed[0]
         caption = "Probability of every explanation, before anything was added"
         blocks += [Heading(caption), Drawing(caption, lambda axes: draw_probabilities(axes, weighed), 3.2)]
-        blocks += [Facts(_hypotheses(weighed))]
+        blocks += [Facts(_hypotheses(weighed) + ([] if found.chance is None else [_chance(found.chance)]))]
     if found.smallest_noticed:
         blocks += [Heading("What would have been noticed"), Facts(_smallest(found.smallest_noticed))]
     return (*blocks, Heading("Noise of the instruments"), Facts(_noise_rows(found.noise)))
@@ -179,6 +180,15 @@ def _hypotheses(posteriors: tuple[Weighed, ...]) -> list[Row]:
         )
         for each in posteriors
     ]
+
+
+def _chance(chance: Chance) -> Row:
+    meaning = (
+        f"of {chance.runs} drawn with nothing hidden, all explanations compared as here, by linear responses: nothing "
+        f"is {chance.nothing_probability:.1%} probable by these here, below {chance.nothing_probability_5_percent:.0%} "
+        "in one of twenty drawn"
+    )
+    return "runs that show as much by chance", f"{chance.as_strong:.1%}", meaning
 
 
 def _friction(averaged: dict[str, Number]) -> list[Row]:

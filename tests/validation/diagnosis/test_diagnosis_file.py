@@ -78,6 +78,7 @@ def test_the_section_shows_what_the_file_holds(tmp_path: Path) -> None:
     assert "3.21 m/s" in section
     assert "log evidence +10.0 against nothing; refitted" in section
     assert "not possible" in section
+    assert "0.2%" in section  # of runs with nothing hidden that show as much
     assert "after with snow patch in the model; shaded while it acts" in section
 
 

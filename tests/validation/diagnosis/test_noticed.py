@@ -32,7 +32,7 @@ def test_an_effect_of_the_smallest_size_is_found_as_often_as_not(monkeypatch: py
     shown = replace(given, residual=freedom.columns[:, 0] * found.value)
     known = overlaps(shown, LEVELS, [freedom])
     share = (1.0 - NOTHING) * hypothesis.weight / sum(each.weight for each in HYPOTHESES)
-    odds = share / NOTHING * np.exp(TEMPER * float(log_factors(*known)[0, 0]))
+    odds = share / NOTHING * np.exp(TEMPER * float(log_factors(*known)[0, 0, 0]))
     assert 1.0 < odds < 4.5  # the prior of the amplitude draws by 1/(1 + g), a part of what it would be without one
 
 

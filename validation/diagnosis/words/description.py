@@ -53,6 +53,7 @@ from sssi_exudyn.validation.diagnosis.result import (
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search_result import LIKELY, SURE, WORTH_NAMING, Figures
 from sssi_exudyn.validation.diagnosis.state import State
+from sssi_exudyn.validation.diagnosis.statistics.chance import search_by_chance
 from sssi_exudyn.validation.diagnosis.statistics.held_out import (
     best_residual,
     folds_of,
@@ -156,6 +157,7 @@ def describe(
         version=_version(),
         held_out=_held_out(rounds[0].fitted, folds, left_out[0], left_out[-1]),
         paragraph=paragraph_of(findings, verdict, rounds[-1], near, models[1], figures, following),
+        chance=search_by_chance(rounds[0].linear, rounds[0].nothing.levels, rounds[0].fitted, rounds[0].responses),
     )
     return diagnosis, tuple(figures)
 
