@@ -292,17 +292,22 @@ def _whiten(setting: Setting, point: Point | Posterior, responses: Responses, le
     return _Whitened(table[:, 0], table[:, 1 : 1 + k], table[:, 1 + k :])
 
 
+def linear_run(found: Posterior) -> LinearRun:
+    """The run linearised about an estimate, θ first, then η."""
+    return _linear(found.setting, found, found.responses)
+
+
 def log_evidence(found: Posterior) -> float:
     """Log probability density of all measurements (SI units), all that is uncertain integrated out about the estimate:
     what two laws leave of one recording may be compared by it.
     """
-    return _linear(found.setting, found, found.responses).log_evidence(found.levels)
+    return linear_run(found).log_evidence(found.levels)
 
 
 def draw_numbers(found: Posterior, count: int, rng: np.random.Generator) -> tuple[Array, Array]:
     """θ (count, k), within their bounds, and η (count, m), drawn together from what is known about the estimate."""
     setting = found.setting
-    off = draw(_linear(setting, found, found.responses), found.levels, count, rng)
+    off = draw(linear_run(found), found.levels, count, rng)
     k = len(setting.unknowns)
     bounds = np.array([found.model.bounds(name) for name in setting.names])
     values = np.clip(found.values + found.widened * off[:, :k] * setting.sigmas, bounds[:, 0], bounds[:, 1])

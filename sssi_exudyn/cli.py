@@ -161,7 +161,11 @@ def parser() -> argparse.ArgumentParser:
     blind.add_argument("--workers", type=_count, metavar="N", help="processes (default: one a core)")
     blind.add_argument("--full", type=int, default=30, help="cases for the full model (%(default)s)")
     blind.add_argument("--empty", action="store_true", help="conceal nothing in any case: false alarms alone")
-    of.add_parser("recordings", parents=[common, recorded, written], help="on recordings with a truth.json")
+    known = of.add_parser("recordings", parents=[common, written], help="on recordings with a truth.json")
+    known.add_argument(
+        "folders", type=Path, nargs="+", metavar="FOLDER", help="folders of recordings with a truth.json"
+    )
+    known.add_argument("--reduced", action="store_true", help="by the reduced model alone, as sssi diagnose --reduced")
     field = of.add_parser(
         "semi-real", parents=[common, written], help="on recordings in whose data faults are concealed"
     )
@@ -473,7 +477,7 @@ def _call(options: argparse.Namespace) -> str:
                 progress=progress,
             )
         case "benchmark" if options.about == "recordings":
-            compared = commands.diagnose_known(options.folder, options.out, progress=progress)
+            compared = commands.diagnose_known(options.folders, options.out, reduced=options.reduced, progress=progress)
             return to_json(compared) if options.json else format_table(to_plain(compared))
         case "benchmark" if options.about == "semi-real":
             answers = commands.semi_real(

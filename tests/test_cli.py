@@ -218,15 +218,33 @@ def test_a_diagnosis_is_a_sentence_or_its_file(behind: Callable[..., None], caps
 
 def test_known_answers_are_a_table(behind: Callable[..., None], capsys: pytest.CaptureFixture[str]) -> None:
     rows = [
-        Comparison("a", "none", "none", None, (), "right"),
-        Comparison("b", "gust", "wind", 0.61234, ("gust", "nothing"), "in the set"),
+        Comparison("a", "none", "none", None, (), "right", "none", *[None] * 8),
+        Comparison(
+            "b",
+            "gust",
+            "wind",
+            0.61234,
+            ("gust", "nothing"),
+            "in the set",
+            "ambiguous",
+            0.09,
+            0.08,
+            0.1,
+            0.095,
+            0.72,
+            0.7,
+            0.74,
+            None,
+        ),
     ]
     behind("diagnose_known", lambda *_, **__: rows)
     assert status(["benchmark", "recordings", "folder", "--out", "res"]) == 0
     lines = [re.split(" {2,}", line) for line in capsys.readouterr().out.splitlines()]
-    assert lines[0] == ["recording", "hidden", "found", "probability", "alternatives", "answer"]
-    assert lines[1] == ["a", "none", "none", "right"]
-    assert lines[2] == ["b", "gust", "wind", "0.6123", "gust, nothing", "in the set"]
+    friction = [f"{name}{end}" for name in ("mu_t", "mu_n") for end in ("", "_low", "_high", "_true")]
+    assert lines[0] == ["recording", "hidden", "found", "probability", "alternatives", "answer", "verdict", *friction]
+    assert lines[1] == ["a", "none", "none", "right", "none"]
+    assert lines[2][:7] == ["b", "gust", "wind", "0.6123", "gust, nothing", "in the set", "ambiguous"]
+    assert lines[2][7:] == ["0.09", "0.08", "0.1", "0.095", "0.72", "0.7", "0.74"]
 
 
 def test_faults_concealed_in_real_runs_are_a_table(

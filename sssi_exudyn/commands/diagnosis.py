@@ -139,19 +139,26 @@ def _parameters(found: SearchResult) -> dict[str, Estimate]:
     return {name: Estimate(float(values[i]), float(errors[i])) for names, i in sought for name in names}
 
 
-def diagnose_known(folder: Path, out: Path, *, progress: Progress = SILENT) -> list[Comparison]:
-    """Diagnose every recording in ``folder`` that its ``truth.json`` names, each into a folder of its own in ``out``;
-    what was found against what is hidden, a row a recording.  Those that ``out`` has already are not done again.
+def diagnose_known(
+    folders: Sequence[Path], out: Path, *, reduced: bool = False, progress: Progress = SILENT
+) -> list[Comparison]:
+    """Diagnose every recording in ``folders`` that a ``truth.json`` there names, each into a folder of its own in
+    ``out``; what was found against what is hidden, a row a recording.  Those that ``out`` has already are not done
+    again.  ``reduced`` as in ``diagnose``.
+
+    Raises InputError where two recordings have the same name.
     """
-    truth = read_truth(folder)
+    truths = [(folder, read_truth(folder)) for folder in folders]
+    every = [folder / name for folder, truth in truths for name in sorted(truth)]
+    names = _names(every, out)
     diagnoses: dict[str, Diagnosis] = {}
-    for name in sorted(truth):
+    for recording, name in zip(every, names, strict=True):
         made = out / name
         if (made / DIAGNOSIS).is_file():
             diagnoses[name] = read_json(made / DIAGNOSIS, Diagnosis)
         else:
-            diagnoses[name] = diagnose(folder / name, made, progress=progress)
-    return compare(truth, diagnoses)
+            diagnoses[name] = diagnose(recording, made, reduced=reduced, progress=progress)
+    return compare({name: known for _, truth in truths for name, known in truth.items()}, diagnoses)
 
 
 def benchmark(

@@ -132,7 +132,7 @@ def test_names_of_known_answers_are_folders_beside_them(
     (folder / "link").symlink_to(tmp_path)
     (folder / "truth.json").write_text(json.dumps({"good": {"name": "none"}, name: {"name": "none"}}))
     with pytest.raises(InputError, match="no recording of that name") as info:
-        commands.diagnose_known(folder, tmp_path / "out")
+        commands.diagnose_known([folder], tmp_path / "out")
     assert str(info.value).isprintable()
     assert len(str(info.value)) < 3000
     assert not (tmp_path / "out").exists()
@@ -156,10 +156,10 @@ def test_known_answers_are_bounded(tmp_path: Path, content: bytes, problem: str)
     (tmp_path / "good").mkdir()
     (tmp_path / "truth.json").write_bytes(content)
     with pytest.raises(InputError, match=problem):
-        commands.diagnose_known(tmp_path, tmp_path / "out")
+        commands.diagnose_known([tmp_path], tmp_path / "out")
 
 
 def test_a_pipe_in_place_of_the_answers_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "truth.json")
     with pytest.raises(InputError, match="this is not a file"):
-        commands.diagnose_known(tmp_path, tmp_path / "out")
+        commands.diagnose_known([tmp_path], tmp_path / "out")

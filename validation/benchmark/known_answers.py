@@ -9,6 +9,7 @@ from typing import Any, Final, Literal
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import read_table
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 TRUTH: Final = "truth.json"
@@ -36,9 +37,11 @@ def read_truth(folder: Path) -> dict[str, dict[str, Any]]:
 class Comparison:
     """What is hidden in a recording against what was found.
 
+    hidden : its name, or where that is nothing what its world has "also" that the diagnosis has a name for
     found : the findings' names, joined by " and "
     probability : of the first finding, None without one
     alternatives : what the findings may be instead
+    mu_t, mu_n : friction over all explanations, with its 90 % interval, and as it is; None where that is not given
     """
 
     recording: str
@@ -47,20 +50,52 @@ class Comparison:
     probability: float | None
     alternatives: tuple[str, ...]
     answer: Literal["right", "in the set", "wrong"]
+    verdict: str
+    mu_t: float | None
+    mu_t_low: float | None
+    mu_t_high: float | None
+    mu_t_true: float | None
+    mu_n: float | None
+    mu_n_low: float | None
+    mu_n_high: float | None
+    mu_n_true: float | None
 
 
 def compare(truth: Mapping[str, Mapping[str, Any]], diagnoses: Mapping[str, Diagnosis]) -> list[Comparison]:
     """Each diagnosis against what is hidden in its recording."""
     rows = []
     for name, diagnosis in diagnoses.items():
-        hidden = str(truth[name]["name"])
+        known = truth[name]
+        hidden = str(known["name"])
+        if hidden == NOTHING and known.get("also") in BY_NAME:
+            hidden = str(known["also"])
         findings = diagnosis.findings
         names = [finding.name for finding in findings] or [NOTHING]
         others = {other.name for finding in findings for other in finding.alternatives}
-        unexplained = truth[name].get("kind") == "unexplained" and any(f.kind == "unexplained" for f in findings)
+        unexplained = known.get("kind") == "unexplained" and any(f.kind == "unexplained" for f in findings)
         answer: Literal["right", "in the set", "wrong"] = (
             "right" if hidden in names or unexplained else ("in the set" if hidden in others else "wrong")
         )
         probability = findings[0].probability if findings else None
-        rows.append(Comparison(name, hidden, " and ".join(names), probability, tuple(sorted(others)), answer))
+        friction = [*_friction("mu_t", known, diagnosis), *_friction("mu_n", known, diagnosis)]
+        rows.append(
+            Comparison(
+                name,
+                hidden,
+                " and ".join(names),
+                probability,
+                tuple(sorted(others)),
+                answer,
+                diagnosis.verdict,
+                *friction,
+            )
+        )
     return rows
+
+
+def _friction(name: str, known: Mapping[str, Any], diagnosis: Diagnosis) -> tuple[float | None, ...]:
+    """Friction of that name, its interval's ends, and the true one."""
+    true = known.get(name)
+    number = (diagnosis.friction_averaged or {}).get(name)
+    ends = (None, None, None) if number is None else (number.value, number.low, number.high)
+    return *ends, float(true) if isinstance(true, (int, float)) else None

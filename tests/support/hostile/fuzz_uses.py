@@ -77,7 +77,7 @@ def _model(folder: Path, _names: list[str], _out: Path) -> None:
 
 def _truth(folder: Path, _names: list[str], _out: Path) -> None:
     """``benchmark recordings`` whose diagnoses are all there."""
-    diagnose_known(folder / "recordings", folder / "diagnosed")
+    diagnose_known([folder / "recordings"], folder / "diagnosed")
 
 
 def _cache(folder: Path, _names: list[str], _out: Path) -> None:
