@@ -3,7 +3,7 @@
     python docs/make_benchmark.py FOLDER COMMIT   keep the answers of a folder that ``sssi benchmark diagnosis`` made
     python docs/make_benchmark.py                 make the page of what is kept
 
-COMMIT names the version that answered.  Of each diagnosis the curves over time are left out, but for the pictures of the
+COMMIT names the version that answered.  A folder of empty runs alone (``--empty``) is kept beside the other.  Of each diagnosis the curves over time are left out, but for the pictures of the
 three failures that show most: nothing was hidden and something was found, what was clear was not named, and what was
 named with the greatest probability was wrong; each the worst of its kind.
 """
@@ -26,18 +26,29 @@ from sssi_exudyn.io.typed import decode, read_json
 from sssi_exudyn.io.writing import to_json
 from sssi_exudyn.reports.sections.diagnosis import draw_force, draw_probabilities
 from sssi_exudyn.validation.benchmark.cases import Case
-from sssi_exudyn.validation.benchmark.page import benchmark_page
+from sssi_exudyn.validation.benchmark.page import benchmark_page, shares_table
 from sssi_exudyn.validation.benchmark.run import SEAL
 from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, score
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING
 
 DOCS = Path(__file__).parent
 KEPT = DOCS / "diagnosis-benchmark.parquet"
+EMPTY = DOCS / "diagnosis-benchmark-empty.parquet"
+"""Answers of runs in all of which nothing is hidden."""
 PAGE = DOCS / "diagnosis-benchmark.md"
 TEXT = DOCS / "diagnosis-benchmark-text.txt"
 """What stands below the figures."""
 PICTURES = DOCS / "images"
 _COLUMNS = ("case", "result", "seal", "commit")
+_OF_EMPTY = (
+    "false_alarms",
+    "false_alarms_bic",
+    "false_alarms_in_sample",
+    "false_alarms_force",
+    "nothing_not_adequate",
+    "friction_inside_90",
+)
+"""Figures that empty runs have."""
 
 
 def keep(folder: Path, commit: str) -> None:
@@ -60,7 +71,10 @@ def keep(folder: Path, commit: str) -> None:
     columns = {"seal": pa.array([seal] * len(rows)), "commit": pa.array([commit] * len(rows))}
     for name, column in columns.items():
         table = table.append_column(name, column)
-    pq.write_table(table, KEPT, compression="zstd")
+    empty = all(case.kind == "none" for case, _ in whole)
+    pq.write_table(table, EMPTY if empty else KEPT, compression="zstd")
+    if empty:
+        return
     for old in PICTURES.glob("benchmark_*.png"):
         old.unlink()
     for number, (case, result) in enumerate(failures(whole), 1):
@@ -127,7 +141,7 @@ def caption(case: Case, result: CaseResult) -> str:
 def failures_text() -> str:
     """The failures with their pictures."""
     lines = ["## Failures that show most", ""]
-    for number, (case, result) in enumerate(failures(kept_answers()), 1):
+    for number, (case, result) in enumerate(failures(kept_answers(KEPT)), 1):
         words = caption(case, result)
         lines += [words, "", f"![{words}](images/benchmark_{number}.png)", ""]
     lines.append(
@@ -136,28 +150,49 @@ def failures_text() -> str:
     return "\n".join(lines) + "\n"
 
 
-def kept_answers() -> list[tuple[Case, CaseResult]]:
-    """The cases and the answers that are kept."""
+def empty_text() -> str:
+    """The figures of the empty runs."""
+    scores, commit = kept_scores(EMPTY)
+    alarms = [
+        f"{result.first_name} {result.findings[0].probability:.2f}"
+        for _, result in kept_answers(EMPTY)
+        if result.findings
+    ]
+    lines = [
+        "## Runs with nothing hidden",
+        "",
+        f"{scores.cases} runs in none of which anything is hidden, by the reduced model, method `{commit}`, a seed not "
+        f"opened before; sha256 of their answers `{scores.seal}`.",
+        "",
+        *shares_table(scores, _OF_EMPTY),
+        "",
+        f"What was found: {', '.join(alarms) or 'nothing'}.",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def kept_answers(path: Path) -> list[tuple[Case, CaseResult]]:
+    """The cases and the answers that a file keeps."""
     found = []
-    for case, result, _, _ in read_texts(KEPT, _COLUMNS):
+    for case, result, _, _ in read_texts(path, _COLUMNS):
         assert case is not None
         assert result is not None
         found.append((decode(case.encode(), Case), decode(result.encode(), CaseResult)))
     return found
 
 
-def kept_scores() -> tuple[Scores, str]:
-    """The figures of what is kept, and the version that answered."""
-    cases, results = zip(*kept_answers(), strict=True)
-    _, _, seal, commit = read_texts(KEPT, _COLUMNS)[0]
+def kept_scores(path: Path) -> tuple[Scores, str]:
+    """The figures of what a file keeps, and the version that answered."""
+    cases, results = zip(*kept_answers(path), strict=True)
+    _, _, seal, commit = read_texts(path, _COLUMNS)[0]
     return score(cases, results, seal or ""), commit or ""
 
 
 def page() -> str:
     """The page."""
-    scores, commit = kept_scores()
+    scores, commit = kept_scores(KEPT)
     text = TEXT.read_text(encoding="utf-8").replace("COMMIT", commit)
-    return f"{benchmark_page(scores)}\n{failures_text()}\n{text}"
+    return f"{benchmark_page(scores)}\n{empty_text()}\n{failures_text()}\n{text}"
 
 
 if __name__ == "__main__":

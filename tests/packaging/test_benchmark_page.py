@@ -16,14 +16,17 @@ def test_the_page_is_of_the_answers(script: ModuleType) -> None:
 
 
 def test_every_case_is_kept(script: ModuleType) -> None:
-    scores, commit = script.kept_scores()
+    scores, commit = script.kept_scores(script.KEPT)
     assert f"--cases {scores.cases} " in script.TEXT.read_text(encoding="utf-8")
     assert len(commit) >= 7
     assert scores.seal in script.page()
+    empty, _ = script.kept_scores(script.EMPTY)
+    assert empty.false_alarms.of == empty.cases
+    assert empty.seal in script.page()
 
 
 def test_failures_are_the_worst_of_their_kinds_and_have_pictures(script: ModuleType) -> None:
-    answers = script.kept_answers()
+    answers = script.kept_answers(script.KEPT)
     found = script.failures(answers)
     for case, result in found:
         assert result.first_name not in case.name.split("+") or case.kind == "none"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from sssi_exudyn.validation.benchmark.scores import Scores, Share
 
 _TARGETS = {
@@ -56,12 +58,8 @@ def benchmark_page(scores: Scores) -> str:
         "",
         "An effect is clear when it is at least 8 standard errors strong to one who sees the same run without it.",
         "",
-        "| | result | 95 % interval | target |",
-        "|---|---|---|---|",
+        *shares_table(scores, tuple(_TARGETS)),
     ]
-    for key, (meaning, aim) in _TARGETS.items():
-        figure = getattr(scores, key)
-        lines.append(f"| {meaning} | {share_in_words(figure)} | {interval_in_words(figure)} | {aim} |")
     overlap = scores.overlap_in_time
     mean = "–" if overlap.mean is None else f"{overlap.mean:.2f}"
     lines.append(
@@ -88,6 +86,15 @@ def benchmark_page(scores: Scores) -> str:
         named = ", ".join(f"{other} {count}" for other, count in sorted(row.items(), key=lambda each: -each[1]))
         lines.append(f"| {name} | {named} |")
     return "\n".join(lines) + "\n"
+
+
+def shares_table(scores: Scores, keys: Sequence[str]) -> list[str]:
+    """Lines of a table of shares by their names in ``scores``, beside their targets."""
+    lines = ["| | result | 95 % interval | target |", "|---|---|---|---|"]
+    for key in keys:
+        (meaning, aim), figure = _TARGETS[key], getattr(scores, key)
+        lines.append(f"| {meaning} | {share_in_words(figure)} | {interval_in_words(figure)} | {aim} |")
+    return lines
 
 
 def share_in_words(figure: Share) -> str:
