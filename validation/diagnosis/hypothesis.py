@@ -170,6 +170,14 @@ class Hypothesis(ABC):
         """Whether a model fitted with it is physically possible."""
         return True
 
+    def sides(self, fitted: FittedRun) -> tuple[float, ...]:
+        """Where else a refit begins than at the candidate, in usual sizes beside it."""
+        return (-0.5, 0.5) if self.moves_all else ()
+
+    def always_refitted(self, fitted: FittedRun) -> bool:
+        """Whether it is refitted in this run even where its responses promise little."""
+        return False
+
 
 def by_sign(value: float, positive: str, negative: str) -> str:
     """The word for the sign of ``value``."""

@@ -122,7 +122,7 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
     compared = [pair for pair in side_by_side(compare, HYPOTHESES) if pair is not None]
     noticed = {explanation.name: smallest for explanation, smallest in compared}
     explained = 0.0 if state.first_evidence is None else max(0.0, evidence - state.first_evidence)
-    found = [nothing, *_refit_best(problem, state, base, nothing, [explanation for explanation, _ in compared])]
+    found = [nothing, *_refit_best(problem, state, base, fitted, nothing, [explanation for explanation, _ in compared])]
     return Round(rank_by_probability(found, explained), linear, base, fitted, responses, noticed, explained)
 
 
@@ -192,7 +192,12 @@ def _compare_candidates(
 
 
 def _refit_best(
-    problem: DiagnosisProblem, state: State, base: Refit, nothing: Explanation, linearly: list[Explanation]
+    problem: DiagnosisProblem,
+    state: State,
+    base: Refit,
+    fitted: FittedRun,
+    nothing: Explanation,
+    linearly: list[Explanation],
 ) -> list[Explanation]:
     """The hypotheses by their linear evidence, the most probable of them refitted with the real term."""
     ranked = sorted(linearly, key=lambda each: -each.log_evidence)
@@ -202,13 +207,16 @@ def _refit_best(
     finalists = [each for each in ranked[:_FINALISTS] if each.log_evidence > least]
     if gain > _WORTHWHILE:
         finalists += [each for each in ranked if BY_NAME[each.name].moves_all and each not in finalists]
+    finalists += [each for each in ranked if BY_NAME[each.name].always_refitted(fitted) and each not in finalists]
     if finalists:
         problem.progress(None, f"refitting with {', '.join(each.name for each in finalists)}")
-    fits = side_by_side(lambda each: _refit_with(problem, state, base, each), finalists)
+    fits = side_by_side(lambda each: _refit_with(problem, state, base, fitted, each), finalists)
     return [*fits, *(each for each in ranked if each not in finalists)]
 
 
-def _refit_with(problem: DiagnosisProblem, state: State, base: Refit, explanation: Explanation) -> Explanation:
+def _refit_with(
+    problem: DiagnosisProblem, state: State, base: Refit, fitted: FittedRun, explanation: Explanation
+) -> Explanation:
     candidate, hypothesis = explanation.candidate, BY_NAME[explanation.name]
     assert candidate is not None
 
@@ -216,9 +224,7 @@ def _refit_with(problem: DiagnosisProblem, state: State, base: Refit, explanatio
         parameters, places = extended_parameters(base, candidate)
         return fit_model(problem, state, start, (*parameters, *places), levels)
 
-    starts = [candidate.model]
-    if hypothesis.moves_all:
-        starts += [candidate.model.with_values(values) for values in _values_beside(candidate)]
+    starts = [candidate.model, *_models_beside(candidate, hypothesis.sides(fitted))]
     try:
         if hypothesis.shapes_snow:
             stiff = replace(explanation.levels, surface=_STIFF * explanation.levels.surface)
@@ -293,16 +299,16 @@ def _scale(candidate: Candidate, factor: float) -> Candidate:
     return replace(candidate, free=Freedom(candidate.free.columns, factor * candidate.free.scales))
 
 
-def _values_beside(candidate: Candidate) -> list[dict[str, float]]:
-    """The candidate's amplitudes by their names, half their usual size to either side of where it stands."""
-    return [
-        {
-            name: candidate.model.value(name) + side * float(scale)
-            for group, scale in zip(candidate.amplitudes, candidate.free.scales, strict=True)
-            for name in group
-        }
-        for side in (-0.5, 0.5)
-    ]
+def _models_beside(candidate: Candidate, sides: Sequence[float]) -> list[Model]:
+    """The candidate's model with its amplitudes so many of their usual sizes beside where it stands, within bounds."""
+    model, found = candidate.model, []
+    for side in sides:
+        values = {}
+        for group, scale in zip(candidate.amplitudes, candidate.free.scales, strict=True):
+            for name in group:
+                values[name] = float(np.clip(model.value(name) + side * scale, *model.bounds(name)))
+        found.append(model.with_values(values))
+    return found
 
 
 def rank_by_probability(found: Sequence[Explanation], explained: float) -> tuple[Explanation, ...]:

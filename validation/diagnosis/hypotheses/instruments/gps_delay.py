@@ -28,12 +28,22 @@ class GpsDelay(KnownNumber):
         """A receiver that has one fix a second may report it as much later."""
         return max(super().usual(fitted), float(np.median(np.diff(fitted.measurements.fixes))))
 
+    def _late_by_seconds(self, fitted: FittedRun) -> bool:
+        """Whether the receiver may be late by so much that the skier turns meanwhile."""
+        return self.usual(fitted) > self.scale
+
+    def always_refitted(self, fitted: FittedRun) -> bool:
+        return self._late_by_seconds(fitted)
+
+    def sides(self, fitted: FittedRun) -> tuple[float, ...]:
+        return (-2.0, -1.0, 1.0, 2.0) if self._late_by_seconds(fitted) else super().sides(fitted)
+
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
         """Of a receiver that may be late by a second also clocks that much off, by the difference that they make: a
         skier turns within that time, and no straight line leads there.
         """
         found, usual = super().candidates(fitted, responses), self.usual(fitted)
-        if usual <= self.scale:
+        if not self._late_by_seconds(fitted):
             return found
         low, high = fitted.model.bounds(self.number)
         now = fitted.model.value(self.number)
