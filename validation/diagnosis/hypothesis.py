@@ -131,6 +131,8 @@ class Hypothesis(ABC):
     natural : of what shapes the snow: how large a natural slope's own is, a standard deviation in its unit for a metre
         of the slope's waves
     comes_again : it is there again on another pass of the slope
+    lines : numbers of its term that are places down the fall line (m), where it keeps to one; another run that passes
+        them meets it there
     distinctions : measurements that would distinguish it from others; each pair stands with one of the two
     """
 
@@ -144,6 +146,7 @@ class Hypothesis(ABC):
     shapes_snow: ClassVar[bool] = False
     natural: ClassVar[float] = 0.0
     comes_again: ClassVar[bool] = True
+    lines: ClassVar[tuple[str, ...]] = ()
     distinctions: ClassVar[tuple[Distinction, ...]] = ()
 
     @abstractmethod
@@ -368,6 +371,7 @@ class Terrain(Hypothesis):
     """A surface that is no plane: places along the fall line, and widths."""
 
     shapes_snow = True
+    lines = ("f0",)
     amplitude: ClassVar[str]
     scale: ClassVar[float]
     widths: ClassVar[tuple[float, ...]]
