@@ -15,12 +15,17 @@ from test_evidence import LEVELS
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.fitting.fit import fit_reduced, problem_of
 from sssi_exudyn.fitting.measurements import Measurements
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis import same_place
+from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.validation.benchmark.cases import Recorded
+from sssi_exudyn.validation.benchmark.second_pass import first_finding, fitted_alone, two_passes
+from sssi_exudyn.validation.diagnosis import same_place, search
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, whiten_columns
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, add_part
 from sssi_exudyn.validation.diagnosis.problem import no_nuisances
 from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit, with_parameters
@@ -293,3 +298,34 @@ def test_a_finding_that_keeps_to_no_place_is_not_asked(day: Day) -> None:
     assert ask_other_runs({"morning": first, "noon": day.run(0.08)}) == ()
     sure = day.found(day.run(0.08), "snow_patch", nothing=0.0, snow_patch=40.0)
     assert ask_other_runs({"morning": sure, "noon": day.run(0.08)}) == ()
+
+
+@pytest.fixture(scope="module")
+def base() -> Recorded:
+    recording, motion = bundled("beginner")
+    problem = problem_of(recording, motion, model_of(recording, motion), "joint")
+    return recording, motion, problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
+
+
+@pytest.mark.long(seconds=90)
+@pytest.mark.parametrize("hidden", ["snow_patch", "gust"])
+def test_a_second_pass_distinguishes_a_patch_from_a_gust(
+    base: Recorded, hidden: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A patch is hidden in both passes, a gust in the first alone; the other of the two is made as probable there."""
+    few = [BY_NAME[name] for name in ("snow_patch", "gust", "unexplained_force")]
+    monkeypatch.setattr(search, "HYPOTHESES", few)
+    passes = two_passes(hidden, 4.0, base, 1)
+    first = first_finding(passes.first)
+    [found] = first.accepted
+    best = max(each.log_evidence for each in found.searched.explanations)
+    alike = [
+        replace(each, log_evidence=best if each.name in ("snow_patch", "gust") else each.log_evidence)
+        for each in found.searched.explanations
+    ]
+    searched = replace(found.searched, explanations=rank_by_probability(alike, 0.0))
+    explanation = next(each for each in searched.explanations if each.name == found.explanation.name)
+    first = replace(first, accepted=(replace(found, searched=searched, explanation=explanation),))
+    [asked] = ask_other_runs({"morning": first, "noon": fitted_alone(passes.second)})
+    assert asked.before[hidden] < 0.6
+    assert asked.after[hidden] > 0.9
