@@ -19,7 +19,7 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.simulation.prepared import prepare
 from sssi_exudyn.validation.benchmark.cases import Recorded
-from sssi_exudyn.validation.benchmark.second_pass import first_finding, fitted_alone, two_passes
+from sssi_exudyn.validation.benchmark.second_pass import first_finding, two_passes
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING
 from sssi_exudyn.validation.diagnosis.same_place import ask_other_runs, best_of
@@ -92,7 +92,8 @@ def case(hidden: str, size: float, base: Recorded, seed: int) -> Row:
     if not first.accepted:
         return Row(hidden, size, seed, {NOTHING_MISSING: 1.0}, {}, {})
     alone = {each.name or NOTHING_MISSING: each.probability for each in first.accepted[0].searched.explanations}
-    found = ask_other_runs({"first": first, "second": fitted_alone(passes.second)})
+    asked = ask_other_runs({"first": first, "second": first_finding(passes.second)})
+    found = [each for each in asked if each.run == "first"]
     if not found:
         return Row(hidden, size, seed, alone, {}, {})
     return Row(hidden, size, seed, alone, found[0].after, found[0].passes[0].log_evidence)

@@ -93,11 +93,6 @@ def first_finding(made: Recorded) -> SearchEnd:
     return SearchEnd(about.problem, about.state, about.fit, (found,), full=False)
 
 
-def fitted_alone(made: Recorded) -> SearchEnd:
-    """The fit of a run in which nothing is sought."""
-    return SearchEnd(*first_fit(diagnosis_problem(*made)), (), full=False)
-
-
 def _from_its_first_fix(recording: Recording, motion: Motion, model: Model) -> Recorded:
     """The same run, as a file has it whose fixes begin with it."""
     gps = recording.gps

@@ -262,10 +262,13 @@ def _weigh_there(
 
     inside : (n,) by name, when the other run is at the place
 
+    A run says nothing where what it was found to have there cannot be removed separately, as it has two of that name.
     Raises SimulationDiverged where the other run cannot be simulated without what it was found to have there.
     """
     end = other.end
     own = _own_there(other, np.any(list(inside.values()), axis=0))
+    if own is not None and sum(each.explanation.name == own.name for each in end.accepted) > 1:
+        return {}, dict(known)
     if own is None:
         without = Anew(end.problem, end.state, end.fit)
     else:
@@ -294,13 +297,12 @@ def _evidence(about: Anew) -> float:
 
 def _own_there(other: _Run, inside: NDArray[np.bool_]) -> Explanation | None:
     """What a run itself was found to have at a place, where it is (n,) ``inside``: that with most of its time in
-    common; one of a name that it has twice cannot be removed separately.
+    common.
     """
     shares: dict[int, float] = {}
-    names = [each.explanation.name for each in other.end.accepted]
     for i, each in enumerate(other.end.accepted):
         candidate = each.explanation.candidate
-        if candidate is None or candidate.window is None or names.count(names[i]) > 1:
+        if candidate is None or candidate.window is None:
             continue
         begin, end = _window(other, each.explanation)
         acts = (other.way.time >= begin) & (other.way.time <= end)
