@@ -293,6 +293,13 @@ def test_what_another_run_found_there_itself_may_be_the_same_or_its_own(day: Day
     assert 1.0 < gain < 10.0 < plain
 
 
+def test_a_run_with_two_findings_of_a_name_there_says_nothing(day: Day) -> None:
+    first = day.found(day.run(0.08), **AMBIGUOUS)
+    noon = day.found(day.run(0.08, faster=1.1), **AMBIGUOUS)
+    twice = replace(noon, accepted=(*noon.accepted, *noon.accepted))
+    assert [each.run for each in ask_other_runs({"morning": first, "noon": twice}) if each.run == "morning"] == []
+
+
 def test_a_finding_that_keeps_to_no_place_is_not_asked(day: Day) -> None:
     first = day.found(day.run(0.08), nothing=0.0, gust=20.0)
     assert ask_other_runs({"morning": first, "noon": day.run(0.08)}) == ()
