@@ -131,8 +131,8 @@ class Hypothesis(ABC):
     natural : of what shapes the snow: how large a natural slope's own is, a standard deviation in its unit for a metre
         of the slope's waves
     comes_again : it is there again on another pass of the slope
-    lines : numbers of its term that are places down the fall line (m), where it keeps to one; another run that passes
-        them meets it there
+    lines : numbers of its term that are places down the fall line (m), where another run that passes them meets it
+        again; none of what shapes the snow, which is in every run's own estimate of the surface
     distinctions : measurements that would distinguish it from others; each pair stands with one of the two
     """
 
@@ -371,7 +371,6 @@ class Terrain(Hypothesis):
     """A surface that is no plane: places along the fall line, and widths."""
 
     shapes_snow = True
-    lines = ("f0",)
     amplitude: ClassVar[str]
     scale: ClassVar[float]
     widths: ClassVar[tuple[float, ...]]

@@ -1,9 +1,13 @@
 """What one run was found to have, asked of the other runs of the day that passed the same place.
 
-Snow and terrain keep to their place: who passes it later meets them again, as strong as before.  A gust or a push keeps
-to its time.  So each explanation of a finding says what another run measures there: what keeps to a place acts on it
-with the strength and the extent that the first run knows, as far as it knows them; of all others nothing does, or
-something of that run's own, which is as rare as anything that is missing.
+Snow keeps to its place: who passes it later meets it again, as strong as before.  A gust or a push keeps to its time.
+So each explanation of a finding says what another run measures there: what keeps to a place acts on it with the
+strength and the extent that the first run knows, as far as it knows them; of all others nothing does, or something of
+that run's own that keeps to its time, which is as rare as anything that is missing.  What of its own would keep to the
+place would be in the first run too.
+
+Terrain says nothing here.  Both runs' snow surface is one, but is estimated of each by itself: of any real roll that
+the first run shows the second would make its measurements more probable, whatever else was missing there.
 
 A place is what both find on a map, from their fixes; heights, by which receivers differ by metres, do not count.
 """
@@ -267,17 +271,18 @@ def _weigh_there(
     """
     end = other.end
     own = _own_there(other, np.any(list(inside.values()), axis=0))
-    if own is not None and sum(each.explanation.name == own.name for each in end.accepted) > 1:
-        return {}, dict(known)
     if own is None:
         without = Anew(end.problem, end.state, end.fit)
     else:
-        assert own.candidate is not None
-        state, less = remove(end.problem, end.state, end.fit, own.candidate)
+        found = own.explanation
+        assert found.candidate is not None
+        if sum(each.explanation.name == found.name for each in end.accepted) > 1:
+            return {}, dict(known)
+        state, less = remove(end.problem, end.state, end.fit, found.candidate)
         without = Anew(*estimate_again(end.problem, state, less, full=end.full))
     neutral = _evidence(without)
     if own is not None:
-        neutral = _either(neutral, own, _evidence_of_own(end, without, own))
+        neutral = _either(neutral, own, _evidence_of_own(end, without, own.explanation))
     gains: dict[str, float | None] = {}
     updated = dict(known)
     for name in inside:
@@ -295,7 +300,7 @@ def _evidence(about: Anew) -> float:
     return best_levels(linear_model(about.problem, about.state, about.fit), about.state.levels)[1]
 
 
-def _own_there(other: _Run, inside: NDArray[np.bool_]) -> Explanation | None:
+def _own_there(other: _Run, inside: NDArray[np.bool_]) -> Accepted | None:
     """What a run itself was found to have at a place, where it is (n,) ``inside``: that with most of its time in
     common.
     """
@@ -308,7 +313,7 @@ def _own_there(other: _Run, inside: NDArray[np.bool_]) -> Explanation | None:
         acts = (other.way.time >= begin) & (other.way.time <= end)
         shares[i] = float(np.sum(acts & inside)) / max(1.0, float(np.sum(acts | inside)))
     best = max(shares, key=lambda i: shares[i], default=None)
-    return None if best is None or shares[best] < _SAME else other.end.accepted[best].explanation
+    return None if best is None or shares[best] < _SAME else other.end.accepted[best]
 
 
 def _evidence_of_own(end: SearchEnd, without: Anew, own: Explanation) -> float:
@@ -329,13 +334,18 @@ def _evidence_of_own(end: SearchEnd, without: Anew, own: Explanation) -> float:
     return weigh_refit(end.problem, end.state, without.fit, own, ordered, by_size).log_evidence
 
 
-def _either(nothing: float, own: Explanation, evidence: float) -> float:
-    """Log evidence of a run in which nothing is missing at a place, or what it was found to have, which is as probable
-    beforehand as in a diagnosis of that run alone.
+def _either(nothing: float, own: Accepted, evidence: float) -> float:
+    """Log evidence of a run in which nothing is missing at a place, or one of the explanations of what it was found to
+    have that keep to their time, each as probable beforehand as in a diagnosis of that run alone; ``evidence`` is that
+    of the best explanation.
     """
     whole = sum(each.weight for each in HYPOTHESES)
-    weight = float(np.log(BY_NAME[own.name].weight / whole))
-    return float(np.logaddexp(TEMPER * nothing, TEMPER * evidence + weight)) / TEMPER
+    logs = [TEMPER * nothing]
+    for each in own.searched.explanations:
+        if each.name and not BY_NAME[each.name].comes_again:
+            behind = own.explanation.log_evidence - each.log_evidence
+            logs.append(TEMPER * (evidence - behind) + float(np.log(BY_NAME[each.name].weight / whole)))
+    return float(np.logaddexp.reduce(logs)) / TEMPER
 
 
 def _meet_again(run: _Run, other: _Run, without: Anew, known: _Known) -> tuple[Anew, dict[str, float]]:

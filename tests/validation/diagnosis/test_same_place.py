@@ -293,6 +293,17 @@ def test_what_another_run_found_there_itself_may_be_the_same_or_its_own(day: Day
     assert 1.0 < gain < 10.0 < plain
 
 
+def test_what_another_run_found_there_that_keeps_to_its_place_was_there_before(day: Day) -> None:
+    """A patch of the other run's own would have been in the first run too: it is no reason to doubt that it is one."""
+    first = day.found(day.run(0.08), **AMBIGUOUS)
+    alone = day.run(0.08, faster=1.1)
+    itself = day.found(alone, "snow_patch", nothing=0.0, snow_patch=90.0, gust=20.0)
+    gain, plain = (asked_of(day, first, noon=each).passes[0].log_evidence["snow_patch"] for each in (itself, alone))
+    assert gain is not None
+    assert plain is not None
+    assert 40.0 < gain < plain + 1.0
+
+
 def test_a_run_with_two_findings_of_a_name_there_says_nothing(day: Day) -> None:
     first = day.found(day.run(0.08), **AMBIGUOUS)
     noon = day.found(day.run(0.08, faster=1.1), **AMBIGUOUS)
