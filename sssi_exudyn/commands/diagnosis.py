@@ -34,6 +34,7 @@ from sssi_exudyn.validation.benchmark.semi_real import Answer, Stretch, middle, 
 from sssi_exudyn.validation.diagnosis.day import compare_for_day
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose as find_missing
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
+from sssi_exudyn.validation.diagnosis.same_place import ask_other_runs
 from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
 _BY_REDUCED: Final = (
@@ -74,14 +75,17 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, p
         }
         with progress.stage("compare together") as stage:
             explanations = compare_for_day([each.separate_fit() for _, each in found.values()], stage.advance)
+        with progress.stage("ask the other runs of a place") as stage:
+            same_place = ask_other_runs({name: each.end for name, (_, each) in found.items()}, stage.advance)
         sentence = sentence_of_day(explanations, len(names), found[names[0]][1].model)
+        sentence = " ".join([sentence, *(each.sentence for each in same_place if each.settled)])
         hashes = {
             f"{name}/{file}": digest
             for name, (made, _) in found.items()
             for file, digest in made.run.summary.provenance.inputs.items()
         }
         origin = convert(provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0), Provenance)
-        day = Day(1, tuple(names), sentence, tuple(explanations), origin)
+        day = Day(1, tuple(names), sentence, tuple(explanations), origin, same_place)
         write_atomically(out / "day.json", to_json(day))
         write_atomically(out / "report.html", day_page(day))
         for name in names:  # kept until now, so that an interrupted day goes on where it was

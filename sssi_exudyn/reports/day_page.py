@@ -8,11 +8,12 @@ from urllib.parse import quote
 
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.reports.html import document, grid
-from sssi_exudyn.reports.section import Markup, Section
+from sssi_exudyn.reports.section import Markup, Section, Text
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.validation.diagnosis.day import DayExplanation
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Alternative, Number
+from sssi_exudyn.validation.diagnosis.same_place import SamePlace, gains_of
 from sssi_exudyn.validation.diagnosis.search_result import SURE, WORTH_NAMING
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import STANDS_OUT
 from sssi_exudyn.validation.diagnosis.words.sentence import list_alternatives
@@ -50,9 +51,25 @@ def day_page(day: Day) -> str:
     runs = "".join(f'<li><a href="{quote(name)}/report.html">{escape(name)}</a></li>\n' for name in day.recordings)
     sections = [
         Section("What may act on all runs alike", (Markup(grid(rows)),)),
+        *([Section("The same place in other runs", _same_place(day.same_place))] if day.same_place else []),
         Section("Each run by itself", (Markup(f"<ul>\n{runs}</ul>\n"),)),
     ]
     return document(f"{len(day.recordings)} runs of a day", f"<p>{escape(day.sentence)}</p>\n", sections)
+
+
+def _same_place(places: Sequence[SamePlace]) -> tuple[Markup | Text, ...]:
+    """What other runs say of findings: a table of probabilities before and after, and of the passes."""
+    rows = [["found in", "what it may be", "by that run alone", "with the others", "passed by", "log evidence there"]]
+    for place in places:
+        passed = ", ".join(f"{each.run} ({each.metres:.0f} m)" for each in place.passes)
+        gains = gains_of(place.passes)
+        for i, (name, probability) in enumerate(place.after.items()):
+            gain = f"{gains[name]:+.1f}" if name in gains else ""
+            first = (place.run, passed) if i == 0 else ("", "")
+            rows.append([
+                first[0], name.replace("_", " "), f"{place.before[name]:.1%}", f"{probability:.1%}", first[1], gain,
+            ])  # fmt: skip
+    return Markup(grid(rows)), *(Text(place.sentence) for place in places)
 
 
 def _around(number: Number) -> str:

@@ -7,6 +7,7 @@ from typing import Literal
 
 from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.validation.diagnosis.day import DayExplanation
+from sssi_exudyn.validation.diagnosis.same_place import SamePlace
 
 
 @dataclass(frozen=True)
@@ -15,6 +16,7 @@ class Day:
 
     recordings : their names
     explanations : what may act on all runs alike, and that nothing does, the most probable first
+    same_place : findings of one run that others passed the place of, and what these measured there
     """
 
     format: Literal[1]
@@ -22,3 +24,4 @@ class Day:
     sentence: str
     explanations: tuple[DayExplanation, ...]
     provenance: Provenance
+    same_place: tuple[SamePlace, ...] = ()

@@ -13,9 +13,15 @@ from a_diagnosis import diagnosis_of
 from bundled import bundled
 
 from sssi_exudyn.commands import diagnosis as command
+from sssi_exudyn.io.typed import read_json
+from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.stored import read_run
 from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.validation.diagnosis.day import DayExplanation
+from sssi_exudyn.validation.diagnosis.result import Number
+from sssi_exudyn.validation.diagnosis.same_place import Pass, SamePlace
 
 pytestmark = pytest.mark.usefixtures("words_only")
 
@@ -47,3 +53,30 @@ def test_a_result_says_by_which_model_it_was_found(reduced: bool, full: list[boo
     assert any("reduced model alone" in notice for notice in stored.summary.notices) == reduced
     assert ("reduced" in stored.summary.provenance.settings) == reduced
     assert len(stored.series) > 100  # the run shown is one of the full model all the same
+
+
+def test_a_day_says_what_other_runs_of_a_place_settled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    friction = {f"friction.{name}": Number(0.1, 0.09, 0.11, "1") for name in ("mu_t", "mu_n")}
+    passed = (Pass("noon", 14.0, {"snow_patch": -9.0}),)
+    settled = SamePlace("morning", "gust", {"gust": 0.5, "snow_patch": 0.5}, {"gust": 1.0}, passed, "A gust it was.")
+    open_still = replace(settled, run="noon", after={"gust": 0.7, "snow_patch": 0.3}, sentence="It stays open.")
+    asked: list[list[str]] = []
+
+    def ask(ends: dict[str, str], _progress: Any) -> tuple[SamePlace, ...]:
+        asked.append([f"{name} {end}" for name, end in ends.items()])
+        return settled, open_still
+
+    def search(folder: Path, out: Path, *_: Any) -> tuple[Any, Any]:
+        made = SimpleNamespace(run=SimpleNamespace(summary=SimpleNamespace(provenance=SimpleNamespace(inputs={}))))
+        model = model_of(*bundled("beginner"))
+        return made, SimpleNamespace(separate_fit=lambda: None, end=f"end of {folder.name}", model=model)
+
+    monkeypatch.setattr(command, "_search", search)
+    monkeypatch.setattr(command, "compare_for_day", lambda *_: [DayExplanation("nothing", 1.0, 0.0, friction)])
+    monkeypatch.setattr(command, "ask_other_runs", ask)
+    day = command.diagnose_day([Path("morning"), Path("noon")], tmp_path / "out")
+    assert asked == [["morning end of morning", "noon end of noon"]]
+    assert day.sentence.endswith(" A gust it was.")
+    assert day.same_place == (settled, open_still)
+    assert read_json(tmp_path / "out" / "day.json", Day) == day
+    assert "It stays open." in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")

@@ -24,7 +24,7 @@ from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Progress,
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.rivals import estimate_rivals
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round, compare_hypotheses
-from sssi_exudyn.validation.diagnosis.search_result import Figures, SearchResult, SeparateFit
+from sssi_exudyn.validation.diagnosis.search_result import Accepted, Figures, SearchEnd, SearchResult, SeparateFit
 from sssi_exudyn.validation.diagnosis.state import (
     State,
     estimate_again,
@@ -38,7 +38,7 @@ from sssi_exudyn.validation.diagnosis.state import (
 from sssi_exudyn.validation.diagnosis.statistics.form_error import form_error
 from sssi_exudyn.validation.diagnosis.statistics.held_out import best_residual, folds_of, held_out_errors
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import STANDS_OUT
-from sssi_exudyn.validation.diagnosis.words.description import Accepted, describe, figures_of
+from sssi_exudyn.validation.diagnosis.words.description import describe, figures_of
 
 MOST_FINDINGS: Final = 3
 ONCE_MORE: Final = 0.05
@@ -118,6 +118,7 @@ def diagnose(
         rounds=tuple(rounds),
         figures=figures,
         separate_fit=partial(separate_fit, problem, state, base, accepted),
+        end=SearchEnd(problem, state, base, tuple(accepted), full),
     )
 
 

@@ -25,7 +25,7 @@ from sssi_exudyn.validation.diagnosis.search import (
 )
 from sssi_exudyn.validation.diagnosis.state import State, estimate_again, linear_model
 
-_RIVAL: Final = 0.03
+RIVAL: Final = 0.03
 """Probability from which on an explanation is a rival of the best one."""
 _MOST: Final = 4
 """Explanations that are estimated anew at most: each takes as long as the estimate before the search."""
@@ -51,8 +51,8 @@ def estimate_rivals(
     """
     best, nothing = latest.best, latest.nothing
     rivals = [each for each in latest.explanations if each.name and each.fit is not None]
-    rivals = [each for each in rivals if each is best or each.probability >= _RIVAL][:_MOST]
-    if nothing.probability >= _RIVAL:
+    rivals = [each for each in rivals if each is best or each.probability >= RIVAL][:_MOST]
+    if nothing.probability >= RIVAL:
         rivals.append(nothing)
     found: dict[str, Anew] = {}
     weighed: dict[str, Explanation] = {}

@@ -9,11 +9,11 @@ from typing import Final
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.result import SimulationResult
-from sssi_exudyn.validation.diagnosis.evidence import NoiseLevels
+from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
-from sssi_exudyn.validation.diagnosis.search import Round
+from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.state import State
 
 SURE: Final = 0.8
@@ -21,6 +21,16 @@ SURE: Final = 0.8
 WORTH_NAMING: Final = 0.02
 LIKELY: Final = 0.6
 """Probability of nothing missing from which it is reported; below, the recording has not moved it from one half."""
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """A finding: the round it was found in, what was taken of it, the fit with it, and the run linearised there."""
+
+    searched: Round
+    explanation: Explanation
+    fit: Refit
+    linear: LinearModel
 
 
 @dataclass(frozen=True)
@@ -48,6 +58,20 @@ class SeparateFit:
 
 
 @dataclass(frozen=True)
+class SearchEnd:
+    """Where a search ended: its fit with everything that was ``accepted``, and what another fit of the run takes.
+
+    full : whether the full model judged its estimates
+    """
+
+    problem: DiagnosisProblem
+    state: State
+    fit: Refit
+    accepted: tuple[Accepted, ...]
+    full: bool
+
+
+@dataclass(frozen=True)
 class SearchResult:
     """The diagnosis, and what it was made from.
 
@@ -59,6 +83,7 @@ class SearchResult:
     rounds : all hypotheses with their probabilities, round by round
     figures : of the fit without anything added, and with each finding after the other
     separate_fit : gives what the runs of a day are compared by, which takes another fit
+    end : what other runs of the day are asked about what was found
     """
 
     diagnosis: Diagnosis
@@ -70,6 +95,7 @@ class SearchResult:
     rounds: tuple[Round, ...]
     figures: tuple[Figures, ...]
     separate_fit: Callable[[], SeparateFit]
+    end: SearchEnd
 
     @property
     def model(self) -> Model:

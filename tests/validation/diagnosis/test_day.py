@@ -29,6 +29,7 @@ from sssi_exudyn.validation.diagnosis.evidence import Freedom, log_evidence
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.result import Number
+from sssi_exudyn.validation.diagnosis.same_place import Pass, SamePlace
 from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
 from sssi_exudyn.validation.diagnosis.state import first_fit, fitted_run
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, STANDS_OUT, probabilities
@@ -173,6 +174,30 @@ def test_a_day_in_words_as_a_page_and_as_a_file(tmp_path: Path) -> None:
     (tmp_path / "day.json").write_text(to_json(day), encoding="utf-8")
     assert read_json(tmp_path / "day.json", Day) == day
     written = json.loads((tmp_path / "day.json").read_text(encoding="utf-8"))
-    assert written.keys() == {"format", "recordings", "sentence", "explanations", "provenance"}
+    assert written.keys() == {"format", "recordings", "sentence", "explanations", "provenance", "same_place"}
     assert [each["name"] for each in written["explanations"]] == ["speed_dependent_friction", "drag_area", "nothing"]
     assert written["explanations"][0]["numbers"]["speed_dependent_friction.b"]["unit"] == "s/m"
+
+
+def test_findings_that_other_runs_were_asked_about_are_in_the_page_and_the_file(tmp_path: Path) -> None:
+    passed = Pass("noon <2>", 14.6, {"snow_patch": -9.25, "slope_change": None})
+    before, after = {"snow_patch": 0.6, "gust": 0.35}, {"gust": 0.97, "snow_patch": 0.01}
+    place = SamePlace("morning", "snow_patch", before, after, (passed,), "noon <2> passed & met nothing of it.")
+    assert place.settled
+    assert not replace(place, after=before).settled
+    assert not replace(place, before={"gust": 0.9}).settled  # it was sure already
+    friction = {"friction.mu_t": Number(0.1, 0.09, 0.11, "1"), "friction.mu_n": Number(0.8, 0.7, 0.9, "1")}
+    nothing = DayExplanation("nothing", 1.0, 4.0, friction)
+    day = Day(1, ("morning", "noon <2>"), "Nothing.", (nothing,), Provenance(), (place,))
+    page = day_page(day)
+    assert "The same place in other runs" in page
+    assert '<th scope="row">morning</th>' in page
+    for cell in ("noon &lt;2&gt; (15 m)", "35.0%", "97.0%", "-9.2", "met nothing of it"):
+        assert cell in page
+    assert "The same place" not in day_page(replace(day, same_place=()))
+    (tmp_path / "day.json").write_text(to_json(day), encoding="utf-8")
+    assert read_json(tmp_path / "day.json", Day) == day
+    older = json.loads((tmp_path / "day.json").read_text(encoding="utf-8"))
+    del older["same_place"]
+    (tmp_path / "older.json").write_text(json.dumps(older), encoding="utf-8")
+    assert read_json(tmp_path / "older.json", Day) == replace(day, same_place=())

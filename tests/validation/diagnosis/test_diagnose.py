@@ -52,6 +52,7 @@ from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, diagnosis
 from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
 from sssi_exudyn.validation.diagnosis.result import Diagnosis, Finding
 from sssi_exudyn.validation.diagnosis.search import compare_hypotheses, extended_parameters
+from sssi_exudyn.validation.diagnosis.search_result import Accepted
 from sssi_exudyn.validation.diagnosis.state import (
     State,
     first_fit,
@@ -59,7 +60,6 @@ from sssi_exudyn.validation.diagnosis.state import (
     noise_whitener,
     remove,
 )
-from sssi_exudyn.validation.diagnosis.words.description import Accepted
 
 ROOT = Path(__file__).parents[3]
 SCHEMA = ROOT / "validation" / "diagnosis" / "diagnosis.schema.json"

@@ -112,7 +112,7 @@ def test_about_the_same_estimate_the_evidence_is_the_same(monkeypatch: pytest.Mo
     enu = recording.gps.enu + np.where(displaced[:, None], [[0.1, -0.1, 0.0]], 0.0)
     recording = replace(recording, gps=replace(recording.gps, enu=enu))
     monkeypatch.setattr(search, "HYPOTHESES", (BY_NAME["gps_jump"], BY_NAME["unexplained_force"]))
-    monkeypatch.setattr(rivals, "_RIVAL", 0.0)
+    monkeypatch.setattr(rivals, "RIVAL", 0.0)
     monkeypatch.setattr(rivals, "estimate_again", as_it_is)
     problem, state, base = first_fit(diagnosis_problem(recording, motion, model_of(recording, motion)))
     latest = compare_hypotheses(problem, state, base)

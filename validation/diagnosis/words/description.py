@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Final
 
@@ -51,7 +51,7 @@ from sssi_exudyn.validation.diagnosis.result import (
     Where,
 )
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
-from sssi_exudyn.validation.diagnosis.search_result import LIKELY, SURE, WORTH_NAMING, Figures
+from sssi_exudyn.validation.diagnosis.search_result import LIKELY, SURE, WORTH_NAMING, Accepted, Figures
 from sssi_exudyn.validation.diagnosis.state import State
 from sssi_exudyn.validation.diagnosis.statistics.chance import search_by_chance
 from sssi_exudyn.validation.diagnosis.statistics.held_out import (
@@ -80,16 +80,6 @@ _LEAST_OVERLAP: Final = 0.25
 """Share of a turn's phase that a finding covers where it is named."""
 _MOST: Final = 0.5
 """Share of a turn that a stretch covers where it stands for that turn."""
-
-
-@dataclass(frozen=True)
-class Accepted:
-    """A finding: the round it was found in, what was taken of it, the fit with it, and the run linearised there."""
-
-    searched: Round
-    explanation: Explanation
-    fit: Refit
-    linear: LinearModel
 
 
 def describe(

@@ -35,6 +35,7 @@ class PatchOfSnow(Hypothesis):
     caption = "a stretch of other snow"
     smallest = "a stretch of snow whose μ_t differs by {value:.3f}"
     plain_smallest = "a stretch of slower or faster snow, as if the slope changed by {degrees:.1f}°"
+    lines = ("f0", "f1")
     distinctions = (Distinction(("unexplained_force",), "a second run over the same place"),)
     _USUAL: Final = {"delta_mu_t": 0.06, "delta_mu_n": 0.05}
     _SLICKEST: Final = 0.01  # half of the least gliding friction that Wolfsperger et al. (2021) measured

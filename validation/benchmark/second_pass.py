@@ -1,0 +1,104 @@
+"""Two passes of one slope in the benchmark's world: both meet what keeps to a place, one alone what keeps to a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+import pymap3d
+
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.model.from_recording import first_guess
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.instruments.gps import enu_from
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.validation.benchmark.balanced_skier import balance_skier
+from sssi_exudyn.validation.benchmark.cases import Recorded, record
+from sssi_exudyn.validation.benchmark.effects import EFFECTS, plain_run
+from sssi_exudyn.validation.benchmark.world import draw_instruments, other_day
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
+from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
+from sssi_exudyn.validation.diagnosis.rivals import estimate_rivals
+from sssi_exudyn.validation.diagnosis.search import compare_hypotheses
+from sssi_exudyn.validation.diagnosis.search_result import Accepted, SearchEnd
+from sssi_exudyn.validation.diagnosis.state import first_fit, linear_model
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import STANDS_OUT
+
+_ATTEMPTS: Final = 10
+_FASTER: Final = (0.08, 0.18)
+"""Share by which the second pass begins faster or slower."""
+_BESIDE: Final = 2.0
+"""m by which it begins beside the first, at most, down and across the fall line."""
+
+
+@dataclass(frozen=True)
+class Passes:
+    """Two passes of one slope, and when (s) what is hidden acts on the first."""
+
+    first: Recorded
+    second: Recorded
+    window: tuple[float, float] | None
+
+
+def two_passes(name: str, size: float, base: Recorded, seed: int, *, long: float = 6.0) -> Passes:
+    """A stretch of ``base``, ``long`` s, with the effect of that name and size, and the same movement over the same
+    snow once more, begun faster or slower; its fixes count from its own first one.
+
+    Raises SimulationDiverged when none of ten stretches can be simulated.
+    """
+    for attempt in range(_ATTEMPTS):
+        try:
+            return _draw(name, size, base, np.random.default_rng([seed, 2, attempt]), long)
+        except SimulationDiverged as error:
+            failure = error
+    raise failure
+
+
+def _draw(name: str, size: float, base: Recorded, rng: np.random.Generator, long: float) -> Passes:
+    recording, motion, fitted = base
+    begin = float(rng.uniform(motion.start, motion.stop - long))
+    stated = replace(motion, start=begin, stop=begin + long)
+    snow, skied = other_day(rng, recording, stated, fitted)
+    effect = EFFECTS[name](rng, size, plain_run(simulate(replace(snow, solver=replace(snow.solver, step=0.01)), skied)))
+    hidden = replace(snow, terms=(*snow.terms, *effect.terms))
+    start, faster = snow.start, 1.0 + float(rng.choice([-1.0, 1.0]) * rng.uniform(*_FASTER))
+    beside = rng.uniform(-_BESIDE, _BESIDE, 2)
+    again = replace(hidden if BY_NAME[name].comes_again else snow, start=replace(
+        start, f=start.f + float(beside[0]), l=start.l + float(beside[1]),
+        velocity_f=faster * start.velocity_f, velocity_l=faster * start.velocity_l,
+    ))  # fmt: skip
+    made = []
+    for world in (hidden, again):
+        instruments = draw_instruments(rng, skied)
+        balanced = balance_skier(world, skied, recording)
+        made.append(record(rng, (recording, stated, fitted), balanced, world, instruments, 0.0, 0.0))
+    return Passes(made[0], _from_its_first_fix(*made[1]), effect.window)
+
+
+def first_finding(made: Recorded) -> SearchEnd:
+    """The first round of a search for what is missing, by the reduced model; not what is missing besides."""
+    problem, state, fit = first_fit(diagnosis_problem(*made))
+    searched = compare_hypotheses(problem, state, fit)
+    if searched.nothing.probability > STANDS_OUT or searched.best.fit is None:
+        return SearchEnd(problem, state, fit, (), full=False)
+    searched, anew = estimate_rivals(problem, state, searched, full=False)
+    best = searched.best
+    if searched.nothing.probability > STANDS_OUT or best.name not in anew:
+        return SearchEnd(problem, state, fit, (), full=False)
+    about = anew[best.name]
+    found = Accepted(searched, best, about.fit, linear_model(about.problem, about.state, about.fit))
+    return SearchEnd(about.problem, about.state, about.fit, (found,), full=False)
+
+
+def _from_its_first_fix(recording: Recording, motion: Motion, model: Model) -> Recorded:
+    """The same run, as a file has it whose fixes begin with it."""
+    gps = recording.gps
+    assert gps is not None
+    latitude, longitude, height = (float(x) for x in pymap3d.enu2geodetic(*gps.enu[0], *gps.origin))
+    origin = latitude, longitude, height
+    gps = replace(gps, enu=enu_from(gps.enu, gps.origin, origin), origin=origin)
+    start = first_guess(gps, motion, model.inclination, model.fall_line_azimuth)
+    return replace(recording, gps=gps), motion, replace(model, start=start)
