@@ -7,6 +7,7 @@ from typing import Literal
 
 from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.validation.diagnosis.day import DayExplanation
+from sssi_exudyn.validation.diagnosis.found_law import FoundLaw
 
 
 @dataclass(frozen=True)
@@ -15,6 +16,8 @@ class Day:
 
     recordings : their names
     explanations : what may act on all runs alike, and that nothing does, the most probable first
+    found_law : the most probable law of friction that is in no list, and whether it is offered; files older than it
+        have none
     """
 
     format: Literal[1]
@@ -22,3 +25,4 @@ class Day:
     sentence: str
     explanations: tuple[DayExplanation, ...]
     provenance: Provenance
+    found_law: FoundLaw | None = None

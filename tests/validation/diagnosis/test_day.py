@@ -119,11 +119,11 @@ def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) 
     # shared numbers and runs' own are found by turns: from a standard deviation beside they come back
     hypothesis = next(each for each in STEADY_LAWS if each.name == best.name)
     fitted_first = fitted_run(own[0].problem, own[0].state, own[0].fit)
-    shared_law = day_module._Law(hypothesis, hypothesis.part(fitted_first))
+    shared_law = day_module.named_law(hypothesis, fitted_first, len(own))
     prior = [p.prior.mean for p in own[0].fit.parameters if p.names[0] in day_module.SHARED]
     values = np.array([number.value for number in best.numbers.values()]) - np.array([*prior, 0.0])
     errors = np.array([(number.high - number.value) / INTERVAL_90 for number in best.numbers.values()])
-    again = day_module._fit_to_all(shared_law, own, values + errors * [1.0, -1.0, 1.0])
+    again = day_module.fit_to_all(shared_law, own, values + errors * [1.0, -1.0, 1.0])
     np.testing.assert_array_less(np.abs(again.values - values), 0.2 * errors)  # twice what ends the turns
     assert again.evidence == pytest.approx(best.log_evidence, abs=0.3)
     # one that would be physically impossible is none
