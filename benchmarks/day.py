@@ -125,8 +125,8 @@ def summary(answers: Sequence[Answer]) -> str:
         some = [each for each in answers if each.law in laws]
         best = [each.together[0] for each in some]
         right = [name == each.law for each, (name, _) in zip(some, best, strict=True)]
-        # where a law is offered, no name of the list is given
-        certain = [p > SURE and not each.found.offered for each, (_, p) in zip(some, best, strict=True)]
+        # beside the law that is in no list, which takes a part of the probability
+        certain = [p * (1.0 - each.found.probability) > SURE for each, (_, p) in zip(some, best, strict=True)]
         counts = (
             len(some),
             sum(right),

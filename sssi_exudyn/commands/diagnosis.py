@@ -37,7 +37,7 @@ from sssi_exudyn.validation.benchmark.scores import Scores
 from sssi_exudyn.validation.benchmark.semi_real import Answer, Stretch, middle, run_semi_real
 from sssi_exudyn.validation.diagnosis.day import compare_for_day
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose as find_missing
-from sssi_exudyn.validation.diagnosis.found_law import find_law
+from sssi_exudyn.validation.diagnosis.found_law import find_law, model_with_law
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.diagnosis.search_result import SearchResult
 
@@ -81,7 +81,8 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, p
         with progress.stage("compare together") as stage:
             runs_alone = [each.separate_fit() for _, each in found.values()]
             explanations = compare_for_day(runs_alone, stage.advance)
-            law, models = find_law(runs_alone, explanations, stage.advance)
+            law, with_law = find_law(runs_alone, explanations, stage.advance)
+            models = [model_with_law(each) for each in with_law]
         sentence = sentence_of_day(explanations, len(names), found[names[0]][1].model, law)
         hashes = {
             f"{name}/{file}": digest

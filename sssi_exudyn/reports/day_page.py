@@ -42,15 +42,19 @@ def sentence_of_day(
     numbers = {name.partition(".")[2]: number for name, number in best.numbers.items()}
     found = best.name != NOTHING_MISSING
     what = BY_NAME[best.name].sentence(numbers, model) if found else "nothing is missing that acts on all alike"
+    unlisted = 0.0 if law is None else law.probability
+    probability = best.probability * (1.0 - unlisted)
     others = [
-        Alternative(each.name, each.probability)
+        Alternative(each.name, each.probability * (1.0 - unlisted))
         for each in explanations
         if each is not best and each.probability >= WORTH_NAMING
     ]
-    unsure = found and best.probability < SURE and others
+    if unlisted >= WORTH_NAMING:
+        others.append(Alternative("a law in no list", unlisted))
+    unsure = found and probability < SURE and others
     beside = f"; {list_alternatives(best.name, others)}" if unsure else ""
     friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n {_around(numbers['mu_n'])}"
-    return f"In {runs} runs together {what} ({best.probability:.0%} probable{beside}); {friction}."
+    return f"In {runs} runs together {what} ({probability:.0%} probable{beside}); {friction}."
 
 
 def day_page(day: Day) -> str:

@@ -45,7 +45,7 @@ from sssi_exudyn.validation.diagnosis.hypothesis import (
     probes_by,
     responses_of,
 )
-from sssi_exudyn.validation.diagnosis.refit import Parameter
+from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Number
 from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
 from sssi_exudyn.validation.diagnosis.state import fit_model, fitted_run, linear_model
@@ -172,13 +172,13 @@ class Joint:
     """All runs with a law: log evidence, and the shared numbers with their standard deviations, less their priors'
     means.
 
-    models : of each run with the law, the shared numbers but for what settles them; none by linear responses
+    fits : of each run with the law, the shared numbers held; none by linear responses
     """
 
     evidence: float
     values: Array
     errors: Array
-    models: tuple[Model, ...] = ()
+    fits: tuple[Refit, ...] = ()
 
 
 def by_size(law: Law, runs: Sequence[DayRun], columns: Sequence[Array]) -> Joint:
@@ -205,16 +205,16 @@ def fit_to_all(law: Law, runs_alone: Sequence[SeparateFit], start: Array) -> Joi
         found = fit_beside(law, values, runs_alone)
         beforehand = sum(log_prior(run.linear.measurements, run.levels) for run, _, _ in found)
         joint = by_size(law, [run for run, _, _ in found], [columns for _, columns, _ in found])
-        models = tuple(model for _, _, model in found)
-        joint = replace(joint, evidence=joint.evidence + beforehand, models=models)
+        fits = tuple(fit for _, _, fit in found)
+        joint = replace(joint, evidence=joint.evidence + beforehand, fits=fits)
         if np.all(np.abs(joint.values - values) < _SETTLED * joint.errors):
             break
     return joint
 
 
-def fit_beside(law: Law, values: Array, runs_alone: Sequence[SeparateFit]) -> list[tuple[DayRun, Array, Model]]:
+def fit_beside(law: Law, values: Array, runs_alone: Sequence[SeparateFit]) -> list[tuple[DayRun, Array, Refit]]:
     """Each run's own numbers fitted beside the shared ``values``: what the day needs of it about that, its responses
-    (N, amplitudes) to the law, and its model.
+    (N, amplitudes) to the law, and the fit.
 
     Raises as ``fit_to_all``.
     """
@@ -223,7 +223,7 @@ def fit_beside(law: Law, values: Array, runs_alone: Sequence[SeparateFit]) -> li
 
 def _fit_one_beside(
     law: Law, values: Array, runs_alone: Sequence[SeparateFit], run: int
-) -> tuple[DayRun, Array, Model]:
+) -> tuple[DayRun, Array, Refit]:
     own = runs_alone[run]
     model, amplitudes = law.added_to(own.fit.model, run)
     shared = dict(zip(SHARED, values, strict=False))
@@ -249,7 +249,7 @@ def _fit_one_beside(
     linear = linear_model(own.problem, own.state, beside)
     linear = replace(linear, residual=linear.residual + columns @ fit.values[count:])
     levels, _ = best_levels(linear, own.state.levels, Freedom(columns, law.scales) if amplitudes else None)
-    return day_run(own, linear, levels), columns, fit.model
+    return day_run(own, linear, levels), columns, fit
 
 
 def _held(prior: Prior, apart: float) -> Prior:

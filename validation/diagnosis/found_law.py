@@ -42,9 +42,10 @@ from sssi_exudyn.validation.diagnosis.day import (
     responses,
 )
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, log_factors, uncertain, whiten_columns
+from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Number
 from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
-from sssi_exudyn.validation.diagnosis.state import fitted_run, linear_model
+from sssi_exudyn.validation.diagnosis.state import fitted_run, last_estimate, linear_model
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import SIZES, TEMPER, probabilities
 
 BASIS: Final = tuple(POWERS)
@@ -53,6 +54,8 @@ SIZE: Final = 0.02
 """Usual change of mu_t by a product that is one: what the laws of the list make of a standard deviation of speed, edge
 angle or load.
 """
+_OWN: Final = f"{FrictionLaw.name}.c_"
+"""What the names of coefficients begin with."""
 MOST_PRODUCTS: Final = 3
 _ROUNDS: Final = 3
 """Times at most that sums are compared about the best of them."""
@@ -62,10 +65,10 @@ OFFERED: Final = 0.95
 """Probability, beside all laws of the list and nothing, from which the law is offered.
 
 Beforehand all sums together are as probable as one law of the list, and each has its share of that: 0.03 with one
-product, 0.002 with two, 0.0002 with three.  So to be offered, a sum's log evidence must be 11, 15 or 19 above the best
-law's of the list, and 3 more above nothing's, as log evidence counts for ``TEMPER`` of its value.  Where a law of the
-list is the truth, a sum comes as near to it as its form allows, and not above it by more than chance, which is some 4
-for the best of 377.
+product, 0.002 with two, 0.0002 with three.  So to be offered, a sum's log evidence must be 11, 15 or 19 above that of
+the best law of the list, and 3 more above nothing's, as log evidence counts for ``TEMPER`` of its value.  Where a law
+of the list is the truth, chance brings a sum that far in less than one day of 3000 (a Bayes factor of e^g for what is
+not true has a probability of e^-g at most, times 13, 78 and 286 sums), and a sum of the same form is not above it.
 """
 
 
@@ -183,11 +186,11 @@ def find_law(
     runs_alone: Sequence[SeparateFit],
     explanations: Sequence[DayExplanation],
     progress: Callable[[float | None, str], None] = lambda _share, _detail: None,
-) -> tuple[FoundLaw, tuple[Model, ...]]:
-    """The most probable sum of products beside the day's ``explanations``, and each run's model with it where it is
-    offered.
+) -> tuple[FoundLaw, tuple[SeparateFit, ...]]:
+    """The most probable sum of products beside the day's ``explanations``, and where it is offered each run fitted with
+    it.
 
-    It is fitted with the real term where some sum is more probable than none.
+    It is fitted with the real term where none is less than half probable among the sums.
     """
     progress(None, "a law of friction that is in no list")
     feet = [_feet(own) for own in runs_alone]
@@ -209,9 +212,9 @@ def find_law(
             progress(None, f"it is compared by its linear response: {error}")
     law = law_of(selection.chosen)
     probability = probability_beside(explanations, joint.evidence, len(law.keys))
-    models = tuple(_with_numbers(law, own, joint, i) for i, own in enumerate(runs_alone)) if joint.models else ()
-    possible = all(_brakes(model, each) for model, each in zip(models, feet, strict=bool(models)))
-    offered = bool(models) and possible and probability > OFFERED
+    fits = tuple(_with_numbers(law, own, joint, fit) for own, fit in zip(runs_alone, joint.fits, strict=False))
+    possible = bool(fits) and all(_brakes(each.fit.model, seen) for each, seen in zip(fits, feet, strict=True))
+    offered = possible and probability > OFFERED
     named = max((each for each in explanations if each is not nothing), key=lambda each: each.log_evidence)
     numbers = numbers_of(law, runs_alone[0], joint)
     found = FoundLaw(
@@ -226,9 +229,9 @@ def find_law(
         numbers=numbers,
         variables=variables,
         inclusion_probability={name: selection.inclusion(i) for i, name in enumerate(BASIS)},
-        fitted=bool(joint.models),
+        fitted=bool(fits),
     )
-    return found, models if offered else ()
+    return found, fits if offered else ()
 
 
 def _about_own_fits(
@@ -266,11 +269,10 @@ def _about_itself(
 
 def formula_of(numbers: dict[str, Number], variables: dict[str, Variable]) -> str:
     """The law in characters: friction along the ski, then every variable that is in it."""
-    prefix = f"{FrictionLaw.name}.c_"
     line, used = f"μ_t = {numbers[SHARED[0]].value:.3f}", []
     for name, number in numbers.items():
-        if name.startswith(prefix):
-            powers = POWERS[name.removeprefix(prefix)]
+        if name.startswith(_OWN):
+            powers = POWERS[name.removeprefix(_OWN)]
             used += [variable for variable in powers if variable not in used]
             product = "·".join(f"x_{variable}{'²' if power == 2 else ''}" for variable, power in powers.items())
             line += f" {'−' if number.value < 0.0 else '+'} {abs(number.value):.3f}·{product}"
@@ -338,12 +340,26 @@ def _law(products: Sequence[str], variables: dict[str, Variable], away: Sequence
     return Law(FrictionLaw.name, tuple(f"c_{name}" for name in products), np.full(len(products), SIZE), parts)
 
 
-def _with_numbers(law: Law, own: SeparateFit, joint: Joint, run: int) -> Model:
-    """The model of a run with the law, and the numbers that all share."""
-    model, known = joint.models[run], {p.names[0]: p.prior.mean for p in own.fit.parameters}
-    names = (*SHARED, *law.added_to(own.fit.model, run)[1])
+def _with_numbers(law: Law, own: SeparateFit, joint: Joint, fit: Refit) -> SeparateFit:
+    """A run fitted with the law, and the numbers that all share as they are in the end."""
+    known = {p.names[0]: p.prior.mean for p in own.fit.parameters}
+    names = (*SHARED, *law.amplitudes)
     values = {name: known.get(name, 0.0) + float(each) for name, each in zip(names, joint.values, strict=True)}
-    return model.with_values({name: float(np.clip(value, *model.bounds(name))) for name, value in values.items()})
+    bounded = {name: float(np.clip(value, *fit.model.bounds(name))) for name, value in values.items()}
+    return replace(own, fit=replace(fit, model=fit.model.with_values(bounded)))
+
+
+def model_with_law(run: SeparateFit) -> Model:
+    """The model of a run that was fitted with a law: all that is uncertain of the run alone estimated anew beside it,
+    by the reduced model.
+
+    Raises SimulationDiverged when a simulation does.
+    """
+    posterior = last_estimate(run.problem, run.state, run.fit, full=False)
+    if posterior is None:
+        return run.fit.model
+    shared = [name for p in run.fit.parameters for name in p.names if name in SHARED or name.startswith(_OWN)]
+    return posterior.model.with_values({name: run.fit.model.value(name) for name in shared})
 
 
 def _brakes(model: Model, feet: FootState) -> bool:
