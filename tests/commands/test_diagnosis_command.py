@@ -10,12 +10,19 @@ from typing import Any
 import numpy as np
 import pytest
 from a_diagnosis import diagnosis_of
+from a_law import law_as_found
 from bundled import bundled
 
 from sssi_exudyn.commands import diagnosis as command
+from sssi_exudyn.contact.terms.friction_law import FrictionLaw
+from sssi_exudyn.io.typed import read_json
+from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import read_model
+from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.stored import read_run
 from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.validation.diagnosis.day import DayExplanation
 
 pytestmark = pytest.mark.usefixtures("words_only")
 
@@ -47,3 +54,31 @@ def test_a_result_says_by_which_model_it_was_found(reduced: bool, full: list[boo
     assert any("reduced model alone" in notice for notice in stored.summary.notices) == reduced
     assert ("reduced" in stored.summary.provenance.settings) == reduced
     assert len(stored.series) > 100  # the run shown is one of the full model all the same
+
+
+def test_a_day_keeps_the_law_that_it_offers(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """In a folder of each run, as a model that a simulation takes; one of an earlier answer goes away."""
+    recording, motion = bundled("beginner")
+    plain = model_of(recording, motion)
+    with_law = replace(plain, terms=(*plain.terms, FrictionLaw(c_slip=0.02)))
+    law = law_as_found(offered=True)
+    run = SimpleNamespace(summary=SimpleNamespace(provenance=SimpleNamespace(inputs={"gps.csv": "0a"})))
+    answers = {"offered": (law, ("a fit", "another")), "none": (replace(law, offered=False), ())}
+
+    def search(_folder: Path, out: Path, *_: Any) -> tuple[SimpleNamespace, SimpleNamespace]:
+        out.mkdir(exist_ok=True)
+        return SimpleNamespace(run=run), SimpleNamespace(separate_fit=lambda: None, model=plain)
+
+    monkeypatch.setattr(command, "_search", search)
+    monkeypatch.setattr(command, "compare_for_day", lambda *_: [DayExplanation("nothing", 1.0, 0.0, law.numbers)])
+    monkeypatch.setattr(command, "model_with_law", lambda _fit: with_law)
+    for answer, offered in (("offered", True), ("none", False)):
+        monkeypatch.setattr(command, "find_law", lambda *_, answer=answer: answers[answer])
+        day = command.diagnose_day([Path("a"), Path("b")], tmp_path)
+        assert read_json(tmp_path / "day.json", Day).found_law == answers[answer][0]
+        assert (law.formula in day.sentence) == offered
+        for name in ("a", "b"):
+            kept = tmp_path / name / "law" / "model.toml"
+            assert kept.exists() == offered
+            if offered:
+                assert read_model(kept) == with_law

@@ -154,6 +154,6 @@ def test_a_day_in_words_as_a_page_and_as_a_file(tmp_path: Path) -> None:
     (tmp_path / "day.json").write_text(to_json(day), encoding="utf-8")
     assert read_json(tmp_path / "day.json", Day) == day
     written = json.loads((tmp_path / "day.json").read_text(encoding="utf-8"))
-    assert written.keys() == {"format", "recordings", "sentence", "explanations", "provenance"}
+    assert written.keys() == {"format", "recordings", "sentence", "explanations", "provenance", "found_law"}
     assert [each["name"] for each in written["explanations"]] == ["speed_dependent_friction", "drag_area", "nothing"]
     assert written["explanations"][0]["numbers"]["speed_dependent_friction.b"]["unit"] == "s/m"

@@ -12,6 +12,7 @@ import numpy as np
 import pymap3d
 import pytest
 from a_day import fits_of_two_runs
+from a_law import NUMBERS, VARIABLES, law_as_found, number
 from bundled import bundled
 from test_evidence import LEVELS, covariance, linear_model
 
@@ -39,8 +40,6 @@ from sssi_exudyn.validation.diagnosis.found_law import (
     BASIS,
     OFFERED,
     SIZE,
-    FoundLaw,
-    Variable,
     _downhill,
     find_law,
     formula_of,
@@ -50,7 +49,6 @@ from sssi_exudyn.validation.diagnosis.found_law import (
     select,
     what_runs_know,
 )
-from sssi_exudyn.validation.diagnosis.result import Number
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import SIZES
 
 RUNS = 3
@@ -148,34 +146,6 @@ def test_one_product_that_is_a_law_of_the_list_is_not_offered_beside_it() -> Non
     # without the law in the list it would be
     evidence = named.log_evidence
     assert probability_beside([nothing, replace(named, log_evidence=nothing.log_evidence)], evidence, 1) > OFFERED
-
-
-def number(value: float, unit: str = "1") -> Number:
-    return Number(value, value - 0.002, value + 0.002, unit)
-
-
-NUMBERS = {
-    "friction.mu_t": number(0.21),
-    "friction.mu_n": number(0.9),
-    "friction_law.c_speed2": number(0.025),
-    "friction_law.c_speed_edge": number(-0.0104),
-}
-VARIABLES = {
-    "speed": Variable(10.62, 0.871, "m/s"),
-    "edge": Variable(0.6, 0.25, "rad"),
-    "load": Variable(537.0, 196.0, "N"),
-    "slip": Variable(0.033, 0.039, "1"),
-    "place": Variable(87.3, 21.6, "m"),
-}
-
-
-def law_as_found(offered: bool) -> FoundLaw:
-    inclusion = {name: 0.99 if name in ("speed2", "speed_edge") else 0.02 for name in BASIS}
-    formula = formula_of(NUMBERS, VARIABLES)
-    products = ("speed2", "speed_edge")
-    return FoundLaw(
-        offered, formula, products, 0.98, 52.0, 48.0, NAMED, 30.0, NUMBERS, VARIABLES, inclusion, fitted=offered
-    )
 
 
 def test_a_law_in_characters() -> None:
@@ -285,8 +255,8 @@ def test_friction_that_is_least_at_a_speed_is_found_in_two_runs(tmp_path: Path) 
     true = 0.19 - hidden.force(ArrayMath(), feet)[0] / (500.0 * speeds / np.hypot(speeds, 0.1))
     assert np.std(found - true) < 0.5 * np.std(true)
     # what is saved is what was found, and meets the track
-    for name, number in law.numbers.items():
-        assert stored.value(name) == pytest.approx(number.value, rel=1e-9)
+    for name, found_number in law.numbers.items():
+        assert stored.value(name) == pytest.approx(found_number.value, rel=1e-9)
     problem = own[0].problem
     track = slice(problem.measurements.blocks["x"].start, problem.measurements.blocks["y"].stop)
     run = simulate_reduced(stored, prepare(stored, problem.motion))
