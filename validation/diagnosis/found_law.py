@@ -351,11 +351,12 @@ def _with_numbers(law: Law, own: SeparateFit, joint: Joint, fit: Refit) -> Separ
 
 def model_with_law(run: SeparateFit) -> Model:
     """The model of a run that was fitted with a law: all that is uncertain of the run alone estimated anew beside it,
-    by the reduced model.
-
-    Raises SimulationDiverged when a simulation does.
+    by the reduced model.  It is the fit's where that cannot be.
     """
-    posterior = last_estimate(run.problem, run.state, run.fit, full=False)
+    try:
+        posterior = last_estimate(run.problem, run.state, run.fit, full=False)
+    except SimulationDiverged:
+        return run.fit.model
     if posterior is None:
         return run.fit.model
     shared = [name for p in run.fit.parameters for name in p.names if name in SHARED or name.startswith(_OWN)]

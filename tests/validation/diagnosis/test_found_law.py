@@ -21,6 +21,7 @@ from sssi_exudyn.commands.runs import make_simulation
 from sssi_exudyn.contact.maths import ArrayMath
 from sssi_exudyn.contact.term import FootState
 from sssi_exudyn.contact.terms.friction_law import FrictionLaw
+from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.typed import read_json
@@ -34,6 +35,7 @@ from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.simulation.prepared import prepare
 from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.validation.benchmark.concealed_terms import WorldMinimum
+from sssi_exudyn.validation.diagnosis import found_law
 from sssi_exudyn.validation.diagnosis.day import DayExplanation, DayRun, compare_for_day, joint_evidence
 from sssi_exudyn.validation.diagnosis.evidence import Freedom
 from sssi_exudyn.validation.diagnosis.found_law import (
@@ -229,6 +231,16 @@ def test_a_run_is_simulated_with_the_law_that_was_saved(tmp_path: Path) -> None:
     assert work[0] < 1.05 * work[1] < 0.0
     command._keep_law(tmp_path / LAW, None)
     assert not (tmp_path / LAW).exists()
+
+
+def test_a_run_that_cannot_be_estimated_anew_keeps_its_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    fitted: Any = SimpleNamespace(problem=None, state=None, fit=SimpleNamespace(model="as fitted"))
+
+    def diverge(*_: Any, **__: Any) -> None:
+        raise SimulationDiverged(1.0, "speed")
+
+    monkeypatch.setattr(found_law, "last_estimate", diverge)
+    assert model_with_law(fitted) == "as fitted"
 
 
 @pytest.mark.long(seconds=60)
