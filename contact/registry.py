@@ -19,6 +19,7 @@ from sssi_exudyn.contact.terms.friction_corrections import (
     SnowPatch,
     SpeedDependentFriction,
 )
+from sssi_exudyn.contact.terms.friction_law import FrictionLaw
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
 from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.terms.wind import DragArea, Gust, Wind
@@ -41,6 +42,7 @@ TERMS: Final[tuple[type[Term], ...]] = (
     EdgeFriction,
     LoadDependentFriction,
     SnowCompaction,
+    FrictionLaw,
     SlopeChange,
     TerrainBump,
     PolePlant,

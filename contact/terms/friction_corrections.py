@@ -16,14 +16,14 @@ LARGEST_FALL: Final = 0.09
 LARGEST_FALL_ACROSS: Final = 0.4
 """Nor more than this from mu_n, so that the two together still hold."""
 _SMOOTHING: Final = AnisotropicFriction().eps
-_SMALL: Final = 1e-3
+SMALL: Final = 1e-3
 """m/s; keeps the speed's root smooth at rest."""
 _FLATTEST: Final = 0.3
 """Cosine of the edge angle beyond which edges turn no further."""
 _CHOICE: Final = "chosen: several times what is published"
 
 
-def _more_friction(math: Math, state: FootState, delta_mu: Number) -> tuple[Number, Number]:
+def more_friction(math: Math, state: FootState, delta_mu: Number) -> tuple[Number, Number]:
     """The force of a friction that is ``delta_mu`` greater along the ski."""
     more = math.maximum(delta_mu, -LARGEST_FALL)
     return -more * state.load * math.saturate(state.v_t, _SMOOTHING), 0.0
@@ -55,7 +55,7 @@ class SnowPatch(FootTerm):
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
         share = window(math, state.f, self.f0, self.f1, self.edge)
-        along, _ = _more_friction(math, state, self.delta_mu_t * share)
+        along, _ = more_friction(math, state, self.delta_mu_t * share)
         return along, -self.delta_mu_n * share * state.load * math.saturate(state.v_n, _SMOOTHING)
 
 
@@ -74,8 +74,8 @@ class SpeedDependentFriction(FootTerm):
     v_ref: float = quantity(8.0, "m/s", low=0.0, high=50.0, source="chosen", meaning="speed at which mu_t holds")
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
-        speed = math.sqrt(state.v_t * state.v_t + state.v_n * state.v_n + _SMALL * _SMALL)
-        return _more_friction(math, state, self.b * (speed - self.v_ref))
+        speed = math.sqrt(state.v_t * state.v_t + state.v_n * state.v_n + SMALL * SMALL)
+        return more_friction(math, state, self.b * (speed - self.v_ref))
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class EdgeDependentFriction(FootTerm):
     )
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
-        return _more_friction(math, state, self.b * (math.absolute(state.edge) - self.edge_ref))
+        return more_friction(math, state, self.b * (math.absolute(state.edge) - self.edge_ref))
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class LoadDependentFriction(FootTerm):
     load_ref: float = quantity(400.0, "N", low=50.0, high=5e3, source="chosen", meaning="load at which mu_t holds")
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
-        return _more_friction(math, state, self.b * (state.load / self.load_ref - 1.0))
+        return more_friction(math, state, self.b * (state.load / self.load_ref - 1.0))
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import Final
 
@@ -15,12 +17,14 @@ from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.commands.runs import CACHE, Made, Outcome, cache_in, held, write_outcome
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import convert, read_json
-from sssi_exudyn.io.writing import folder_lock, to_json, write_atomically
+from sssi_exudyn.io.writing import clear_errors, folder_lock, to_json, write_atomically
 from sssi_exudyn.model.from_recording import model_of
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import model_files, model_to_dict
 from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.results.day import Day
-from sssi_exudyn.results.folder import DIAGNOSIS
+from sssi_exudyn.results.folder import DIAGNOSIS, LAW, write_model
 from sssi_exudyn.results.summary import Estimate, Fit, Provenance
 from sssi_exudyn.results.uncertainty import uncertainty_figures
 from sssi_exudyn.runtime.cache import Cache
@@ -33,6 +37,7 @@ from sssi_exudyn.validation.benchmark.scores import Scores
 from sssi_exudyn.validation.benchmark.semi_real import Answer, Stretch, middle, run_semi_real
 from sssi_exudyn.validation.diagnosis.day import compare_for_day
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose as find_missing
+from sssi_exudyn.validation.diagnosis.found_law import find_law, model_with_law
 from sssi_exudyn.validation.diagnosis.result import Diagnosis
 from sssi_exudyn.validation.diagnosis.same_place import ask_other_runs
 from sssi_exudyn.validation.diagnosis.search_result import SearchResult
@@ -64,7 +69,8 @@ def make_diagnosis(
 
 def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, progress: Progress = SILENT) -> Day:
     """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and compare them
-    together; ``out`` holds the answer in ``day.json``.
+    together; ``out`` holds the answer in ``day.json``.  Where a law of friction is offered that is in no list, the
+    folder ``law`` of each run holds its model with that.
 
     Raises InputError where two folders have the same name.
     """
@@ -74,10 +80,13 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, p
             name: _search(folder, out / name, reduced, progress) for folder, name in zip(folders, names, strict=True)
         }
         with progress.stage("compare together") as stage:
-            explanations = compare_for_day([each.separate_fit() for _, each in found.values()], stage.advance)
+            runs_alone = [each.separate_fit() for _, each in found.values()]
+            explanations = compare_for_day(runs_alone, stage.advance)
+            law, with_law = find_law(runs_alone, explanations, stage.advance)
+            models = [model_with_law(each) for each in with_law]
         with progress.stage("ask the other runs of a place") as stage:
             same_place = ask_other_runs({name: each.end for name, (_, each) in found.items()}, stage.advance)
-        sentence = sentence_of_day(explanations, len(names), found[names[0]][1].model)
+        sentence = sentence_of_day(explanations, len(names), found[names[0]][1].model, law)
         sentence = " ".join([sentence, *(each.sentence for each in same_place if each.settled)])
         hashes = {
             f"{name}/{file}": digest
@@ -85,12 +94,23 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, p
             for file, digest in made.run.summary.provenance.inputs.items()
         }
         origin = convert(provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0), Provenance)
-        day = Day(1, tuple(names), sentence, tuple(explanations), origin, same_place)
+        day = Day(1, tuple(names), sentence, tuple(explanations), origin, same_place, law)
+        for name, model in zip_longest(names, models):
+            _keep_law(out / name / LAW, model)
         write_atomically(out / "day.json", to_json(day))
         write_atomically(out / "report.html", day_page(day))
         for name in names:  # kept until now, so that an interrupted day goes on where it was
             Cache(out / name / CACHE).remove()
         return day
+
+
+def _keep_law(folder: Path, model: Model | None) -> None:
+    """Write the model with a found law into a folder of its own; without one, an older one goes away."""
+    with clear_errors(folder):
+        shutil.rmtree(folder, ignore_errors=True)
+        if model is not None:
+            folder.mkdir()
+            write_model(folder, model_to_dict(model), model_files(model))
 
 
 def _names(folders: Sequence[Path], out: Path) -> list[str]:

@@ -6,11 +6,16 @@ from collections.abc import Sequence
 from html import escape
 from urllib.parse import quote
 
+from matplotlib.axes import Axes
+
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.html import document, grid
-from sssi_exudyn.reports.section import Markup, Section, Text
+from sssi_exudyn.reports.section import Block, Drawing, Grid, Markup, Section, Text
 from sssi_exudyn.results.day import Day
+from sssi_exudyn.results.folder import LAW, MODEL
 from sssi_exudyn.validation.diagnosis.day import DayExplanation
+from sssi_exudyn.validation.diagnosis.found_law import FoundLaw
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Alternative, Number
 from sssi_exudyn.validation.diagnosis.same_place import SamePlace, gains_of
@@ -19,25 +24,38 @@ from sssi_exudyn.validation.diagnosis.statistics.probabilities import STANDS_OUT
 from sssi_exudyn.validation.diagnosis.words.sentence import list_alternatives
 
 
-def sentence_of_day(explanations: Sequence[DayExplanation], runs: int, model: Model) -> str:
-    """What acts on all runs alike, in one sentence: nothing, unless that is improbable as in a single diagnosis.
+def sentence_of_day(
+    explanations: Sequence[DayExplanation], runs: int, model: Model, law: FoundLaw | None = None
+) -> str:
+    """What acts on all runs alike, in one sentence: nothing, unless that is improbable as in a single diagnosis; or a
+    law that is in no list, where it is offered.
 
     model : of one of the runs
     """
+    if law is not None and law.offered:
+        return (
+            f"In {runs} runs together friction along the ski follows a law that is in no list ({law.probability:.0%} "
+            f"probable): {law.formula}; the nearest in the list is {law.best_named}; "
+            f"μ_n is {_around(law.numbers['friction.mu_n'])}."
+        )
     nothing = next(each for each in explanations if each.name == NOTHING_MISSING)
     best = nothing if nothing.probability > STANDS_OUT else explanations[0]
     numbers = {name.partition(".")[2]: number for name, number in best.numbers.items()}
     found = best.name != NOTHING_MISSING
     what = BY_NAME[best.name].sentence(numbers, model) if found else "nothing is missing that acts on all alike"
+    unlisted = 0.0 if law is None else law.probability
+    probability = best.probability * (1.0 - unlisted)
     others = [
-        Alternative(each.name, each.probability)
+        Alternative(each.name, each.probability * (1.0 - unlisted))
         for each in explanations
         if each is not best and each.probability >= WORTH_NAMING
     ]
-    unsure = found and best.probability < SURE and others
+    if unlisted >= WORTH_NAMING:
+        others.append(Alternative("a law in no list", unlisted))
+    unsure = found and probability < SURE and others
     beside = f"; {list_alternatives(best.name, others)}" if unsure else ""
     friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n {_around(numbers['mu_n'])}"
-    return f"In {runs} runs together {what} ({best.probability:.0%} probable{beside}); {friction}."
+    return f"In {runs} runs together {what} ({probability:.0%} probable{beside}); {friction}."
 
 
 def day_page(day: Day) -> str:
@@ -51,6 +69,7 @@ def day_page(day: Day) -> str:
     runs = "".join(f'<li><a href="{quote(name)}/report.html">{escape(name)}</a></li>\n' for name in day.recordings)
     sections = [
         Section("What may act on all runs alike", (Markup(grid(rows)),)),
+        *([] if day.found_law is None else [_law_section(day.found_law)]),
         *([Section("The same place in other runs", _same_place(day.same_place))] if day.same_place else []),
         Section("Each run by itself", (Markup(f"<ul>\n{runs}</ul>\n"),)),
     ]
@@ -70,6 +89,42 @@ def _same_place(places: Sequence[SamePlace]) -> tuple[Markup | Text, ...]:
                 first[0], name.replace("_", " "), f"{place.before[name]:.1%}", f"{probability:.1%}", first[1], gain,
             ])  # fmt: skip
     return Markup(grid(rows)), *(Text(place.sentence) for place in places)
+
+
+def _law_section(law: FoundLaw) -> Section:
+    """The law that is in no list: its formula, its numbers, what there is for it."""
+    verdict = (
+        "It is clearly more probable than nothing and than every law of the list."
+        if law.offered
+        else "It is not clearly more probable than nothing or a law of the list, so it is not offered."
+    )
+    blocks: list[Block] = [
+        Text(
+            "Every sum of at most three products of speed, edge angle, load, slip and place was compared with the runs."
+            f" The most probable is {law.formula}. Beside nothing and all laws of the list it is {law.probability:.1%} "
+            f"probable; its log evidence is {law.log_evidence_over_nothing:+.1f} against nothing and "
+            f"{law.log_evidence_over_best_named:+.1f} against {law.best_named.replace('_', ' ')}. {verdict}"
+        ),
+        Text(
+            "Each x is within ±3; speeds and loads are those of each ski, places count from the first run's first fix."
+            + ("" if law.fitted else " The numbers are those of linear responses.")
+        ),
+        Grid([["", "90 % interval"], *([name, _between(number)] for name, number in law.numbers.items())]),
+        Drawing("How probable each product is to be in the law", lambda axes: _draw_inclusion(axes, law), 3.6),
+    ]
+    if law.offered:
+        use = f"sssi simulate FOLDER --model RUN/{LAW}/{MODEL} --out OTHER simulates a run with it."
+        blocks.append(Text(f"The folder {LAW} of each run holds the run's model with this law: {use}"))
+    return Section("A law of friction that is in no list", tuple(blocks))
+
+
+def _draw_inclusion(axes: Axes, law: FoundLaw) -> None:
+    """Bars of the products, the most probable on top."""
+    ordered = sorted(law.inclusion_probability.items(), key=lambda each: each[1])
+    names, shares = [name.replace("_", " × ").replace("2", "²") for name, _ in ordered], [p for _, p in ordered]
+    bars = axes.barh(names, shares, color=plots.SIMULATED)
+    axes.bar_label(bars, [f"{share:.0%}" for share in shares], padding=3.0)
+    axes.set(xlabel="probability", xlim=(0.0, 1.1))
 
 
 def _around(number: Number) -> str:

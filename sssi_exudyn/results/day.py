@@ -7,6 +7,7 @@ from typing import Literal
 
 from sssi_exudyn.results.summary import Provenance
 from sssi_exudyn.validation.diagnosis.day import DayExplanation
+from sssi_exudyn.validation.diagnosis.found_law import FoundLaw
 from sssi_exudyn.validation.diagnosis.same_place import SamePlace
 
 
@@ -17,6 +18,8 @@ class Day:
     recordings : their names
     explanations : what may act on all runs alike, and that nothing does, the most probable first
     same_place : findings of one run that others passed the place of, and what these measured there
+    found_law : the most probable law of friction that is in no list, and whether it is offered; files older than it
+        have none
     """
 
     format: Literal[1]
@@ -25,3 +28,4 @@ class Day:
     explanations: tuple[DayExplanation, ...]
     provenance: Provenance
     same_place: tuple[SamePlace, ...] = ()
+    found_law: FoundLaw | None = None

@@ -43,6 +43,8 @@ OPENSIM = ("coordinates.mot", "snow_forces.mot", "joint_moments.sto", "markers.t
 MUSCLES = ("muscle_activations.sto", "muscle_forces.sto")
 MEASURED, SKELETON = "measured.parquet", "skeleton.json"
 SECOND_HALF, DRAWS = "second_half.parquet", "draws.parquet"
+LAW: Final = "law"
+"""Folder within a run of a day that holds the run's model with a law of friction that is in no list."""
 FILES: Final = (
     *(
         SERIES,
@@ -148,9 +150,7 @@ def write_result(
     """
     with _replacement(folder, None) as new:
         series.to_parquet(new / SERIES, index=False)
-        (new / MODEL).write_text(tomli_w.dumps(model), encoding="utf-8")
-        for name, content in (model_files or {}).items():
-            (new / name).write_bytes(content)
+        write_model(new, model, model_files or {})
         for name, table in ((MEASURED, measured), (TURNS[1], turns), (SECOND_HALF, second_half), (DRAWS, draws)):
             if table is not None:
                 table.to_parquet(new / name, index=False)
@@ -164,6 +164,13 @@ def write_result(
         (new / SUMMARY).write_text(to_json(summary_to_dict(summary)), encoding="utf-8")
         if render is not None:
             (new / REPORT).write_text(render(new), encoding="utf-8")
+
+
+def write_model(folder: Path, model: Mapping[str, Any], files: Mapping[str, bytes]) -> None:
+    """``model.toml`` in a folder that is there, and beside it the files that it names."""
+    (folder / MODEL).write_text(tomli_w.dumps(model), encoding="utf-8")
+    for name, content in files.items():
+        (folder / name).write_bytes(content)
 
 
 def amend_result(

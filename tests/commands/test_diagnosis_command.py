@@ -10,12 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 from a_diagnosis import diagnosis_of
+from a_law import law_as_found
 from bundled import bundled
 
 from sssi_exudyn.commands import diagnosis as command
+from sssi_exudyn.contact.terms.friction_law import FrictionLaw
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.stored import read_run
 from sssi_exudyn.simulation.full import simulate
@@ -73,6 +76,7 @@ def test_a_day_says_what_other_runs_of_a_place_settled(tmp_path: Path, monkeypat
 
     monkeypatch.setattr(command, "_search", search)
     monkeypatch.setattr(command, "compare_for_day", lambda *_: [DayExplanation("nothing", 1.0, 0.0, friction)])
+    monkeypatch.setattr(command, "find_law", lambda *_: (None, ()))
     monkeypatch.setattr(command, "ask_other_runs", ask)
     day = command.diagnose_day([Path("morning"), Path("noon")], tmp_path / "out")
     assert asked == [["morning end of morning", "noon end of noon"]]
@@ -80,3 +84,32 @@ def test_a_day_says_what_other_runs_of_a_place_settled(tmp_path: Path, monkeypat
     assert day.same_place == (settled, open_still)
     assert read_json(tmp_path / "out" / "day.json", Day) == day
     assert "It stays open." in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_day_keeps_the_law_that_it_offers(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """In a folder of each run, as a model that a simulation takes; one of an earlier answer goes away."""
+    recording, motion = bundled("beginner")
+    plain = model_of(recording, motion)
+    with_law = replace(plain, terms=(*plain.terms, FrictionLaw(c_slip=0.02)))
+    law = law_as_found(offered=True)
+    run = SimpleNamespace(summary=SimpleNamespace(provenance=SimpleNamespace(inputs={"gps.csv": "0a"})))
+    answers = {"offered": (law, ("a fit", "another")), "none": (replace(law, offered=False), ())}
+
+    def search(_folder: Path, out: Path, *_: Any) -> tuple[SimpleNamespace, SimpleNamespace]:
+        out.mkdir(exist_ok=True)
+        return SimpleNamespace(run=run), SimpleNamespace(separate_fit=lambda: None, end=None, model=plain)
+
+    monkeypatch.setattr(command, "_search", search)
+    monkeypatch.setattr(command, "compare_for_day", lambda *_: [DayExplanation("nothing", 1.0, 0.0, law.numbers)])
+    monkeypatch.setattr(command, "ask_other_runs", lambda *_: ())
+    monkeypatch.setattr(command, "model_with_law", lambda _fit: with_law)
+    for answer, offered in (("offered", True), ("none", False)):
+        monkeypatch.setattr(command, "find_law", lambda *_, answer=answer: answers[answer])
+        day = command.diagnose_day([Path("a"), Path("b")], tmp_path)
+        assert read_json(tmp_path / "day.json", Day).found_law == answers[answer][0]
+        assert (law.formula in day.sentence) == offered
+        for name in ("a", "b"):
+            kept = tmp_path / name / "law" / "model.toml"
+            assert kept.exists() == offered
+            if offered:
+                assert read_model(kept) == with_law

@@ -286,3 +286,68 @@ class WorldCompaction(FootTerm):
         groove = math.maximum(state.groove, 0.0)
         pull = self.c * groove * math.sqrt(groove / 0.02 + 1e-9)
         return -pull * math.saturate(state.v_t, 0.1), 0.0
+
+
+@dataclass(frozen=True)
+class WorldMinimum(FootTerm):
+    """Formula: friction that is least at v_ref and grows by ``rise`` to either side, most of it within ``width``."""
+
+    name: ClassVar[str] = "world_minimum"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    rise: float = _any("growth")
+    v_ref: float = quantity(10.0, "m/s", low=0.1, high=100.0, source=_HERE, meaning="where it is least")
+    width: float = quantity(1.0, "m/s", low=0.1, high=100.0, source=_HERE, meaning="over which it grows")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        speed = math.sqrt(state.v_t * state.v_t + state.v_n * state.v_n + 1e-6)
+        x = (speed - self.v_ref) / self.width
+        more = self.rise * (1.0 - math.exp(-0.5 * x * x))
+        return -more * state.load * math.saturate(state.v_t, 0.1), 0.0
+
+
+@dataclass(frozen=True)
+class WorldSlip(FootTerm):
+    """Formula: friction that grows with the angle of slip, by ``rise`` in the end, most of it within ``width``."""
+
+    name: ClassVar[str] = "world_slip"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    rise: float = _any("growth")
+    width: float = quantity(0.1, "rad", low=0.001, high=1.0, source=_HERE, meaning="over which it grows")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        angle = math.absolute(state.v_n) / math.sqrt(state.v_t * state.v_t + 0.01)
+        more = self.rise * math.tanh(angle / self.width)
+        return -more * state.load * math.saturate(state.v_t, 0.1), 0.0
+
+
+@dataclass(frozen=True)
+class WorldEdgeAtSpeed(FootTerm):
+    """Formula: friction that grows with the edge angle above v_ref, and falls with it below."""
+
+    name: ClassVar[str] = "world_edge_at_speed"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    growth: float = _any("growth")
+    v_ref: float = quantity(10.0, "m/s", low=0.1, high=100.0, source=_HERE, meaning="where it does not change")
+    edge_ref: float = _any("where it is nothing", "rad")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        speed = math.sqrt(state.v_t * state.v_t + state.v_n * state.v_n + 1e-6)
+        edged = math.sin(math.absolute(state.edge)) - math.sin(self.edge_ref)
+        more = math.maximum(self.growth * edged * math.tanh((speed - self.v_ref) / 1.5), -0.05)
+        return -more * state.load * math.saturate(state.v_t, 0.1), 0.0
+
+
+@dataclass(frozen=True)
+class WorldPlace(FootTerm):
+    """Formula: friction that is greatest, by ``rise``, in a hollow about f0."""
+
+    name: ClassVar[str] = "world_place"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    rise: float = _any("growth")
+    f0: float = _any("where", "m")
+    width: float = quantity(20.0, "m", low=1.0, high=1e3, source=_HERE, meaning="how far it reaches")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        x = (state.f - self.f0) / self.width
+        more = self.rise / (1.0 + x * x)
+        return -more * state.load * math.saturate(state.v_t, 0.1), 0.0

@@ -12,7 +12,7 @@ about that.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Final
 
@@ -36,8 +36,16 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     whiten_columns,
 )
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, SteadyLaw, add_part, name_in_model, responses_of
-from sssi_exudyn.validation.diagnosis.refit import Parameter
+from sssi_exudyn.validation.diagnosis.hypothesis import (
+    FittedRun,
+    Probe,
+    SteadyLaw,
+    add_part,
+    name_in_model,
+    probes_by,
+    responses_of,
+)
+from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Number
 from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
 from sssi_exudyn.validation.diagnosis.state import fit_model, fitted_run, linear_model
@@ -119,84 +127,105 @@ def day_run(own: SeparateFit, linear: LinearModel, levels: NoiseLevels) -> DayRu
 
 
 @dataclass(frozen=True)
-class _Law:
-    """A law with the amplitudes that all runs share, or none; ``hypothesis`` and ``part`` None for none."""
+class Law:
+    """A law with the amplitudes that all runs share; by default none.
 
-    hypothesis: SteadyLaw | None = None
-    part: Term | Sensor | None = None
+    keys, scales : the amplitudes' names in its term, and their usual sizes;  parts : what is added to each run's model
+    possible : whether a model fitted with it is physically possible
+    """
 
-    @property
-    def name(self) -> str:
-        return self.hypothesis.name if self.hypothesis else ""
-
-    @property
-    def scales(self) -> Array:
-        """Usual sizes of the amplitudes."""
-        return self.hypothesis.scales if self.hypothesis else np.zeros(0)
+    name: str = ""
+    keys: tuple[str, ...] = ()
+    scales: Array = field(default_factory=lambda: np.zeros(0))
+    parts: tuple[Term | Sensor, ...] = ()
+    possible: Callable[[Model], bool] = lambda _model: True
 
     @property
     def amplitudes(self) -> tuple[str, ...]:
         """Names of the amplitudes, as the day lists them."""
-        return tuple(f"{self.name}.{key}" for key, _ in self.hypothesis.amplitudes) if self.hypothesis else ()
+        return tuple(f"{self.name}.{key}" for key in self.keys)
 
-    def added_to(self, model: Model) -> tuple[Model, tuple[str, ...]]:
-        """A model with the law, and the names of its amplitudes there."""
-        if self.hypothesis is None or self.part is None:
+    def probes(self, model: Model, run: int) -> list[Probe]:
+        """By each amplitude, in the model of a run."""
+        return probes_by(model, self.parts[run], self.keys) if self.parts else []
+
+    def added_to(self, model: Model, run: int) -> tuple[Model, tuple[str, ...]]:
+        """The model of a run with the law, and the names of its amplitudes there."""
+        if not self.parts:
             return model, ()
-        owner = name_in_model(model, self.part)
-        return add_part(model, self.part), tuple(f"{owner}.{key}" for key, _ in self.hypothesis.amplitudes)
+        owner = name_in_model(model, self.parts[run])
+        return add_part(model, self.parts[run]), tuple(f"{owner}.{key}" for key in self.keys)
 
 
-class _Impossible(Exception):
+def named_law(hypothesis: SteadyLaw, first: FittedRun, runs: int) -> Law:
+    """A law of the list, the same for all runs: the speed, edge or load that it refers to is the ``first`` one's."""
+    keys = tuple(key for key, _ in hypothesis.amplitudes)
+    return Law(hypothesis.name, keys, hypothesis.scales, (hypothesis.part(first),) * runs, hypothesis.possible)
+
+
+class Impossible(Exception):
     """A law that fits the runs only where it is physically impossible."""
 
 
 @dataclass(frozen=True)
-class _Joint:
+class Joint:
     """All runs with a law: log evidence, and the shared numbers with their standard deviations, less their priors'
     means.
+
+    fits : of each run with the law, the shared numbers held; none by linear responses
     """
 
     evidence: float
     values: Array
     errors: Array
+    fits: tuple[Refit, ...] = ()
 
 
-def _by_size(law: _Law, runs: Sequence[DayRun], columns: Sequence[Array]) -> _Joint:
+def by_size(law: Law, runs: Sequence[DayRun], columns: Sequence[Array]) -> Joint:
     """The evidence over all sizes that the law usually has, and the numbers for the one that suits best.
 
     columns : one (N, amplitudes) a run, its responses to the law
     """
     if not law.amplitudes:
-        return _Joint(*joint_evidence(runs))
-    by_size = [joint_evidence(runs, [Freedom(each, size * law.scales) for each in columns]) for size in SIZES]
-    total = float(np.logaddexp.reduce([each[0] for each in by_size]) - np.log(len(SIZES)))
-    _, values, errors = max(by_size, key=lambda each: each[0])
-    return _Joint(total, values, errors)
+        return Joint(*joint_evidence(runs))
+    each_size = [joint_evidence(runs, [Freedom(each, size * law.scales) for each in columns]) for size in SIZES]
+    total = float(np.logaddexp.reduce([each[0] for each in each_size]) - np.log(len(SIZES)))
+    _, values, errors = max(each_size, key=lambda each: each[0])
+    return Joint(total, values, errors)
 
 
-def _fit_to_all(law: _Law, runs_alone: Sequence[SeparateFit], start: Array) -> _Joint:
+def fit_to_all(law: Law, runs_alone: Sequence[SeparateFit], start: Array) -> Joint:
     """The law with the real term in all runs' models, from shared numbers ``start``, less their priors' means, on.
 
-    Raises SimulationDiverged where a run cannot be simulated so, _Impossible where the law is physically impossible.
+    Raises SimulationDiverged where a run cannot be simulated so, Impossible where the law is physically impossible.
     """
-    joint = _Joint(-np.inf, start, np.ones(len(start)))
+    joint = Joint(-np.inf, start, np.ones(len(start)))
     for _ in range(_TURNS):
         values = joint.values
-        found = side_by_side(partial(_fit_beside, law, values), runs_alone)
-        beforehand = sum(log_prior(run.linear.measurements, run.levels) for run, _ in found)
-        joint = _by_size(law, [run for run, _ in found], [columns for _, columns in found])
-        joint = replace(joint, evidence=joint.evidence + beforehand)
+        found = fit_beside(law, values, runs_alone)
+        beforehand = sum(log_prior(run.linear.measurements, run.levels) for run, _, _ in found)
+        joint = by_size(law, [run for run, _, _ in found], [columns for _, columns, _ in found])
+        fits = tuple(fit for _, _, fit in found)
+        joint = replace(joint, evidence=joint.evidence + beforehand, fits=fits)
         if np.all(np.abs(joint.values - values) < _SETTLED * joint.errors):
             break
     return joint
 
 
-def _fit_beside(law: _Law, values: Array, own: SeparateFit) -> tuple[DayRun, Array]:
-    """A run's own numbers fitted beside the shared ``values``: what the day needs of it about that, and its responses
-    (N, amplitudes) to the law.
+def fit_beside(law: Law, values: Array, runs_alone: Sequence[SeparateFit]) -> list[tuple[DayRun, Array, Refit]]:
+    """Each run's own numbers fitted beside the shared ``values``: what the day needs of it about that, its responses
+    (N, amplitudes) to the law, and the fit.
+
+    Raises as ``fit_to_all``.
     """
-    model, amplitudes = law.added_to(own.fit.model)
+    return side_by_side(partial(_fit_one_beside, law, values, runs_alone), range(len(runs_alone)))
+
+
+def _fit_one_beside(
+    law: Law, values: Array, runs_alone: Sequence[SeparateFit], run: int
+) -> tuple[DayRun, Array, Refit]:
+    own = runs_alone[run]
+    model, amplitudes = law.added_to(own.fit.model, run)
     shared = dict(zip(SHARED, values, strict=False))
     parameters = [
         Parameter(p.names, _held(p.prior, shared[p.names[0]])) if p.names[0] in shared else p
@@ -210,8 +239,8 @@ def _fit_beside(law: _Law, values: Array, own: SeparateFit) -> tuple[DayRun, Arr
     held = {p.names[0]: p.prior.mean for p in every if p not in own.fit.parameters}
     start = model.with_values({name: float(np.clip(value, *model.bounds(name))) for name, value in held.items()})
     fit = fit_model(own.problem, own.state, start, every, own.state.levels)
-    if law.hypothesis is not None and not law.hypothesis.possible(fit.model):
-        raise _Impossible
+    if not law.possible(fit.model):
+        raise Impossible
     count = len(parameters)
     columns = fit.sensitivity[:, count:]
     beside = replace(
@@ -220,7 +249,7 @@ def _fit_beside(law: _Law, values: Array, own: SeparateFit) -> tuple[DayRun, Arr
     linear = linear_model(own.problem, own.state, beside)
     linear = replace(linear, residual=linear.residual + columns @ fit.values[count:])
     levels, _ = best_levels(linear, own.state.levels, Freedom(columns, law.scales) if amplitudes else None)
-    return day_run(own, linear, levels), columns
+    return day_run(own, linear, levels), columns, fit
 
 
 def _held(prior: Prior, apart: float) -> Prior:
@@ -228,14 +257,14 @@ def _held(prior: Prior, apart: float) -> Prior:
     return Prior(prior.mean + apart, _HELD * prior.sigma)
 
 
-def _responses(own: SeparateFit, fitted: FittedRun, laws: Sequence[_Law]) -> list[Array]:
-    """(N, amplitudes) of each law, in one pass over the run; of none for none."""
-    every = [
-        [] if law.hypothesis is None or law.part is None else law.hypothesis.probes_of(own.fit.model, law.part)
-        for law in laws
-    ]
-    columns = responses_of([p for some in every for p in some], own.problem.prepared, own.problem.measurements)
-    return np.split(columns, np.cumsum([len(some) for some in every])[:-1], axis=1)
+def responses(runs_alone: Sequence[SeparateFit], laws: Sequence[Law]) -> list[list[Array]]:
+    """(N, amplitudes) of each law, in one pass over each run; of none for none."""
+    by_run = []
+    for i, own in enumerate(runs_alone):
+        every = [law.probes(own.fit.model, i) for law in laws]
+        columns = responses_of([p for some in every for p in some], own.problem.prepared, own.problem.measurements)
+        by_run.append(np.split(columns, np.cumsum([len(some) for some in every])[:-1], axis=1))
+    return by_run
 
 
 def compare_for_day(
@@ -247,22 +276,21 @@ def compare_for_day(
     What was found in one run alone, a gust or a late clock, stays with it.
     """
     first = runs_alone[0]
-    fitted = [fitted_run(own.problem, own.state, own.fit) for own in runs_alone]
-    # one law for all: the speed, edge or load that it refers to is the same
-    laws = [_Law(), *(_Law(hypothesis, hypothesis.part(fitted[0])) for hypothesis in STEADY_LAWS)]
+    fitted = fitted_run(first.problem, first.state, first.fit)
+    laws = [Law(), *(named_law(hypothesis, fitted, len(runs_alone)) for hypothesis in STEADY_LAWS)]
     runs = [day_run(own, linear_model(own.problem, own.state, own.fit), own.state.levels) for own in runs_alone]
-    by_run = [_responses(own, each, laws) for own, each in zip(runs_alone, fitted, strict=True)]
-    linearly = [_by_size(law, runs, columns) for law, columns in zip(laws, zip(*by_run, strict=True), strict=True)]
+    by_law = zip(*responses(runs_alone, laws), strict=True)
+    linearly = [by_size(law, runs, columns) for law, columns in zip(laws, by_law, strict=True)]
     best = max(each.evidence for each in linearly)
     ranked = sorted(range(1, len(laws)), key=lambda i: -linearly[i].evidence)
     finalists = [0, *(i for i in ranked[:_FINALISTS] if linearly[i].evidence > best - _WORTHWHILE)]
-    found: dict[int, _Joint] = {}
+    found: dict[int, Joint] = {}
     impossible: set[int] = set()
     for i in finalists:
         progress(None, f"all runs fitted with {laws[i].name or 'nothing added'}")
         try:
-            found[i] = _fit_to_all(laws[i], runs_alone, linearly[i].values)
-        except _Impossible:
+            found[i] = fit_to_all(laws[i], runs_alone, linearly[i].values)
+        except Impossible:
             impossible.add(i)
         except SimulationDiverged as error:
             progress(None, f"{laws[i].name or 'nothing added'} is compared by its linear response: {error}")
@@ -272,14 +300,13 @@ def compare_for_day(
         for i, each in enumerate(linearly)
         if i not in impossible
     }
-    known = {p.names[0]: p.prior.mean for p in first.fit.parameters if p.names[0] in SHARED}
     odds = probabilities([laws[i].name for i in joint], np.array([each.evidence for each in joint.values()]))
     explanations = [
         DayExplanation(
             laws[i].name or NOTHING_MISSING,
             float(probability),
             each.evidence,
-            _numbers(laws[i].added_to(first.fit.model)[0], (*SHARED, *laws[i].amplitudes), known, each),
+            numbers_of(laws[i], first, each),
             fitted=i in found,
         )
         for probability, (i, each) in zip(odds, joint.items(), strict=True)
@@ -287,10 +314,12 @@ def compare_for_day(
     return sorted(explanations, key=lambda each: -each.probability)
 
 
-def _numbers(model: Model, names: Sequence[str], known: dict[str, float], joint: _Joint) -> dict[str, Number]:
-    found = [known.get(name, 0.0) + float(value) for name, value in zip(names, joint.values, strict=True)]
-    half = [INTERVAL_90 * float(error) for error in joint.errors]
-    return {
-        name: Number(value, value - h, value + h, model.about(name).unit)
-        for name, value, h in zip(names, found, half, strict=True)
-    }
+def numbers_of(law: Law, first: SeparateFit, joint: Joint) -> dict[str, Number]:
+    """The shared numbers, those of ``SHARED`` first, with their 90 % intervals."""
+    known = {p.names[0]: p.prior.mean for p in first.fit.parameters}
+    model, _ = law.added_to(first.fit.model, 0)
+    numbers = {}
+    for name, apart, error in zip((*SHARED, *law.amplitudes), joint.values, joint.errors, strict=True):
+        value, half = known.get(name, 0.0) + float(apart), INTERVAL_90 * float(error)
+        numbers[name] = Number(value, value - half, value + half, model.about(name).unit)
+    return numbers

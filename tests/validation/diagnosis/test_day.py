@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bundled import bundled
+from a_day import fits_of_two_runs
 from test_evidence import LEVELS, covariance, linear_model
 
 from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFriction
@@ -20,18 +20,13 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.reports.day_page import day_page, sentence_of_day
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.summary import Provenance
-from sssi_exudyn.validation.benchmark.cases import _model_as_known, record
-from sssi_exudyn.validation.benchmark.world import draw_instruments
 from sssi_exudyn.validation.diagnosis import day as day_module
 from sssi_exudyn.validation.diagnosis.day import DayExplanation, DayRun, compare_for_day, joint_evidence
-from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, log_evidence
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
-from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.result import Number
 from sssi_exudyn.validation.diagnosis.same_place import Pass, SamePlace
-from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
-from sssi_exudyn.validation.diagnosis.state import first_fit, fitted_run
+from sssi_exudyn.validation.diagnosis.state import fitted_run
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, STANDS_OUT, probabilities
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "intermediate"
@@ -87,22 +82,8 @@ def test_a_common_effect_is_estimated_better_by_two_runs() -> None:
 @pytest.mark.long(seconds=45)
 def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     """Friction that rises with speed, as the benchmark's world records it on two stretches at different speeds."""
-    recording, motion = bundled("intermediate")
-    # what a fit of the whole recording finds; the data are those of the world below, so no fit is needed to make them
-    fitted = model_of(recording, motion).with_values({"friction.mu_t": 0.19, "friction.mu_n": 0.9})
-    fitted = replace(fitted, solver=replace(fitted.solver, elements=20))  # half the time, for 3 mm of the track
     law = SpeedDependentFriction(0.009, 10.0)
-    own: list[SeparateFit] = []
-    for number, after in enumerate((0.2, 8.0)):
-        stretch = replace(motion, start=motion.start + after, stop=motion.start + after + 7.0)
-        start = _model_as_known(fitted, recording, stretch).start
-        world = replace(fitted, start=start, terms=(*fitted.terms, law))
-        given = (recording, stretch, fitted)
-        rng = np.random.default_rng([3, number])
-        usual = replace(draw_instruments(rng, stretch), outliers=0.0, lost=None)
-        made = record(rng, given, stretch, world, usual, 0.0, 0.0)
-        problem = diagnosis_problem(*made)
-        own.append(separate_fit(*first_fit(problem)))
+    own = fits_of_two_runs(law)
     alone = [{each.name: each for each in compare_for_day([one])} for one in own]
     best = compare_for_day(own)[0]
     assert best.name == "speed_dependent_friction"
@@ -120,11 +101,11 @@ def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) 
     # shared numbers and runs' own are found by turns: from a standard deviation beside they come back
     hypothesis = next(each for each in STEADY_LAWS if each.name == best.name)
     fitted_first = fitted_run(own[0].problem, own[0].state, own[0].fit)
-    shared_law = day_module._Law(hypothesis, hypothesis.part(fitted_first))
+    shared_law = day_module.named_law(hypothesis, fitted_first, len(own))
     prior = [p.prior.mean for p in own[0].fit.parameters if p.names[0] in day_module.SHARED]
     values = np.array([number.value for number in best.numbers.values()]) - np.array([*prior, 0.0])
     errors = np.array([(number.high - number.value) / INTERVAL_90 for number in best.numbers.values()])
-    again = day_module._fit_to_all(shared_law, own, values + errors * [1.0, -1.0, 1.0])
+    again = day_module.fit_to_all(shared_law, own, values + errors * [1.0, -1.0, 1.0])
     np.testing.assert_array_less(np.abs(again.values - values), 0.2 * errors)  # twice what ends the turns
     assert again.evidence == pytest.approx(best.log_evidence, abs=0.3)
     # one that would be physically impossible is none
@@ -174,7 +155,9 @@ def test_a_day_in_words_as_a_page_and_as_a_file(tmp_path: Path) -> None:
     (tmp_path / "day.json").write_text(to_json(day), encoding="utf-8")
     assert read_json(tmp_path / "day.json", Day) == day
     written = json.loads((tmp_path / "day.json").read_text(encoding="utf-8"))
-    assert written.keys() == {"format", "recordings", "sentence", "explanations", "provenance", "same_place"}
+    assert written.keys() == {
+        "format", "recordings", "sentence", "explanations", "provenance", "same_place", "found_law",
+    }  # fmt: skip
     assert [each["name"] for each in written["explanations"]] == ["speed_dependent_friction", "drag_area", "nothing"]
     assert written["explanations"][0]["numbers"]["speed_dependent_friction.b"]["unit"] == "s/m"
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -67,7 +67,11 @@ class Mixture:
 
 
 def probabilities(
-    names: Sequence[str], log_evidence: Array, explained: float = 0.0, log_natural: Array | None = None
+    names: Sequence[str],
+    log_evidence: Array,
+    explained: float = 0.0,
+    log_natural: Array | None = None,
+    unlisted: Mapping[str, float] | None = None,
 ) -> Array:
     """Posterior probabilities (…,) of hypotheses by their names, "" for nothing.
 
@@ -76,10 +80,12 @@ def probabilities(
     residual of a strong effect is partly its own form, which nobody knows.
 
     With ``log_natural``, the density of each one's size were it the slope's own over that were it not, what shapes the
-    snow may be the slope's own: then nothing is missing, as the surface has it.
+    snow may be the slope's own: then nothing is missing, as the surface has it.  ``unlisted`` are weights of names that
+    are no hypothesis'.
     """
-    whole = sum(BY_NAME[name].weight for name in names if name)
-    shares = [(1.0 - NOTHING) * BY_NAME[name].weight / whole if name else NOTHING for name in names]
+    weights = {name: BY_NAME[name].weight for name in names if name in BY_NAME} | dict(unlisted or {})
+    whole = sum(weights[name] for name in names if name)
+    shares = [(1.0 - NOTHING) * weights[name] / whole if name else NOTHING for name in names]
     nothing = list(names).index("")
     behind = TEMPER * (np.max(log_evidence) - log_evidence)
     gain = float(np.max(log_evidence) - log_evidence[nothing])
