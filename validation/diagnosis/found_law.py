@@ -161,7 +161,7 @@ def select(gram: Array, pull: Array) -> Selection:
     for count in range(1, MOST_PRODUCTS + 1):
         some = list(itertools.combinations(range(len(BASIS)), count))
         at = np.array(some)
-        by_size = log_factors(gram[at[:, :, None], at[:, None, :]], pull[at][..., None], SIZES)
+        by_size = log_factors(gram[at[:, :, None], at[:, None, :]], pull[at][..., None], SIZES)[..., 0]
         subsets += some
         gains += list(np.logaddexp.reduce(by_size) - np.log(len(SIZES)))
     logs = np.array([log_prior_of(len(s)) for s in subsets]) + TEMPER * np.array(gains)

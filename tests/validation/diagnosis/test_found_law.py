@@ -174,7 +174,9 @@ def test_a_found_law_in_the_day(tmp_path: Path) -> None:
     sentence = sentence_of_day(explanations, 3, model, offered)
     assert sentence.startswith("In 3 runs together friction along the ski follows a law that is in no list (98%")
     assert offered.formula in sentence
-    day = Day(1, ("a", "b", "c"), sentence, explanations, Provenance(inputs={"a/gps.csv": "0a"}, seed=0), offered)
+    day = Day(
+        1, ("a", "b", "c"), sentence, explanations, Provenance(inputs={"a/gps.csv": "0a"}, seed=0), found_law=offered
+    )
     (tmp_path / "day.json").write_text(to_json(day), encoding="utf-8")
     assert read_json(tmp_path / "day.json", Day) == day
     written = json.loads((tmp_path / "day.json").read_text(encoding="utf-8"))
