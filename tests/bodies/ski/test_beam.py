@@ -318,7 +318,9 @@ def test_an_edge_that_lies_aside_climbs_along_a_ski_that_twists() -> None:
     cut = mesh(slalom(), contacts=400)
     modal = modal_ski(cut, 12)
     # of both edges the difference: bending, where shear adds to the sections' turn, moves both alike
-    turning, shape = (np.subtract(*np.moveaxis(of[..., 2], 2, 0)) for of in (edge_turning(cut, modal), modal.contact_shape))
+    turning, shape = (
+        np.subtract(*np.moveaxis(of[..., 2], 2, 0)) for of in (edge_turning(cut, modal), modal.contact_shape)
+    )
     climbed = cumulative_trapezoid(turning, cut.ski.x_of_s(cut.contact_s), axis=1, initial=0.0)
     missed = np.abs(climbed - (shape - shape[:, :1])).max(axis=1)
     twists = np.abs(shape).max(axis=1)

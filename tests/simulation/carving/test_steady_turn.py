@@ -187,7 +187,7 @@ def test_derivatives_of_the_edges_forces_are_those_of_differences() -> None:
             expected[:3] += np.cross([0.0, 0.0, 1.0], on.state.force[:3])
             expected[3:6] += np.cross([0.0, 0.0, 1.0], on.state.force[3:6])
         # left out, too, is that of the edge angle, on which the play hangs
-        np.testing.assert_allclose(matrix[:, column], expected, rtol=0.0, atol=0.06 * np.abs(expected).max())
+        np.testing.assert_allclose(matrix[:, column], expected, rtol=0.0, atol=0.08 * np.abs(expected).max())
 
 
 def _frame(yaw: float, pitch: float, roll: float) -> np.ndarray:
