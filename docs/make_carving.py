@@ -145,7 +145,7 @@ def closed_forms() -> Iterator[tuple[str, str, str, str]]:
         "√(g·R_sc·sinθ) = " + ", ".join(f"{each:.1f}" for each in exact_speeds) + " m/s",
         ", ".join(f"{each:.1f}" for each in balanced) + " m/s",
         _each_within(balanced, exact_speeds, 0.05)
-        + "; at 45° the radius is larger than R_sc·cosθ, of which speed takes half",
+        + "; of how much the radius is larger than R_sc·cosθ, speed has half",
     )
     yield "sideslip at 90°: force", "S_f·a·L + ρ_s·a·L·v²", "exact", "`tests/contact/test_carving.py`"
 
@@ -243,7 +243,9 @@ def skis_and_snow() -> Iterator[tuple[str, str, str, str]]:
         "grip on ice (H = 1e9, S_f = 2e6, 45°): what the wall bears, EI +20 %, GJ +20 %",
         "−8.5 %, +24 % (secondary text)",
         ", ".join(f"{each:+.1f} %" for each in changes),
-        "sign: " + ("yes" if changes[0] < 0.0 < changes[1] else "no"),
+        "sign: "
+        + ("yes" if changes[0] < 0.0 < changes[1] else "no")
+        + "; 2 mm deep, points of tail and shovel that just touch decide: with 200 points EI +20 % makes +20 %",
     )
     pressed = slalom(45.0)
     inside = pressed.pressure > 0.0
@@ -266,7 +268,8 @@ def measurements() -> Iterator[tuple[str, str, str, str]]:
             f"{radius:.2f} ± {error:.2f} m",
             f"{metres(found)} m",
             within(found.radius or 0.0, radius, 0.25)
-            + f"; R_sc·cosθ of this ski is {mean_radius(SLALOM) * np.cos(np.radians(edge_deg)):.1f} m",
+            + f"; R_sc·cosθ of this ski is {mean_radius(SLALOM) * np.cos(np.radians(edge_deg)):.1f} m, his radius asks for a "
+            f"sidecut of {radius / np.cos(np.radians(edge_deg)):.1f} m",
         )
 
 

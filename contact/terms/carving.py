@@ -34,10 +34,10 @@ class Carving(EdgeTerm):
     snow's pressure is in proportion to depth, H; I0 is the mean depth over the section of the groove, of depth
     g = max(a, G) under the lower edge; an edge that has risen by r from the groove's floor presses less, and no more
     where r reaches δ or the snow's surface.  The wall carries S_f·a on the side of the base, ``inside`` times that on
-    the other; beyond, the edge skids and the wall moves with it.  The groove has the ski's own shape, a wall as steep
-    as the base and one square to it: an edge that has risen by r has the play r·tanθ on the one side, and (r − δ)₊·cotθ
-    on the base's, whose snow springs back.  Friction is on the resultant of p and q.  Where the edge climbs along its own
-    tangent τ it compacts snow.
+    the other; beyond, the edge skids and the wall moves with it.  The groove has the ski's own shape, one wall as steep
+    as the base and one square to it: an edge that has risen by r has the play (r − δ)₊·cotθ on the base's side, whose
+    snow springs back, and r·tanθ on the other.  Friction is on the resultant of p and q.  Where the edge climbs along
+    its own tangent τ it compacts snow.
 
     A groove of depth G is left behind by sideslip over its own width a·cotθ, the ski's width at most, and 5 mm.
     """
