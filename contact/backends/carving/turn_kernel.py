@@ -12,8 +12,8 @@ v̄_y, ω̄ : running means of v_y and ω over the last half of the ski's length
 
 The speed along the ski and the edge angle are given.  Mass, inertia I and dampers d only lead to the steady turn, in
 which they do nothing.  Without d_y and d_ω the offset from the groove's wall and the mass swing against each other.
-With an eighth of d_ω an edge that has play goes to and fro between its walls; with more of d_y, or twice as much of d_ω,
-a light ski comes into its turn so late that its shovel leaves the snow.
+With an eighth of d_ω an edge that has play goes to and fro between its walls; with more of d_y, or twice d_ω, a light
+ski comes into its turn so late that its shovel leaves the snow.
 Steps are backward Euler's.
 """
 
