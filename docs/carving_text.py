@@ -231,7 +231,8 @@ Earlier they were 0.09 m apart after 1 s and 0.84 m after 4 s as long as
 
 700 N along the snow's normal and the default snow unless stated otherwise; θ is the edge angle, R the radius, R_sc that of the
 sidecut. "Expected" with [Q] is an earlier sketch of the same law, which is no measurement: where both differ, a second
-implementation that marches from the tip to the tail (`tests/simulation/carving/test_steady_turn.py`) agrees with the rig.
+implementation that marches from the tip to the tail (`tests/simulation/carving/test_steady_turn.py`) agrees with the rig: at
+30 and 60° within 0.6 % in the load, and within 7 and 0.4 % across, where 0.03 mm of offset from a wall are 30 N.
 
 | case | expected | found | within |
 |---|---|---|---|
