@@ -72,7 +72,7 @@ def test_a_second_implementation_finds_the_same_balance(edge_deg: float) -> None
     load = turn.case.load
     # the kernel's turn is steady to 2·10⁻³ of its curvature, and memory arrives between points where v_t is not v
     assert force[2] == pytest.approx(load, rel=0.01)
-    # an edge in play carries across only where a wall takes hold of it, and by 0.03 mm of offset it is 30 N more or less:
+    # an edge in play carries across only where a wall takes hold of it: 0.03 mm of offset are 30 N more or less, and
     # as much come of the groove's depth, which the kernel interpolates
     assert force[1] == pytest.approx(load * np.tan(turn.case.edge), rel=0.08)
     assert -force[0] == pytest.approx(turn.drag, rel=0.03)
