@@ -206,11 +206,17 @@ def _rigid_motions(mesh: BeamMesh) -> Array:
 
 
 def edge_turning(mesh: BeamMesh, ski: ModalSki) -> Array:
-    """(k, m, 2, 3) change of ``BeamMesh.edge_tangents`` a unit of each mode, as their sections turn."""
+    """(k, m, 2, 3) change of ``BeamMesh.edge_tangents`` a unit of each mode: their sections turn, and an edge that lies
+    aside of the axis rises or falls along a ski that twists.
+    """
     pair = np.stack([mesh.contact_element, mesh.contact_element + 1], axis=1)
     weight = np.stack([1.0 - mesh.contact_weight, mesh.contact_weight], axis=1)
-    turned = np.einsum("mk,cmki->cmi", weight, ski.shape[:, pair, 3:])
-    return np.asarray(np.cross(turned[:, :, None], mesh.edge_tangents))
+    turns = ski.shape[:, pair, 3:]
+    turned = np.einsum("mk,cmki->cmi", weight, turns)
+    rate = (turns[:, :, 1] - turns[:, :, 0]) / mesh.element_length[mesh.contact_element, None]
+    half = 0.5 * mesh.ski.width(mesh.contact_s)
+    aside = half[:, None, None] * np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+    return np.asarray(np.cross(turned[:, :, None], mesh.edge_tangents) + np.cross(rate[:, :, None], aside))
 
 
 def _contact_shape(mesh: BeamMesh, nodal: Array) -> Array:

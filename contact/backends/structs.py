@@ -64,7 +64,7 @@ class CuttingEdges(NamedTuple):
     """What of the sections of a ski edges that cut need besides ``Sections``, and how the ski gives against its foot.
 
     tangent : (m, 2, 3) unit vectors forward along the left and right edge in the section's frame
-    width, station : (m,) m, of the ski and along it
+    width, station, element_length : (m,) m, of the ski, along it, and of the element that the section lies in
     clamped, pitched : index of the node at the boot, and its pitch in the unloaded ski (rad)
     stiffness, damping : (4,) N m/rad, N m s/rad of yaw and roll, N/m, N s/m of heave, N m/rad, N m s/rad of pitch
     """
@@ -72,6 +72,7 @@ class CuttingEdges(NamedTuple):
     tangent: Array
     width: Array
     station: Array
+    element_length: Array
     clamped: int
     pitched: float
     stiffness: Array

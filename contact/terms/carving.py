@@ -27,15 +27,17 @@ _SMALL: Final = 1e-3
 class Carving(EdgeTerm):
     """Plastic snow that an edge cuts into, and a groove that the edge's later points run in.
 
-    Formula: p = H·w·cosθ·I0·(1 − r/δ)₊·(1 + χ·ȧ)₊,  q = −q_e − ρ_s·a·v_n·|v_n|,  q_e = k_s·(U + h·v_n) within ±S_f·a,
-    f = −μ·√(p² + q²)·V/√(V² + ε²) − p·(τ·N)₊
+    Formula: p = H·w·cosθ·I0·(1 − r/δ)₊·(1 + χ·ȧ)₊,  q = −q_e − ρ_s·a·v_n·|v_n|,  q_e = k_s·(u − play) within ±S_f·a,
+    u = U + h·v_n,  f = −μ·√(p² + q²)·V/√(V² + ε²) − p·(τ·N)₊
 
     p is along the snow's normal, q across the edge in the snow's plane, f along the edge, each a metre of edge.  The
     snow's pressure is in proportion to depth, H; I0 is the mean depth over the section of the groove, of depth
     g = max(a, G) under the lower edge; an edge that has risen by r from the groove's floor presses less, and no more
     where r reaches δ or the snow's surface.  The wall carries S_f·a on the side of the base, ``inside`` times that on
-    the other; beyond, the edge skids and the wall moves with it.  Friction is on the resultant of p and q.  Where the
-    edge climbs along its own tangent τ it compacts snow.
+    the other; beyond, the edge skids and the wall moves with it.  The groove has the ski's own shape, one wall as steep
+    as the base and one square to it: an edge that has risen by r has the play (r − δ)₊·cotθ on the base's side, whose
+    snow springs back, and r·tanθ on the other.  Friction is on the resultant of p and q.  Where the edge climbs along
+    its own tangent τ it compacts snow.
 
     A groove of depth G is left behind by sideslip over its own width a·cotθ, the ski's width at most, and 5 mm.
     """
@@ -101,7 +103,10 @@ class Carving(EdgeTerm):
         opening = math.minimum(a * math.cos(state.edge) / sine, state.width) + _OPEN
         kept = math.exp(-state.step * math.absolute(state.v_n) / opening)
         groove = a + math.maximum(state.groove - a, 0.0) * kept
-        offset = self._wall(math, state) / self._stiffness()
+        (right, left), (most_right, most_left) = self._play(math, state), self._most(math, state)
+        offset = state.offset + state.step * state.v_n
+        offset = math.minimum(offset, left + most_left / self._stiffness())
+        offset = math.maximum(offset, -right - most_right / self._stiffness())
         return math.where(state.lower, groove, 0.0), math.where(state.lower, offset, 0.0)
 
     def capacity(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
@@ -114,11 +119,32 @@ class Carving(EdgeTerm):
 
     def _wall(self, math: Math, state: EdgeState) -> Number:
         """Force on the groove's wall a metre of edge, to the left (N/m)."""
-        turned = math.maximum(math.minimum(state.edge / _TURNED, 1.0), -1.0)
-        most = self.strength * math.maximum(state.lower, 0.0)
+        (right, left), (most_right, most_left) = self._play(math, state), self._most(math, state)
+        offset = state.offset + state.step * state.v_n
+        beyond = math.maximum(offset - left, 0.0) - math.maximum(-offset - right, 0.0)
+        return math.maximum(math.minimum(self._stiffness() * beyond, most_left), -most_right)
+
+    def _most(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
+        """What the walls to the right and to the left bear (N/m)."""
+        most, turned = self.strength * math.maximum(state.lower, 0.0), _turned(math, state)
         middle, half = 0.5 * (1.0 + self.inside), 0.5 * (1.0 - self.inside)
-        wall = self._stiffness() * (state.offset + state.step * state.v_n)
-        return math.maximum(math.minimum(wall, most * (middle + half * turned)), -most * (middle - half * turned))
+        return most * (middle - half * turned), most * (middle + half * turned)
+
+    def _play(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
+        """How far an edge that has risen in its groove is from the walls to the right and to the left (m)."""
+        risen = math.maximum(state.groove - math.maximum(state.lower, 0.0), 0.0)
+        turned = _turned(math, state)
+        sine, cosine = math.maximum(math.absolute(math.sin(state.edge)), 1e-6), math.cos(state.edge)
+        cosine = math.maximum(cosine, 1e-6)
+        base = math.minimum(math.maximum(risen - self.recovery, 0.0) * cosine / sine, state.width)
+        side = math.minimum(risen * sine / cosine, state.width)
+        middle, half = 0.5 * (base + side), 0.5 * (base - side)
+        return middle - half * turned, middle + half * turned
+
+
+def _turned(math: Math, state: EdgeState) -> Number:
+    """From -1 to 1: on which side of the edge the base is, 1 to the left."""
+    return math.maximum(math.minimum(state.edge / _TURNED, 1.0), -1.0)
 
 
 def _depths(math: Math, lower: Number, apart: Number) -> tuple[Number, Number]:

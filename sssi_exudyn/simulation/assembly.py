@@ -162,6 +162,7 @@ class Parts:
             tangent=np.array(turned),
             width=self.model.ski.width(cut.contact_s),
             station=self.model.ski.x_of_s(cut.contact_s),
+            element_length=cut.element_length[cut.contact_element],
             clamped=cut.clamped,
             pitched=float(np.arcsin(-cut.node_rotation[cut.clamped, 2, 0])),
             stiffness=joint.stiffness,

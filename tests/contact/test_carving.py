@@ -66,8 +66,30 @@ def test_an_edge_that_rises_in_its_groove_presses_less_and_then_not_at_all() -> 
     ]
     assert loads[1] == pytest.approx(0.5 * loads[0], rel=1e-12)
     assert loads[2:] == pytest.approx([0.0, 0.0], abs=1e-9)  # N; 0.5 mm is no exact difference of 5 and 4.5
-    # the wall holds it for as long as it is in the snow
-    assert LAW.capacity(MATH, section(groove - 2e-3, 45.0, groove=groove))[0] > 0.0
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("edge_deg", [30.0, 60.0])
+def test_an_edge_that_rises_leaves_the_walls_of_its_groove(edge_deg: float, side: float) -> None:
+    # a groove of the ski's own shape: one wall as steep as the base, the other square to it
+    groove, risen, tangent = 5e-3, 1.5e-3, np.tan(np.radians(edge_deg)).item()
+    state = section(groove - risen, edge_deg * side, groove=groove)
+    base, other = (risen - LAW.recovery) / tangent, risen * tangent
+    for apart in (0.99 * base, -0.99 * other):
+        assert LAW.force(MATH, replace(state, offset=side * apart))[2] == 0.0
+        assert LAW.remember(MATH, replace(state, offset=side * apart))[1] == side * apart  # it moves freely there
+    for apart in (base + 1e-4, -other - 1e-4):
+        found = LAW.force(MATH, replace(state, offset=side * apart))[2]
+        stiffness = LAW.strength * 2e-3 / LAW.yield_offset
+        assert found == pytest.approx(-side * np.sign(apart) * 1e-4 * stiffness * LENGTH, rel=1e-9)
+    pressed = replace(state, lower=groove - 0.5 * LAW.recovery, offset=side * 1e-4)
+    assert side * LAW.force(MATH, pressed)[2] < 0.0  # for as long as it presses, the base touches its wall
+
+
+def test_a_wall_that_an_edge_in_play_reaches_yields_from_there() -> None:
+    state = section(3e-3, 45.0, groove=4e-3, offset=5e-3)
+    yields = 3e-3 * LAW.yield_offset / 2e-3  # k_s·(U − play) = S_f·a
+    assert LAW.remember(MATH, state)[1] == pytest.approx(1e-3 - LAW.recovery + yields, rel=1e-12)
 
 
 def test_the_wall_moves_with_an_edge_that_skids() -> None:

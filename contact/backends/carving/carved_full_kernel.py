@@ -134,6 +134,18 @@ def edge_frame(tangent, normal):
 
 
 @njit(cache=True, error_model="numpy")
+def bent_tangent(edges, sections, m, low, r, q0, q1):
+    """An edge's tangent in the foot's frame, and what a twist of the ski adds to it, a unit of rad/m: an edge that lies
+    aside of the axis rises or falls along a ski that twists.
+
+    r, q0, q1 : quaternions of the section and of its element's nodes
+    """
+    twist = 2.0 * (q0[0] * q1[1] - q0[1] * q1[0] - q0[2] * q1[3] + q0[3] * q1[2]) / edges.element_length[m]
+    by_twist = rotate(r, (0.0, 0.0, sections.offset[m, low, 1]))
+    return plus(rotate(r, three(edges.tangent[m, low], 0)), times(twist, by_twist)), by_twist
+
+
+@njit(cache=True, error_model="numpy")
 def boot_angles(turn, pitched):
     """Yaw, roll and pitch (rad), in this order, that turn the foot's axes into a quaternion's, and the vectors by which
     a spin makes the rates of each: that about which one turns where the other two keep.
@@ -207,7 +219,8 @@ def carved_forces(parameters, q, v, ref, sections, edges, carrier, at, memory, l
             arm, lower, moving_edge, normal = deep
             upper = other[1]
             lying.apart[ski, m] = (1.0 - 2.0 * low) * (lower - upper)
-            t, n, _, rise = edge_frame(out_of(frame, rotate(r, three(edges.tangent[m, low], 0))), normal)
+            tangent, _ = bent_tangent(edges, sections, m, low, r, q0, q1)
+            t, n, _, rise = edge_frame(out_of(frame, tangent), normal)
             v_t, v_n, sinking = dot(moving_edge, t), dot(moving_edge, n), -dot(moving_edge, normal)
             own.next_groove[low, m], own.next_offset[low, m], own.next_speed[low, m] = 0.0, 0.0, v_t
             # the other edge presses too where the ski is flat, and has no wall
@@ -318,7 +331,7 @@ def carved_jacobian(
             arm, lower, moving_edge, normal = deep
             if lower <= 0.0:
                 continue
-            tangent = rotate(r, three(edges.tangent[m, low], 0))
+            tangent, by_twist = bent_tangent(edges, sections, m, low, r, q0, q1)
             t, n, flat, rise = edge_frame(out_of(frame, tangent), normal)
             v_t, v_n = dot(moving_edge, t), dot(moving_edge, n)
             found = edge_derivatives(
@@ -332,6 +345,11 @@ def carved_jacobian(
             spread(lines[2], n_in, cross(arm, n_in), xi, q0, q1, frame)
             spread(lines[3], upwards, cross(other[0], upwards), xi, q0, q1, frame)
             spread(swing, nothing, cross(tangent, n_in), xi, q0, q1, frame)
+            apart = times(dot(by_twist, n_in) / edges.element_length[m], rotate(r, (1.0, 0.0, 0.0)))
+            turn0, turn1 = on_quaternion(q0, apart), on_quaternion(q1, apart)
+            for k in range(4):
+                swing[3 + k] -= turn0[k]
+                swing[10 + k] += turn1[k]
             for c in range(17):
                 turned = swing[c] * by_place / flat
                 by[0, c], by[1, c], by[2, c] = -by_place * lines[0, c], -by_place * lines[3, c], -by_rate * lines[0, c]

@@ -12,6 +12,8 @@ v̄_y, ω̄ : running means of v_y and ω over the last half of the ski's length
 
 The speed along the ski and the edge angle are given.  Mass, inertia I and dampers d only lead to the steady turn, in
 which they do nothing.  Without d_y and d_ω the offset from the groove's wall and the mass swing against each other.
+With an eighth of d_ω an edge that has play goes to and fro between its walls; with more of d_y, or twice d_ω, a light
+ski comes into its turn so late that its shovel leaves the snow.
 Steps are backward Euler's.
 """
 
@@ -37,7 +39,7 @@ SMALL = 1e-8
 """m/s, rad/s, m, rad and the modes' own unit: the change of what is sought at which a step is found."""
 MASS, INERTIA = 10.0, 1.0
 """kg and kg m²; of sideslip and yaw, on the way to the steady turn."""
-SLIPPING, YAWING = 500.0, 50.0
+SLIPPING, YAWING = 500.0, 400.0
 """N s/m and N m s: dampers against the running means."""
 SINKING, PITCHING = 1500.0, 100.0
 """N s/m and N m s: dampers on the way to the steady turn."""

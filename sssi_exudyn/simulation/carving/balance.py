@@ -43,7 +43,8 @@ _TRIED: Final = float(np.radians(0.3))
 """rad, of a difference."""
 _ROUNDS: Final = 8
 _ENOUGH: Final = 0.02
-"""Share of what is minimised, by less than which a round ends the search."""
+"""Share of what is minimised; a search ends when two rounds, one after the other, gain less: one may for derivatives that
+are off, and corrects them."""
 _LIST: Final = PRESCRIBED.index("pelvis_list")
 
 
@@ -128,7 +129,7 @@ def balance(
         by_lean = np.column_stack([(left_over(_TRIED * unit) - found) / _TRIED for unit in np.eye(count)])
     else:
         by_lean = begin.by_lean
-    share = 1.0
+    share, enough = 1.0, False
     for _ in range(_ROUNDS):
         normal = by_lean.T @ by_lean / MOMENT_SIGMA**2 + np.eye(count) / LEAN_SIGMA**2
         step = -share * np.linalg.solve(normal, by_lean.T @ found / MOMENT_SIGMA**2 + lean / LEAN_SIGMA**2)
@@ -138,8 +139,9 @@ def balance(
         if gained <= 0.0:
             share *= 0.5
             continue
-        enough = gained < _ENOUGH * value(found, lean)
+        little = gained < _ENOUGH * value(found, lean)
         lean, found, share = lean + step, tried, min(1.0, 2.0 * share)
-        if enough:
+        if little and enough:
             break
+        enough = little
     return Balanced(lean_by(model, time, lean), time, lean, before, found, by_lean)

@@ -15,7 +15,7 @@ from ski_bench import FLAT, Bench, slalom
 
 from sssi_exudyn.bodies.ski.beam import add_ski_beam
 from sssi_exudyn.bodies.ski.mesh import mesh
-from sssi_exudyn.bodies.ski.modes import frame_matrices, modal_ski
+from sssi_exudyn.bodies.ski.modes import edge_turning, frame_matrices, modal_ski
 from sssi_exudyn.bodies.ski.ski import Ski, uniform_ski
 
 BAR = uniform_ski("bar", length=1.65, width=0.07, thickness=0.01, young_modulus=1e10, mass=1.5)
@@ -312,3 +312,17 @@ def test_a_moving_ski_starts_as_one_rigid_body() -> None:
         assert got["AngularVelocity"] == pytest.approx(spin, abs=1e-13)
         assert got["RotationMatrix"].reshape(3, 3) == pytest.approx(pose[:3, :3] @ frame, abs=1e-14)
     assert len(beam.elements) == len(beam.dampers) == 10
+
+
+def test_an_edge_that_lies_aside_climbs_along_a_ski_that_twists() -> None:
+    cut = mesh(slalom(), contacts=400)
+    modal = modal_ski(cut, 12)
+    # of both edges the difference: bending, where shear adds to the sections' turn, moves both alike
+    turning, shape = (
+        np.subtract(*np.moveaxis(of[..., 2], 2, 0)) for of in (edge_turning(cut, modal), modal.contact_shape)
+    )
+    climbed = cumulative_trapezoid(turning, cut.ski.x_of_s(cut.contact_s), axis=1, initial=0.0)
+    missed = np.abs(climbed - (shape - shape[:, :1])).max(axis=1)
+    twists = np.abs(shape).max(axis=1)
+    assert np.count_nonzero(twists > 1.0) >= 3
+    assert np.all(missed < 0.02 * twists + 1e-9)

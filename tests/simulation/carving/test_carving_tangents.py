@@ -49,6 +49,7 @@ steps a hundred times as long some point yields in every second instant."""
 WEAK = {
     "air.c_d": 4e-6,
     "carving.density": 3e-2,
+    "carving.yield_offset": 2e-9,
     "unexplained_force.t0": 1e-5,
     "unexplained_force.t1": 1e-5,
     "unexplained_force.rise": 1e-5,

@@ -10,7 +10,7 @@ import pytest
 from carving_skis import FIRM, LENGTH, SIDECUT, WithoutGroove, bent_ski
 from marched_turn import marched_forces
 
-from sssi_exudyn.bodies.ski.ski import Profile, Ski, read_ski
+from sssi_exudyn.bodies.ski.ski import Profile, Ski, catalogue, read_ski
 from sssi_exudyn.contact.backends.carving.turn_kernel import HELD
 from sssi_exudyn.contact.backends.compiled import law_parameters
 from sssi_exudyn.contact.terms.carving import Carving
@@ -72,7 +72,9 @@ def test_a_second_implementation_finds_the_same_balance(edge_deg: float) -> None
     load = turn.case.load
     # the kernel's turn is steady to 2·10⁻³ of its curvature, and memory arrives between points where v_t is not v
     assert force[2] == pytest.approx(load, rel=0.01)
-    assert force[1] == pytest.approx(load * np.tan(turn.case.edge), rel=0.01)
+    # an edge in play carries across only where a wall takes hold of it: 0.03 mm of offset are 30 N more or less, and
+    # as much come of the groove's depth, which the kernel interpolates
+    assert force[1] == pytest.approx(load * np.tan(turn.case.edge), rel=0.08)
     assert -force[0] == pytest.approx(turn.drag, rel=0.03)
     assert np.abs(force[4:]).max() < 0.03 * load * 0.5 * SLALOM.length
     bent = rolling.ski.omega**2 * rolling.state.sought[4:]
@@ -94,6 +96,15 @@ def test_the_mirrored_ski_runs_the_mirrored_turn() -> None:
     right, _ = steady_turn(replace(case, edge=-case.edge), replace(start, edge=-start.edge))
     assert right.curvature == pytest.approx(-left.curvature, rel=1e-9)
     assert right.drag == pytest.approx(left.drag, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", catalogue())
+def test_the_radius_falls_with_the_edge_angle(name: str) -> None:
+    rolling, radii = start_rolling(edges_of(read_ski(name, "."))), []
+    for edge_deg in range(30, 61, 5):
+        turn, rolling = steady_turn(TurnCase(np.radians(edge_deg).item()), rolling)
+        radii.append(turn.radius)
+    assert np.all(np.diff(radii) < 0.0), radii
 
 
 def test_half_the_step_and_half_the_gaps_change_little() -> None:
@@ -176,8 +187,8 @@ def test_derivatives_of_the_edges_forces_are_those_of_differences() -> None:
         if column == 5:  # the forces turn with the ski, which is left out
             expected[:3] += np.cross([0.0, 0.0, 1.0], on.state.force[:3])
             expected[3:6] += np.cross([0.0, 0.0, 1.0], on.state.force[3:6])
-        # left out, too, is that of the edge angle
-        np.testing.assert_allclose(matrix[:, column], expected, rtol=0.0, atol=0.03 * np.abs(expected).max())
+        # left out, too, is that of the edge angle, on which the play hangs
+        np.testing.assert_allclose(matrix[:, column], expected, rtol=0.0, atol=0.08 * np.abs(expected).max())
 
 
 def _frame(yaw: float, pitch: float, roll: float) -> np.ndarray:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sssi_exudyn.bodies.ski.ski import Profile, Ski
 from sssi_exudyn.contact.maths import Math, Number
 from sssi_exudyn.contact.term import EdgeState
 from sssi_exudyn.contact.terms.carving import Carving
+from sssi_exudyn.core.frames import Array
 
 SIDECUT = 12.0
 """m; radius of the parabolic sidecut."""
@@ -51,3 +53,28 @@ class WithoutGroove(Carving):
 
     def remember(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
         return 0.0, super().remember(math, state)[1]
+
+
+@dataclass(frozen=True)
+class WithoutPlay(Carving):
+    """Snow whose walls hold an edge that has risen from the groove's floor as if it had not.
+
+    Formula: as carving, with no play
+    """
+
+    name: ClassVar[str] = "without_play"
+
+    def _play(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
+        return 0.0, 0.0
+
+
+@dataclass(frozen=True)
+class StiffSideways(Ski):
+    """A ski that does not bend in its own plane."""
+
+    def lateral_stiffness(self, s: ArrayLike) -> Array:
+        return 100.0 * super().lateral_stiffness(s)
+
+    @classmethod
+    def of(cls, ski: Ski) -> StiffSideways:
+        return cls(**{each.name: getattr(ski, each.name) for each in fields(ski)})
