@@ -43,8 +43,8 @@ _TRIED: Final = float(np.radians(0.3))
 """rad, of a difference."""
 _ROUNDS: Final = 8
 _ENOUGH: Final = 0.02
-"""Share of what is minimised; a search ends when two rounds, one after the other, gain less: one may for derivatives that
-are off, and corrects them."""
+"""Share of what is minimised; a search ends when two rounds, one after the other, gain less: one may for
+derivatives that are off, and corrects them."""
 _LIST: Final = PRESCRIBED.index("pelvis_list")
 
 
