@@ -77,7 +77,7 @@ make real ones stiffer, by how much was not measured.
 ## In a run
 
 The figures of this section, of skier, fits and both models, were made before the groove's walls had play and before the edge's tangent climbed
-with twist; those of the rig above and of the tables below are of the present law.
+with twist, but for [one recording, both laws](#one-recording-both-laws); those of the rig above and of the tables below are of the present law.
 
 ```sh
 sssi run FOLDER --snow carving --out DIR        # also sssi fit, sssi simulate
