@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,8 @@ from sssi_exudyn.validation.diagnosis.result import Chance
 from sssi_exudyn.validation.diagnosis.statistics import chance
 
 
-@dataclass(frozen=True)
 class _Places:
     """A hypothesis whose candidates are the columns of its responses."""
-
-    name: str
 
     def candidates(self, _fitted: Any, responses: Array) -> list[Any]:
         return [type("At", (), {"free": Freedom(column[:, None], np.ones(1))}) for column in responses.T]
@@ -28,7 +25,7 @@ class _Places:
 
 @pytest.fixture
 def responses(monkeypatch: pytest.MonkeyPatch) -> dict[str, Array]:
-    monkeypatch.setattr(chance, "HYPOTHESES", (_Places("gust"), _Places("wind"), _Places("insole_gain")))
+    monkeypatch.setattr(chance, "BY_NAME", {name: _Places() for name in ("gust", "wind", "insole_gain")})
     given, rng = linear_model(), np.random.default_rng(8)
     scale = 0.1 * given.measurements.scale.total[:, None]
     widths = {"gust": 12, "wind": 1, "insole_gain": 0}  # the last as of an instrument that is not there

@@ -15,7 +15,7 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, log_factors, overlaps, uncertain
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.result import Chance
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import SIZES, probabilities
@@ -38,12 +38,12 @@ def search_by_chance(
     drawn = rng.standard_normal((n, RUNS)) + known.columns @ rng.standard_normal((k, RUNS))
     every = np.column_stack([known.residual, drawn])  # the recording first
     names, evidence = [""], [np.zeros(RUNS + 1)]
-    for hypothesis in HYPOTHESES:
-        candidates = [candidate.free for candidate in hypothesis.candidates(fitted, responses[hypothesis.name])]
+    for name, columns in responses.items():
+        candidates = [candidate.free for candidate in BY_NAME[name].candidates(fitted, columns)]
         if not candidates:
             continue
         factors = log_factors(*overlaps(linear, levels, candidates, every), SIZES)
-        names.append(hypothesis.name)
+        names.append(name)
         evidence.append(np.logaddexp.reduce(factors, axis=(0, 1)) - np.log(len(SIZES) * len(candidates)))
     nothing = np.array([probabilities(names, column)[0] for column in np.stack(evidence, axis=1)])
     as_strong = (1 + np.count_nonzero(nothing[1:] <= nothing[0])) / (RUNS + 1)
