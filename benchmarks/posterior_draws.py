@@ -56,11 +56,11 @@ class Draws:
         off = (setting.seen.measured - moved.predicted)[:, None]
         return np.asarray(setting.seen.whiten(self.found.levels, off)[:, 0])
 
-    def weight(self, off: Array) -> tuple[Array, float]:
-        """A draw whose independent numbers are ``off``, and its log weight but for a constant."""
+    def log_weight(self, off: Array) -> float:
+        """Of a draw whose independent numbers are ``off``, but for a constant."""
         at = self.begin + solve_triangular(self.factor[0], off, trans="T", lower=True)
         residual = self.residual(at)
-        return at, -0.5 * float(residual @ residual + at @ at - off @ off)
+        return -0.5 * float(residual @ residual + at @ at - off @ off)
 
     def randomised(self, rng: np.random.Generator) -> tuple[Array, float]:
         """An estimate with measurements and priors off by a draw, and how far its last step was (standard deviations
@@ -90,7 +90,7 @@ def judge(folder: Path, draws: int) -> dict[str, object]:
     logs, places, left, failed = [], [], [], 0
     for _ in range(draws):
         try:
-            logs.append(made.weight(rng.standard_normal(len(made.begin)))[1])
+            logs.append(made.log_weight(rng.standard_normal(len(made.begin))))
             at, last = made.randomised(rng)
             places.append(at)
             left.append(last)

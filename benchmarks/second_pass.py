@@ -1,7 +1,7 @@
 """A patch of snow or a gust hidden in a run, and another pass of the slope: what each is called without it and with it.
 
 ``python benchmarks/second_pass.py [--seeds 11 12] [--json FILE]`` prints a row a case, a patch and a gust a seed, and
-then how often a name was settled rightly and wrongly; some 70 s of computing a case.
+then how often a name was settled rightly and wrongly; some minutes of computing a case.
 """
 
 from __future__ import annotations
