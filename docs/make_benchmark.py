@@ -3,15 +3,16 @@
     python docs/make_benchmark.py FOLDER COMMIT   keep the answers of a folder that ``sssi benchmark diagnosis`` made
     python docs/make_benchmark.py                 make the page of what is kept
 
-COMMIT names the version that answered.  A folder of empty runs alone (``--empty``) is kept beside the other.  Of each diagnosis the curves over time are left out, but for the pictures of the
-three failures that show most: nothing was hidden and something was found, what was clear was not named, and what was
+COMMIT names the version that answered.  A folder whose cases conceal one kind alone (``--conceal``) is kept beside the
+other.  Of each diagnosis the curves over time are left out, but for the pictures of the three failures that show most: nothing was hidden and something was found, what was clear was not named, and what was
 named with the greatest probability was wrong; each the worst of its kind.
 """
 
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
+from collections import Counter
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import matplotlib as mpl
@@ -33,22 +34,51 @@ from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING
 
 DOCS = Path(__file__).parent
 KEPT = DOCS / "diagnosis-benchmark.parquet"
-EMPTY = DOCS / "diagnosis-benchmark-empty.parquet"
-"""Answers of runs in all of which nothing is hidden."""
 PAGE = DOCS / "diagnosis-benchmark.md"
 TEXT = DOCS / "diagnosis-benchmark-text.txt"
 """What stands below the figures."""
 PICTURES = DOCS / "images"
 _COLUMNS = ("case", "result", "seal", "commit")
-_OF_EMPTY = (
-    "false_alarms",
-    "false_alarms_bic",
-    "false_alarms_in_sample",
-    "false_alarms_force",
-    "nothing_not_adequate",
-    "friction_inside_90",
-)
-"""Figures that empty runs have."""
+
+
+@dataclass(frozen=True)
+class Alone:
+    """Runs that conceal one kind alone: where their answers are kept, what is said of them, and the figures they have."""
+
+    title: str
+    words: str
+    figures: tuple[str, ...]
+
+    def kept(self, kind: str) -> Path:
+        """The file of those of a ``kind``."""
+        return DOCS / f"diagnosis-benchmark-{kind}.parquet"
+
+
+ALONE = {
+    "none": Alone(
+        "Runs with nothing hidden",
+        "in none of which anything is hidden",
+        (
+            "false_alarms",
+            "false_alarms_bic",
+            "false_alarms_in_sample",
+            "false_alarms_force",
+            "nothing_not_adequate",
+            "friction_inside_90",
+        ),
+    ),
+    "unexplained": Alone(
+        "Effects that the list lacks",
+        "in each of which something acts that the diagnosis has no name for, of the two larger strengths",
+        ("unexplained_called_so", "unexplained_where_found", "unexplained_wrongly_named", "friction_inside_90"),
+    ),
+    "pair": Alone(
+        "Two effects at a time",
+        "in each of which two effects are hidden, of the two larger strengths",
+        ("pairs_both_named", "wrong_and_sure", "friction_inside_90"),
+    ),
+}
+"""By the kind of all their cases."""
 
 
 def keep(folder: Path, commit: str) -> None:
@@ -71,9 +101,10 @@ def keep(folder: Path, commit: str) -> None:
     columns = {"seal": pa.array([seal] * len(rows)), "commit": pa.array([commit] * len(rows))}
     for name, column in columns.items():
         table = table.append_column(name, column)
-    empty = all(case.kind == "none" for case, _ in whole)
-    pq.write_table(table, EMPTY if empty else KEPT, compression="zstd")
-    if empty:
+    kind = whole[0][0].kind
+    alone = kind in ALONE and all(case.kind == kind for case, _ in whole)
+    pq.write_table(table, ALONE[kind].kept(kind) if alone else KEPT, compression="zstd")
+    if alone:
         return
     for old in PICTURES.glob("benchmark_*.png"):
         old.unlink()
@@ -150,25 +181,30 @@ def failures_text() -> str:
     return "\n".join(lines) + "\n"
 
 
-def empty_text() -> str:
-    """The figures of the empty runs."""
-    scores, commit = kept_scores(EMPTY)
-    alarms = [
-        f"{result.first_name} {result.findings[0].probability:.2f}"
-        for _, result in kept_answers(EMPTY)
+def alone_text(kind: str) -> str:
+    """The figures of runs that conceal that kind alone; "" where none are kept."""
+    alone = ALONE[kind]
+    path = alone.kept(kind)
+    if not path.exists():
+        return ""
+    scores, commit = kept_scores(path)
+    found = Counter(
+        f"{case.name}: {result.first_name}" if kind != "none" else f"{result.first_name}"
+        for case, result in kept_answers(path)
         if result.findings
-    ]
+    )
+    said = ", ".join(f"{words} ({count})" for words, count in sorted(found.items()))
     lines = [
-        "## Runs with nothing hidden",
+        f"## {alone.title}",
         "",
-        f"{scores.cases} runs in none of which anything is hidden, by the reduced model, method `{commit}`, a seed not "
-        f"opened before; sha256 of their answers `{scores.seal}`.",
+        f"{scores.cases} runs, {alone.words}; by the reduced model, method `{commit}`, a seed not opened before; sha256 "
+        f"of their answers `{scores.seal}`.",
         "",
-        *shares_table(scores, _OF_EMPTY),
+        *shares_table(scores, alone.figures),
         "",
-        f"What was found: {', '.join(alarms) or 'nothing'}.",
+        f"Named first: {said or 'nothing'}.",
     ]
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines) + "\n\n"
 
 
 def kept_answers(path: Path) -> list[tuple[Case, CaseResult]]:
@@ -192,7 +228,7 @@ def page() -> str:
     """The page."""
     scores, commit = kept_scores(KEPT)
     text = TEXT.read_text(encoding="utf-8").replace("COMMIT", commit)
-    return f"{benchmark_page(scores)}\n{empty_text()}\n{failures_text()}\n{text}"
+    return f"{benchmark_page(scores)}\n{''.join(map(alone_text, ALONE))}{failures_text()}\n{text}"
 
 
 if __name__ == "__main__":

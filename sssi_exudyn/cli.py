@@ -35,6 +35,9 @@ SNOWS = ("paper", "carving")
 """What lies under the skis: friction at the foot as in the paper, or snow that edges cut."""
 HEADINGS = ("replay", "track", "free")
 """What holds the skier's heading on snow that edges cut."""
+CONCEALED = ("all", "nothing", "unlisted", "pairs")
+"""What cases of the benchmark conceal: everything in its turn, nothing, what the diagnosis has no name for, or two
+effects at a time."""
 
 _FUNCTIONS = {"import": "import_files", "ski": "identify", "benchmark": "diagnose"}
 """Functions of ``commands`` where they are not called as the command."""
@@ -160,7 +163,7 @@ def parser() -> argparse.ArgumentParser:
     blind.add_argument("--seed", type=int, default=1, help="default: %(default)s")
     blind.add_argument("--workers", type=_count, metavar="N", help="processes (default: one a core)")
     blind.add_argument("--full", type=int, default=30, help="cases for the full model (%(default)s)")
-    blind.add_argument("--empty", action="store_true", help="conceal nothing in any case: false alarms alone")
+    blind.add_argument("--conceal", choices=CONCEALED, default=CONCEALED[0], help="in its cases (%(default)s)")
     known = of.add_parser("recordings", parents=[common, written], help="on recordings with a truth.json")
     known.add_argument(
         "folders", type=Path, nargs="+", metavar="FOLDER", help="folders of recordings with a truth.json"
@@ -497,7 +500,7 @@ def _call(options: argparse.Namespace) -> str:
                 seed=options.seed,
                 full=options.full,
                 workers=options.workers,
-                empty=options.empty,
+                conceal=options.conceal,
                 progress=progress,
             )
             return to_json(scores)

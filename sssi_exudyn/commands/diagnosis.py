@@ -31,6 +31,7 @@ from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full import simulate as simulate_model
+from sssi_exudyn.validation.benchmark.cases import CONCEALED, Concealed
 from sssi_exudyn.validation.benchmark.known_answers import Comparison, compare, read_truth
 from sssi_exudyn.validation.benchmark.run import base_of, run_benchmark
 from sssi_exudyn.validation.benchmark.scores import Scores
@@ -193,11 +194,11 @@ def benchmark(
     seed: int,
     full: int,
     workers: int | None = None,
-    empty: bool = False,
+    conceal: Concealed = CONCEALED[0],
     progress: Progress = SILENT,
 ) -> Scores:
     """Test the diagnosis blindly on ``cases`` made from the movements of ``recordings``, the first ``full`` of them
-    with the full model, into ``out``; the scores.  Nothing is concealed in any where they are ``empty``.
+    with the full model, into ``out``; the scores.
     """
     with folder_lock(out):
         bases = []
@@ -209,7 +210,14 @@ def benchmark(
         with progress.stage("benchmark") as stage:
             processes = workers or os.cpu_count() or 1
             return run_benchmark(
-                out, bases, count=cases, seed=seed, full=full, workers=processes, progress=stage.advance, empty=empty
+                out,
+                bases,
+                count=cases,
+                seed=seed,
+                full=full,
+                workers=processes,
+                progress=stage.advance,
+                conceal=conceal,
             )
 
 

@@ -20,9 +20,10 @@ def test_every_case_is_kept(script: ModuleType) -> None:
     assert f"--cases {scores.cases} " in script.TEXT.read_text(encoding="utf-8")
     assert len(commit) >= 7
     assert scores.seal in script.page()
-    empty, _ = script.kept_scores(script.EMPTY)
-    assert empty.false_alarms.of == empty.cases
-    assert empty.seal in script.page()
+    for kind, alone in script.ALONE.items():
+        kept, _ = script.kept_scores(alone.kept(kind))
+        assert {case.kind for case, _ in script.kept_answers(alone.kept(kind))} == {kind}
+        assert kept.seal in script.page()
 
 
 def test_failures_are_the_worst_of_their_kinds_and_have_pictures(script: ModuleType) -> None:

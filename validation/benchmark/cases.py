@@ -10,7 +10,7 @@ from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
@@ -89,16 +89,29 @@ _PAIRS: Final = (
 )
 
 
-def plan(count: int, seed: int, *, empty: bool = False) -> list[tuple[str, str, int]]:
-    """(name, kind, strength) of ``count`` cases: a quarter nothing, pairs and unknown effects a twelfth each, the rest
-    single effects in turn at the four strengths.  All nothing where they are ``empty``.
+Concealed = Literal["all", "nothing", "unlisted", "pairs"]
+CONCEALED: Final[tuple[Concealed, ...]] = ("all", "nothing", "unlisted", "pairs")
+"""What the cases of a benchmark conceal: everything in its turn, nothing in any of them, effects alone that the
+diagnosis has no name for, or two effects at a time.
+"""
+
+
+def plan(count: int, seed: int, conceal: Concealed = "all") -> list[tuple[str, str, int]]:
+    """(name, kind, strength) of ``count`` cases: a quarter nothing, pairs and unlisted effects a twelfth each, the rest
+    single effects in turn at the four strengths.  Pairs, and unlisted effects where these alone are concealed, are of
+    the two larger strengths.
     """
-    if empty:
+    pairs = [("+".join(_PAIRS[i % len(_PAIRS)]), "pair", 2 + i % 2) for i in range(count)]
+    others = list(UNKNOWN)
+    if conceal == "nothing":
         return [("none", "none", 0)] * count
+    if conceal == "unlisted":
+        return [(others[i % len(others)], "unexplained", 2 + (i // len(others) + i) % 2) for i in range(count)]
+    if conceal == "pairs":
+        return pairs
     rng = np.random.default_rng([seed, 0])
     nothing = [("none", "none", 0)] * round(0.25 * count)
-    pairs = [("+".join(_PAIRS[i % len(_PAIRS)]), "pair", 2 + i % 2) for i in range(round(count / 12))]
-    others = list(UNKNOWN)
+    pairs = pairs[: round(count / 12)]
     unknown = [(others[i % len(others)], "unexplained", (i // len(others) + i) % 4) for i in range(round(count / 12))]
     names = [*((n, "physics") for n in PHYSICS), *((n, "sensor") for n in SENSOR)]
     rest = count - len(nothing) - len(pairs) - len(unknown)

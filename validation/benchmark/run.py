@@ -34,7 +34,7 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.provenance import source_digest
 from sssi_exudyn.runtime.workers import end_with_parent
-from sssi_exudyn.validation.benchmark.cases import Case, Made, Recorded, make, plan
+from sssi_exudyn.validation.benchmark.cases import CONCEALED, Case, Concealed, Made, Recorded, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.scores import CaseResult, Scores, score
 from sssi_exudyn.validation.benchmark.world import Instruments
@@ -154,12 +154,12 @@ def run_benchmark(
     full: int,
     workers: int,
     progress: Progress,
-    empty: bool = False,
+    conceal: Concealed = CONCEALED[0],
 ) -> Scores:
     """Make, seal, diagnose and score ``count`` cases into ``folder``, in ``workers`` processes; the first ``full`` with
-    the full model.  Nothing is concealed in any where they are ``empty``.
+    the full model.
     """
-    planned = plan(count, seed, empty=empty)
+    planned = plan(count, seed, conceal)
     cases: dict[int, Case] = {}
     with ProcessPoolExecutor(workers, get_context("spawn"), _prepare_worker, (bases, seed, full, folder)) as pool:
         making = [pool.submit(_make_case, index, each) for index, each in enumerate(planned)]
