@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Final
@@ -22,8 +22,8 @@ from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE, STEADY_LAWS
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Progress, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.refit import Refit
-from sssi_exudyn.validation.diagnosis.rivals import estimate_rivals
-from sssi_exudyn.validation.diagnosis.search import Explanation, Round, compare_hypotheses
+from sssi_exudyn.validation.diagnosis.rivals import Anew, best_law, estimate_rivals
+from sssi_exudyn.validation.diagnosis.search import Explanation, Round, compare_hypotheses, rank_by_probability
 from sssi_exudyn.validation.diagnosis.search_result import Accepted, Figures, SearchEnd, SearchResult, SeparateFit
 from sssi_exudyn.validation.diagnosis.state import (
     State,
@@ -76,13 +76,13 @@ def diagnose(
             break
         try:
             latest, anew = estimate_rivals(problem, state, latest, full=full)
+            latest, pair = _try_pair(latest, anew, forms)
             best = latest.best
             if latest.nothing.probability > allowed or best.name not in anew:
                 rounds[-1] = latest
                 break
             about = anew[best.name]
-            form = _form_error(latest, best)
-            following = compare_hypotheses(about.problem, _beside(about.state, [*forms, form]), about.fit)
+            form, following = pair or _next_round(latest, best, about, forms)
         except SimulationDiverged as error:
             progress(None, f"the search ends: with {latest.best.name} {error}")
             break
@@ -120,6 +120,31 @@ def diagnose(
         separate_fit=partial(separate_fit, problem, state, base, accepted),
         end=SearchEnd(problem, state, base, tuple(accepted), full),
     )
+
+
+def _next_round(latest: Round, best: Explanation, about: Anew, forms: Sequence[Freedom]) -> tuple[Freedom, Round]:
+    """What the form of ``best`` may be wrong by, and what is missing beside it, ``about`` its estimate."""
+    form = _form_error(latest, best)
+    return form, compare_hypotheses(about.problem, _beside(about.state, [*forms, form]), about.fit)
+
+
+def _try_pair(
+    latest: Round, anew: Mapping[str, Anew], forms: Sequence[Freedom]
+) -> tuple[Round, tuple[Freedom, Round] | None]:
+    """Where no law alone explains as much as a force of unknown law does, and two together do: the round in which the
+    best law stands for itself and the second, and what ``_next_round`` gives of it.  Else the same round, and None.
+    """
+    law = best_law(latest, anew)
+    if latest.best.name != LATENT_FORCE.name or law is None:
+        return latest, None
+    form, following = _next_round(latest, law, anew[law.name], forms)
+    second = following.best
+    both = law.log_evidence + second.log_evidence - following.nothing.log_evidence
+    if second.fit is None or second.name == LATENT_FORCE.name or both <= latest.best.log_evidence:
+        return latest, None
+    every = [replace(law, log_evidence=both) if each is law else each for each in latest.explanations]
+    ranked = replace(latest, explanations=rank_by_probability(every, latest.explained))
+    return (ranked, (form, following)) if ranked.best.name == law.name else (latest, None)
 
 
 def _form_error(latest: Round, found: Explanation) -> Freedom:

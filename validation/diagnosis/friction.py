@@ -6,20 +6,20 @@ An effect too weak to be found moves friction none the less, and each that may b
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from scipy.linalg import cho_solve
 
 from sssi_exudyn.fitting.posterior import Posterior
-from sssi_exudyn.validation.diagnosis.evidence import uncertain
-from sssi_exudyn.validation.diagnosis.refit import Refit
+from sssi_exudyn.validation.diagnosis.refit import Refit, linear_values
 from sssi_exudyn.validation.diagnosis.result import Number
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import SPREAD, Mixture
 
+Values = Mapping[str, tuple[float, float]]
+"""Numbers by their names, with their standard deviations."""
 FRICTION: Final = ("friction.mu_t", "friction.mu_n")
 _NEGLIGIBLE: Final = 1e-3
 """Probability below which an explanation does not move an interval of nine in ten."""
@@ -43,7 +43,7 @@ def averaged_friction(
             for probability, moved in beside:
                 shift, ratio = moved[name]
                 parts.append((likely * probability, middle + shift, sigma * ratio))
-            likely *= chosen.probability
+            likely *= chosen.probability * (1.0 - _share_of_any(chosen))
         weights, means, sigmas = np.array([*parts, (likely, middle, sigma)]).T
         mixture = Mixture(weights / np.sum(weights), means, sigmas)
         least, most = final.model.bounds(name)
@@ -59,17 +59,29 @@ def _beside(searched: Round, chosen: Explanation) -> list[tuple[float, dict[str,
     assert chosen.fit is not None
     fitted, linear = _fitted(chosen.fit), None
     found = []
+
+    def add(probability: float, its: Values, by: Values) -> None:
+        moved = {name: (its[name][0] - by[name][0], its[name][1] / by[name][1]) for name in FRICTION}
+        found.append((probability, moved))
+
     for each in searched.explanations:
-        if each is chosen or each.probability < _NEGLIGIBLE:
+        if each.probability < _NEGLIGIBLE:
+            continue
+        of_any = _share_of_any(each)
+        if each.any_form is not None:
+            add(each.probability * of_any, each.any_form.values, fitted)
+        if each is chosen:
             continue
         if each.fit is not None:
-            its, by = _fitted(each.fit), fitted
+            add(each.probability * (1.0 - of_any), _fitted(each.fit), fitted)
         else:
             linear = linear or _linearly(searched, chosen)
-            its, by = _linearly(searched, each), linear
-        moved = {name: (its[name][0] - by[name][0], its[name][1] / by[name][1]) for name in FRICTION}
-        found.append((each.probability, moved))
+            add(each.probability * (1.0 - of_any), _linearly(searched, each), linear)
     return found
+
+
+def _share_of_any(explanation: Explanation) -> float:
+    return 0.0 if explanation.any_form is None else explanation.any_form.share
 
 
 def _fitted(fit: Refit) -> dict[str, tuple[float, float]]:
@@ -77,19 +89,11 @@ def _fitted(fit: Refit) -> dict[str, tuple[float, float]]:
     return {name: (value, above - value) for name in FRICTION for value, _, above in [fit.interval(name, 1.0)]}
 
 
-def _linearly(searched: Round, explanation: Explanation) -> dict[str, tuple[float, float]]:
+def _linearly(searched: Round, explanation: Explanation) -> Values:
     """The same by the linear model of a round, all else integrated out."""
     linear, parameters = searched.linear, searched.base.parameters
     first = linear.free.columns.shape[1] - len(parameters)
     if explanation.candidate is not None:
         more = explanation.candidate.free
         linear = replace(linear, free=linear.free.with_more(more.columns, more.scales))
-    known = uncertain(linear, explanation.levels)
-    amounts = known.share(known.residual)
-    sigmas = np.sqrt(np.diag(cho_solve(known.factor, np.eye(len(amounts)))))
-    found: dict[str, tuple[float, float]] = {}
-    for i, parameter in enumerate(parameters, first):
-        for name in set(FRICTION) & set(parameter.names):
-            scale = float(linear.free.scales[i])
-            found[name] = parameter.prior.mean + scale * float(amounts[i]), scale * float(sigmas[i])
-    return found
+    return linear_values(linear, explanation.levels, parameters, first)

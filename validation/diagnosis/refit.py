@@ -8,10 +8,11 @@ search is NLopt's SLSQP on the reduced model, with the Gauss-Newton curvature of
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import cho_solve
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.measurements import Measurements
@@ -20,7 +21,7 @@ from sssi_exudyn.fitting.optimise import minimise_squares
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.prepared import Prepared
 from sssi_exudyn.simulation.sensitivities import sensitivities
-from sssi_exudyn.validation.diagnosis.evidence import Whitener
+from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, Whitener, uncertain
 
 _ENOUGH = 0.02
 """Change of J, in units of χ²/2, that ends the search."""
@@ -99,6 +100,23 @@ def with_parameters(model: Model, parameters: tuple[Parameter, ...], values: Arr
         name: float(value) for p, value in zip(parameters, values, strict=True) for name in p.names
     }
     return model.with_values(found)
+
+
+def linear_values(
+    linear: LinearModel, levels: NoiseLevels, parameters: Sequence[Parameter], first: int
+) -> dict[str, tuple[float, float]]:
+    """Values of ``parameters`` and their standard deviations by a linear model, all else integrated out; ``first`` is
+    where they begin among what is free.
+    """
+    known = uncertain(linear, levels)
+    amounts = known.share(known.residual)
+    sigmas = np.sqrt(np.diag(cho_solve(known.factor, np.eye(len(amounts)))))
+    found: dict[str, tuple[float, float]] = {}
+    for i, parameter in enumerate(parameters, first):
+        scale = float(linear.free.scales[i])
+        value = parameter.prior.mean + scale * float(amounts[i]), scale * float(sigmas[i])
+        found |= dict.fromkeys(parameter.names, value)
+    return found
 
 
 def refit(

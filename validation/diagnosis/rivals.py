@@ -3,10 +3,15 @@
 Far from the truth, and as if nothing were missing, posture and snow surface have given way to what is missing; there
 responses are not linear by more than what two names differ by.  So every rival of the best explanation has all that is
 uncertain estimated anew with it, and is weighed by the evidence about that.
+
+A law that nobody has listed is a rival, too, of any shape: a latent force in the place of the best law, about the
+estimate with that law.  What a law does that is listed, one that is not may do as well; how much less probable the
+measurements are under a force without a law says how sure a name can be.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -14,16 +19,20 @@ import numpy as np
 
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.validation.diagnosis.evidence import best_levels
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
-from sssi_exudyn.validation.diagnosis.refit import Refit
+from sssi_exudyn.validation.diagnosis.refit import Refit, linear_values
 from sssi_exudyn.validation.diagnosis.search import (
+    AnyForm,
     Explanation,
     Round,
     evidence_by_size,
     rank_by_probability,
     weigh_refit,
+    without_law,
 )
 from sssi_exudyn.validation.diagnosis.state import State, estimate_again, linear_model
+from sssi_exudyn.validation.diagnosis.statistics.unlisted_force import unlisted_force
 
 RIVAL: Final = 0.03
 """Probability from which on an explanation is a rival of the best one."""
@@ -46,32 +55,72 @@ def estimate_rivals(
     """The round with the best explanation and its rivals estimated anew, and these by their names.  That nothing is
     missing is a rival like any other: its estimate goes on, too.
 
+    The best law is estimated anew where a force of unknown law alone would be: two laws may explain what one does not.
     What is not estimated anew gains as much as the least of these, so that none of it overtakes them.  Raises
     SimulationDiverged where the best cannot be estimated; a rival that cannot is none.
     """
     best, nothing = latest.best, latest.nothing
-    rivals = [each for each in latest.explanations if each.name and each.fit is not None]
-    rivals = [each for each in rivals if each is best or each.probability >= RIVAL][:_MOST]
+    fitted = [each for each in latest.explanations if each.name and each.fit is not None]
+    rivals = [each for each in fitted if each is best or each.probability >= RIVAL][:_MOST]
+    if {each.name for each in rivals} == {LATENT_FORCE.name}:
+        rivals += [each for each in fitted if each is not best and np.isfinite(each.log_evidence)][:1]
     if nothing.probability >= RIVAL:
         rivals.append(nothing)
     found: dict[str, Anew] = {}
     weighed: dict[str, Explanation] = {}
-    for each in rivals:
+
+    def estimate(each: Explanation) -> None:
         assert each.fit is not None
         problem.progress(None, f"posture and snow surface with {each.name or 'nothing added'}")
+        anew = Anew(*estimate_again(problem, replace(state, levels=each.levels), each.fit, full=full))
+        weighed[each.name] = _weigh(anew, latest.base, each)
+        found[each.name] = anew
+
+    def ranked() -> Round:
+        gains = [weighed[each.name].log_evidence - each.log_evidence for each in rivals if each.name in found]
+        gain = min((each for each in gains if np.isfinite(each)), default=0.0)
+        every = [
+            weighed.get(each.name) or replace(each, log_evidence=each.log_evidence + gain)
+            for each in latest.explanations
+        ]
+        weighed_again = replace(latest, explanations=tuple(every))
+        every = [_unlisted(weighed_again, each, found) if each.name == LATENT_FORCE.name else each for each in every]
+        return replace(latest, explanations=rank_by_probability(every, latest.explained))
+
+    for each in rivals:
         try:
-            anew = Anew(*estimate_again(problem, replace(state, levels=each.levels), each.fit, full=full))
-            weighed[each.name] = _weigh(anew, latest.base, each)
-            found[each.name] = anew
+            estimate(each)
         except SimulationDiverged:
             if each is best:
                 raise
-    gains = [weighed[each.name].log_evidence - each.log_evidence for each in rivals if each.name in found]
-    gain = min((each for each in gains if np.isfinite(each)), default=0.0)
-    every = [
-        weighed.get(each.name) or replace(each, log_evidence=each.log_evidence + gain) for each in latest.explanations
-    ]
-    return replace(latest, explanations=rank_by_probability(every, latest.explained)), found
+    following = ranked()
+    if following.best.name == LATENT_FORCE.name and LATENT_FORCE.name not in found and following.best.fit is not None:
+        estimate(next(each for each in latest.explanations if each.name == LATENT_FORCE.name))
+        following = ranked()
+    return following, found
+
+
+def best_law(latest: Round, found: Mapping[str, Anew]) -> Explanation | None:
+    """The most probable explanation that has a law, of those estimated anew; None where none was."""
+    laws = [each for each in latest.explanations if each.name in found and each.name not in ("", LATENT_FORCE.name)]
+    possible = [each for each in laws if each.candidate is not None and np.isfinite(each.log_evidence)]
+    return max(possible, key=lambda each: each.log_evidence, default=None)
+
+
+def _unlisted(latest: Round, explanation: Explanation, found: Mapping[str, Anew]) -> Explanation:
+    """The force that no known law explains, with a second form that has a hypothesis' weight of its own: any, in the
+    place of the best law.
+    """
+    law = best_law(latest, found)
+    if law is None or law.candidate is None:
+        return explanation
+    anew = found[law.name]
+    linear, kept = without_law(anew.problem, anew.state, latest.base, law.candidate, anew.fit)
+    responses = latest.responses[LATENT_FORCE.name]
+    of_any, free = unlisted_force(linear, law.levels, latest.fitted, responses)
+    evidence = float(np.logaddexp(explanation.log_evidence, of_any))
+    values = linear_values(free, law.levels, kept, len(linear.free.scales) - len(kept))
+    return replace(explanation, log_evidence=evidence, any_form=AnyForm(float(np.exp(of_any - evidence)), values))
 
 
 def _weigh(anew: Anew, base: Refit, explanation: Explanation) -> Explanation:

@@ -6,7 +6,7 @@ noise as it is; the best are refitted with the real term or fault in the model, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -50,6 +50,16 @@ _HOPEFUL: Final = 0.5
 
 
 @dataclass(frozen=True)
+class AnyForm:
+    """What of an explanation's probability is its being of any form, in the place of a law; and each of the fit's
+    numbers there, with its standard deviation.
+    """
+
+    share: float
+    values: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
 class Explanation:
     """A hypothesis in a round, or that nothing is missing.
 
@@ -62,6 +72,7 @@ class Explanation:
     size : one of ``SIZES``
     log_place : what searching all places adds to the log evidence of the best one, below 0
     log_natural : of what shapes the snow: density of its size were it the slope's own, over that were it not
+    any_form : of the force that no known law explains, once it was weighed beside a law
     """
 
     name: str
@@ -73,6 +84,7 @@ class Explanation:
     size: float = 1.0
     log_place: float = 0.0
     log_natural: float = -np.inf
+    any_form: AnyForm | None = None
 
 
 @dataclass(frozen=True)
@@ -206,7 +218,8 @@ def _refit_best(
     least = max(nothing.log_evidence - _HOPEFUL, nothing.log_evidence + gain - max(_WORTHWHILE, 0.5 * gain))
     finalists = [each for each in ranked[:_FINALISTS] if each.log_evidence > least]
     if gain > _WORTHWHILE:
-        finalists += [each for each in ranked if BY_NAME[each.name].moves_all and each not in finalists]
+        unlike = [each for each in ranked if BY_NAME[each.name].moves_all or BY_NAME[each.name].kind == "unexplained"]
+        finalists += [each for each in unlike if each not in finalists]
     finalists += [each for each in ranked if BY_NAME[each.name].always_refitted(fitted) and each not in finalists]
     if finalists:
         problem.progress(None, f"refitting with {', '.join(each.name for each in finalists)}")
@@ -282,6 +295,18 @@ def _fix_places(base: Refit, candidate: Candidate, fit: Refit) -> Refit:
     parameters, _ = extended_parameters(base, candidate)
     count = len(parameters)
     return replace(fit, parameters=parameters, values=fit.values[:count], sensitivity=fit.sensitivity[:, :count])
+
+
+def without_law(
+    problem: DiagnosisProblem, state: State, base: Refit, candidate: Candidate, fit: Refit
+) -> tuple[LinearModel, tuple[Parameter, ...]]:
+    """Measurements less prediction about ``fit``, as if the candidate that it has did nothing; and the parameters that
+    are left, the last of what is free.
+    """
+    placed = _fix_places(base, candidate, fit)
+    linear, kept = linear_model(problem, state, placed), -len(candidate.amplitudes)
+    free = Freedom(linear.free.columns[:, :kept], linear.free.scales[:kept])
+    return replace(linear, free=free), placed.parameters[:kept]
 
 
 def evidence_by_size(

@@ -25,7 +25,7 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     whiten_columns,
     whitener,
 )
-from sssi_exudyn.validation.diagnosis.statistics.missing_force import _gain, discoveries
+from sssi_exudyn.validation.diagnosis.statistics.missing_force import discoveries, gain_of
 
 LEVELS = NoiseLevels(
     ExponentialNoise(0.02, 2.0),
@@ -124,7 +124,7 @@ def test_the_factor_of_some_force_is_a_difference_of_evidence() -> None:
     known, g = uncertain(given, LEVELS), whiten_columns(given, LEVELS, shapes)
     gram, pull = g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual)
     with_force = log_evidence(given, LEVELS, Freedom(shapes @ np.linalg.cholesky(prior), np.ones(6)))
-    gain, factor = _gain(prior, gram, pull)
+    gain, factor = gain_of(prior, gram, pull)
     assert factor == pytest.approx(with_force - log_evidence(given, LEVELS), abs=1e-8)  # rounding
     np.testing.assert_allclose(gain, np.linalg.inv(np.linalg.inv(prior) + gram), rtol=1e-8, atol=1e-12)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -13,7 +13,7 @@ from test_evidence import LEVELS
 
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.validation.diagnosis import rivals, search
+from sssi_exudyn.validation.diagnosis import diagnose, rivals, search
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem, no_nuisances
 from sssi_exudyn.validation.diagnosis.rivals import estimate_rivals
@@ -122,3 +122,48 @@ def test_about_the_same_estimate_the_evidence_is_the_same(monkeypatch: pytest.Mo
     for each in again.explanations:
         # noise levels are sought until the evidence changes by 1e-7 of itself, from other places
         assert each.log_evidence == pytest.approx(before[each.name], abs=0.05)
+
+
+def test_the_best_law_is_estimated_beside_a_force_that_has_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    weighing = Weighing(monkeypatch, unexplained_force=60.0, gust=30.0)
+    _, best, anew = weighing.estimate(a_round(nothing=-100.0, unexplained_force=40.0, gust=0.0, wind=-3.0))
+    assert best == "unexplained_force"
+    assert anew == {"unexplained_force", "gust"}
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A round whose best explanation is a force without a law, the best law about whose estimate a second one is found
+    that brings ``gain``.
+    """
+
+    second: str
+    gain: float
+
+    def tried(self, monkeypatch: pytest.MonkeyPatch) -> tuple[Round, Any]:
+        law: Any = SimpleNamespace()
+        latest = a_round(nothing=-100.0, unexplained_force=50.0, gust=20.0)
+        latest = replace(latest, explanations=tuple(replace(each, candidate=law) for each in latest.explanations))
+        following = a_round(nothing=20.0, **{self.second: 20.0 + self.gain})
+        monkeypatch.setattr(diagnose, "_next_round", lambda *_: (None, following))
+        about: Any = SimpleNamespace()
+        return diagnose._try_pair(latest, {"unexplained_force": about, "gust": about}, [])
+
+
+def test_two_laws_that_explain_more_than_a_force_without_one_stand_in_its_place(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found, pair = Pair("slope_change", 40.0).tried(monkeypatch)
+    assert pair is not None
+    assert found.best.name == "gust"
+    assert found.best.log_evidence == 60.0
+    assert found.best.probability > 0.9
+
+
+@pytest.mark.parametrize(("second", "gain"), [("slope_change", 20.0), ("unexplained_force", 40.0)])
+def test_two_that_explain_less_or_a_force_beside_a_law_do_not(
+    monkeypatch: pytest.MonkeyPatch, second: str, gain: float
+) -> None:
+    found, pair = Pair(second, gain).tried(monkeypatch)
+    assert pair is None
+    assert found.best.name == "unexplained_force"

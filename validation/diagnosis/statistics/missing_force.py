@@ -5,7 +5,8 @@
 u is the force at the centre of mass, along and across the skis and normal to the snow, in cells of time; K says that it
 is of some size and keeps its direction for some time, those of a few under which the measurements are most probable; a
 is everything else that may vary (see ``evidence``).  How probable they are with some force against none is one number,
-the Bayes factor with u integrated out, averaged over sizes and times.  What stands out is compared with what the same
+the Bayes factor with u integrated out, averaged over sizes and times, and over forces in all three directions and in
+one alone: friction and drag act along, a change of load normal.  What stands out is compared with what the same
 smoothing makes of noise alone, with the false discovery rate held over all cells.
 
 Were the force the snow's, it would act on the feet, and each sole would carry its part: insoles distinguish the feet by
@@ -36,8 +37,8 @@ _SIZE: Final = 60.0
 _SIZES: Final = (20.0, _SIZE, 180.0)
 """N; of a missing force, before the data speak: usual, and those that are tried."""
 _CORRELATION: Final = 0.8
-_CORRELATIONS: Final = (0.3, _CORRELATION, 2.0)
-"""s over which it keeps its direction, likewise."""
+_CORRELATIONS: Final = (0.3, _CORRELATION, 2.0, 6.0)
+"""s over which it keeps its direction, likewise; the longest is of what grows along a run."""
 FALSE_DISCOVERIES: Final = 0.05
 PLACEBOS: Final = 19
 """A finding that beats all of them is one that chance gives in one of twenty."""
@@ -100,21 +101,14 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     """
     edges = fitted.time_edges
     cells = len(edges) - 1
-    middles = 0.5 * (edges[1:] + edges[:-1])
-    forward = fitted.run.foot_forward.mean(axis=1)
-    course = np.stack([np.interp(middles, fitted.run.time, forward[:, axis]) for axis in range(2)])
-    course = course / np.linalg.norm(course, axis=0)
-    cosine, sine = course
-    by_f, by_l, by_n = responses.reshape(len(responses), 3, cells).transpose(1, 0, 2)
-    shaped = np.hstack([by_f * cosine + by_l * sine, by_l * cosine - by_f * sine, by_n])
+    course = _course(fitted)
+    shaped = along_course(fitted, responses)
     known = uncertain(linear, levels)
 
     def smooth(columns: Array, parts: int) -> _Smoothed:
         """A force of independent ``parts``, three directions each, by its columns (N, 3·parts·c)."""
-        alike = [latent_covariance(middles, size, time) for size in _SIZES for time in _CORRELATIONS]
-        priors = [np.asarray(np.kron(np.eye(parts) / parts, each), dtype=np.float64) for each in alike]
         g = whiten_columns(linear, levels, columns)
-        return _smooth(g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual), priors)
+        return _smooth(g.T @ known.remove_from(g), g.T @ known.remove_from(known.residual), *forms_of(edges, parts))
 
     found = smooth(shaped, 1)
     gain, gram, mean, band = found.gain, found.gram, found.mean, found.band
@@ -129,6 +123,34 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     return MissingForce(
         edges, mean.reshape(3, cells).T, band.reshape(3, cells).T, score.T, out.T, found.log_bayes_factor, on_feet
     )
+
+
+def _course(fitted: FittedRun) -> Array:
+    """(2, c) unit vectors of the skis' way in the cells, down the fall line and to the left."""
+    edges, forward = fitted.time_edges, fitted.run.foot_forward.mean(axis=1)
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    course = np.stack([np.interp(middles, fitted.run.time, forward[:, axis]) for axis in range(2)])
+    return np.asarray(course / np.linalg.norm(course, axis=0))
+
+
+def along_course(fitted: FittedRun, responses: Array) -> Array:
+    """(N, 3·c) responses to a newton along and across the skis' way and normal to the snow in each cell; ``responses``
+    as in ``missing_force``.
+    """
+    cosine, sine = _course(fitted)
+    by_f, by_l, by_n = responses.reshape(len(responses), 3, -1).transpose(1, 0, 2)
+    return np.hstack([by_f * cosine + by_l * sine, by_l * cosine - by_f * sine, by_n])
+
+
+def forms_of(edges: Array, parts: int) -> tuple[list[Array], list[Array]]:
+    """Covariances N², of every size and time, of forces of independent ``parts`` in cells between ``edges`` (c + 1,) s:
+    in all three directions, and in one of them alone.
+    """
+    cells, middles = len(edges) - 1, 0.5 * (edges[1:] + edges[:-1])
+    alike = [latent_covariance(middles, size, time) for size in _SIZES for time in _CORRELATIONS]
+    every = [np.asarray(np.kron(np.eye(parts) / parts, each), dtype=np.float64) for each in alike]
+    ways = np.kron(np.eye(len(DIRECTIONS)), np.ones(cells))
+    return every, [prior * np.outer(kept, kept) for kept in np.tile(ways, parts) for prior in every]
 
 
 def _carried_by_soles(fitted: FittedRun, course: Array) -> Array:
@@ -170,15 +192,24 @@ class _Smoothed:
     log_bayes_factor: float
 
 
-def _smooth(gram: Array, pull: Array, priors: Sequence[Array]) -> _Smoothed:
-    """Under the most probable of ``priors`` (k, k); the Bayes factor is averaged over them."""
-    gains, factors = zip(*(_gain(prior, gram, pull) for prior in priors), strict=True)
+def _smooth(gram: Array, pull: Array, priors: Sequence[Array], alone: Sequence[Array]) -> _Smoothed:
+    """Under the most probable of ``priors`` (k, k); the Bayes factor is averaged over these and those in one direction
+    ``alone``, half each.
+    """
+    gains, factors = zip(*(gain_of(prior, gram, pull) for prior in priors), strict=True)
     gain = gains[int(np.argmax(factors))]
     band = np.sqrt(np.maximum(np.diag(gain), 0.0))
-    return _Smoothed(gain @ pull, band, gain, gram, float(np.logaddexp.reduce(factors) - np.log(len(factors))))
+    factor = half_each(factors, [gain_of(prior, gram, pull)[1] for prior in alone])
+    return _Smoothed(gain @ pull, band, gain, gram, factor)
 
 
-def _gain(prior: Array, gram: Array, pull: Array) -> tuple[Array, float]:
+def half_each(*log_factors: Sequence[float]) -> float:
+    """Log of the mean of the means of some groups' factors."""
+    means = [np.logaddexp.reduce(some) - np.log(len(some)) for some in log_factors]
+    return float(np.logaddexp.reduce(means) - np.log(len(means)))
+
+
+def gain_of(prior: Array, gram: Array, pull: Array) -> tuple[Array, float]:
     """Covariance afterwards of amplitudes of covariance ``prior``, and the log Bayes factor of them against none, from
     what is known of them: information ``gram`` and ``pull`` (Rasmussen and Williams 2006, A.9 and A.10).
     """
