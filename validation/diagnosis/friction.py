@@ -13,6 +13,8 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.fitting.posterior import Posterior
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.refit import Refit, linear_values
 from sssi_exudyn.validation.diagnosis.result import Number
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
@@ -33,6 +35,7 @@ def averaged_friction(
     compared with.
     """
     every = [*accepted, (last, last.nothing)]
+    usual = _if_usual(accepted, final.model)
     others = [_beside(searched, chosen) for searched, chosen in every]
     found: dict[str, Number] = {}
     for name in FRICTION:
@@ -44,11 +47,22 @@ def averaged_friction(
                 shift, ratio = moved[name]
                 parts.append((likely * probability, middle + shift, sigma * ratio))
             likely *= chosen.probability * (1.0 - _share_of_any(chosen))
-        weights, means, sigmas = np.array([*parts, (likely, middle, sigma)]).T
+        parts += [(likely / (len(usual) + 1), middle + shift[name], sigma) for shift in [*usual, {name: 0.0}]]
+        weights, means, sigmas = np.array(parts).T
         mixture = Mixture(weights / np.sum(weights), means, sigmas)
         least, most = final.model.bounds(name)
         low, up = max(mixture.quantile(0.05), least), min(mixture.quantile(0.95), most)
         found[name.partition(".")[2]] = Number(mixture.mean, low, up, "1")
+    return found
+
+
+def _if_usual(accepted: Sequence[tuple[Round, Explanation]], model: Model) -> list[Mapping[str, float]]:
+    """By how much frictions would be larger, were one of the findings the usual and the rest of the run other."""
+    found: list[Mapping[str, float]] = []
+    for searched, each in accepted:
+        assert each.candidate is not None
+        shifts = BY_NAME[each.name].shifts_if_usual(searched.fitted, each.candidate, model)
+        found += [{name: shifts.get(name, 0.0) for name in FRICTION}] if shifts else []
     return found
 
 

@@ -169,6 +169,12 @@ class Hypothesis(ABC):
         """The same in a coach's words and sizes, without symbols; where ``sentence`` has none, it does."""
         return self.sentence(numbers, model)
 
+    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> Mapping[str, float]:
+        """By how much the model's numbers, by their names, would be larger, were what it adds the usual and the rest of
+        the run what differs; none where the two can be told apart.
+        """
+        return {}
+
     def possible(self, model: Model) -> bool:
         """Whether a model fitted with it is physically possible."""
         return True

@@ -29,6 +29,9 @@ class Fit:
         value = self.values[name]
         return value, value - spread * self.sigma, value + spread * self.sigma
 
+    def value(self, name: str) -> float:
+        return self.values[name]
+
     def bounds(self, name: str) -> tuple[float, float]:
         assert name in self.values
         return 0.0, 2.0
@@ -36,12 +39,15 @@ class Fit:
 
 def explanation(name: str, probability: float, fit: Any) -> Explanation:
     levels: Any = NoiseLevels
-    return Explanation(name, 0.0, probability, None, fit, levels)
+    candidate: Any = SimpleNamespace(amplitudes=((f"{name}.delta_mu_t",), (f"{name}.delta_mu_n",)))
+    return Explanation(name, 0.0, probability, candidate if name else None, fit, levels)
 
 
 def of_round(*explanations: Explanation) -> Round:
+    """Of a run down the fall line at 10 m/s for 6 s."""
     nothing: Any = None
-    return Round(explanations, nothing, nothing, nothing, {}, {})
+    fitted: Any = SimpleNamespace(time_edges=np.linspace(0.0, 6.0, 16), time_at=lambda f: f / 10.0)
+    return Round(explanations, nothing, nothing, fitted, {}, {})
 
 
 def test_one_explanation_is_a_normal_distribution() -> None:
@@ -76,6 +82,7 @@ def test_a_rival_s_friction_is_in_the_interval() -> None:
     first = of_round(chosen, explanation("gust", 0.3, gust), explanation("wind", 0.0, None))
     last = of_round(explanation("", 1.0, Fit(0.06, 0.55, 0.002)))
     final: Any = Fit(0.06, 0.55, 0.002)
+    final.values |= {"snow_patch.f0": 20.0, "snow_patch.f1": 40.0}
     found = averaged_friction(last, [(first, chosen)], final)
     assert found["mu_t"].value == pytest.approx(0.7 * 0.06 + 0.3 * 0.09)
     assert found["mu_t"].low < 0.06
@@ -84,6 +91,19 @@ def test_a_rival_s_friction_is_in_the_interval() -> None:
     expected = Mixture(np.array([0.3, 0.7]), np.array([0.09, 0.06]), spread * np.array([0.004, 0.002]))
     assert found["mu_t"].high == pytest.approx(expected.quantile(0.95), rel=1e-4)  # 1.6449 for the quantile
     assert found["mu_n"].value == pytest.approx(0.55)
+
+
+@pytest.mark.parametrize(("begin", "end"), [(1.0, 30.0), (30.0, 59.0)])
+def test_faster_snow_at_one_end_of_a_run_may_be_slower_snow_on_the_rest(begin: float, end: float) -> None:
+    chosen = explanation("snow_patch", 1.0, Fit(0.13, 0.55, 0.002))
+    last = of_round(explanation("", 1.0, Fit(0.13, 0.55, 0.002)))
+    final: Any = Fit(0.13, 0.55, 0.002)
+    patch = {"delta_mu_t": -0.09, "delta_mu_n": 0.01, "f0": begin, "f1": end}
+    final.values |= {f"snow_patch.{key}": value for key, value in patch.items()}
+    found = averaged_friction(last, [(of_round(chosen), chosen)], final)
+    assert found["mu_t"].low < 0.04 < 0.13 < found["mu_t"].high
+    assert found["mu_n"].low < 0.55 < 0.56 < found["mu_n"].high
+    assert found["mu_t"].value == pytest.approx(0.085)
 
 
 def test_friction_is_not_below_zero() -> None:
