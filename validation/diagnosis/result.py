@@ -7,7 +7,7 @@ later, so that files without them are still read.  ``diagnosis.schema.json`` bes
 from __future__ import annotations
 
 from collections.abc import Sized
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Literal
 
 Kind = Literal["physics", "sensor", "unexplained"]
@@ -299,10 +299,16 @@ class Chance:
 
 @dataclass(frozen=True)
 class Version:
-    """What diagnosed: the program's version, and what it held for how probable beforehand."""
+    """What diagnosed: the program's version, and what it held for how probable beforehand.
+
+    sources : SHA-256 of all that the program is made of, the same for two copies of one commit; "" in older files
+    seeds : of the random numbers that were drawn, by what was drawn
+    """
 
     program: str
     priors: dict[str, float]
+    sources: str = ""
+    seeds: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, repr=False)

@@ -22,7 +22,7 @@ from sssi_exudyn.validation.diagnosis.statistics.probabilities import SIZES, pro
 
 RUNS: Final = 400
 """Runs that are drawn: a chance of 5 % is known to 1 %."""
-_SEED: Final = 1
+CHANCE_SEED: Final = 1
 """Of the drawn runs."""
 
 
@@ -33,7 +33,7 @@ def search_by_chance(
     hypothesis by its name.
     """
     known = uncertain(linear, levels)
-    rng = np.random.default_rng(_SEED)
+    rng = np.random.default_rng(CHANCE_SEED)
     n, k = known.columns.shape
     drawn = rng.standard_normal((n, RUNS)) + known.columns @ rng.standard_normal((k, RUNS))
     every = np.column_stack([known.residual, drawn])  # the recording first

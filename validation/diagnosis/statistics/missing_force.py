@@ -42,6 +42,8 @@ _CORRELATIONS: Final = (0.3, _CORRELATION, 2.0, 6.0)
 FALSE_DISCOVERIES: Final = 0.05
 PLACEBOS: Final = 19
 """A finding that beats all of them is one that chance gives in one of twenty."""
+PLACEBO_SEED: Final = 0
+"""Of their forces."""
 _WINDOWS: Final = (1, 3, 6)
 """Cells of the windows in which a force may stand out."""
 
@@ -224,7 +226,7 @@ def placebos(fitted: FittedRun, responses: Array) -> Array:
     """
     edges = fitted.time_edges
     lower = np.linalg.cholesky(latent_covariance(0.5 * (edges[1:] + edges[:-1]), _SIZE, _CORRELATION))
-    draws = np.random.default_rng(0).normal(size=(lower.shape[0], PLACEBOS))
+    draws = np.random.default_rng(PLACEBO_SEED).normal(size=(lower.shape[0], PLACEBOS))
     return np.asarray(responses @ (lower @ draws))
 
 

@@ -16,7 +16,7 @@ from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.fitting.uneven_noise import whiten
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.uncertainty import Uncertainty
-from sssi_exudyn.runtime.provenance import versions
+from sssi_exudyn.runtime.provenance import source_digest, versions
 from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels
 from sssi_exudyn.validation.diagnosis.friction import averaged_friction
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES, LATENT_FORCE
@@ -53,7 +53,7 @@ from sssi_exudyn.validation.diagnosis.result import (
 from sssi_exudyn.validation.diagnosis.search import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search_result import LIKELY, SURE, WORTH_NAMING, Accepted, Figures
 from sssi_exudyn.validation.diagnosis.state import State
-from sssi_exudyn.validation.diagnosis.statistics.chance import search_by_chance
+from sssi_exudyn.validation.diagnosis.statistics.chance import CHANCE_SEED, search_by_chance
 from sssi_exudyn.validation.diagnosis.statistics.held_out import (
     best_residual,
     folds_of,
@@ -62,6 +62,7 @@ from sssi_exudyn.validation.diagnosis.statistics.held_out import (
     track_error,
 )
 from sssi_exudyn.validation.diagnosis.statistics.missing_force import (
+    PLACEBO_SEED,
     ForceOnFeet,
     MissingForce,
     missing_force,
@@ -340,7 +341,8 @@ def _way(fitted: FittedRun) -> Way:
 
 def _version() -> Version:
     priors = {hypothesis.name: hypothesis.weight for hypothesis in HYPOTHESES}
-    return Version(versions()["sssi_exudyn"], {NOTHING_MISSING: NOTHING, **priors})
+    seeds = {"chance": CHANCE_SEED, "placebos": PLACEBO_SEED}
+    return Version(versions()["sssi_exudyn"], {NOTHING_MISSING: NOTHING, **priors}, source_digest(), seeds)
 
 
 def _vector(values: Array) -> Vector:
