@@ -299,13 +299,17 @@ def uncertain(
 
 
 def overlaps(
-    linear: LinearModel, levels: NoiseLevels, candidates: Sequence[Freedom], drawn: Array | None = None
+    linear: LinearModel,
+    levels: NoiseLevels,
+    known: Uncertain,
+    candidates: Sequence[Freedom],
+    drawn: Array | None = None,
 ) -> tuple[Array, Array]:
     """What the measurements know of each of c candidates, all with w amplitudes of usual size, once all that is
-    uncertain has taken its part: the amplitudes' information (c, w, w), and the pull (c, w, 1) of what is left; (c, w,
-    d) of d runs' measurements that are ``drawn`` (n, d) in units of noise, in place of the recorded ones.
+    uncertain has taken its part, as is ``known`` of ``linear``: the amplitudes' information (c, w, w), and the pull (c,
+    w, 1) of what is left; (c, w, d) of d runs' measurements that are ``drawn`` (n, d) in units of noise, in place of
+    the recorded ones.
     """
-    known = uncertain(linear, levels)
     rest = known.remove_from(known.residual[:, None] if drawn is None else drawn)
     width = candidates[0].columns.shape[1]
     together = whiten_columns(linear, levels, np.hstack([c.columns * c.scales for c in candidates]))

@@ -28,6 +28,7 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     log_evidence,
     log_factors,
     overlaps,
+    uncertain,
 )
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Hypothesis, responses_of
@@ -123,11 +124,13 @@ def compare_hypotheses(problem: DiagnosisProblem, state: State, base: Refit) -> 
     nothing = Explanation("", evidence, 0.0, None, base, levels)
     responses = _responses_by_name(problem, fitted)
 
+    uncertainty = uncertain(linear, state.levels)
+
     def compare(hypothesis: Hypothesis) -> tuple[Explanation, Smallest] | None:
         candidates = hypothesis.candidates(fitted, responses[hypothesis.name])
         if not candidates:
             return None
-        known = overlaps(linear, state.levels, [candidate.free for candidate in candidates])
+        known = overlaps(linear, state.levels, uncertainty, [candidate.free for candidate in candidates])
         explanation = _compare_candidates(state, linear, hypothesis, candidates, known, evidence)
         return explanation, smallest_noticed(hypothesis, candidates, known[0])
 

@@ -107,7 +107,7 @@ def test_factors_of_candidates_are_differences_of_evidence(width: int) -> None:
     rng = np.random.default_rng(5)
     candidates = [Freedom(rng.normal(size=(len(given.residual), width)), np.full(width, 0.2)) for _ in range(4)]
     sizes = (0.5, 1.0, 3.0)
-    found = log_factors(*overlaps(given, LEVELS, candidates), sizes)[..., 0]
+    found = log_factors(*overlaps(given, LEVELS, uncertain(given, LEVELS), candidates), sizes)[..., 0]
     nothing = log_evidence(given, LEVELS)
     expected = [
         [log_evidence(given, LEVELS, Freedom(c.columns, size * c.scales)) - nothing for c in candidates]

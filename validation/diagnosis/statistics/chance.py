@@ -42,7 +42,7 @@ def search_by_chance(
         candidates = [candidate.free for candidate in BY_NAME[name].candidates(fitted, columns)]
         if not candidates:
             continue
-        factors = log_factors(*overlaps(linear, levels, candidates, every), SIZES)
+        factors = log_factors(*overlaps(linear, levels, known, candidates, every), SIZES)
         names.append(name)
         evidence.append(np.logaddexp.reduce(factors, axis=(0, 1)) - np.log(len(SIZES) * len(candidates)))
     nothing = np.array([probabilities(names, column)[0] for column in np.stack(evidence, axis=1)])
