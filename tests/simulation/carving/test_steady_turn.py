@@ -174,21 +174,21 @@ def test_derivatives_of_the_edges_forces_are_those_of_differences() -> None:
         return found
 
     # every coordinate moves, and its rate by as much
-    matrix = np.zeros((size, size))
+    matrix, found = np.zeros((size, size)), np.zeros(size)
     speed, spin = (10.0, float(on.state.sought[0]), 0.0), (0.0, 0.0, on.state.sought[1])
     foot = (float(on.state.sought[2]), speed, frame, spin, HELD, HELD)
     kernel.press_edges(
-        parameters, on.ski, on.memory, foot, eta, np.zeros(modes), step, ones, ones, np.zeros(size), matrix, on.work
+        parameters, on.ski, on.memory, foot, eta, np.zeros(modes), step, ones, ones, found, matrix, on.work
     )
-    for column in (1, 2, 5, 6, 7, 9):
+    for column in (1, 2, 5, 6, 7, 9, 12):  # the last one is a torsion, which edges the sections
         moved = np.zeros(size)
         moved[column] = 1e-7
         expected = -(force(moved) - force(-moved)) / 2e-7
         if column == 5:  # the forces turn with the ski, which is left out
-            expected[:3] += np.cross([0.0, 0.0, 1.0], on.state.force[:3])
-            expected[3:6] += np.cross([0.0, 0.0, 1.0], on.state.force[3:6])
-        # left out, too, is that of the edge angle, on which the play hangs
-        np.testing.assert_allclose(matrix[:, column], expected, rtol=0.0, atol=0.08 * np.abs(expected).max())
+            expected[:3] += np.cross([0.0, 0.0, 1.0], found[:3])
+            expected[3:6] += np.cross([0.0, 0.0, 1.0], found[3:6])
+        # left out, too, is that of the tangent's rise, by which compaction brakes: 2.7 % in mode 7, the most
+        np.testing.assert_allclose(matrix[:, column], expected, rtol=0.0, atol=0.03 * np.abs(expected).max())
 
 
 def _frame(yaw: float, pitch: float, roll: float) -> np.ndarray:
