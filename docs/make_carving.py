@@ -290,8 +290,8 @@ def measurements() -> Iterator[tuple[str, str, str, str]]:
         for mu, table in ((mu, turn_table(SLALOM, Carving(mu=mu))) for mu in (0.05, 0.1))
     }
     yield (
-        "steepest slope, every 0.5°, of carved turns from traverse to traverse, balanced in each instant, out of the rig's turns up to 70°, without air: "
-        "one turn, ten to both sides; the same with μ = 0.1 (`tests/simulation/carving/test_whole_turn.py`)",
+        "steepest slope, every 0.5°, of carved turns from traverse to traverse, balanced in each instant, out of the rig's turns "
+        "up to 70°, without air: one turn, ten to both sides; the same with μ = 0.1 (`tests/simulation/carving/test_whole_turn.py`)",
         "8 to 20° by μ (Komissarov 2019): 5° yes, 25° no",
         "; ".join(", ".join(f"{each:g}" for each in found) for found in slopes.values()) + "°",
         "8 to 20°: " + ("yes" if all(8.0 <= each <= 20.0 for found in slopes.values() for each in found) else "no"),
