@@ -152,6 +152,27 @@ def headings() -> str:
     return "\n".join(lines) + "\n"
 
 
+def long_headings() -> str:
+    """How far the two models are apart over the whole run of that fit where the heading is found."""
+    own = fitted("carving").model
+    motion = motion_from_recording(read_recording(INTERMEDIATE))
+    prepared, until = prepare(own, motion), (4.0, 9.0, 15.0)
+    lines = [
+        "| heading | " + " | ".join(f"within {each:g} s" for each in until) + " |",
+        "|---" * (len(until) + 1) + "|",
+    ]
+    for mode in HEADING_MODES[1:]:
+        model = own.with_heading(mode)
+        small, whole = simulate_carved(model, prepared), simulate(model, motion, tree=False)
+        assert whole.edges is not None
+        apart = np.linalg.norm(whole.com - small.run.com, axis=1)
+        turned = np.degrees(np.abs(whole.edges.heading - small.heading))
+        by_then = [small.run.time - motion.start <= each for each in until]
+        cells = [f"{apart[at].max():.2f} m, {turned[at].max():.1f}°" for at in by_then]
+        lines.append(f"| {mode} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
 def ski_against_ski() -> str:
     """Where another ski would have brought the intermediate skier, on the snow that was fitted."""
     result = fitted("carving")

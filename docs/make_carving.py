@@ -1,6 +1,6 @@
 """Makes ``docs/carving.md``: the law of edges that cut, the rig, and every figure that it was held against.
 
-Run as ``python docs/make_carving.py``; it takes some minutes.  The closed forms use the tests' skis, so ``PYTHONPATH``
+Run as ``python docs/make_carving.py``; it takes half an hour.  The closed forms use the tests' skis, so ``PYTHONPATH``
 must hold ``tests/support/models``.
 """
 
@@ -12,7 +12,17 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from carving_runs import both_laws, headings, long_derivatives, models_apart, ski_against_ski, stiffnesses, tiers
+from carved_slope import greatest_slope, turn_table
+from carving_runs import (
+    both_laws,
+    headings,
+    long_derivatives,
+    long_headings,
+    models_apart,
+    ski_against_ski,
+    stiffnesses,
+    tiers,
+)
 from carving_skis import FIRM, LENGTH, SIDECUT, StiffSideways, WithoutGroove, WithoutPlay, bent_ski
 from carving_text import END, TEXT
 
@@ -275,6 +285,17 @@ def measurements() -> Iterator[tuple[str, str, str, str]]:
             + f"; R_sc·cosθ of this ski is {mean_radius(SLALOM) * np.cos(np.radians(edge_deg)):.1f} m, his radius asks for a "
             f"sidecut of {radius / np.cos(np.radians(edge_deg)):.1f} m",
         )
+    slopes = {
+        mu: [greatest_slope(table, turns) for turns in (1, 10)]
+        for mu, table in ((mu, turn_table(SLALOM, Carving(mu=mu))) for mu in (0.05, 0.1))
+    }
+    yield (
+        "steepest slope, every 0.5°, of carved turns from traverse to traverse, balanced in each instant, out of the rig's turns "
+        "up to 70°, without air: one turn, ten to both sides; the same with μ = 0.1 (`tests/simulation/carving/test_whole_turn.py`)",
+        "8 to 20° by μ (Komissarov 2019): 5° yes, 25° no",
+        "; ".join(", ".join(f"{each:g}" for each in found) for found in slopes.values()) + "°",
+        "8 to 20°: " + ("yes" if all(8.0 <= each <= 20.0 for found in slopes.values() for each in found) else "no"),
+    )
 
 
 def numbers() -> Iterator[tuple[str, str, str, str]]:
@@ -398,7 +419,7 @@ def main() -> None:
     names = ", ".join(f"{each.name} ({each.amount})" for each in UNCERTAIN)
     head = TEXT.format(
         formula=formula(Carving), parameters=parameter_rows(), uncertain=names, stiffnesses=stiffnesses(),
-        laws=both_laws(), headings=headings(), against=ski_against_ski() + "\n### What it costs\n\n" + tiers(),
+        laws=both_laws(), headings=headings(), long_headings=long_headings(), against=ski_against_ski(), costs=tiers(),
         derivatives=long_derivatives(), plateau=plateau(), apart=models_apart(),
     )  # fmt: skip
     Path(__file__).with_name("carving.md").write_text(head + table(list(rows())) + shop_table() + END, encoding="utf-8")

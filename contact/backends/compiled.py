@@ -21,7 +21,7 @@ and, with the same arguments, each followed by its derivatives, row by row:
     point_derivatives → F_N, ∂F_N/∂depth, ∂F_N/∂rate
     foot_derivatives → along, across, ∂along/∂(load, v_t, v_n), ∂across/∂(load, v_t, v_n)
     segment_derivatives, body_derivatives → f, l, n, ∂f/∂v, ∂l/∂v, ∂n/∂v
-    edge_derivatives → the four forces, and each by lower, upper, rate, v_t, v_n
+    edge_derivatives → the four forces, and each by lower, upper, rate, v_t, v_n, edge
 
 and the whole of its linearisation, written into two arrays:
 

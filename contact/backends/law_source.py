@@ -202,7 +202,7 @@ EDGE_LAWS: Final = (
         "edge_derivatives",
         "edge_linearisation",
         _EDGE,
-        ("lower", "upper", "rate", "v_t", "v_n"),
+        ("lower", "upper", "rate", "v_t", "v_n", "edge"),
         _EDGE_STATE,
         4,
         lambda math, term, a: term.force(math, places.EdgeState(**a)),

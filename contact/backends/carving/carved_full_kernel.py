@@ -31,6 +31,8 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
 from sssi_exudyn.terrain.surface import patch_under
 
+section_angle: Callable[..., float]
+angle_by_depths: Callable[..., float]
 edge_force: Callable[..., tuple[float, float, float, float]]
 edge_derivatives: Callable[..., tuple[float, ...]]
 edge_memory: Callable[..., tuple[float, float]]
@@ -120,7 +122,7 @@ def edges_on_snow(parameters, place, velocity, turning, frame, under, body, offs
     right = edge_on_snow(parameters, place, velocity, turning, frame, under, body, three(offsets[1], 0))
     low = kept if kept != EITHER else (1 if right[1] > left[1] else 0)
     deep, other = (right, left) if low == 1 else (left, right)
-    return low, deep, other, math.asin(max(-1.0, min(1.0, (right[1] - left[1]) / width)))
+    return low, deep, other, section_angle(left[1], right[1], width)
 
 
 @njit(cache=True, error_model="numpy")
@@ -302,7 +304,7 @@ def carved_jacobian(
     """Triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; returns their number.
 
     Left out, as they only cost iterations: how the directions of the forces turn, those of the joints at the boots too,
-    the change of the edge angle, and the forces of inertia.
+    the change of the tangents' rise, and the forces of inertia.
     """
     element, share, length = sections.element, sections.share, sections.length
     sign = carrier.sign
@@ -338,6 +340,7 @@ def carved_jacobian(
                 parameters, lower, other[1], -dot(moving_edge, normal), edges.width[m], own.arrived_groove[low, m],
                 own.arrived_offset[low, m], step, v_t, v_n, rise, angle, length[m],
             )  # fmt: skip
+            by_depths = angle_by_depths(low, angle, edges.width[m])
             inwards, upwards = into(frame, normal), into(frame, other[3])
             t_in, n_in = into(frame, t), into(frame, n)
             spread(lines[0], inwards, cross(arm, inwards), xi, q0, q1, frame)
@@ -358,11 +361,12 @@ def carved_jacobian(
                 lines[3, c] -= lines[0, c]
             block[:] = 0.0
             for part in range(4):
-                k = 4 + 5 * part
+                k = 4 + 6 * part
+                tilting = found[k + 5] * by_depths
                 for c in range(17):
                     slopes[c] = (
-                        found[k] * by[0, c]
-                        + found[k + 1] * by[1, c]
+                        (found[k] + tilting) * by[0, c]
+                        + (found[k + 1] - tilting) * by[1, c]
                         + found[k + 2] * by[2, c]
                         + found[k + 3] * by[3, c]
                         + found[k + 4] * by[4, c]

@@ -16,6 +16,8 @@ from sssi_exudyn.contact.backends.vectors import cross, dot, into, out_of, plus,
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
 
+section_angle: Callable[..., float]
+angle_by_depths: Callable[..., float]
 edge_derivatives: Callable[..., tuple[float, ...]]
 edge_memory: Callable[..., tuple[float, float]]
 edge_capacity: Callable[..., tuple[float, float]]
@@ -74,7 +76,7 @@ def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rat
     eta, rate : (k,) of the modes
     by_place, by_rate : (6 + k,) how the coordinates and their rates follow from what is sought
 
-    Left out of the derivatives: how the directions of the forces turn, and the change of the edge angle.
+    Left out of the derivatives: how the directions of the forces turn, and how the tangent's rise changes.
     """
     frame, upright, left = foot[2], foot[4], foot[5]
     modes = ski.omega.shape[0]
@@ -111,6 +113,7 @@ def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rat
         )
         seen[i, 4], seen[i, 5], seen[i, 6] = lower, memory.next_groove[low, i], memory.next_offset[low, i]
         seen[i, 7], seen[i, 8], seen[i, 9], seen[i, 10], seen[i, 11] = v_t, v_n, edge, rise, sinking
+        by_depths = angle_by_depths(low, edge, ski.width[i])
         # of each coordinate: the directions, and what it changes of depth, rate and velocity
         for c in range(6):
             axis = (1.0 if c % 3 == 0 else 0.0, 1.0 if c % 3 == 1 else 0.0, 1.0 if c % 3 == 2 else 0.0)
@@ -143,12 +146,13 @@ def press_edges(parameters, ski, memory, foot, eta, rate, step, by_place, by_rat
             for c in range(size):
                 force[c] += found[part] * lines[part, c]
         for part in range(4):
-            at, row = 4 + 5 * part, 4 * i + part
+            at, row = 4 + 6 * part, 4 * i + part
+            tilting = found[at + 5] * by_depths
             for c in range(size):
                 towards[row, c] = lines[part, c]
                 slopes[row, c] = (
-                    found[at] * by[LOWER, c]
-                    + found[at + 1] * by[UPPER, c]
+                    (found[at] + tilting) * by[LOWER, c]
+                    + (found[at + 1] - tilting) * by[UPPER, c]
                     + found[at + 2] * by[RATE, c]
                     + found[at + 3] * by[ALONG, c]
                     + found[at + 4] * by[ACROSS, c]
@@ -168,7 +172,7 @@ def deeper_edge(ski, foot, eta, rate, i):
     left_depth, right_depth = -height - left[2], -height - right[2]
     low = 1 if right_depth > left_depth else 0
     lower, upper = (right_depth, left_depth) if low == 1 else (left_depth, right_depth)
-    edge = math.asin(max(-1.0, min(1.0, (right_depth - left_depth) / ski.width[i])))
+    edge = section_angle(left_depth, right_depth, ski.width[i])
     arm, other = (right, left) if low == 1 else (left, right)
     tangent = bent_vector(frame, three(ski.tangents[i, low], 0), ski.turning, eta, i, low)
     bending = bent_vector(frame, (0.0, 0.0, 0.0), ski.shape, rate, i, low)

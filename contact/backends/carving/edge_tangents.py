@@ -1,5 +1,5 @@
 """The forces on the edges of a ski, and what the snow remembers of it, linearised: a template that ``compiled`` joins
-with ``groove_kernel``, ``carving_kernel`` and the laws.
+with ``ground_kernel``, ``groove_kernel``, ``carving_kernel`` and the laws.
 
 Everything is differentiated along the branches that the law takes, kinks included: a wall that yields, an edge that
 rises from the groove's floor, the edge that is the deeper one.
@@ -17,6 +17,7 @@ from sssi_exudyn.contact.backends.vectors import cross, dot, out_of, plus, three
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
 
+angle_by_depths: Callable[..., float]
 edge_force: Callable[..., tuple[float, float, float, float]]
 edge_linearisation: Callable[..., None]
 memory_linearisation: Callable[..., None]
@@ -107,9 +108,7 @@ def fill_point(rows, reach, ski, foot, eta, rate, i):
     n = (-t[1], t[0], 0.0)
     rise = tangent[2] / math.sqrt(dot(tangent, tangent))
     v_t, v_n = dot(moving, t), dot(moving, n)
-    cosine = math.cos(edge)
-    by_depths = (1.0 if low == 1 else -1.0) / (ski.width[i] * cosine) if cosine > 1e-9 else 0.0
-    at = (tangent, t, n, flat, rise, v_t, v_n, by_depths)
+    at = (tangent, t, n, flat, rise, v_t, v_n, angle_by_depths(low, edge, ski.width[i]))
     none = (0.0, 0.0, 0.0)
     fill_column(rows, ON_HEIGHT, (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), none, none, at)
     for j in range(3):

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from carving_skis import FIRM, LENGTH, SIDECUT, WithoutGroove, bent_ski
-from marched_turn import marched_forces
+from marched_turn import marched_forces, mean_motion
 
 from sssi_exudyn.bodies.ski.ski import Profile, Ski, catalogue, read_ski
 from sssi_exudyn.contact.backends.carving.turn_kernel import HELD
@@ -65,16 +65,19 @@ def test_a_ski_whose_middle_is_deeper_turns_tighter(edge_deg: float) -> None:
     assert 1.0 / radii[1] - 1.0 / radii[0] == pytest.approx(added, rel=0.05)  # a chord, as above
 
 
-@pytest.mark.parametrize("edge_deg", [30.0, 60.0])
-def test_a_second_implementation_finds_the_same_balance(edge_deg: float) -> None:
-    turn, rolling = slalom(edge_deg)
+@pytest.mark.parametrize(
+    ("edge_deg", "points", "within"), [(30.0, 100, 0.02), (45.0, 100, 0.02), (60.0, 100, 0.02), (30.0, 200, 0.04)]
+)
+def test_a_second_implementation_finds_the_same_balance(edge_deg: float, points: int, within: float) -> None:
+    # the ski swings at 13 to 15 Hz about its turn, by 0.03 % of its yaw rate at most, with 200 points at 30° by 0.6 %.
+    # By 0.03 mm of offset the force across changes by 30 N: marched in the motion of one instant it is off by -5 to
+    # +3 %, with 200 points by -116 to +60 %.  In the mean motion of seven swings it is off by 1.2 and 2.8 %
+    turn, rolling = steady_turn(TurnCase(np.radians(edge_deg).item()), start_rolling(edges_of(SLALOM, points)))
+    rolling = mean_motion(turn, rolling, 0.5)
     force, modal = marched_forces(turn, rolling)
     load = turn.case.load
-    # the kernel's turn is steady to 2·10⁻³ of its curvature, and memory arrives between points where v_t is not v
-    assert force[2] == pytest.approx(load, rel=0.01)
-    # an edge in play carries across only where a wall takes hold of it: 0.03 mm of offset are 30 N more or less, and
-    # as much come of the groove's depth, which the kernel interpolates
-    assert force[1] == pytest.approx(load * np.tan(turn.case.edge), rel=0.08)
+    assert force[2] == pytest.approx(load, rel=0.01)  # memory arrives between points where v_t is not v
+    assert force[1] == pytest.approx(load * np.tan(turn.case.edge), rel=within)
     assert -force[0] == pytest.approx(turn.drag, rel=0.03)
     assert np.abs(force[4:]).max() < 0.03 * load * 0.5 * SLALOM.length
     bent = rolling.ski.omega**2 * rolling.state.sought[4:]
@@ -174,21 +177,21 @@ def test_derivatives_of_the_edges_forces_are_those_of_differences() -> None:
         return found
 
     # every coordinate moves, and its rate by as much
-    matrix = np.zeros((size, size))
+    matrix, found = np.zeros((size, size)), np.zeros(size)
     speed, spin = (10.0, float(on.state.sought[0]), 0.0), (0.0, 0.0, on.state.sought[1])
     foot = (float(on.state.sought[2]), speed, frame, spin, HELD, HELD)
     kernel.press_edges(
-        parameters, on.ski, on.memory, foot, eta, np.zeros(modes), step, ones, ones, np.zeros(size), matrix, on.work
+        parameters, on.ski, on.memory, foot, eta, np.zeros(modes), step, ones, ones, found, matrix, on.work
     )
-    for column in (1, 2, 5, 6, 7, 9):
+    for column in (1, 2, 5, 6, 7, 9, 12):  # the last one is a torsion, which edges the sections
         moved = np.zeros(size)
         moved[column] = 1e-7
         expected = -(force(moved) - force(-moved)) / 2e-7
         if column == 5:  # the forces turn with the ski, which is left out
-            expected[:3] += np.cross([0.0, 0.0, 1.0], on.state.force[:3])
-            expected[3:6] += np.cross([0.0, 0.0, 1.0], on.state.force[3:6])
-        # left out, too, is that of the edge angle, on which the play hangs
-        np.testing.assert_allclose(matrix[:, column], expected, rtol=0.0, atol=0.08 * np.abs(expected).max())
+            expected[:3] += np.cross([0.0, 0.0, 1.0], found[:3])
+            expected[3:6] += np.cross([0.0, 0.0, 1.0], found[3:6])
+        # left out, too, is that of the tangent's rise, by which compaction brakes: 2.7 % in mode 7, the most
+        np.testing.assert_allclose(matrix[:, column], expected, rtol=0.0, atol=0.03 * np.abs(expected).max())
 
 
 def _frame(yaw: float, pitch: float, roll: float) -> np.ndarray:

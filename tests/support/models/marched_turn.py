@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from sssi_exudyn.contact.backends.carving.turn_kernel import Turn
+from sssi_exudyn.contact.backends.compiled import law_parameters
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.term import EdgeState
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.simulation.carving.steady_turn import Rolling, SteadyTurn
+from sssi_exudyn.simulation.carving.steady_turn import Rolling, SteadyTurn, carving_module
 
 
 def marched_forces(turn: SteadyTurn, rolling: Rolling) -> tuple[Array, Array]:
@@ -54,6 +56,20 @@ def marched_forces(turn: SteadyTurn, rolling: Rolling) -> tuple[Array, Array]:
             moment += np.cross(arms[i, side], force)
             modal += (frame.T @ force) @ ski.shape[i, side]
     return np.concatenate([total, moment]), modal
+
+
+def mean_motion(turn: SteadyTurn, rolling: Rolling, seconds: float) -> Rolling:
+    """The ski in the mean shape and motion of so many seconds more."""
+    on, case = rolling.copied(), turn.case
+    step = float(np.diff(on.ski.station).min()) / case.speed
+    edge, kernel, parameters = np.array([case.edge]), carving_module(), law_parameters((case.law,))
+    given = Turn(edge, np.tan(edge - case.angulation), case.load, case.speed, step, case.pressure)
+    mean, steps = np.zeros_like(on.state.sought), round(seconds / step)
+    for _ in range(steps):
+        kernel.follow_turn(parameters, on.ski, given, on.state, on.memory, on.work, np.zeros((1, 4)))
+        mean += on.state.sought / steps
+    on.state.sought[:] = mean
+    return on
 
 
 def _rolled(angle: float) -> Array:
