@@ -191,7 +191,10 @@ more by which it is linearised, and every other number moves it through them: de
 heading. The moment left over about the pelvis turns along; about gravity spring and damper are all of it but 0.8 N m rms (3 s of the
 intermediate, `tests/fitting/test_balance.py`), what the skis' own yaw takes. A fit begins with the captured heading, or snow that is
 not found yet turns the skier away; once all is estimated it is estimated again with the spring, which holds a heading that is `free`
-as well. The captured one is the default; on this law no fit that finds the heading was run to its end.
+as well. `sssi run examples/intermediate --snow carving --heading track` converges over its 15 s: μ 0.143 ± 0.006, H (0.55 ± 0.17)·10⁸
+N/m³, S_f (0.85 ± 0.15)·10⁵ Pa, the heading 1.1° rms off the captured one, 11 N m left over about gravity and 55 about the way, the
+track missed by 0.134 m, log evidence −2730 (−2699 with the captured heading), energy within 0.0012 %, in twice the time of that.
+The captured one is the default.
 
 `--balanced` seeks a slow lean of the whole posture about the pelvis' forward axis, knots 1 s apart, by the reduced model: it makes
 the moment left over about the way small, means over 0.5 s counted in 20 N m and the lean in 5°. The lean turns the skis' edges along

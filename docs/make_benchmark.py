@@ -67,6 +67,23 @@ ALONE = {
             "friction_inside_90",
         ),
     ),
+    "listed": Alone(
+        "Effects that the list has",
+        "in each of which one effect is hidden that the diagnosis has a name for, of the two larger strengths",
+        (
+            "right_name_first",
+            "strong_right_or_small_set",
+            "strong_right_name_first",
+            "strong_right_bic",
+            "strong_seen_force",
+            "set_coverage_where_found",
+            "wrong_and_sure",
+            "sure_right",
+            "interval_coverage_90",
+            "friction_inside_90",
+            "strong_better_than_placebos",
+        ),
+    ),
     "unexplained": Alone(
         "Effects that the list lacks",
         "in each of which something acts that the diagnosis has no name for, of the two larger strengths",
@@ -101,8 +118,9 @@ def keep(folder: Path, commit: str) -> None:
     columns = {"seal": pa.array([seal] * len(rows)), "commit": pa.array([commit] * len(rows))}
     for name, column in columns.items():
         table = table.append_column(name, column)
-    kind = whole[0][0].kind
-    alone = kind in ALONE and all(case.kind == kind for case, _ in whole)
+    kinds = {"listed" if case.kind in ("physics", "sensor") else case.kind for case, _ in whole}
+    kind = min(kinds)
+    alone = kinds == {kind}
     pq.write_table(table, ALONE[kind].kept(kind) if alone else KEPT, compression="zstd")
     if alone:
         return

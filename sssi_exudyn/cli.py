@@ -35,9 +35,9 @@ SNOWS = ("paper", "carving")
 """What lies under the skis: friction at the foot as in the paper, or snow that edges cut."""
 HEADINGS = ("replay", "track", "free")
 """What holds the skier's heading on snow that edges cut."""
-CONCEALED = ("all", "nothing", "unlisted", "pairs")
-"""What cases of the benchmark conceal: everything in its turn, nothing, what the diagnosis has no name for, or two
-effects at a time."""
+CONCEALED = ("all", "nothing", "listed", "unlisted", "pairs")
+"""What cases of the benchmark conceal: everything in its turn, nothing, single effects that the diagnosis has a name
+for, or has none for, or two effects at a time."""
 
 _FUNCTIONS = {"import": "import_files", "ski": "identify", "benchmark": "diagnose"}
 """Functions of ``commands`` where they are not called as the command."""

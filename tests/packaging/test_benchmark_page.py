@@ -22,7 +22,8 @@ def test_every_case_is_kept(script: ModuleType) -> None:
     assert scores.seal in script.page()
     for kind, alone in script.ALONE.items():
         kept, _ = script.kept_scores(alone.kept(kind))
-        assert {case.kind for case, _ in script.kept_answers(alone.kept(kind))} == {kind}
+        kinds = {case.kind for case, _ in script.kept_answers(alone.kept(kind))}
+        assert kinds <= ({"physics", "sensor"} if kind == "listed" else {kind})
         assert kept.seal in script.page()
 
 

@@ -89,31 +89,33 @@ _PAIRS: Final = (
 )
 
 
-Concealed = Literal["all", "nothing", "unlisted", "pairs"]
-CONCEALED: Final[tuple[Concealed, ...]] = ("all", "nothing", "unlisted", "pairs")
-"""What the cases of a benchmark conceal: everything in its turn, nothing in any of them, effects alone that the
-diagnosis has no name for, or two effects at a time.
+Concealed = Literal["all", "nothing", "listed", "unlisted", "pairs"]
+CONCEALED: Final[tuple[Concealed, ...]] = ("all", "nothing", "listed", "unlisted", "pairs")
+"""What the cases of a benchmark conceal: everything in its turn, nothing in any of them, single effects that the
+diagnosis has a name for, or has none for, or two effects at a time.
 """
 
 
 def plan(count: int, seed: int, conceal: Concealed = "all") -> list[tuple[str, str, int]]:
     """(name, kind, strength) of ``count`` cases: a quarter nothing, pairs and unlisted effects a twelfth each, the rest
-    single effects in turn at the four strengths.  Pairs, and unlisted effects where these alone are concealed, are of
-    the two larger strengths.
+    single effects in turn at the four strengths.  Pairs, and single effects where one kind alone is concealed, are of
+    the two larger strengths: of the smaller ones a refit takes up most.
     """
     pairs = [("+".join(_PAIRS[i % len(_PAIRS)]), "pair", 2 + i % 2) for i in range(count)]
     others = list(UNKNOWN)
     if conceal == "nothing":
         return [("none", "none", 0)] * count
+    names = [*((n, "physics") for n in PHYSICS), *((n, "sensor") for n in SENSOR)]
     if conceal == "unlisted":
         return [(others[i % len(others)], "unexplained", 2 + (i // len(others) + i) % 2) for i in range(count)]
+    if conceal == "listed":
+        return [(*names[i % len(names)], 2 + (i // len(names) + i) % 2) for i in range(count)]
     if conceal == "pairs":
         return pairs
     rng = np.random.default_rng([seed, 0])
     nothing = [("none", "none", 0)] * round(0.25 * count)
     pairs = pairs[: round(count / 12)]
     unknown = [(others[i % len(others)], "unexplained", (i // len(others) + i) % 4) for i in range(round(count / 12))]
-    names = [*((n, "physics") for n in PHYSICS), *((n, "sensor") for n in SENSOR)]
     rest = count - len(nothing) - len(pairs) - len(unknown)
     single = [(*names[i % len(names)], (i % len(names) + i // len(names)) % 4) for i in range(rest)]
     cases = [*nothing, *pairs, *unknown, *single]

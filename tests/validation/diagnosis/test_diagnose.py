@@ -16,6 +16,7 @@ from bundled import bundled
 from schema_check import check_against_schema
 from test_evidence import LEVELS
 
+from sssi_exudyn import cli
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.contact.terms.terrain import SlopeChange
@@ -38,7 +39,7 @@ from sssi_exudyn.simulation.full import simulate
 from sssi_exudyn.simulation.prepared import prepare
 from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.simulation.sensitivities import sensitivities
-from sssi_exudyn.validation.benchmark.cases import Case, Made, make, plan
+from sssi_exudyn.validation.benchmark.cases import CONCEALED, Case, Made, make, plan
 from sssi_exudyn.validation.benchmark.effects import UNKNOWN
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.run import seal
@@ -132,9 +133,13 @@ def test_the_plan_follows_from_its_seed_and_the_answers_are_sealed(tmp_path: Pat
     assert sum(kind == "none" for _, kind, _ in planned) == 50
     assert planned == plan(200, 3)
     assert planned != plan(200, 4)
+    assert cli.CONCEALED == CONCEALED
     assert {kind for _, kind, _ in plan(20, 3, "nothing")} == {"none"}
     assert {name for name, _, _ in plan(20, 3, "unlisted")} == set(UNKNOWN)
     assert {kind for _, kind, _ in plan(20, 3, "pairs")} == {"pair"}
+    assert {(name, kind) for name, kind, _ in planned if kind in ("physics", "sensor")} == {
+        (name, kind) for name, kind, _ in plan(20, 3, "listed")
+    }
     assert {strength for name, kind, strength in planned if kind == "physics"} == {0, 1, 2, 3}
     digest = seal(tmp_path, [])
     assert (tmp_path / "answers.sha256").read_text().strip() == digest
