@@ -97,7 +97,7 @@ GRIDS: dict[str, dict[str, Sequence[float]]] = {
 VARIABLES = (
     {"point": ("depth", "rate"), "foot": ("load", "v_t", "v_n")}
     | dict.fromkeys(("segment", "body"), ("v_f", "v_l", "v_n"))
-    | {"edge": ("lower", "upper", "rate", "v_t", "v_n")}
+    | {"edge": ("lower", "upper", "rate", "v_t", "v_n", "edge")}
 )
 """What the compiled derivatives are taken by."""
 LINEAR = {

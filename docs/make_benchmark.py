@@ -4,8 +4,9 @@
     python docs/make_benchmark.py                 make the page of what is kept
 
 COMMIT names the version that answered.  A folder whose cases conceal one kind alone (``--conceal``) is kept beside the
-other.  Of each diagnosis the curves over time are left out, but for the pictures of the three failures that show most: nothing was hidden and something was found, what was clear was not named, and what was
-named with the greatest probability was wrong; each the worst of its kind.
+other.  The three failures of all of them that show most have pictures: nothing was hidden and something was found, what
+was clear was not named, and what was named with the greatest probability was wrong; each the worst of its kind.  The
+missing force is kept of failures alone, other curves of none.
 """
 
 from __future__ import annotations
@@ -110,7 +111,8 @@ def keep(folder: Path, commit: str) -> None:
         result = read_json(answered, CaseResult)
         whole.append((case, result))
         if result.diagnosis is not None:
-            short = replace(result.diagnosis, latent_force=None, track_distance=None, way=None)
+            force = result.diagnosis.latent_force if any(_failed(case, result)) else None
+            short = replace(result.diagnosis, latent_force=force, track_distance=None, way=None)
             result = replace(result, diagnosis=short)
         rows.append((to_json(case), to_json(result)))
     seal = (folder / SEAL).read_text(encoding="utf-8").strip()
@@ -122,29 +124,31 @@ def keep(folder: Path, commit: str) -> None:
     kind = min(kinds)
     alone = kinds == {kind}
     pq.write_table(table, ALONE[kind].kept(kind) if alone else KEPT, compression="zstd")
-    if alone:
-        return
     for old in PICTURES.glob("benchmark_*.png"):
         old.unlink()
-    for number, (case, result) in enumerate(failures(whole), 1):
+    for number, (_, case, result) in enumerate(failures(), 1):
         draw(case, result, PICTURES / f"benchmark_{number}.png")
 
 
-def failures(answers: list[tuple[Case, CaseResult]]) -> list[tuple[Case, CaseResult]]:
-    """The three failures that show most, those that there are."""
-    answers = [(case, result) for case, result in answers if result.diagnosis is not None]
-    invented = [pair for pair in answers if pair[0].kind == "none" and pair[1].findings]
-    missed = [
-        (case, result)
-        for case, result in answers
-        if case.kind in ("physics", "sensor") and (result.oracle or 0.0) >= STRONG and result.first_name != case.name
-    ]
-    wrong = [pair for pair in answers if pair[1].findings and pair[1].first_name not in pair[0].name.split("+")]
-    found: list[tuple[Case, CaseResult]] = []
-    for kind, measure in ((invented, _said), (missed, _oracle), (wrong, _said)):
-        left = [pair for pair in kind if pair not in found]
-        found += [max(left, key=measure)] if left else []
+def failures() -> list[tuple[str, Case, CaseResult]]:
+    """The three failures that show most, those that there are, each with the name of the runs it is one of."""
+    every = [("all", KEPT), *((kind, alone.kept(kind)) for kind, alone in ALONE.items())]
+    answers = [(name, *pair) for name, path in every if path.exists() for pair in kept_answers(path)]
+    found: list[tuple[str, Case, CaseResult]] = []
+    for kind, measure in enumerate((_said, _oracle, _said)):
+        left = [each for each in answers if each not in found and _failed(*each[1:])[kind]]
+        found += [max(left, key=lambda each: measure(each[1:]))] if left else []
     return found
+
+
+def _failed(case: Case, result: CaseResult) -> tuple[bool, bool, bool]:
+    """Whether something was found where nothing was hidden, what was clear was not named, a wrong name was given."""
+    listed = case.kind in ("physics", "sensor")
+    missed = listed and (result.oracle or 0.0) >= STRONG and result.first_name != case.name
+    right = (
+        result.first_name in case.name.split("+") or case.kind == result.findings[0].kind if result.findings else True
+    )
+    return case.kind == "none" and bool(result.findings), missed, not right
 
 
 def _said(pair: tuple[Case, CaseResult]) -> float:
@@ -184,14 +188,14 @@ def caption(case: Case, result: CaseResult) -> str:
     )
     shown = (result.diagnosis.friction_averaged or {}).get("mu_t")
     friction = "" if shown is None else f"; μ_t {shown.low:.3f} to {shown.high:.3f} for {case.mu_t:.3f}"
-    return f"Case {case.index}, {hidden}{strong}. The answer: {odds}; verdict {result.diagnosis.verdict}{friction}."
+    return f"case {case.index}, {hidden}{strong}. The answer: {odds}; verdict {result.diagnosis.verdict}{friction}."
 
 
 def failures_text() -> str:
     """The failures with their pictures."""
     lines = ["## Failures that show most", ""]
-    for number, (case, result) in enumerate(failures(kept_answers(KEPT)), 1):
-        words = caption(case, result)
+    for number, (runs, case, result) in enumerate(failures(), 1):
+        words = f"Of the runs `{runs}`: {caption(case, result)}"
         lines += [words, "", f"![{words}](images/benchmark_{number}.png)", ""]
     lines.append(
         "On the left the force that the model lacks before anything was found, shaded while what is hidden acts."
