@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import matplotlib as mpl
 import pyarrow as pa
@@ -42,8 +43,7 @@ PICTURES = DOCS / "images"
 _COLUMNS = ("case", "result", "seal", "commit")
 
 
-@dataclass(frozen=True)
-class Alone:
+class Alone(NamedTuple):
     """Runs that conceal one kind alone: where their answers are kept, what is said of them, and the figures they have."""
 
     title: str
