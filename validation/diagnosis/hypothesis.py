@@ -171,7 +171,7 @@ class Hypothesis(ABC):
 
     def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> Mapping[str, float]:
         """By how much the model's numbers, by their names, would be larger, were what it adds the usual and the rest of
-        the run what differs; none where the two can be told apart.
+        the run what differs; none where the two can be distinguished.
         """
         return {}
 

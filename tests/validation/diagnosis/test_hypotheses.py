@@ -52,11 +52,6 @@ def five_seconds() -> FittedRun:
     return FittedRun(model, prepared, run, measurements, measurements.predict(model, run))
 
 
-@pytest.fixture(scope="module")
-def fitted() -> FittedRun:
-    return five_seconds()
-
-
 def test_a_clock_may_be_late_by_as_much_as_a_slow_receiver_takes() -> None:
     recording, motion = bundled("beginner")
     assert recording.gps is not None

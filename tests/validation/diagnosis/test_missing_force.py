@@ -7,14 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from test_hypotheses import five_seconds
 
 from sssi_exudyn.contact.maths import Math
 from sssi_exudyn.contact.term import FootState, FootTerm, Number
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantity
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, usual_levels
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, probes_by, responses_of
 from sssi_exudyn.validation.diagnosis.statistics.missing_force import (
     ForceOnFeet,
@@ -38,16 +36,6 @@ class PushOnLeftSki(FootTerm):
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
         share = 0.5 * (1.0 + state.side)
         return self.along * share, self.across * share
-
-
-@pytest.fixture(scope="module")
-def fitted() -> FittedRun:
-    return five_seconds()
-
-
-@pytest.fixture(scope="module")
-def responses(fitted: FittedRun) -> Array:
-    return responses_of(LATENT_FORCE.probes(fitted), fitted.prepared, fitted.measurements)
 
 
 def courses(fitted: FittedRun, foot: int) -> Array:

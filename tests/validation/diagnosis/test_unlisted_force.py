@@ -4,26 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_hypotheses import five_seconds
 from test_missing_force import courses, shaped
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, log_evidence, log_prior, usual_levels
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Probe, responses_of
 from sssi_exudyn.validation.diagnosis.refit import Parameter, linear_values
 from sssi_exudyn.validation.diagnosis.statistics.unlisted_force import unlisted_force
-
-
-@pytest.fixture(scope="module")
-def fitted() -> FittedRun:
-    return five_seconds()
-
-
-@pytest.fixture(scope="module")
-def responses(fitted: FittedRun) -> Array:
-    return responses_of(LATENT_FORCE.probes(fitted), fitted.prepared, fitted.measurements)
 
 
 def without_posture(fitted: FittedRun, residual: Array, free: Freedom) -> LinearModel:
