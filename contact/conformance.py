@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import pickle
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -236,12 +236,15 @@ def turned_world_turned_force(cls: type[Any]) -> None:
 
 
 def mirrored_ski_mirrored_force(cls: type[Any]) -> None:
-    """A ski is not the same in all directions, but left and right are the same to the snow."""
+    """A ski is not the same in all directions, but left and right are the same to the snow, or to a law of one ski once
+    it is of the other.
+    """
     for term in instances(cls):
+        other = replace(term, **{name: -getattr(term, name) for name in cls.mirrors})
         for state in grid(cls.kind):
             mirrored = state | {name: -state[name] for name in ("v_n", "edge", "side")}
             along, across = ask(FloatMath(), term, state)
-            _hold(_equal(ask(FloatMath(), term, mirrored), (along, -across)), state)
+            _hold(_equal(ask(FloatMath(), other, mirrored), (along, -across)), state)
 
 
 def an_edge_is_pushed_out_and_takes_energy(cls: type[Any]) -> None:

@@ -18,6 +18,7 @@ from sssi_exudyn.contact.terms.friction_corrections import (
     SnowCompaction,
     SnowPatch,
     SpeedDependentFriction,
+    UnexplainedFriction,
 )
 from sssi_exudyn.contact.terms.friction_law import FrictionLaw
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
@@ -48,6 +49,7 @@ TERMS: Final[tuple[type[Term], ...]] = (
     PolePlant,
     PlantedPole,
     UnexplainedForce,
+    UnexplainedFriction,
     Carving,
 )
 

@@ -22,13 +22,15 @@ class Term(ABC):
     """What all terms have in common: the name used in files, the place they act in, where they come from.
 
     A term that corrects another law names it in ``corrects``; it may give energy back where the law takes more.  One
-    that stands in the place of other laws names them in ``replaces``.
+    that stands in the place of other laws names them in ``replaces``.  Of a law to which the left and the right ski are
+    not alike, ``mirrors`` names the numbers that change their sign where the two are exchanged.
     """
 
     name: ClassVar[str]
     kind: ClassVar[str]
     corrects: ClassVar[str] = ""
     replaces: ClassVar[tuple[str, ...]] = ()
+    mirrors: ClassVar[tuple[str, ...]] = ()
     sources: ClassVar[tuple[str, ...]]
 
 

@@ -117,6 +117,32 @@ class LoadDependentFriction(FootTerm):
 
 
 @dataclass(frozen=True)
+class UnexplainedFriction(FootTerm):
+    """Friction of the left ski that is not the right one's, of which nothing is known but that it is there: another
+    base, wax or edge, or snow that lies under one ski alone.  mu_t is the mean of the two.
+
+    Formula: f_t = −½·side·delta_mu·ΣF_N·sign(v_t),   side = 1 for the left ski, −1 for the right one
+    """
+
+    name: ClassVar[str] = "unexplained_friction"
+    corrects: ClassVar[str] = AnisotropicFriction.name
+    mirrors: ClassVar[tuple[str, ...]] = ("delta_mu",)
+    sources: ClassVar[tuple[str, ...]] = ("none: it is what the known laws leave",)
+
+    delta_mu: float = quantity(
+        0.0,
+        "1",
+        low=-2.0 * LARGEST_FALL,
+        high=2.0 * LARGEST_FALL,
+        source="a ski's half of it is the largest fall",
+        meaning="by how much more friction the left ski has than the right one",
+    )
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        return more_friction(math, state, 0.5 * state.side * self.delta_mu)
+
+
+@dataclass(frozen=True)
 class SnowCompaction(FootTerm):
     """Resistance of snow that is pressed down ahead of the ski, as deep as the ski sinks.
 

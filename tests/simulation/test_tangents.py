@@ -19,6 +19,7 @@ from sssi_exudyn.contact.terms.friction_corrections import (
     SnowCompaction,
     SnowPatch,
     SpeedDependentFriction,
+    UnexplainedFriction,
 )
 from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.terms.wind import DragArea, Gust, Wind
@@ -76,6 +77,7 @@ def everything() -> tuple[Model, Prepared]:
         SpeedDependentFriction(0.005, 6.0),
         EdgeDependentFriction(0.05, 0.3),
         LoadDependentFriction(0.05),
+        UnexplainedFriction(0.03),
         SnowCompaction(2e3),
         SlopeChange(0.05, f + 10.0, 5.0),
         TerrainBump(0.2, f + 6.0, 4.0),
@@ -231,7 +233,8 @@ def test_a_second_term_of_a_law_needs_no_other_kernel() -> None:
     model, prepared = everything()
     strengths = {
         SnowPatch: ("delta_mu_t",), SpeedDependentFriction: ("b",), EdgeDependentFriction: ("b",),
-        LoadDependentFriction: ("b",), SnowCompaction: ("c",), TerrainBump: ("rise",),
+        LoadDependentFriction: ("b",), UnexplainedFriction: ("delta_mu",), SnowCompaction: ("c",),
+        TerrainBump: ("rise",),
         UnexplainedForce: ("force_n", "force_f", "force_l"), PolePlant: ("up", "forward"), DragArea: ("share",),
     }  # fmt: skip
     additions, names = [], []

@@ -129,7 +129,7 @@ class WorldPole(BodyTerm):
 
 @dataclass(frozen=True)
 class OneSkiSlow(FootTerm):
-    """Formula: more friction on one ski alone."""
+    """Formula: more friction on one ski alone, which grows with the root of its load and is delta at 400 N."""
 
     name: ClassVar[str] = "one_ski_slow"
     sources: ClassVar[tuple[str, ...]] = (_HERE,)
@@ -138,7 +138,9 @@ class OneSkiSlow(FootTerm):
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
         share = 0.5 * (1.0 + self.side * state.side)
-        return -self.delta * share * state.load * math.saturate(state.v_t, 0.1), 0.0
+        return -20.0 * self.delta * share * math.sqrt(math.maximum(state.load, 0.0) + 1e-3) * math.saturate(
+            state.v_t, 0.1
+        ), 0.0
 
 
 @dataclass(frozen=True)
@@ -200,6 +202,25 @@ class EdgeBite(FootTerm):
         bites = 0.5 * (1.0 + self.side * state.side) * _box(math, state.t, self.t0 + 0.05, self.t1 - 0.05, 0.1)
         pull = self.force_size * bites
         return -pull * math.saturate(state.v_t, 0.1), -pull * math.saturate(state.v_n, 0.1)
+
+
+@dataclass(frozen=True)
+class Ruts(FootTerm):
+    """Formula: ruts between f0 and f1, which push both skis to one side and to the other every few metres and brake
+    them by half as much.
+    """
+
+    name: ClassVar[str] = "ruts"
+    sources: ClassVar[tuple[str, ...]] = (_HERE,)
+    force_size: float = _any("force on each ski", "N")
+    length: float = quantity(4.0, "m", low=0.1, high=100.0, source=_HERE, meaning="from one rut to the next")
+    f0: float = _any("begin", "m")
+    f1: float = _any("end", "m")
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        push = self.force_size * _box(math, state.f, self.f0, self.f1, 1.0)
+        way = math.sin(2.0 * np.pi * state.f / self.length)
+        return -0.5 * push * way * way * math.saturate(state.v_t, 0.1), push * way
 
 
 @dataclass(frozen=True)

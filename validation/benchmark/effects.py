@@ -20,6 +20,7 @@ from sssi_exudyn.validation.benchmark.concealed_terms import (
     EdgeBite,
     Lift,
     OneSkiSlow,
+    Ruts,
     WarmingSnow,
     WorldBump,
     WorldCompaction,
@@ -212,6 +213,12 @@ def _bite(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
     return Effect((EdgeBite(50.0 * size, _sign(rng), *window),), window=window, truth={})
 
 
+def _ruts(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
+    t0, t1 = plain.stretch(rng, 1.0, 2.0)
+    ruts = Ruts(25.0 * size, float(rng.uniform(3.0, 6.0)), plain.place_at(t0), plain.place_at(t1))
+    return Effect((ruts,), window=(t0, t1), truth={})
+
+
 PHYSICS: Final[dict[str, Maker]] = {
     SteadyWind.name: _wind,
     PassingGust.name: _gust,
@@ -241,6 +248,7 @@ UNKNOWN: Final[dict[str, Maker]] = {
     WarmingSnow.name: _warming,
     Lift.name: _lift,
     EdgeBite.name: _bite,
+    Ruts.name: _ruts,
 }
 EFFECTS: Final = {**PHYSICS, **SENSOR, **UNKNOWN}
 SIZES: Final = (0.5, 1.0, 2.0, 4.0)

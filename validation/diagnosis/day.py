@@ -315,11 +315,12 @@ def compare_for_day(
 
 
 def numbers_of(law: Law, first: SeparateFit, joint: Joint) -> dict[str, Number]:
-    """The shared numbers, those of ``SHARED`` first, with their 90 % intervals."""
+    """The shared numbers, those of ``SHARED`` first, with their 90 % intervals, all within their bounds."""
     known = {p.names[0]: p.prior.mean for p in first.fit.parameters}
     model, _ = law.added_to(first.fit.model, 0)
     numbers = {}
     for name, apart, error in zip((*SHARED, *law.amplitudes), joint.values, joint.errors, strict=True):
         value, half = known.get(name, 0.0) + float(apart), INTERVAL_90 * float(error)
-        numbers[name] = Number(value, value - half, value + half, model.about(name).unit)
+        value, low, high = np.clip([value, value - half, value + half], *model.bounds(name)).tolist()
+        numbers[name] = Number(value, low, high, model.about(name).unit)
     return numbers

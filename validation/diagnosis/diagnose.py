@@ -23,7 +23,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATEN
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Progress, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.rivals import Anew, best_law, estimate_rivals
-from sssi_exudyn.validation.diagnosis.search import Explanation, Round, compare_hypotheses, rank_by_probability
+from sssi_exudyn.validation.diagnosis.search import Explanation, Round, compare_hypotheses
 from sssi_exudyn.validation.diagnosis.search_result import Accepted, Figures, SearchEnd, SearchResult, SeparateFit
 from sssi_exudyn.validation.diagnosis.state import (
     State,
@@ -33,11 +33,10 @@ from sssi_exudyn.validation.diagnosis.state import (
     last_estimate,
     linear_model,
     remove,
-    settle,
 )
 from sssi_exudyn.validation.diagnosis.statistics.form_error import form_error
 from sssi_exudyn.validation.diagnosis.statistics.held_out import best_residual, folds_of, held_out_errors
-from sssi_exudyn.validation.diagnosis.statistics.probabilities import STANDS_OUT
+from sssi_exudyn.validation.diagnosis.statistics.probabilities import NOTHING, STANDS_OUT
 from sssi_exudyn.validation.diagnosis.words.description import describe, figures_of
 
 MOST_FINDINGS: Final = 3
@@ -45,6 +44,8 @@ ONCE_MORE: Final = 0.05
 """The same as ``STANDS_OUT`` once something has been found: a second finding has to be more certain, as the first is no
 exact model.
 """
+_LEAST: Final = 1e-12
+"""Probability below which nothing is as good as impossible."""
 
 
 def diagnose(
@@ -93,12 +94,12 @@ def diagnose(
     if len(accepted) > 1:
         names = sorted(each.explanation.name for each in accepted)
         try:
-            state, accepted = _compare_again(problem, state, accepted)
+            latest_state, accepted = _compare_again(problem, state, accepted, full=full)
         except SimulationDiverged as error:
             progress(None, f"findings are not compared again: {error}")
         if names != sorted(each.explanation.name for each in accepted):
             base = accepted[-1].fit if accepted else first
-            problem, state, base = estimate_again(problem, state, base, full=full)
+            problem, state, base = estimate_again(*latest_state, base, full=full)
             rounds.append(compare_hypotheses(problem, state, base))
     try:
         after = last_estimate(problem, state, base, full=full)
@@ -131,20 +132,26 @@ def _next_round(latest: Round, best: Explanation, about: Anew, forms: Sequence[F
 def _try_pair(
     latest: Round, anew: Mapping[str, Anew], forms: Sequence[Freedom]
 ) -> tuple[Round, tuple[Freedom, Round] | None]:
-    """Where no law alone explains as much as a force of unknown law does, and two together do: the round in which the
-    best law stands for itself and the second, and what ``_next_round`` gives of it.  Else the same round, and None.
+    """Where a force of unknown law explains more than any law alone does, and two laws together more than that: the
+    round in which the best law is as probable as it is alone or with a second, and, where it is the best then, what
+    ``_next_round`` gives of it.  Else the same round, and None.
+
+    That there is a second is as probable beforehand as that there is a first; each counts by its own probability.
     """
     law = best_law(latest, anew)
     if latest.best.name != LATENT_FORCE.name or law is None:
         return latest, None
-    form, following = _next_round(latest, law, anew[law.name], forms)
-    second = following.best
-    both = law.log_evidence + second.log_evidence - following.nothing.log_evidence
-    if second.fit is None or second.name == LATENT_FORCE.name or both <= latest.best.log_evidence:
+    following = _next_round(latest, law, anew[law.name], forms)
+    second, nothing = following[1].best, following[1].nothing
+    both = law.log_evidence + second.log_evidence - nothing.log_evidence
+    if second.name == LATENT_FORCE.name or both <= latest.best.log_evidence:
         return latest, None
-    every = [replace(law, log_evidence=both) if each is law else each for each in latest.explanations]
-    ranked = replace(latest, explanations=rank_by_probability(every, latest.explained))
-    return (ranked, (form, following)) if ranked.best.name == law.name else (latest, None)
+    odds = {each.name: each.probability for each in following[1].explanations if each.name != LATENT_FORCE.name}
+    more = NOTHING * sum(odds.values()) / max(nothing.probability, _LEAST)
+    shares = [each.probability * (max(more, 1.0) if each is law else 1.0) for each in latest.explanations]
+    every = [replace(each, probability=x / sum(shares)) for each, x in zip(latest.explanations, shares, strict=True)]
+    ranked = replace(latest, explanations=tuple(sorted(every, key=lambda each: -each.probability)))
+    return ranked, following if ranked.best.name == law.name else None
 
 
 def _form_error(latest: Round, found: Explanation) -> Freedom:
@@ -166,13 +173,14 @@ def _beside(state: State, forms: Sequence[Freedom]) -> State:
 
 
 def _compare_again(
-    problem: DiagnosisProblem, state: State, accepted: Sequence[Accepted]
-) -> tuple[State, list[Accepted]]:
+    problem: DiagnosisProblem, state: State, accepted: Sequence[Accepted], *, full: bool
+) -> tuple[tuple[DiagnosisProblem, State], list[Accepted]]:
     """Every finding compared again with all hypotheses beside the other findings; the last only when one of them has
     become another.
 
     The first finding was made while the others were still hidden: it may have stood for one of them, and its
-    probability and its alternatives were those of a mixture.  What is superfluous beside the others goes.
+    probability and its alternatives were those of a mixture.  What is superfluous beside the others goes.  Gives also
+    the problem and the state that the last of them is about.
     """
     accepted = list(accepted)
     explanations = [each.explanation for each in accepted]
@@ -192,12 +200,15 @@ def _compare_again(
             base = rest[-1].fit
         else:
             state, base = remove(problem, state, accepted[at].fit, candidate)
-        again = compare_hypotheses(problem, state, base)
-        accepted = rest
-        if again.nothing.probability <= STANDS_OUT and again.best.fit is not None:
-            state, fit = settle(problem, replace(state, levels=again.best.levels), again.best.fit)
-            accepted.append(Accepted(again, again.best, fit, linear_model(problem, state, fit)))
-    return state, accepted
+        again, accepted = compare_hypotheses(problem, state, base), rest
+        if again.nothing.probability > STANDS_OUT or again.best.fit is None:
+            continue
+        again, anew = estimate_rivals(problem, state, again, full=full)
+        if again.nothing.probability <= STANDS_OUT and again.best.name in anew:
+            about = anew[again.best.name]
+            problem, state = about.problem, about.state
+            accepted.append(Accepted(again, again.best, about.fit, linear_model(problem, state, about.fit)))
+    return (problem, state), accepted
 
 
 def separate_fit(problem: DiagnosisProblem, state: State, fit: Refit, accepted: Sequence[Accepted] = ()) -> SeparateFit:

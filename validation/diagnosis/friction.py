@@ -57,12 +57,12 @@ def averaged_friction(
 
 
 def _if_usual(accepted: Sequence[tuple[Round, Explanation]], model: Model) -> list[Mapping[str, float]]:
-    """By how much frictions would be larger, were one of the findings the usual and the rest of the run other."""
+    """By how much frictions would be larger, were another part of the run, or another ski, the usual one."""
     found: list[Mapping[str, float]] = []
     for searched, each in accepted:
         assert each.candidate is not None
         shifts = BY_NAME[each.name].shifts_if_usual(searched.fitted, each.candidate, model)
-        found += [{name: shifts.get(name, 0.0) for name in FRICTION}] if shifts else []
+        found += [{name: shift.get(name, 0.0) for name in FRICTION} for shift in shifts]
     return found
 
 

@@ -169,11 +169,11 @@ class Hypothesis(ABC):
         """The same in a coach's words and sizes, without symbols; where ``sentence`` has none, it does."""
         return self.sentence(numbers, model)
 
-    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> Mapping[str, float]:
-        """By how much the model's numbers, by their names, would be larger, were what it adds the usual and the rest of
-        the run what differs; none where the two can be distinguished.
+    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> tuple[Mapping[str, float], ...]:
+        """By how much the model's numbers, by their names, would be larger, were another part of the run, or another
+        ski, the usual one: of each that fits alike.  None where the usual can be distinguished.
         """
-        return {}
+        return ()
 
     def possible(self, model: Model) -> bool:
         """Whether a model fitted with it is physically possible."""
@@ -285,7 +285,7 @@ class SteadyLaw(Everywhere):
     ...         return f"the snow is wet: μ_t rises by {numbers['c'].value:.5f} times the speed's square"
     """
 
-    kind = "physics"
+    kind: ClassVar[Kind] = "physics"
 
 
 class SteadyFault(Everywhere):

@@ -53,6 +53,7 @@ from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, re
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, diagnosis_problem, no_nuisances
 from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
 from sssi_exudyn.validation.diagnosis.result import Diagnosis, Finding
+from sssi_exudyn.validation.diagnosis.rivals import Anew
 from sssi_exudyn.validation.diagnosis.search import compare_hypotheses, extended_parameters
 from sssi_exudyn.validation.diagnosis.search_result import Accepted
 from sssi_exudyn.validation.diagnosis.state import (
@@ -208,7 +209,7 @@ class Scripted:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, *rounds: Any) -> None:
         self.rounds, self.asked = list(rounds), []
-        for function in (self.compare_hypotheses, self.remove, self.settle, self.linear_model):
+        for function in (self.compare_hypotheses, self.remove, self.estimate_rivals, self.linear_model):
             monkeypatch.setattr(diagnose_module, function.__name__, function)
 
     def compare_hypotheses(self, problem: Any, state: State, base: str) -> Any:
@@ -218,15 +219,15 @@ class Scripted:
     def remove(self, problem: Any, state: State, fit: str, candidate: str) -> tuple[State, str]:
         return state, f"{fit} less {candidate}"
 
-    def settle(self, problem: Any, state: State, fit: str) -> tuple[State, str]:
-        return state, fit
+    def estimate_rivals(self, problem: Any, state: State, latest: Any, *, full: bool) -> tuple[Any, dict[str, Anew]]:
+        return latest, {latest.best.name: Anew(problem, state, latest.best.fit)}
 
     def linear_model(self, problem: Any, state: State, fit: str) -> str:
         return f"about {fit}"
 
     def compare_again(self, accepted: list[Any]) -> list[Any]:
         state = State(LEVELS, no_nuisances(0), np.zeros(0))
-        return diagnose_module._compare_again(None, state, accepted)[1]  # type: ignore[arg-type]
+        return diagnose_module._compare_again(cast(Any, None), state, accepted, full=False)[1]
 
 
 def round_with(name: str, nothing: float) -> Any:

@@ -1,5 +1,6 @@
 """Friction over all explanations: mixtures of normal distributions, and which fits they are made of."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -104,6 +105,17 @@ def test_faster_snow_at_one_end_of_a_run_may_be_slower_snow_on_the_rest(begin: f
     assert found["mu_t"].low < 0.04 < 0.13 < found["mu_t"].high
     assert found["mu_n"].low < 0.55 < 0.56 < found["mu_n"].high
     assert found["mu_t"].value == pytest.approx(0.085)
+
+
+def test_either_ski_may_be_the_usual_one() -> None:
+    law: Any = SimpleNamespace(amplitudes=(("unexplained_friction.delta_mu",),))
+    chosen = replace(explanation("unexplained_friction", 1.0, Fit(0.10, 0.55, 0.002)), candidate=law)
+    final: Any = Fit(0.10, 0.55, 0.002)
+    final.values["unexplained_friction.delta_mu"] = 0.06
+    last = of_round(explanation("", 1.0, Fit(0.10, 0.55, 0.002)))
+    found = averaged_friction(last, [(of_round(chosen), chosen)], final)
+    assert found["mu_t"].low < 0.07 < 0.13 < found["mu_t"].high
+    assert found["mu_t"].value == pytest.approx(0.10)
 
 
 def test_friction_is_not_below_zero() -> None:

@@ -134,17 +134,24 @@ def test_the_best_law_is_estimated_beside_a_force_that_has_none(monkeypatch: pyt
 @dataclass(frozen=True)
 class Pair:
     """A round whose best explanation is a force without a law, the best law about whose estimate a second one is found
-    that brings ``gain``.
+    that brings ``gain``; ``nothing`` is the probability that it is none.
     """
 
     second: str
     gain: float
+    nothing: float = 0.0
 
     def tried(self, monkeypatch: pytest.MonkeyPatch) -> tuple[Round, Any]:
         law: Any = SimpleNamespace()
         latest = a_round(nothing=-100.0, unexplained_force=50.0, gust=20.0)
         latest = replace(latest, explanations=tuple(replace(each, candidate=law) for each in latest.explanations))
         following = a_round(nothing=20.0, **{self.second: 20.0 + self.gain})
+        if self.nothing:
+            odds = {"": self.nothing, self.second: 1.0 - self.nothing}
+            following = replace(
+                following,
+                explanations=tuple(replace(each, probability=odds[each.name]) for each in following.explanations),
+            )
         monkeypatch.setattr(diagnose, "_next_round", lambda *_: (None, following))
         about: Any = SimpleNamespace()
         return diagnose._try_pair(latest, {"unexplained_force": about, "gust": about}, [])
@@ -156,14 +163,25 @@ def test_two_laws_that_explain_more_than_a_force_without_one_stand_in_its_place(
     found, pair = Pair("slope_change", 40.0).tried(monkeypatch)
     assert pair is not None
     assert found.best.name == "gust"
-    assert found.best.log_evidence == 60.0
     assert found.best.probability > 0.9
 
 
-@pytest.mark.parametrize(("second", "gain"), [("slope_change", 20.0), ("unexplained_force", 40.0)])
-def test_two_that_explain_less_or_a_force_beside_a_law_do_not(
-    monkeypatch: pytest.MonkeyPatch, second: str, gain: float
-) -> None:
-    found, pair = Pair(second, gain).tried(monkeypatch)
-    assert pair is None
+def test_a_law_counts_as_much_more_as_a_second_is_probable(monkeypatch: pytest.MonkeyPatch) -> None:
+    alone, none = Pair("slope_change", 20.0).tried(monkeypatch)
+    found, pair = Pair("slope_change", 40.0, 0.2).tried(monkeypatch)
+    assert none is pair is None
+    odds = [{each.name: each.probability for each in latest.explanations} for latest in (alone, found)]
+    before, after = (each["gust"] / each["unexplained_force"] for each in odds)
+    assert after == pytest.approx(2.5 * before)  # a half to a fifth
+    assert sum(odds[1].values()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "pair",
+    [Pair("slope_change", 20.0), Pair("unexplained_force", 40.0), Pair("slope_change", 40.0, 0.6)],
+    ids=["explain less", "a force beside a law", "there may be no second"],
+)
+def test_else_the_force_without_a_law_stays(monkeypatch: pytest.MonkeyPatch, pair: Pair) -> None:
+    found, tried = pair.tried(monkeypatch)
+    assert tried is None
     assert found.best.name == "unexplained_force"

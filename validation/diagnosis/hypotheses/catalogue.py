@@ -25,6 +25,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_compaction import Com
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_patch import PatchOfSnow
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.speed_dependent_friction import FrictionBySpeed
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.terrain_bump import RollOrDip
+from sssi_exudyn.validation.diagnosis.hypotheses.snow.unexplained_friction import FrictionOfOneSki
 from sssi_exudyn.validation.diagnosis.hypothesis import Hypothesis, SteadyLaw
 
 LATENT_FORCE: Final = LatentForce()
@@ -49,6 +50,7 @@ HYPOTHESES: Final[list[Hypothesis]] = [
     OtherLeverArm(),
     WrongInsoleGain(),
     LoadOnCuffs(),
+    FrictionOfOneSki(),
     LATENT_FORCE,
 ]
 """The list of them, written out; those of plug-ins are added."""

@@ -72,14 +72,14 @@ class PatchOfSnow(Hypothesis):
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float]:
         return fitted.time_at(numbers["f0"].value), fitted.time_at(numbers["f1"].value)
 
-    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> Mapping[str, float]:
+    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> tuple[Mapping[str, float], ...]:
         """Of a patch that begins or ends with the run: slower snow from there on is faster snow until there."""
         owner = candidate.amplitudes[0][0].rpartition(".")[0]
         begin, end = (fitted.time_at(model.value(f"{owner}.{key}")) for key in self.lines)
         edges = fitted.time_edges
         if begin > edges[1] and end < edges[-2]:
-            return {}
-        return {f"friction.{key.removeprefix('delta_')}": model.value(f"{owner}.{key}") for key in self._USUAL}
+            return ()
+        return ({f"friction.{key.removeprefix('delta_')}": model.value(f"{owner}.{key}") for key in self._USUAL},)
 
     def sentence(self, numbers: Numbers, model: Model) -> str:
         delta, elsewhere = numbers["delta_mu_t"].value, model.friction.mu_t
