@@ -197,7 +197,8 @@ def _push(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
 
 
 def _one_ski(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
-    return Effect((OneSkiSlow(0.03 * size, _sign(rng)),), truth={})
+    delta, side = 0.03 * size, _sign(rng)
+    return Effect((OneSkiSlow(delta, side),), truth={"delta_mu": side * delta})
 
 
 def _warming(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:

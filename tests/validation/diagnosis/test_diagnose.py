@@ -18,7 +18,7 @@ from test_evidence import LEVELS
 
 from sssi_exudyn import cli
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
-from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
+from sssi_exudyn.contact.terms.friction_corrections import SnowPatch, UnexplainedFriction
 from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.errors import SimulationDiverged
@@ -317,6 +317,28 @@ def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
     assert abs(0.5 * (t0 + t1) - begin - 0.25) < 0.02
     assert force_f * (t1 - t0) == pytest.approx(75.0, rel=0.05)
     assert force_l * (t1 - t0) == pytest.approx(37.5, rel=0.05)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("more", [0.04, -0.04])
+def test_which_ski_glides_worse_follows_from_loads_and_track(base: Any, more: float) -> None:
+    recording, motion, model = base
+    problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 5.0), model)
+    mu_t = problem.model.value("friction.mu_t")
+    true = replace(problem.model, terms=(*problem.model.terms, UnexplainedFriction(more)))
+    seen = problem.measurements.predict(true, simulate_reduced(true, problem.prepared))
+    offset = problem.measurements.measured - seen
+    start = replace(problem.model, terms=(*problem.model.terms, UnexplainedFriction()))
+    sought = [
+        Parameter(("unexplained_friction.delta_mu",), Prior(0.0, 0.1)),
+        Parameter(("friction.mu_t",), Prior(mu_t, 0.1)),
+    ]
+    noise = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements))
+    fit = refit(start, sought, problem.prepared, problem.measurements, noise, lambda each: (each, offset))
+    delta, mean = fit.values
+    # fits stop within a twentieth of the standard errors; priors draw by a few per cent
+    assert delta == pytest.approx(more, rel=0.05)
+    assert mean == pytest.approx(mu_t, abs=0.001)
 
 
 @pytest.mark.long
