@@ -77,7 +77,7 @@ def everything() -> tuple[Model, Prepared]:
         SpeedDependentFriction(0.005, 6.0),
         EdgeDependentFriction(0.05, 0.3),
         LoadDependentFriction(0.05),
-        UnexplainedFriction(0.03),
+        UnexplainedFriction(-0.02),
         SnowCompaction(2e3),
         SlopeChange(0.05, f + 10.0, 5.0),
         TerrainBump(0.2, f + 6.0, 4.0),
