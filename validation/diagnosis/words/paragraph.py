@@ -51,7 +51,8 @@ def paragraph_of(
     elif near.adequate:
         sentences += _without_finding(verdict, last, figures[0])
     if near.adequate:
-        sentences += _too_small(last.noticed)
+        found = {finding.name for finding in findings}
+        sentences += _too_small({name: each for name, each in last.noticed.items() if name not in found})
     sentences.append(_what_next(findings, near, verdict, following))
     return ". ".join(sentences) + "."
 
