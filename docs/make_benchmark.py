@@ -32,7 +32,7 @@ from sssi_exudyn.reports.sections.diagnosis import draw_force, draw_probabilitie
 from sssi_exudyn.validation.benchmark.cases import Case
 from sssi_exudyn.validation.benchmark.page import benchmark_page, shares_table
 from sssi_exudyn.validation.benchmark.run import SEAL
-from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, score
+from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, is_right, score
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING
 
 DOCS = Path(__file__).parent
@@ -151,10 +151,8 @@ def _failed(case: Case, result: CaseResult) -> tuple[bool, bool, bool]:
     """Whether something was found where nothing was hidden, what was clear was not named, a wrong name was given."""
     listed = case.kind in ("physics", "sensor")
     missed = listed and (result.oracle or 0.0) >= STRONG and result.first_name != case.name
-    right = (
-        result.first_name in case.name.split("+") or case.kind == result.findings[0].kind if result.findings else True
-    )
-    return case.kind == "none" and bool(result.findings), missed, not right
+    wrong = bool(result.findings) and not is_right(case, result.findings[0])
+    return case.kind == "none" and bool(result.findings), missed, wrong
 
 
 def _said(pair: tuple[Case, CaseResult]) -> float:

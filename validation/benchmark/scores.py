@@ -166,7 +166,7 @@ def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Sc
     strong = [(c, d) for c, d in single if (d.oracle or 0.0) >= STRONG]
     found = [(c, d) for c, d in single if d.findings]
     unknown = [d for c, d in rows if c.kind == "unexplained"]
-    said = [(f.probability, _is_right(c, f)) for c, d in rows for f in d.findings]
+    said = [(f.probability, is_right(c, f)) for c, d in rows for f in d.findings]
     pairs = [(c, d) for c, d in rows if c.kind == "pair"]
     overlaps = [
         overlap(c.window, d.findings[0].where)
@@ -287,7 +287,7 @@ def inside_90(truth: Mapping[str, float], finding: Finding) -> list[bool]:
     return [numbers[k].low <= v <= numbers[k].high for k, v in truth.items() if k in numbers]
 
 
-def _is_right(case: Case, finding: Finding) -> bool:
+def is_right(case: Case, finding: Finding) -> bool:
     """Whether a finding is what is concealed: its name, or that no name of the list explains it."""
     if case.kind == "unexplained":
         return finding.kind == "unexplained"
@@ -311,7 +311,7 @@ def _friction_inside(case: Case, result: CaseResult) -> list[bool]:
 
 def _calibration(rows: Sequence[tuple[Case, CaseResult]]) -> tuple[Calibration, ...]:
     """How often findings of a probability are right, by bins of it."""
-    stated = [(finding.probability, _is_right(case, finding)) for case, each in rows for finding in each.findings]
+    stated = [(finding.probability, is_right(case, finding)) for case, each in rows for finding in each.findings]
     bins = []
     for low, high in pairwise(_BINS):
         inside = [(p, right) for p, right in stated if low <= p < high]

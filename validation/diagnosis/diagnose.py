@@ -94,12 +94,12 @@ def diagnose(
     if len(accepted) > 1:
         names = sorted(each.explanation.name for each in accepted)
         try:
-            latest_state, accepted = _compare_again(problem, state, accepted, full=full)
+            problem_and_state, accepted = _compare_again(problem, state, accepted, full=full)
         except SimulationDiverged as error:
             progress(None, f"findings are not compared again: {error}")
         if names != sorted(each.explanation.name for each in accepted):
             base = accepted[-1].fit if accepted else first
-            problem, state, base = estimate_again(*latest_state, base, full=full)
+            problem, state, base = estimate_again(*problem_and_state, base, full=full)
             rounds.append(compare_hypotheses(problem, state, base))
     try:
         after = last_estimate(problem, state, base, full=full)
@@ -141,17 +141,17 @@ def _try_pair(
     law = best_law(latest, anew)
     if latest.best.name != LATENT_FORCE.name or law is None:
         return latest, None
-    following = _next_round(latest, law, anew[law.name], forms)
-    second, nothing = following[1].best, following[1].nothing
+    form, following = _next_round(latest, law, anew[law.name], forms)
+    second, nothing = following.best, following.nothing
     both = law.log_evidence + second.log_evidence - nothing.log_evidence
     if second.name == LATENT_FORCE.name or both <= latest.best.log_evidence:
         return latest, None
-    odds = {each.name: each.probability for each in following[1].explanations if each.name != LATENT_FORCE.name}
-    more = NOTHING * sum(odds.values()) / max(nothing.probability, _LEAST)
-    shares = [each.probability * (max(more, 1.0) if each is law else 1.0) for each in latest.explanations]
+    by_laws = sum(each.probability for each in following.explanations if each.name != LATENT_FORCE.name)
+    more = max(NOTHING * by_laws / max(nothing.probability, _LEAST), 1.0)
+    shares = [each.probability * (more if each is law else 1.0) for each in latest.explanations]
     every = [replace(each, probability=x / sum(shares)) for each, x in zip(latest.explanations, shares, strict=True)]
     ranked = replace(latest, explanations=tuple(sorted(every, key=lambda each: -each.probability)))
-    return ranked, following if ranked.best.name == law.name else None
+    return ranked, (form, following) if ranked.best.name == law.name else None
 
 
 def _form_error(latest: Round, found: Explanation) -> Freedom:
