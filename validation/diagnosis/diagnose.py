@@ -155,7 +155,11 @@ def _try_pair(
 
 
 def _form_error(latest: Round, found: Explanation) -> Freedom:
-    """Of the form of what a round found; a fault of an instrument is no force, and has none."""
+    """Of the form of what a round found; a fault of an instrument is no force, and has none, and a force that is more
+    probably of any form than for a while has that.
+    """
+    if found.any_form is not None and found.any_form.share > 0.5:
+        return found.any_form.free
     fit, candidate, by_force = found.fit, found.candidate, latest.responses[LATENT_FORCE.name]
     if fit is None or candidate is None or BY_NAME[found.name].kind == "sensor":
         return Freedom(np.zeros((len(by_force), 0)), np.zeros(0))

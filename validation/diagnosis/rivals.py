@@ -18,10 +18,11 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.validation.diagnosis.any_form import weigh_any_form
 from sssi_exudyn.validation.diagnosis.evidence import best_levels
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem
-from sssi_exudyn.validation.diagnosis.refit import Refit, linear_values
+from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search import (
     AnyForm,
     Explanation,
@@ -29,10 +30,8 @@ from sssi_exudyn.validation.diagnosis.search import (
     evidence_by_size,
     rank_by_probability,
     weigh_refit,
-    without_law,
 )
 from sssi_exudyn.validation.diagnosis.state import State, estimate_again, linear_model
-from sssi_exudyn.validation.diagnosis.statistics.unlisted_force import unlisted_force
 
 RIVAL: Final = 0.03
 """Probability from which on an explanation is a rival of the best one."""
@@ -76,16 +75,15 @@ def estimate_rivals(
         weighed[each.name] = _weigh(anew, latest.base, each)
         found[each.name] = anew
 
-    def ranked() -> Round:
+    def again() -> Round:
+        """The round, what was not estimated anew with the least gain of what was."""
         gains = [weighed[each.name].log_evidence - each.log_evidence for each in rivals if each.name in found]
         gain = min((each for each in gains if np.isfinite(each)), default=0.0)
         every = [
             weighed.get(each.name) or replace(each, log_evidence=each.log_evidence + gain)
             for each in latest.explanations
         ]
-        weighed_again = replace(latest, explanations=tuple(every))
-        every = [_unlisted(weighed_again, each, found) if each.name == LATENT_FORCE.name else each for each in every]
-        return replace(latest, explanations=rank_by_probability(every, latest.explained))
+        return replace(latest, explanations=tuple(every))
 
     for each in rivals:
         try:
@@ -93,6 +91,16 @@ def estimate_rivals(
         except SimulationDiverged:
             if each is best:
                 raise
+    any_form, law = None, best_law(again(), found)
+    if law is not None:
+        about = found[law.name]
+        problem.progress(None, f"a force of any form in the place of {law.name}")
+        any_form = weigh_any_form(about.problem, about.state, latest, law, about.fit, full=full)
+
+    def ranked() -> Round:
+        every = [_beside(each, any_form) if each.name == LATENT_FORCE.name else each for each in again().explanations]
+        return replace(latest, explanations=rank_by_probability(every, latest.explained))
+
     following = ranked()
     if following.best.name == LATENT_FORCE.name and LATENT_FORCE.name not in found and following.best.fit is not None:
         estimate(next(each for each in latest.explanations if each.name == LATENT_FORCE.name))
@@ -100,27 +108,20 @@ def estimate_rivals(
     return following, found
 
 
+def _beside(box: Explanation, any_form: tuple[float, AnyForm] | None) -> Explanation:
+    """The force that no known law explains, for a while, and with a hypothesis' weight of its own in any form."""
+    if any_form is None:
+        return box
+    of_any, form = any_form
+    evidence = float(np.logaddexp(box.log_evidence, of_any))
+    return replace(box, log_evidence=evidence, any_form=replace(form, share=float(np.exp(of_any - evidence))))
+
+
 def best_law(latest: Round, found: Mapping[str, Anew]) -> Explanation | None:
     """The most probable explanation that has a law, of those estimated anew; None where none was."""
     laws = [each for each in latest.explanations if each.name in found and each.name not in ("", LATENT_FORCE.name)]
     possible = [each for each in laws if each.candidate is not None and np.isfinite(each.log_evidence)]
     return max(possible, key=lambda each: each.log_evidence, default=None)
-
-
-def _unlisted(latest: Round, explanation: Explanation, found: Mapping[str, Anew]) -> Explanation:
-    """The force that no known law explains, with a second form that has a hypothesis' weight of its own: any, in the
-    place of the best law.
-    """
-    law = best_law(latest, found)
-    if law is None or law.candidate is None:
-        return explanation
-    anew = found[law.name]
-    linear, kept = without_law(anew.problem, anew.state, latest.base, law.candidate, anew.fit)
-    responses = latest.responses[LATENT_FORCE.name]
-    of_any, free = unlisted_force(linear, law.levels, latest.fitted, responses)
-    evidence = float(np.logaddexp(explanation.log_evidence, of_any))
-    values = linear_values(free, law.levels, kept, len(linear.free.scales) - len(kept))
-    return replace(explanation, log_evidence=evidence, any_form=AnyForm(float(np.exp(of_any - evidence)), values))
 
 
 def _weigh(anew: Anew, base: Refit, explanation: Explanation) -> Explanation:

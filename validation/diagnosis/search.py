@@ -52,12 +52,16 @@ _HOPEFUL: Final = 0.5
 
 @dataclass(frozen=True)
 class AnyForm:
-    """What of an explanation's probability is its being of any form, in the place of a law; and each of the fit's
-    numbers there, with its standard deviation.
+    """A force of any form in the place of a law.
+
+    share : what of the explanation's probability is this form
+    values : each of the fit's numbers there, with its standard deviation
+    free : how the force may vary, before the data speak
     """
 
     share: float
     values: Mapping[str, tuple[float, float]]
+    free: Freedom
 
 
 @dataclass(frozen=True)

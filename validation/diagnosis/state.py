@@ -211,15 +211,19 @@ def settle(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State, 
 def remove(problem: DiagnosisProblem, state: State, fit: Refit, candidate: Candidate) -> tuple[State, Refit]:
     """The fit refitted without what the candidate brought."""
     names = candidate.strengths | set(candidate.places)
-    owners = {name.partition(".")[0] for name in names}
-    model = fit.model
-    if owners == {"start"}:
-        model = model.with_values({name: problem.model.value(name) for name in names})
-    else:
-        model = model.without(owners)
+    model = model_without(problem, fit.model, candidate)
     kept = tuple(p for p in fit.parameters if not names & set(p.names))
     known = tuple(p for p in problem.parameters if names & set(p.names))
     return settle(problem, state, fit_model(problem, state, model, (*kept, *known), state.levels))
+
+
+def model_without(problem: DiagnosisProblem, model: Model, candidate: Candidate) -> Model:
+    """The model without what the candidate brought."""
+    names = candidate.strengths | set(candidate.places)
+    owners = {name.partition(".")[0] for name in names}
+    if owners == {"start"}:
+        return model.with_values({name: problem.model.value(name) for name in names})
+    return model.without(owners)
 
 
 def noise_whitener(problem: DiagnosisProblem, state: State, levels: NoiseLevels) -> Whitener:

@@ -103,7 +103,7 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     """
     edges = fitted.time_edges
     cells = len(edges) - 1
-    course = _course(fitted)
+    course = course_of(fitted)
     shaped = along_course(fitted, responses)
     known = uncertain(linear, levels)
 
@@ -127,7 +127,7 @@ def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, r
     )
 
 
-def _course(fitted: FittedRun) -> Array:
+def course_of(fitted: FittedRun) -> Array:
     """(2, c) unit vectors of the skis' way in the cells, down the fall line and to the left."""
     edges, forward = fitted.time_edges, fitted.run.foot_forward.mean(axis=1)
     middles = 0.5 * (edges[1:] + edges[:-1])
@@ -139,7 +139,7 @@ def along_course(fitted: FittedRun, responses: Array) -> Array:
     """(N, 3·c) responses to a newton along and across the skis' way and normal to the snow in each cell; ``responses``
     as in ``missing_force``.
     """
-    cosine, sine = _course(fitted)
+    cosine, sine = course_of(fitted)
     by_f, by_l, by_n = responses.reshape(len(responses), 3, -1).transpose(1, 0, 2)
     return np.hstack([by_f * cosine + by_l * sine, by_l * cosine - by_f * sine, by_n])
 

@@ -8,7 +8,7 @@ friction does.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass
 from itertools import chain
 from typing import Final
 
@@ -16,6 +16,7 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.diagnosis.evidence import (
+    Freedom,
     LinearModel,
     NoiseLevels,
     log_evidence,
@@ -24,28 +25,51 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     whiten_columns,
 )
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun
-from sssi_exudyn.validation.diagnosis.statistics.missing_force import along_course, forms_of, gain_of, half_each
+from sssi_exudyn.validation.diagnosis.statistics.missing_force import (
+    DIRECTIONS,
+    along_course,
+    course_of,
+    forms_of,
+    gain_of,
+    half_each,
+)
 
 _NEGLIGIBLE: Final = 1e-9
 """Share of the largest variance below which a direction of the force is left out."""
 
 
-def unlisted_force(
-    linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, responses: Array
-) -> tuple[float, LinearModel]:
-    """Log evidence of measurements of which some force explains what a law did, averaged over the forms of the force;
-    and the linear model in which the most probable form is free, after all else.
+@dataclass(frozen=True)
+class ForceOfAnyForm:
+    """What measurements know of a force of any form.
 
-    linear : about an estimate whose law is taken out;  responses : as in ``missing_force``
+    log_evidence : averaged over the forms
+    force : (3, c) N down the fall line, to the left and away from the snow in cells of time, of the most probable form
+    free : the most probable form before the data speak, its directions with their standard deviations
+    """
+
+    log_evidence: float
+    force: Array
+    free: Freedom
+
+
+def unlisted_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, responses: Array) -> ForceOfAnyForm:
+    """Of measurements of which some force explains what a law did.
+
+    linear : about an estimate, its residual as if no such force acted;  responses : as in ``missing_force``
     """
     columns = along_course(fitted, responses)
     known, white = uncertain(linear, levels), whiten_columns(linear, levels, columns)
     gram, pull = white.T @ known.remove_from(white), white.T @ known.remove_from(known.residual)
     forms = forms_of(fitted.time_edges, 1)
-    factors = [[gain_of(form, gram, pull)[1] for form in some] for some in forms]
-    best = max(zip(chain(*factors), chain(*forms), strict=True), key=lambda pair: pair[0])[1]
+    found = [[gain_of(form, gram, pull) for form in some] for some in forms]
+    (gain, _), best = max(zip(chain(*found), chain(*forms), strict=True), key=lambda pair: pair[0][1])
+    along, across, normal = (gain @ pull).reshape(len(DIRECTIONS), -1)
+    cosine, sine = course_of(fitted)
     sizes, directions = np.linalg.eigh(best)
     kept = sizes > _NEGLIGIBLE * sizes[-1]
-    free = linear.free.with_more(columns @ directions[:, kept], np.sqrt(sizes[kept]))
     without = log_evidence(linear, levels) + log_prior(linear.measurements, levels)
-    return without + half_each(*factors), replace(linear, free=free)
+    return ForceOfAnyForm(
+        log_evidence=without + half_each(*([factor for _, factor in some] for some in found)),
+        force=np.stack([along * cosine - across * sine, along * sine + across * cosine, normal]),
+        free=Freedom(columns @ directions[:, kept], np.sqrt(sizes[kept])),
+    )
