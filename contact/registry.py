@@ -18,6 +18,7 @@ from sssi_exudyn.contact.terms.friction_corrections import (
     SnowCompaction,
     SnowPatch,
     SpeedDependentFriction,
+    UnexplainedDrag,
     UnexplainedFriction,
 )
 from sssi_exudyn.contact.terms.friction_law import FrictionLaw
@@ -50,6 +51,7 @@ TERMS: Final[tuple[type[Term], ...]] = (
     PlantedPole,
     UnexplainedForce,
     UnexplainedFriction,
+    UnexplainedDrag,
     Carving,
 )
 

@@ -33,7 +33,7 @@ from sssi_exudyn.validation.benchmark.cases import Case
 from sssi_exudyn.validation.benchmark.page import benchmark_page, shares_table
 from sssi_exudyn.validation.benchmark.run import SEAL
 from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, is_right, score
-from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING
+from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Weighed
 
 DOCS = Path(__file__).parent
 KEPT = DOCS / "diagnosis-benchmark.parquet"
@@ -175,9 +175,18 @@ def draw(case: Case, result: CaseResult, path: Path) -> None:
         force.legend(frameon=False, fontsize="small")
     if case.window is not None:
         force.axvspan(*case.window, color="0.5", alpha=0.15, linewidth=0)
-    draw_probabilities(odds, result.diagnosis.weighed[0])
+    draw_probabilities(odds, _answer(result))
     figure.savefig(path, dpi=80, metadata={"Software": ""})
     plt.close(figure)
+
+
+def _answer(result: CaseResult) -> tuple[Weighed, ...]:
+    """The first finding with what else it may be, as it stands at the end; where none is, what was compared first."""
+    assert result.diagnosis is not None
+    if result.findings:
+        first = result.findings[0]
+        return tuple(Weighed(each.name, each.probability, None) for each in (first, *first.alternatives))
+    return result.diagnosis.weighed[0] if result.diagnosis.weighed else ()
 
 
 def caption(case: Case, result: CaseResult) -> str:
@@ -185,10 +194,9 @@ def caption(case: Case, result: CaseResult) -> str:
     assert result.diagnosis is not None
     hidden = "nothing hidden" if case.kind == "none" else f"hidden: {case.name}"
     strong = f" ({result.oracle:.0f} standard errors)" if result.oracle is not None else ""
-    weighed = result.diagnosis.weighed[0] if result.diagnosis.weighed else ()
     odds = ", ".join(
         f"{'nothing missing' if each.name == NOTHING_MISSING else each.name} {each.probability:.2f}"
-        for each in weighed[:3]
+        for each in _answer(result)[:3]
     )
     shown = (result.diagnosis.friction_averaged or {}).get("mu_t")
     friction = "" if shown is None else f"; μ_t {shown.low:.3f} to {shown.high:.3f} for {case.mu_t:.3f}"

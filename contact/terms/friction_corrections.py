@@ -29,6 +29,11 @@ def more_friction(math: Math, state: FootState, delta_mu: Number) -> tuple[Numbe
     return -more * state.load * math.saturate(state.v_t, _SMOOTHING), 0.0
 
 
+def _touches(math: Math, state: FootState) -> Number:
+    """0 without contact, 1 from a few newtons on."""
+    return state.load / (math.absolute(state.load) + 1.0)
+
+
 @dataclass(frozen=True)
 class SnowPatch(FootTerm):
     """Snow that glides and holds differently over a stretch of the slope.
@@ -143,6 +148,35 @@ class UnexplainedFriction(FootTerm):
 
 
 @dataclass(frozen=True)
+class UnexplainedDrag(FootTerm):
+    """What holds one ski back for a while, of which nothing is known but that it acts there: an edge that catches, a
+    lump of ice, a ski under the other.
+
+    Formula: f_t = −½(1 + side·s)·brake_t·w·sign(v_t),   f_n = −½(1 + side·s)·brake_n·w·sign(v_n),   s = 1 for the left
+    ski, −1 for the right one, w = ½(tanh((t − t0)/rise) − tanh((t − t1)/rise)), where the ski is on the snow
+    """
+
+    name: ClassVar[str] = "unexplained_drag"
+    mirrors: ClassVar[tuple[str, ...]] = ("side",)
+    sources: ClassVar[tuple[str, ...]] = ("none: it is what the known laws leave",)
+
+    brake_t: float = quantity(0.0, "N", low=0.0, high=3e3, source="chosen", meaning="force that brakes along the ski")
+    brake_n: float = quantity(0.0, "N", low=0.0, high=3e3, source="chosen", meaning="force that brakes across it")
+    t0: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it comes")
+    t1: float = quantity(2.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it goes")
+    rise: float = quantity(0.05, "s", low=0.01, high=2.0, source="chosen", meaning="time it takes to come and to go")
+    side: float = quantity(
+        1.0, "1", low=-1.0, high=1.0, source="chosen", meaning="which ski: 1 the left, -1 the right, 0 both alike"
+    )
+
+    def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
+        share = window(math, state.t, self.t0, self.t1, self.rise) * _touches(math, state)
+        share = 0.5 * (1.0 + self.side * state.side) * share
+        along, across = (math.saturate(v, _SMOOTHING) for v in (state.v_t, state.v_n))
+        return -self.brake_t * share * along, -self.brake_n * share * across
+
+
+@dataclass(frozen=True)
 class SnowCompaction(FootTerm):
     """Resistance of snow that is pressed down ahead of the ski, as deep as the ski sinks.
 
@@ -157,8 +191,7 @@ class SnowCompaction(FootTerm):
     c: float = quantity(0.0, "N/m^2", low=0.0, high=2e5, source=_CHOICE, meaning="resistance to a groove's area")
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
-        touches = state.load / (math.absolute(state.load) + 1.0)  # 0 without contact, 1 from a few newtons on
-        return -self.c * state.groove * touches * math.saturate(state.v_t, _SMOOTHING), 0.0
+        return -self.c * state.groove * _touches(math, state) * math.saturate(state.v_t, _SMOOTHING), 0.0
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from sssi_exudyn.contact.terms.friction_corrections import (
     SnowCompaction,
     SnowPatch,
     SpeedDependentFriction,
+    UnexplainedDrag,
     UnexplainedFriction,
 )
 from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
@@ -78,6 +79,7 @@ def everything() -> tuple[Model, Prepared]:
         EdgeDependentFriction(0.05, 0.3),
         LoadDependentFriction(0.05),
         UnexplainedFriction(-0.02),
+        UnexplainedDrag(3.0, 2.0, 1.1, 1.9, 0.1, -0.9),
         SnowCompaction(2e3),
         SlopeChange(0.05, f + 10.0, 5.0),
         TerrainBump(0.2, f + 6.0, 4.0),
@@ -233,7 +235,8 @@ def test_a_second_term_of_a_law_needs_no_other_kernel() -> None:
     model, prepared = everything()
     strengths = {
         SnowPatch: ("delta_mu_t",), SpeedDependentFriction: ("b",), EdgeDependentFriction: ("b",),
-        LoadDependentFriction: ("b",), UnexplainedFriction: ("delta_mu",), SnowCompaction: ("c",),
+        LoadDependentFriction: ("b",), UnexplainedFriction: ("delta_mu",),
+        UnexplainedDrag: ("brake_t", "brake_n"), SnowCompaction: ("c",),
         TerrainBump: ("rise",),
         UnexplainedForce: ("force_n", "force_f", "force_l"), PolePlant: ("up", "forward"), DragArea: ("share",),
     }  # fmt: skip

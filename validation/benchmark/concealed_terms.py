@@ -189,19 +189,23 @@ class Lift(BodyTerm):
 
 @dataclass(frozen=True)
 class EdgeBite(FootTerm):
-    """Formula: one edge that catches for a while, back and across by the same force, which ramps up and down."""
+    """Formula: one edge that catches ever more and lets go at once: a force back that grows from t0 on until it ends at
+    t1, and one across, against the slip.
+    """
 
     name: ClassVar[str] = "edge_bite"
     sources: ClassVar[tuple[str, ...]] = (_HERE,)
-    force_size: float = _any("force", "N")
+    force_size: float = _any("greatest force back", "N")
+    across: float = _any("force across, for each newton back")
     side: float = _any("+1 left, -1 right")
     t0: float = _any("begin", "s")
     t1: float = _any("end", "s")
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
-        bites = 0.5 * (1.0 + self.side * state.side) * _box(math, state.t, self.t0 + 0.05, self.t1 - 0.05, 0.1)
-        pull = self.force_size * bites
-        return -pull * math.saturate(state.v_t, 0.1), -pull * math.saturate(state.v_n, 0.1)
+        grown = math.minimum(math.maximum((state.t - self.t0) / (self.t1 - self.t0), 0.0), 1.0)
+        bites = 0.5 * (1.0 + self.side * state.side) * (grown - _ramp(math, (state.t - self.t1) / 0.04 + 1.0))
+        pull = self.force_size * math.maximum(bites, 0.0)
+        return -pull * math.saturate(state.v_t, 0.1), -self.across * pull * math.saturate(state.v_n, 0.1)
 
 
 @dataclass(frozen=True)

@@ -211,7 +211,8 @@ def _lift(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
 
 def _bite(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:
     window = plain.stretch(rng, 0.3, 0.6)
-    return Effect((EdgeBite(50.0 * size, _sign(rng), *window),), window=window, truth={})
+    bite = EdgeBite(80.0 * size, float(rng.uniform(0.3, 1.5)), _sign(rng), *window)
+    return Effect((bite,), window=window, truth={})
 
 
 def _ruts(rng: np.random.Generator, size: float, plain: PlainRun) -> Effect:

@@ -316,7 +316,7 @@ class Diagnosis:
     """What physics was left out of a model of a recorded run, or which instrument is at fault.
 
     verdict : "none" where nothing is missing, "explained", "ambiguous" where several names remain, "unexplained" where
-        a force acts that no hypothesis explains, "not_adequate" where the recording cannot tell
+        more probably than not no known cause is behind what was found, "not_adequate" where the recording cannot tell
     smallest_noticed : by hypothesis, from which size on it would have been noticed with all findings in the model
     next : what to measure, where names remain or the recording cannot tell, the most promising first
     friction_averaged : mu_t and mu_n over all explanations, each as probable as it was found to be

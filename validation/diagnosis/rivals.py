@@ -92,7 +92,7 @@ def estimate_rivals(
             if each is best:
                 raise
     any_form, law = None, best_law(again(), found)
-    if law is not None:
+    if law is not None and LATENT_FORCE.name in latest.responses:
         about = found[law.name]
         problem.progress(None, f"a force of any form in the place of {law.name}")
         any_form = weigh_any_form(about.problem, about.state, latest, law, about.fit, full=full)

@@ -37,6 +37,7 @@ from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
 from sssi_exudyn.validation.diagnosis.result import Smallest
 from sssi_exudyn.validation.diagnosis.state import State, fit_model, fitted_run, get_or_make, linear_model
 from sssi_exudyn.validation.diagnosis.statistics.noticed import smallest_noticed
+from sssi_exudyn.validation.diagnosis.statistics.possible import log_possible
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import SIZES, probabilities
 
 _FINALISTS: Final = 6
@@ -271,14 +272,16 @@ def weigh_refit(
     ``evidence_by_size`` there.
     """
     assert explanation.candidate is not None
-    if not BY_NAME[explanation.name].possible(fit.model):
-        return replace(explanation, log_evidence=-np.inf, fit=fit)
-    placed = linear_model(problem, state, _fix_places(base, explanation.candidate, fit))
+    there = _fix_places(base, explanation.candidate, fit)
+    placed = linear_model(problem, state, there)
     levels, evidence = best_levels(placed, explanation.levels)
+    possible = log_possible(BY_NAME[explanation.name], explanation.candidate, there, placed, levels)
+    if possible == -np.inf:
+        return replace(explanation, log_evidence=-np.inf, fit=fit)
     spread = float(np.logaddexp.reduce(by_size) - np.log(len(SIZES)) - by_size[SIZES.index(explanation.size)])
     return replace(
         explanation,
-        log_evidence=evidence + spread + explanation.log_place,
+        log_evidence=evidence + spread + explanation.log_place + possible,
         fit=fit,
         levels=levels,
         log_natural=_log_natural(problem, explanation, fit, levels),

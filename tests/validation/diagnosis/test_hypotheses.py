@@ -36,8 +36,8 @@ from sssi_exudyn.validation.diagnosis.hypothesis import (
 )
 
 ROOT = Path(__file__).parents[3]
-NAMES = 21
-"""The twenty that the format of ``diagnosis.json`` lists, and ``unexplained_friction``."""
+NAMES = 22
+"""The twenty that the format of ``diagnosis.json`` lists, ``unexplained_friction`` and ``unexplained_drag``."""
 
 
 def five_seconds() -> FittedRun:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from test_missing_force import courses, shaped
@@ -11,12 +13,17 @@ from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel, log_evidence, log_prior, usual_levels
 from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Probe, responses_of
 from sssi_exudyn.validation.diagnosis.refit import Parameter, linear_values
-from sssi_exudyn.validation.diagnosis.statistics.unlisted_force import unlisted_force
+from sssi_exudyn.validation.diagnosis.statistics.unlisted_force import ForceOfAnyForm, unlisted_force
 
 
 def without_posture(fitted: FittedRun, residual: Array, free: Freedom) -> LinearModel:
     none = np.zeros((len(residual), 0))
     return LinearModel(fitted.measurements, residual, free, none, none)
+
+
+def with_force(linear: LinearModel, found: ForceOfAnyForm) -> LinearModel:
+    """The linear model in which the most probable form is free, too."""
+    return replace(linear, free=linear.free.with_more(found.free.columns, found.free.scales))
 
 
 def noise(fitted: FittedRun, seed: int) -> Array:
@@ -44,7 +51,8 @@ def test_a_law_that_fits_is_more_probable_than_a_force_of_any_form_and_that_than
 ) -> None:
     levels, column = usual_levels(fitted.measurements), growing(fitted, responses)
     linear = without_posture(fitted, column + noise(fitted, seed), no_parameters(len(column)))
-    of_any, free = unlisted_force(linear, levels, fitted, responses)
+    found = unlisted_force(linear, levels, fitted, responses)
+    of_any, free = found.log_evidence, with_force(linear, found)
     prior = log_prior(fitted.measurements, levels)
     right = log_evidence(linear, levels, Freedom(column[:, None], np.ones(1))) + prior
     cells = len(fitted.time_edges) - 1
@@ -61,7 +69,7 @@ def test_a_law_that_fits_is_more_probable_than_a_force_of_any_form_and_that_than
 def test_where_nothing_acts_a_force_is_less_probable_than_none(fitted: FittedRun, responses: Array, seed: int) -> None:
     levels, residual = usual_levels(fitted.measurements), noise(fitted, seed)
     linear = without_posture(fitted, residual, no_parameters(len(residual)))
-    of_any, _ = unlisted_force(linear, levels, fitted, responses)
+    of_any = unlisted_force(linear, levels, fitted, responses).log_evidence
     assert of_any < log_evidence(linear, levels) + log_prior(fitted.measurements, levels)
 
 
@@ -71,7 +79,7 @@ def test_beside_a_force_along_the_way_friction_is_less_certain(fitted: FittedRun
     parameter = Parameter(("friction.mu_t",), Prior(0.06, 0.1))
     residual = growing(fitted, responses) + noise(fitted, 0)
     linear = without_posture(fitted, residual, Freedom(by_friction, np.array([0.1])))
-    _, free = unlisted_force(linear, levels, fitted, responses)
+    free = with_force(linear, unlisted_force(linear, levels, fitted, responses))
     _, alone = linear_values(linear, levels, [parameter], 0)["friction.mu_t"]
     value, sigma = linear_values(free, levels, [parameter], 0)["friction.mu_t"]
     assert sigma > 2.0 * alone

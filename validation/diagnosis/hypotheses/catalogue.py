@@ -25,6 +25,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_compaction import Com
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.snow_patch import PatchOfSnow
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.speed_dependent_friction import FrictionBySpeed
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.terrain_bump import RollOrDip
+from sssi_exudyn.validation.diagnosis.hypotheses.snow.unexplained_drag import DragOfOneSki
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.unexplained_friction import FrictionOfOneSki
 from sssi_exudyn.validation.diagnosis.hypothesis import Hypothesis, SteadyLaw
 
@@ -51,6 +52,7 @@ HYPOTHESES: Final[list[Hypothesis]] = [
     WrongInsoleGain(),
     LoadOnCuffs(),
     FrictionOfOneSki(),
+    DragOfOneSki(),
     LATENT_FORCE,
 ]
 """The list of them, written out; those of plug-ins are added."""

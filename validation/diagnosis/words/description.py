@@ -69,6 +69,7 @@ from sssi_exudyn.validation.diagnosis.statistics.missing_force import (
     placebos,
 )
 from sssi_exudyn.validation.diagnosis.statistics.noticed import adequacy
+from sssi_exudyn.validation.diagnosis.statistics.possible import POSSIBLE_SEED
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, NOTHING
 from sssi_exudyn.validation.diagnosis.words.next_measurement import next_measurements
 from sssi_exudyn.validation.diagnosis.words.paragraph import paragraph_of
@@ -180,9 +181,16 @@ def _verdict(findings: Sequence[Finding], near: Adequacy, nothing: float) -> Out
         return "not_adequate"
     if not findings:
         return "none"
-    if any(f.kind == "unexplained" for f in findings):
+    if any(_of_no_known_cause(f) > 0.5 for f in findings if f.kind == "unexplained"):
         return "unexplained"
-    return "explained" if all(f.probability >= SURE for f in findings) else "ambiguous"
+    sure = all(f.probability >= SURE and f.kind != "unexplained" for f in findings)
+    return "explained" if sure else "ambiguous"
+
+
+def _of_no_known_cause(finding: Finding) -> float:
+    """The probability that none of the known causes is behind it."""
+    named = [(finding.name, finding.probability), *((a.name, a.probability) for a in finding.alternatives)]
+    return sum(probability for name, probability in named if name in BY_NAME and BY_NAME[name].kind == "unexplained")
 
 
 def _finding(
@@ -341,7 +349,7 @@ def _way(fitted: FittedRun) -> Way:
 
 def _version() -> Version:
     priors = {hypothesis.name: hypothesis.weight for hypothesis in HYPOTHESES}
-    seeds = {"chance": CHANCE_SEED, "placebos": PLACEBO_SEED}
+    seeds = {"chance": CHANCE_SEED, "placebos": PLACEBO_SEED, "possible": POSSIBLE_SEED}
     return Version(versions()["sssi_exudyn"], {NOTHING_MISSING: NOTHING, **priors}, source_digest(), seeds)
 
 
