@@ -18,7 +18,7 @@ from test_evidence import LEVELS
 
 from sssi_exudyn import cli
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
-from sssi_exudyn.contact.terms.friction_corrections import SnowPatch, UnexplainedFriction
+from sssi_exudyn.contact.terms.friction_corrections import SnowPatch, UnexplainedDrag, UnexplainedFriction
 from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.errors import SimulationDiverged
@@ -52,7 +52,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, responses_of
 from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, diagnosis_problem, no_nuisances
 from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
-from sssi_exudyn.validation.diagnosis.result import Diagnosis, Finding
+from sssi_exudyn.validation.diagnosis.result import Alternative, Diagnosis, Finding
 from sssi_exudyn.validation.diagnosis.rivals import Anew
 from sssi_exudyn.validation.diagnosis.search import compare_hypotheses, extended_parameters
 from sssi_exudyn.validation.diagnosis.search_result import Accepted
@@ -63,6 +63,7 @@ from sssi_exudyn.validation.diagnosis.state import (
     noise_whitener,
     remove,
 )
+from sssi_exudyn.validation.diagnosis.words import description
 
 ROOT = Path(__file__).parents[3]
 SCHEMA = ROOT / "validation" / "diagnosis" / "diagnosis.schema.json"
@@ -339,6 +340,50 @@ def test_which_ski_glides_worse_follows_from_loads_and_track(base: Any, more: fl
     # fits stop within a twentieth of the standard errors; priors draw by a few per cent
     assert delta == pytest.approx(more, rel=0.05)
     assert mean == pytest.approx(mu_t, abs=0.001)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_which_ski_is_held_back_follows_from_loads_and_track(base: Any, side: float) -> None:
+    recording, motion, model = base
+    problem = diagnosis_problem(recording, replace(motion, stop=motion.start + 5.0), model)
+    begin = motion.start + 2.1
+
+    def held(brake: float, side: float) -> Model:
+        part = UnexplainedDrag(brake, brake, begin, begin + 0.4, 0.05, side)
+        return replace(problem.model, terms=(*problem.model.terms, part))
+
+    true = held(120.0, side)
+    seen = problem.measurements.predict(true, simulate_reduced(true, problem.prepared))
+    offset = problem.measurements.measured - seen
+    amplitudes = [Parameter((f"unexplained_drag.brake_{way}",), Prior(0.0, 100.0)) for way in "tn"]
+    noise = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements))
+    right, wrong = (
+        refit(
+            held(50.0, each), amplitudes, problem.prepared, problem.measurements, noise, lambda model: (model, offset)
+        )
+        for each in (side, -side)
+    )
+    # fits stop within a twentieth of the standard errors; priors draw by a few per cent
+    np.testing.assert_allclose(right.values, 120.0, rtol=0.05)
+    assert wrong.objective > right.objective + 2.0  # e² = 7 times less probable
+
+
+def test_a_verdict_of_no_known_cause_is_more_probable_than_not() -> None:
+    near: Any = SimpleNamespace(adequate=True)
+
+    def verdict(name: str, probability: float, **others: float) -> str:
+        alternatives = tuple(Alternative(each, p) for each, p in others.items())
+        finding: Any = SimpleNamespace(
+            name=name, kind=BY_NAME[name].kind, probability=probability, alternatives=alternatives
+        )
+        return description._verdict([finding], near, 0.0)
+
+    assert verdict("unexplained_force", 0.95) == "unexplained"
+    assert verdict("unexplained_force", 0.4, unexplained_drag=0.2, snow_patch=0.4) == "unexplained"
+    assert verdict("unexplained_force", 0.43, load_dependent_friction=0.38) == "ambiguous"
+    assert verdict("snow_patch", 0.5, unexplained_force=0.5) == "ambiguous"
+    assert verdict("snow_patch", 0.9) == "explained"
 
 
 @pytest.mark.long
