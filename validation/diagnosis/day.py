@@ -49,6 +49,7 @@ from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
 from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Number
 from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
 from sssi_exudyn.validation.diagnosis.state import fit_model, fitted_run, linear_model
+from sssi_exudyn.validation.diagnosis.statistics.possible import DRAWS, POSSIBLE_SEED, log_share
 from sssi_exudyn.validation.diagnosis.statistics.probabilities import INTERVAL_90, SIZES, probabilities
 
 SHARED: Final = ("friction.mu_t", "friction.mu_n")
@@ -163,21 +164,19 @@ def named_law(hypothesis: SteadyLaw, first: FittedRun, runs: int) -> Law:
     return Law(hypothesis.name, keys, hypothesis.scales, (hypothesis.part(first),) * runs, hypothesis.possible)
 
 
-class Impossible(Exception):
-    """A law that fits the runs only where it is physically impossible."""
-
-
 @dataclass(frozen=True)
 class Joint:
     """All runs with a law: log evidence, and the shared numbers with their standard deviations, less their priors'
     means.
 
+    size : of those that the law usually has, what suits best
     fits : of each run with the law, the shared numbers held; none by linear responses
     """
 
     evidence: float
     values: Array
     errors: Array
+    size: float = 1.0
     fits: tuple[Refit, ...] = ()
 
 
@@ -190,14 +189,14 @@ def by_size(law: Law, runs: Sequence[DayRun], columns: Sequence[Array]) -> Joint
         return Joint(*joint_evidence(runs))
     each_size = [joint_evidence(runs, [Freedom(each, size * law.scales) for each in columns]) for size in SIZES]
     total = float(np.logaddexp.reduce([each[0] for each in each_size]) - np.log(len(SIZES)))
-    _, values, errors = max(each_size, key=lambda each: each[0])
-    return Joint(total, values, errors)
+    (_, values, errors), size = max(zip(each_size, SIZES, strict=True), key=lambda pair: pair[0][0])
+    return Joint(total, values, errors, size)
 
 
 def fit_to_all(law: Law, runs_alone: Sequence[SeparateFit], start: Array) -> Joint:
     """The law with the real term in all runs' models, from shared numbers ``start``, less their priors' means, on.
 
-    Raises SimulationDiverged where a run cannot be simulated so, Impossible where the law is physically impossible.
+    Raises SimulationDiverged where a run cannot be simulated so.
     """
     joint = Joint(-np.inf, start, np.ones(len(start)))
     for _ in range(_TURNS):
@@ -209,7 +208,24 @@ def fit_to_all(law: Law, runs_alone: Sequence[SeparateFit], start: Array) -> Joi
         joint = replace(joint, evidence=joint.evidence + beforehand, fits=fits)
         if np.all(np.abs(joint.values - values) < _SETTLED * joint.errors):
             break
-    return joint
+    return replace(joint, evidence=joint.evidence + _log_possible(law, runs_alone[0], joint))
+
+
+def _log_possible(law: Law, own: SeparateFit, joint: Joint) -> float:
+    """``log_share`` of a law's amplitudes, each drawn by itself."""
+    _, names = law.added_to(own.fit.model, 0)
+    if not names:
+        return 0.0
+    model, normal = joint.fits[0].model, np.random.default_rng(POSSIBLE_SEED).standard_normal((DRAWS, len(names)))
+    low, high = np.array([model.bounds(name) for name in names]).T
+
+    def possible(values: Array) -> bool:
+        inside = bool(np.all((values >= low) & (values <= high)))
+        return inside and law.possible(model.with_values(dict(zip(names, map(float, values), strict=True))))
+
+    of_law = slice(len(SHARED), None)
+    before, after = joint.size * law.scales * normal, joint.values[of_law] + joint.errors[of_law] * normal
+    return log_share(possible, before, after)
 
 
 def fit_beside(law: Law, values: Array, runs_alone: Sequence[SeparateFit]) -> list[tuple[DayRun, Array, Refit]]:
@@ -239,8 +255,6 @@ def _fit_one_beside(
     held = {p.names[0]: p.prior.mean for p in every if p not in own.fit.parameters}
     start = model.with_values({name: float(np.clip(value, *model.bounds(name))) for name, value in held.items()})
     fit = fit_model(own.problem, own.state, start, every, own.state.levels)
-    if not law.possible(fit.model):
-        raise Impossible
     count = len(parameters)
     columns = fit.sensitivity[:, count:]
     beside = replace(
@@ -285,21 +299,16 @@ def compare_for_day(
     ranked = sorted(range(1, len(laws)), key=lambda i: -linearly[i].evidence)
     finalists = [0, *(i for i in ranked[:_FINALISTS] if linearly[i].evidence > best - _WORTHWHILE)]
     found: dict[int, Joint] = {}
-    impossible: set[int] = set()
     for i in finalists:
         progress(None, f"all runs fitted with {laws[i].name or 'nothing added'}")
         try:
             found[i] = fit_to_all(laws[i], runs_alone, linearly[i].values)
-        except Impossible:
-            impossible.add(i)
         except SimulationDiverged as error:
             progress(None, f"{laws[i].name or 'nothing added'} is compared by its linear response: {error}")
-    gain = min((found[i].evidence - linearly[i].evidence for i in found), default=0.0)
-    joint = {
-        i: found.get(i) or replace(each, evidence=each.evidence + gain)
-        for i, each in enumerate(linearly)
-        if i not in impossible
-    }
+    gains = [found[i].evidence - linearly[i].evidence for i in found]
+    gain = min((each for each in gains if np.isfinite(each)), default=0.0)
+    joint = {i: found.get(i) or replace(each, evidence=each.evidence + gain) for i, each in enumerate(linearly)}
+    joint = {i: each for i, each in joint.items() if np.isfinite(each.evidence)}
     odds = probabilities([laws[i].name for i in joint], np.array([each.evidence for each in joint.values()]))
     explanations = [
         DayExplanation(

@@ -31,7 +31,6 @@ from sssi_exudyn.validation.diagnosis.day import (
     SHARED,
     DayExplanation,
     DayRun,
-    Impossible,
     Joint,
     Law,
     by_size,
@@ -208,7 +207,7 @@ def find_law(
         try:
             selection, values = _about_itself(law_of, runs_alone, selection, joint.values)
             joint = fit_to_all(law_of(selection.chosen), runs_alone, values)
-        except (Impossible, SimulationDiverged) as error:
+        except SimulationDiverged as error:
             progress(None, f"it is compared by its linear response: {error}")
     law = law_of(selection.chosen)
     probability = probability_beside(explanations, joint.evidence, len(law.keys))

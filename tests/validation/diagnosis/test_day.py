@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from a_day import fits_of_two_runs
+from scipy.stats import norm
 from test_evidence import LEVELS, covariance, linear_model
 
 from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFriction
@@ -108,6 +109,13 @@ def test_two_runs_find_what_the_first_does_not(monkeypatch: pytest.MonkeyPatch) 
     again = day_module.fit_to_all(shared_law, own, values + errors * [1.0, -1.0, 1.0])
     np.testing.assert_array_less(np.abs(again.values - values), 0.2 * errors)  # twice what ends the turns
     assert again.evidence == pytest.approx(best.log_evidence, abs=0.3)
+    # of one that is possible above its best value only, half is left, and a part of what was possible beforehand
+    middle = again.values[-1]
+    cut = replace(shared_law, possible=lambda model: bool(model.value("speed_dependent_friction.b") > middle))
+    beforehand = norm.sf(middle / (again.size * float(hypothesis.scales[0])))
+    less = day_module.fit_to_all(cut, own, values + errors * [1.0, -1.0, 1.0]).evidence - again.evidence
+    # 400 draws: shares of 0.5 and of 0.2 to 0.5 are known to 5 to 10 %
+    assert less == pytest.approx(np.log(0.5 / beforehand), abs=0.3)
     # one that would be physically impossible is none
     monkeypatch.setattr(type(hypothesis), "possible", lambda _self, _model: False)
     left = {each.name: each for each in compare_for_day([own[0]])}

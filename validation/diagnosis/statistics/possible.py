@@ -7,6 +7,7 @@ is possible afterwards over its share beforehand.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -42,16 +43,20 @@ def log_possible(
     means = np.array([parameter.prior.mean for parameter in fit.parameters])
     bounds = np.array([fit.model.bounds(parameter.names[0]) for parameter in fit.parameters])
 
-    def share(draws: Array) -> float:
-        found = 0
-        for values in means + scales * draws:
-            inside = (values >= bounds[:, 0]) & (values <= bounds[:, 1])
-            kept = np.clip(values, bounds[:, 0], bounds[:, 1])
-            if np.all(inside[amplitude]):
-                found += hypothesis.possible(with_parameters(fit.model, fit.parameters, kept))
-        return found / DRAWS
+    def possible(values: Array) -> bool:
+        inside = (values >= bounds[:, 0]) & (values <= bounds[:, 1])
+        kept = np.clip(values, bounds[:, 0], bounds[:, 1])
+        return bool(np.all(inside[amplitude])) and hypothesis.possible(
+            with_parameters(fit.model, fit.parameters, kept)
+        )
 
-    possible = share(after)
-    if possible == 0.0:
+    return log_share(possible, means + scales * before, means + scales * after)
+
+
+def log_share(possible: Callable[[Array], bool], before: Array, after: Array) -> float:
+    """Log of the share of what is ``possible`` of numbers drawn ``after`` measuring (n, k) over that ``before``."""
+    found = float(np.mean([possible(values) for values in after]))
+    if found == 0.0:
         return -np.inf
-    return float(np.log(possible) - np.log(max(share(before), 1.0 / DRAWS)))
+    at_first = float(np.mean([possible(values) for values in before]))
+    return float(np.log(found) - np.log(max(at_first, 1.0 / len(before))))
