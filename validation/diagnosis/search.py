@@ -7,6 +7,7 @@ noise as it is; the best are refitted with the real term or fault in the model, 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -43,6 +44,12 @@ from sssi_exudyn.validation.diagnosis.statistics.probabilities import SIZES, pro
 _FINALISTS: Final = 6
 _WORTHWHILE: Final = 12.0
 """A hypothesis whose linear evidence is worse than the best by more than this is not refitted."""
+_FURTHER: Final = 2
+"""Further times at which a hypothesis is tried."""
+_HALF: Final = 0.5
+"""Share of the best candidate's gain that one at another time has for that."""
+_APART: Final = 0.2
+"""Of the time of two candidates together, what both act at most where they act at other times."""
 _STIFF: Final = 0.1
 """Share of its usual waves that the snow surface has while a hypothesis about its shape is placed."""
 _HOPELESS: Final = -1.0
@@ -73,6 +80,7 @@ class Explanation:
     log_evidence : with the noise's own prior, place and size integrated
     probability : among all explanations of the round
     candidate : where and what, its usual amplitudes times the size that suits best; None for nothing
+    elsewhere : at other times, of the same amplitudes, where a fit may end better
     fit : None where it was not worth a refit
     levels : of the noise under it
     size : one of ``SIZES``
@@ -91,6 +99,7 @@ class Explanation:
     log_place: float = 0.0
     log_natural: float = -np.inf
     any_form: AnyForm | None = None
+    elsewhere: tuple[Candidate, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -206,9 +215,44 @@ def _compare_candidates(
     levels, evidence = state.levels, nothing + float(by_size[size, best])
     if by_size[size, best] > _HOPELESS:
         levels, evidence = best_levels(linear, state.levels, chosen.free)
+    elsewhere = tuple(_scale(candidates[i], SIZES[size]) for i in _at_other_times(candidates, factors, best))
     return Explanation(
-        hypothesis.name, evidence + places + spread, 0.0, chosen, None, levels, size=SIZES[size], log_place=places
+        hypothesis.name,
+        evidence + places + spread,
+        0.0,
+        chosen,
+        None,
+        levels,
+        size=SIZES[size],
+        log_place=places,
+        elsewhere=elsewhere,
     )
+
+
+def _at_other_times(candidates: Sequence[Candidate], factors: Array, best: int) -> list[int]:
+    """The best candidates that act when better ones do not, by all candidates' log Bayes ``factors``; none where the
+    gain is small.
+
+    Where much is to be explained responses are not linear: a patch in the middle of a run gained less than a slippery
+    beginning, and a fit does not go from one to the other.
+    """
+    chosen = [best]
+    if factors[best] < _WORTHWHILE:
+        return []
+    for i in np.argsort(-factors):
+        if factors[i] < _HALF * factors[best] or len(chosen) > _FURTHER:
+            break
+        if all(_in_common(candidates[i], candidates[j]) < _APART for j in chosen):
+            chosen.append(int(i))
+    return chosen[1:]
+
+
+def _in_common(one: Candidate, other: Candidate) -> float:
+    """Share of the time of two candidates together that both act."""
+    if one.window is None or other.window is None:
+        return 1.0
+    (a, b), (c, d) = one.window, other.window
+    return max(0.0, min(b, d) - max(a, c)) / (max(b, d) - min(a, c))
 
 
 def _refit_best(
@@ -245,13 +289,22 @@ def _refit_with(
         parameters, places = extended_parameters(base, candidate)
         return fit_model(problem, state, start, (*parameters, *places), levels)
 
-    starts = [candidate.model, *_models_beside(candidate, hypothesis.sides(fitted))]
-    try:
+    def best_fit(candidate: Candidate) -> Refit:
+        starts = [candidate.model, *_models_beside(candidate, hypothesis.sides(fitted))]
         if hypothesis.shapes_snow:
             stiff = replace(explanation.levels, surface=_STIFF * explanation.levels.surface)
             starts = [fit_from(candidate, candidate.model, stiff).model]
-        fits = [fit_from(candidate, start) for start in starts]
-        fit = min(fits, key=lambda each: each.objective)
+        return min((fit_from(candidate, start) for start in starts), key=lambda each: each.objective)
+
+    fits = []
+    for each in (candidate, *explanation.elsewhere):
+        with suppress(SimulationDiverged):
+            fits.append((best_fit(each), each))
+    if not fits:
+        return explanation
+    fit, candidate = min(fits, key=lambda pair: pair[0].objective)
+    explanation = replace(explanation, candidate=candidate)
+    try:
         # how strong it is shows only now that it stands where it acts
         by_size = evidence_by_size(problem, state, base, explanation, fit)
         size = SIZES[int(np.argmax(by_size))]
