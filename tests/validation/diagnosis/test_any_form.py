@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from bundled import bundled
+from displaced_fixes import displaced_by
 
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
-from sssi_exudyn.core.frames import level_to_enu
-from sssi_exudyn.fitting.measurements import predict_fixes
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.simulation.reduced import simulate_reduced
 from sssi_exudyn.validation.diagnosis import search
 from sssi_exudyn.validation.diagnosis.any_form import weigh_any_form
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
@@ -45,24 +42,13 @@ class Compared:
 @pytest.fixture(scope="module")
 def compared() -> Compared:
     """A run on which a brake grows from nothing to 60 N, as no law of the list does."""
-    recording, motion = bundled("beginner")
-    assert recording.gps is not None
-    motion = replace(motion, stop=motion.start + 5.0)
-    problem, _, base = first_fit(diagnosis_problem(recording, motion, model_of(recording, motion)))
-    steps = np.linspace(motion.start, motion.stop, 11)
+    start, stop = 0.0, 5.0
+    steps = np.linspace(start, stop, 11)
     brake = [
         UnexplainedForce(-60.0 * share, 0.0, 0.0, float(a), float(b))
         for share, a, b in zip(np.linspace(0.0, 1.0, 10), steps[:-1], steps[1:], strict=True)
     ]
-    models = (base.model, replace(base.model, terms=(*base.model.terms, *brake)))
-    fixes = recording.gps.time
-    places = []
-    for model in models:
-        run = simulate_reduced(model, problem.prepared)
-        places.append(predict_fixes(model, run.time, run.antenna, fixes))
-    moved = np.where((fixes < motion.stop)[:, None], places[1] - places[0], 0.0)
-    enu = recording.gps.enu + moved @ level_to_enu(base.model.fall_line_azimuth).T
-    recording = replace(recording, gps=replace(recording.gps, enu=enu))
+    recording, motion = displaced_by("beginner", start, stop, lambda _run: brake)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(search, "HYPOTHESES", tuple(BY_NAME[name] for name in (*LAWS, "unexplained_force")))
         problem, state, base = first_fit(diagnosis_problem(recording, motion, model_of(recording, motion)))

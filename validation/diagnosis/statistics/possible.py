@@ -46,9 +46,7 @@ def log_possible(
     def possible(values: Array) -> bool:
         inside = (values >= bounds[:, 0]) & (values <= bounds[:, 1])
         kept = np.clip(values, bounds[:, 0], bounds[:, 1])
-        return bool(np.all(inside[amplitude])) and hypothesis.possible(
-            with_parameters(fit.model, fit.parameters, kept)
-        )
+        return bool(np.all(inside[amplitude])) and hypothesis.possible(with_parameters(fit.model, fit.parameters, kept))
 
     return log_share(possible, means + scales * before, means + scales * after)
 
