@@ -6,7 +6,7 @@ and their difference, left less right.  Blocks of instruments that a recording l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Protocol
 
 import numpy as np
@@ -28,6 +28,11 @@ _HEIGHT_NOISE: Final = (1.4, 1.5)
 time (s)."""
 _MARGIN: Final = 0.3
 """s at both ends in which the insoles are not used: the simulated skier is still settling, splines end."""
+
+
+_UNKNOWN_TURN: Final = 5.0
+"""m/s² by which a skier's acceleration before the start or after the end differs from that at it: half of g across,
+from one turn to the next."""
 
 
 class SimulatedRun(Protocol):
@@ -85,6 +90,15 @@ class Measurements:
     def time_of(self, block: str) -> Array:
         """Instants of a block's values (s)."""
         return self.windows if block in ("load", "difference") else self.fixes
+
+    def stamped_by(self, clock_offset: float, start: float, stop: float) -> Measurements:
+        """The same by a clock that is so late (s): a fix of an instant outside the run is predicted the less well the
+        farther away it is, by an acceleration that nobody knows, and counts so.
+        """
+        at = self.fixes - clock_offset
+        outside = np.maximum(np.maximum(start - at, at - stop), 0.0)
+        off = 0.5 * _UNKNOWN_TURN * outside**2 / self.gps_sigma
+        return replace(self, counts=self.counts / (1.0 + self.counts * off**2))
 
     def predict(self, model: Model, run: SimulatedRun) -> Array:
         """(N,) what the instruments would say of a simulated run."""

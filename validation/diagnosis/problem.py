@@ -86,6 +86,10 @@ class DiagnosisProblem:
         surface = self.ground.beside(model)
         return replace(model, surface=surface), np.array(surface.amounts)
 
+    def stamped_by(self, model: Model) -> Measurements:
+        """The measurements as the model's clock has stamped them."""
+        return self.measurements.stamped_by(model.start.clock_offset, self.motion.start, self.motion.stop)
+
     def with_residual(self, residual: Array) -> DiagnosisProblem:
         """The same with fixes that count less where a residual (n, 2) m is far off its neighbours'."""
         counts = counts_of(self.fitting.track, residual)

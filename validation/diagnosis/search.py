@@ -28,6 +28,7 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     best_levels,
     log_evidence,
     log_factors,
+    log_volume,
     overlaps,
     uncertain,
 )
@@ -289,12 +290,16 @@ def _refit_with(
         parameters, places = extended_parameters(base, candidate)
         return fit_model(problem, state, start, (*parameters, *places), levels)
 
+    def misfit(fit: Refit) -> float:
+        """J with the noise's volume, which a clock changes: fixes of instants outside the run count less."""
+        return fit.objective + log_volume(linear_model(problem, state, fit), explanation.levels)
+
     def best_fit(candidate: Candidate) -> Refit:
         starts = [candidate.model, *_models_beside(candidate, hypothesis.sides(fitted))]
         if hypothesis.shapes_snow:
             stiff = replace(explanation.levels, surface=_STIFF * explanation.levels.surface)
             starts = [fit_from(candidate, candidate.model, stiff).model]
-        return min((fit_from(candidate, start) for start in starts), key=lambda each: each.objective)
+        return min((fit_from(candidate, start) for start in starts), key=misfit)
 
     fits = []
     for each in (candidate, *explanation.elsewhere):
@@ -302,7 +307,7 @@ def _refit_with(
             fits.append((best_fit(each), each))
     if not fits:
         return explanation
-    fit, candidate = min(fits, key=lambda pair: pair[0].objective)
+    fit, candidate = min(fits, key=lambda pair: misfit(pair[0]))
     explanation = replace(explanation, candidate=candidate)
     try:
         # how strong it is shows only now that it stands where it acts

@@ -140,8 +140,9 @@ def _estimate_with(
     problem: DiagnosisProblem, fit: Refit, known: Posterior, *, full: bool, comparing: bool
 ) -> Posterior:
     heights = problem.ground is not None and fit.model.surface is not None
+    counted = problem.fitting.with_counts(problem.stamped_by(fit.model).counts)
     return estimate_from(
-        fit.model, with_surface(problem.fitting, fit.model), problem.recording, problem.motion,
+        fit.model, with_surface(counted, fit.model), problem.recording, problem.motion,
         more={p.names: p.prior for p in found_by(problem, fit)}, known=known,
         full=full, comparing=comparing, heights=heights, cache=problem.cache, progress=problem.progress,
     )  # fmt: skip
@@ -186,7 +187,7 @@ def fit_model(
     """Refit ``parameters`` from the model's values on, under that noise."""
 
     def run() -> Refit:
-        whiten = noise_whitener(problem, state, levels)
+        whiten = noise_whitener(problem, state, levels, model)
         return refit(model, parameters, problem.prepared, problem.measurements, whiten, place)
 
     def place(model: Model) -> tuple[Model, Array]:
@@ -226,11 +227,11 @@ def model_without(problem: DiagnosisProblem, model: Model, candidate: Candidate)
     return model.without(owners)
 
 
-def noise_whitener(problem: DiagnosisProblem, state: State, levels: NoiseLevels) -> Whitener:
-    """Of all that is noise to the fit's parameters."""
+def noise_whitener(problem: DiagnosisProblem, state: State, levels: NoiseLevels, model: Model) -> Whitener:
+    """Of all that is noise to the parameters of a fit that begins at a model."""
     size, beside = len(state.beyond), state.nuisances
     nothing = Freedom(np.zeros((size, 0)), np.zeros(0))
-    empty = LinearModel(problem.measurements, np.zeros(size), nothing, beside.posture, beside.waves)
+    empty = LinearModel(problem.stamped_by(model), np.zeros(size), nothing, beside.posture, beside.waves)
     return whitener(empty, levels, beside.fixed.columns * beside.fixed.scales)
 
 
@@ -239,7 +240,7 @@ def linear_model(problem: DiagnosisProblem, state: State, fit: Refit) -> LinearM
     residual = problem.measurements.measured - fit.predicted + fit.sensitivity @ fit.pulls
     beside = state.nuisances
     free = beside.fixed.with_more(fit.sensitivity, fit.scales)
-    return LinearModel(problem.measurements, residual, free, beside.posture, beside.waves)
+    return LinearModel(problem.stamped_by(fit.model), residual, free, beside.posture, beside.waves)
 
 
 def fitted_run(problem: DiagnosisProblem, state: State, fit: Refit) -> FittedRun:
