@@ -308,7 +308,7 @@ def test_a_push_is_found_where_it_was_from_beside_it(base: Any) -> None:
     places = [
         Parameter((f"unexplained_force.{key}",), Prior(t, 0.4)) for key, t in (("t0", begin - 0.3), ("t1", begin + 0.5))
     ]
-    noise = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements))
+    noise = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements), problem.model)
     start = pushed(0.0, begin - 0.3, begin + 0.5)
     fit = refit(
         start, (*amplitudes, *places), problem.prepared, problem.measurements, noise, lambda each: (each, offset)
@@ -334,7 +334,7 @@ def test_which_ski_glides_worse_follows_from_loads_and_track(base: Any, more: fl
         Parameter(("unexplained_friction.delta_mu",), Prior(0.0, 0.1)),
         Parameter(("friction.mu_t",), Prior(mu_t, 0.1)),
     ]
-    noise = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements))
+    noise = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements), problem.model)
     fit = refit(start, sought, problem.prepared, problem.measurements, noise, lambda each: (each, offset))
     delta, mean = fit.values
     # fits stop within a twentieth of the standard errors; priors draw by a few per cent
@@ -357,7 +357,7 @@ def test_which_ski_is_held_back_follows_from_loads_and_track(base: Any, side: fl
     seen = problem.measurements.predict(true, simulate_reduced(true, problem.prepared))
     offset = problem.measurements.measured - seen
     amplitudes = [Parameter((f"unexplained_drag.brake_{way}",), Prior(0.0, 100.0)) for way in "tn"]
-    noise = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements))
+    noise = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements), problem.model)
     right, wrong = (
         refit(
             held(50.0, each), amplitudes, problem.prepared, problem.measurements, noise, lambda model: (model, offset)
@@ -415,7 +415,7 @@ def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> No
     seen, slopes = sensitivities(turned, problem.prepared, names, problem.measurements.predict)
     run = simulate_reduced(turned, problem.prepared)
     fitted = FittedRun(turned, problem.prepared, run, problem.measurements, seen)
-    white = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements))
+    white = noise_whitener(problem, state_of(problem), usual_levels(problem.measurements), turned)
     for name, column in zip(("heading_misalignment", "gps_delay"), slopes.T, strict=True):
         response = responses_of(BY_NAME[name].probes(fitted), problem.prepared, problem.measurements)[:, 0]
         whitened = white(np.column_stack([response, column]))

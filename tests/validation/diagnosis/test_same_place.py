@@ -133,8 +133,10 @@ class Day:
         }
         noise = whitened_back(self.rng.normal(size=180))
         measured = patch * columns["delta_mu_t"] + noise
+        seen = instruments(measured.reshape(3, 60).T)
         problem: Any = SimpleNamespace(
-            measurements=instruments(measured.reshape(3, 60).T),
+            measurements=seen,
+            stamped_by=lambda _model: seen,
             recording=self.recording,
             columns=columns,
             speed=at,
