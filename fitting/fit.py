@@ -25,7 +25,7 @@ from sssi_exudyn.core.noise import ExponentialNoise, fit_noise
 from sssi_exudyn.fitting.gps_observation import correct_fixes, track_of
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, counts_of, uncertainty, weight_of
 from sssi_exudyn.fitting.optimise import Optimum, minimise, minimise_squares
-from sssi_exudyn.model.from_recording import first_guess
+from sssi_exudyn.model.from_recording import guess_with_error
 from sssi_exudyn.model.heading import REPLAY
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
@@ -45,8 +45,6 @@ START_VALUES: Final = {"friction.mu_t": 0.1, "friction.mu_n": 0.5}
 """Where the search starts (paper 2.4)."""
 CUTTING: Final = ("carving.mu",)
 """Friction where edges cut; what else the track says of such snow is estimated with all that is uncertain."""
-_VELOCITY_SIGMA = 0.5
-"""m/s; a smoothed track's derivative is about 0.3 m/s off in a turn."""
 _FIRST_NOISE = ExponentialNoise(0.05, 2.0)
 """Of the residual, before there is one: what posture errors of 0.3° and a receiver of 2 cm leave."""
 _COARSE_NOISE = 1.0
@@ -122,7 +120,8 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
     if recording.gps is None:
         raise ValueError("the recording has no GPS")
     track = track_of(recording.gps, model.fall_line_azimuth, motion.start, motion.stop)
-    guess = first_guess(correct_fixes(recording.gps, model), motion, model.inclination, model.fall_line_azimuth)
+    gps = correct_fixes(recording.gps, model)
+    guess, error = guess_with_error(gps, motion, model.inclination, model.fall_line_azimuth)
     known = model.start
     start = replace(guess, heading_offset=known.heading_offset, clock_offset=known.clock_offset)
     cut = is_carved(model.terms)
@@ -133,8 +132,8 @@ def problem_of(recording: Recording, motion: Motion, model: Model, method: Metho
         return Problem(model, track, FRICTION, {}, 1.0, np.ones(len(track.time)))
     sigma = float(np.median(track.sigma))
     priors = {
-        "start.velocity_f": Prior(start.velocity_f, _VELOCITY_SIGMA),
-        "start.velocity_l": Prior(start.velocity_l, _VELOCITY_SIGMA),
+        "start.velocity_f": Prior(start.velocity_f, error),
+        "start.velocity_l": Prior(start.velocity_l, error),
         "start.f": Prior(start.f, 3.0 * sigma),
         "start.l": Prior(start.l, 3.0 * sigma),
         "start.heading_offset": Prior(known.heading_offset, recording.heading.sigma),

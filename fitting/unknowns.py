@@ -23,10 +23,15 @@ CUTTING: Final = {
     "carving.strength": Prior(4e5, 1e5),
 }
 """The same where edges cut: friction widely, hardness and strength about a firm piste's (``docs/carving.md``)."""
-_START: Final = {"start.f": 3.0, "start.l": 3.0, "start.velocity_f": 2.0, "start.velocity_l": 2.0}
-"""m and m/s: where and how fast a run starts, so widely that the fixes alone decide.  These are measurements; counted
-beforehand too, as a fit to the track alone takes them, they hold the start where a late clock or an antenna elsewhere
-would move it: a clock 0.139 s late came out as 0.105 ± 0.005 s.
+_START: Final = {
+    "start.f": (3.0, 1.0),
+    "start.l": (3.0, 1.0),
+    "start.velocity_f": (2.0, 4.0),
+    "start.velocity_l": (2.0, 4.0),
+}
+"""m and m/s, at least, and errors of the first guess: where and how fast a run starts, so widely that the fixes alone
+decide.  These are measurements; counted beforehand too, as a fit to the track alone takes them, they hold the start
+where a late clock or an antenna elsewhere would move it: a clock 0.139 s late came out as 0.105 ± 0.005 s.
 """
 USUAL_CUFF: Final = 0.06
 """Share of the load that a boot's cuff takes usually."""
@@ -97,7 +102,11 @@ def drag_coefficient(model: Model) -> str:
 
 def started_anywhere(priors: Mapping[str, Prior]) -> dict[str, Prior]:
     """The priors, those of the start so wide that the fixes alone decide."""
-    return {name: replace(prior, sigma=max(prior.sigma, _START.get(name, 0.0))) for name, prior in priors.items()}
+    found = dict(priors)
+    for name in _START.keys() & priors.keys():
+        least, times = _START[name]
+        found[name] = replace(priors[name], sigma=max(times * priors[name].sigma, least))
+    return found
 
 
 def snow_beforehand(model: Model) -> Mapping[str, Prior]:

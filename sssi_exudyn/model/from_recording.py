@@ -76,28 +76,74 @@ _FAR = 6.0
 """Of the median distance of the first fixes from a line through them: one normal error in a billion is beyond."""
 _MOST_FAR = 2
 """Of the first fixes that may be far off."""
+VELOCITY_SIGMA = 0.5
+"""m/s by which a guessed velocity is uncertain at least."""
 _FIRST = 1.2
 """s of fixes from which place and velocity at the start are guessed; long against the noise, short against a turn."""
 
 
+_FINE = 0.05
+"""m; noise of fixes through which a cubic leaves half a metre a second at their end."""
+_ACCELERATION, _TURN = 4.0, 1.0
+"""m/s² of a skier along each axis, and s after which it is another: half a turn."""
+_SPEED = 15.0
+"""m/s along each axis, before anything is measured."""
+_SMOOTHED = 6.0
+"""s of coarse fixes about the start; those farther away say nothing of it."""
+_CELL = 0.1
+"""s"""
+
+
 def first_guess(gps: Gps, motion: Motion, inclination: float, azimuth: float) -> Start:
     """Place and velocity of the antenna at the motion's start, from a cubic through the first fixes (about 0.3 m/s in
-    a turn); a receiver's own speed and course are taken where its fixes are too coarse to be differentiated.
+    a turn); a receiver's own speed and course are taken where its fixes are too coarse to be differentiated, and where
+    it has none they are smoothed.
     """
-    slope = gps.enu @ slope_to_enu(inclination, azimuth)
-    if float(np.median(gps.sigma)) > COARSE and gps.speed is not None and gps.course is not None:
+    return guess_with_error(gps, motion, inclination, azimuth)[0]
+
+
+def guess_with_error(gps: Gps, motion: Motion, inclination: float, azimuth: float) -> tuple[Start, float]:
+    """``first_guess``, and the standard deviation (m/s) of each component of its velocity."""
+    slope, sigma = gps.enu @ slope_to_enu(inclination, azimuth), float(np.median(gps.sigma))
+    if sigma > COARSE and gps.speed is not None and gps.course is not None:
         f, l, speed, course = (  # noqa: E741
             float(np.interp(motion.start, gps.time, values))
             for values in (slope[:, 0], slope[:, 1], gps.speed, gps.course)
         )
         # over ground; down the slope the way is longer
         along = speed * np.cos(course - azimuth) / np.cos(inclination)
-        return Start(f=f, l=l, velocity_f=float(along), velocity_l=float(-speed * np.sin(course - azimuth)))
+        start = Start(f=f, l=l, velocity_f=float(along), velocity_l=float(-speed * np.sin(course - azimuth)))
+        return start, VELOCITY_SIGMA
     apart = np.abs(gps.time - motion.start)
-    near = np.argsort(apart)[: max(6, int(np.count_nonzero(apart <= _FIRST)))]
-    since = gps.time[near] - motion.start
-    line = _smooth_line(since, slope[near, :2], float(np.median(gps.sigma)))
-    return Start(f=float(line[0, 0]), l=float(line[0, 1]), velocity_f=float(line[1, 0]), velocity_l=float(line[1, 1]))
+    if sigma > _FINE:
+        near = np.flatnonzero(apart <= max(_SMOOTHED, float(np.sort(apart)[min(3, len(apart) - 1)])))
+        line, error = _smooth_motion(gps.time[near] - motion.start, slope[near, :2], gps.sigma[near])
+    else:
+        near = np.argsort(apart)[: max(6, int(np.count_nonzero(apart <= _FIRST)))]
+        line, error = _smooth_line(gps.time[near] - motion.start, slope[near, :2], sigma), VELOCITY_SIGMA
+    f, l, velocity_f, velocity_l = map(float, line[:2].ravel())  # noqa: E741
+    return Start(f=f, l=l, velocity_f=velocity_f, velocity_l=velocity_l), max(error, VELOCITY_SIGMA)
+
+
+def _smooth_motion(time: Array, place: Array, sigma: Array) -> tuple[Array, float]:
+    """(2, 2) place and velocity at time zero, most probable by places (n, 2) m at ``time`` (n,) s with noise of
+    ``sigma`` (n,) m, and the velocity's standard deviation: a skier's acceleration is a process with a memory.
+
+    Source: Rasmussen and Williams 2006, ch. 2, with the process integrated twice.
+    """
+    edge = float(np.max(np.abs(time))) + _CELL
+    cells = np.arange(-edge + 0.5 * _CELL, edge, _CELL)
+    since, at = time[:, None], cells[None, :]
+    between = (at * since > 0.0) & (np.abs(at) < np.abs(since))
+    moved = np.where(between, np.abs(since - at), 0.0) * _CELL
+    process = _ACCELERATION**2 * np.exp(-np.abs(cells[:, None] - cells[None, :]) / _TURN)
+    far = float(np.ptp(place)) + float(sigma.max())
+    begins = np.column_stack([far * np.ones_like(time), _SPEED * time])
+    covariance = begins @ begins.T + moved @ process @ moved.T + np.diag(sigma**2)
+    gain = np.linalg.solve(covariance, begins * [far, _SPEED]).T
+    first = place[np.argmin(np.abs(time))]
+    error = np.sqrt(max(_SPEED**2 - float(gain[1] @ (begins[:, 1] * _SPEED)), 0.0))
+    return np.asarray(gain @ (place - first) + [first, np.zeros(2)]), float(error)
 
 
 def _smooth_line(time: Array, place: Array, sigma: float) -> Array:
