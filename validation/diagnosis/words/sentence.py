@@ -26,30 +26,36 @@ def sentence_of(
     if verdict == "none":
         friction = models[0].friction
         return (
-            f"Nothing is missing: the track is met to {first.trajectory_error:.2f} m, which is what the instruments' "
+            f"Nothing is missing: the track is met to {_metres(first.trajectory_error)} m, which is what the instruments' "
             f"noise leaves; μ_t is {friction.mu_t:.3f} and μ_n {friction.mu_n:.2f}. Would not have been noticed if "
             f"smaller: {_list_smallest(last)}."
         )
     clauses = [_clause(finding, models[1]) for finding in findings]
     if clauses:
-        clauses[0] = clauses[0][0].upper() + clauses[0][1:]
+        if clauses[0][0].isascii():  # a coefficient's Greek letter stays small
+            clauses[0] = clauses[0][0].upper() + clauses[0][1:]
         clauses = [
             " Besides, ".join(clauses),
-            f"With this the track is met to {final.trajectory_error:.2f} m instead of {first.trajectory_error:.2f} m "
-            f"(turns not fitted: {final.held_out_error:.2f} instead of {first.held_out_error:.2f} m).",
+            f"With this the track is met to {_metres(final.trajectory_error)} m instead of {_metres(first.trajectory_error)} m "
+            f"(turns not fitted: {_metres(final.held_out_error)} instead of {_metres(first.held_out_error)} m).",
         ]
     if not near.adequate:
         clauses.append(
-            f"The model does not describe this run: it misses the track by {near.missed_m:.2f} m where the instruments "
-            f"allow {near.allowed_m:.2f} m; what was fitted and found is not to be trusted."
+            f"The model does not describe this run: it misses the track by {_metres(near.missed_m)} m where the instruments "
+            f"allow {_metres(near.allowed_m)} m; what was fitted and found is not to be trusted."
         )
     elif verdict == "not_adequate":
         clauses.append(
             f"This recording cannot tell whether something is missing: the track is met to "
-            f"{first.trajectory_error:.2f} m, that nothing is missing is {last.nothing.probability:.0%} probable, "
+            f"{_metres(first.trajectory_error)} m, that nothing is missing is {last.nothing.probability:.0%} probable, "
             f"{last.best.name} {last.best.probability:.0%}."
         )
     return " ".join(clauses)
+
+
+def _metres(distance: float) -> str:
+    """A good receiver's track is met to some millimetres."""
+    return f"{distance:.3f}" if distance < 0.1 else f"{distance:.2f}"
 
 
 def _list_smallest(last: Round) -> str:
