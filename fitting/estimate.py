@@ -9,14 +9,16 @@ from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.fit import Fitted, Method, Progress, fit, with_surface
 from sssi_exudyn.fitting.linearised_run import Setting
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
 from sssi_exudyn.fitting.observation import observation_of
-from sssi_exudyn.fitting.posterior import Posterior, find_posterior
+from sssi_exudyn.fitting.posterior import Posterior, find_posterior, log_evidence
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess
 from sssi_exudyn.fitting.unknowns import Unknown, posture_errors, unknown_numbers, with_instruments
+from sssi_exudyn.model.from_recording import VELOCITY_SIGMA
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.motion import Motion
@@ -27,6 +29,10 @@ from sssi_exudyn.simulation.full import simulate
 _ELEMENTS: Final = 20
 """Beam elements of a ski where the full model judges an estimate: half of the time that 50 take, for 0.3 to 2.6 mm of
 the track and 0.2 N of the soles' forces."""
+_UNSURE: Final = 1.0
+"""m/s by which the velocity at the start may be wrong before the search begins at several."""
+_APART: Final = 1.3
+"""Standard deviations between these."""
 
 
 @dataclass(frozen=True)
@@ -77,20 +83,29 @@ def estimate(
     begin = clock.perf_counter()
     first = fit(problem, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
     counted = problem.with_counts(counts_of(problem.track, first.residual))
-    model = first.model
-    surface = None if process is None or model.surface is None else process.at(model.surface).surface
-    if surface is not None:
-        model = replace(model, surface=surface)
-    counted, known, heading = with_surface(counted, model), None, problem.model.heading
-    if heading.is_found:
-        known = estimate_from(
-            model, counted, recording, motion,
-            full=False, comparing=comparing, heights=surface is not None, progress=progress,
+
+    def roughly(model: Model) -> Posterior:
+        return estimate_from(
+            model, with_surface(counted, model), recording, motion,
+            full=False, comparing=comparing, heights=heights, progress=progress,
         )  # fmt: skip
+
+    model, known, heading = _on_process(first.model, process), None, problem.model.heading
+    heights, others = process is not None and model.surface is not None, _other_starts(problem, recording)
+    if heading.is_found or others:
+        known = roughly(model)
+        for i, other in enumerate(others, start=2):
+            if progress is not None:
+                progress(None, f"start {i} of {len(others) + 1}: coarse fixes leave the velocity there open")
+            try:
+                found = fit(other, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
+                known = max(known, roughly(_on_process(found.model, process)), key=log_evidence)
+            except SimulationDiverged:
+                continue
         model = replace(known.model, heading=heading)
     posterior = estimate_from(
-        model, counted, recording, motion,
-        known=known, full=full, comparing=comparing, heights=surface is not None, cache=cache, progress=progress,
+        model, with_surface(counted, model), recording, motion,
+        known=known, full=full, comparing=comparing, heights=heights, cache=cache, progress=progress,
     )  # fmt: skip
     seen, setting = posterior.setting.seen, posterior.setting
     x, y = (posterior.residual[seen.blocks[name]] for name in ("x", "y"))
@@ -106,6 +121,30 @@ def estimate(
         wall=clock.perf_counter() - begin,
     )
     return Estimated(fitted, posterior)
+
+
+def _on_process(model: Model, process: SurfaceProcess | None) -> Model:
+    """The model with its snow surface as a ``process``, where there is one."""
+    if process is None or model.surface is None:
+        return model
+    return replace(model, surface=process.at(model.surface).surface)
+
+
+def _other_starts(problem: Problem, recording: Recording) -> list[Problem]:
+    """The problem begun at other velocities, where coarse fixes leave these open and loads are measured: the loads know
+    the run's turns so well that from a velocity that is metres a second off no small step leads to the right one.
+    """
+    names = ("start.velocity_f", "start.velocity_l")
+    if recording.insoles is None or problem.priors[names[0]].sigma < _UNSURE:
+        return []
+    found = []
+    for moved in names:
+        for way in (_APART, -_APART):
+            values = {name: problem.priors[name].mean for name in names}
+            values[moved] += way * problem.priors[moved].sigma
+            held = {name: Prior(value, VELOCITY_SIGMA) for name, value in values.items()}
+            found.append(replace(problem, model=problem.model.with_values(values), priors={**problem.priors, **held}))
+    return found
 
 
 def estimate_from(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from bundled import bundled
 
 from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.terms.carving import Carving
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.fitting import estimate as estimation
 from sssi_exudyn.fitting.estimate import estimate, estimate_from
 from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.fitting.objective import Prior
@@ -79,3 +83,49 @@ def test_a_fit_finds_the_heading_where_edges_cut() -> None:
         found.predicted[found.setting.seen.blocks["x"]],
         atol=1e-6,
     )
+
+
+def test_coarse_fixes_without_speeds_are_begun_at_several_velocities(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The one whose estimate is the most probable is gone on from; one that cannot be simulated is none."""
+    recording, motion = bundled("intermediate")
+    gps = recording.gps
+    assert gps is not None
+    coarse = replace(gps, sigma=np.full(len(gps.time), 2.0), speed=None, course=None)
+    evidence = iter([-800.0, -820.0, -740.0, -790.0])
+    begun: list[float] = []
+    went_on: list[Any] = []
+
+    def fitted(problem: Any, *_args: Any, **_more: Any) -> Any:
+        begun.append(problem.model.start.velocity_l)
+        if len(begun) == 4:
+            raise SimulationDiverged(0.0, "no run")
+        return SimpleNamespace(model=problem.model, residual=np.zeros((len(problem.track.time), 2)))
+
+    def estimated(model: Any, *_args: Any, known: Any = None, **_more: Any) -> Any:
+        if known is not None:
+            went_on.append(known)
+            raise StopIteration
+        return SimpleNamespace(model=model, log_evidence=next(evidence))
+
+    monkeypatch.setattr(estimation, "fit", fitted)
+    monkeypatch.setattr(estimation, "estimate_from", estimated)
+    monkeypatch.setattr(estimation, "log_evidence", lambda found: found.log_evidence)
+    rough = replace(recording, gps=coarse)
+    problem = problem_of(rough, motion, model_of(rough, motion), "joint")
+    with pytest.raises(StopIteration):
+        estimate(problem, rough, motion, full=False)
+    sigma = problem.priors["start.velocity_l"].sigma
+    assert sigma > 1.0
+    np.testing.assert_allclose(np.sort(np.unique(begun)), begun[0] + 1.3 * sigma * np.array([-1.0, 0.0, 1.0]))
+    assert [each.log_evidence for each in went_on] == [-740.0]
+
+
+def test_fixes_that_are_fine_or_have_speeds_are_begun_once() -> None:
+    recording, motion = bundled("intermediate")
+    gps = recording.gps
+    assert gps is not None
+    many = len(gps.time)
+    with_speeds = replace(gps, sigma=np.full(many, 2.0), speed=np.full(many, 9.0), course=np.full(many, 3.0))
+    for each in (recording, replace(recording, gps=with_speeds)):
+        problem = problem_of(each, motion, model_of(each, motion), "joint")
+        assert estimation._other_starts(problem, each) == []
