@@ -26,9 +26,9 @@ def sentence_of(
     if verdict == "none":
         friction = models[0].friction
         return (
-            f"Nothing is missing: the track is met to {_metres(first.trajectory_error)} m, which is what the instruments' "
-            f"noise leaves; μ_t is {friction.mu_t:.3f} and μ_n {friction.mu_n:.2f}. Would not have been noticed if "
-            f"smaller: {_list_smallest(last)}."
+            f"Nothing is missing: the track is met to {_metres(first.trajectory_error)} m, which is what the "
+            f"instruments' noise leaves; μ_t is {friction.mu_t:.3f} and μ_n {friction.mu_n:.2f}. Would not have been "
+            f"noticed if smaller: {_list_smallest(last)}."
         )
     clauses = [_clause(finding, models[1]) for finding in findings]
     if clauses:
@@ -36,13 +36,14 @@ def sentence_of(
             clauses[0] = clauses[0][0].upper() + clauses[0][1:]
         clauses = [
             " Besides, ".join(clauses),
-            f"With this the track is met to {_metres(final.trajectory_error)} m instead of {_metres(first.trajectory_error)} m "
-            f"(turns not fitted: {_metres(final.held_out_error)} instead of {_metres(first.held_out_error)} m).",
+            f"With this the track is met to {_metres(final.trajectory_error)} m instead of "
+            f"{_metres(first.trajectory_error)} m (turns not fitted: "
+            f"{_metres(final.held_out_error)} instead of {_metres(first.held_out_error)} m).",
         ]
     if not near.adequate:
         clauses.append(
-            f"The model does not describe this run: it misses the track by {_metres(near.missed_m)} m where the instruments "
-            f"allow {_metres(near.allowed_m)} m; what was fitted and found is not to be trusted."
+            f"The model does not describe this run: it misses the track by {_metres(near.missed_m)} m where the "
+            f"instruments allow {_metres(near.allowed_m)} m; what was fitted and found is not to be trusted."
         )
     elif verdict == "not_adequate":
         clauses.append(
