@@ -87,7 +87,7 @@ def estimate(
     def roughly(model: Model) -> Posterior:
         return estimate_from(
             model, with_surface(counted, model), recording, motion,
-            full=False, comparing=comparing, heights=heights, progress=progress,
+            full=False, comparing=comparing or bool(others), heights=heights, progress=progress,
         )  # fmt: skip
 
     model, known, heading = _on_process(first.model, process), None, problem.model.heading

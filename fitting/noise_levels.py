@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.linalg import LinAlgError
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from sssi_exudyn.core.frames import Array
@@ -81,7 +82,12 @@ class LinearRun:
 
 def precision(columns: Array) -> tuple[Array, bool]:
     """The Cholesky factor, as ``cho_solve`` takes it, of what is known afterwards of amplitudes of variance one."""
-    return cho_factor(columns.T @ columns + np.eye(columns.shape[1]), lower=True)
+    one = np.eye(columns.shape[1])
+    try:
+        return cho_factor(columns.T @ columns + one, lower=True)
+    except LinAlgError:  # the squares of columns whose sizes are far apart have no digits left for the one
+        factor = np.linalg.qr(np.vstack([columns, one]), mode="r")
+        return np.asarray(factor * np.sign(np.diag(factor))[:, None]).T, True
 
 
 def weigh_noise(linear: LinearRun, levels: Levels) -> Levels:

@@ -9,12 +9,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from bundled import bundled
+from scipy.linalg import cho_solve
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting import posterior as module
 from sssi_exudyn.fitting.estimate import setting_of
 from sssi_exudyn.fitting.fit import problem_of
 from sssi_exudyn.fitting.linearised_run import Point, Responses, Setting, linearise_at, moved_point
+from sssi_exudyn.fitting.noise_levels import precision
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.observation import Observation
 from sssi_exudyn.fitting.optimise import Optimum
@@ -254,3 +256,18 @@ def test_a_search_that_takes_no_step_it_promises_has_not_converged() -> None:
     assert stopped.objective == 100.0
     assert stopped.reason == "stopped: no step lessens the misfit, though its linear form promises 40%"
     assert not module._ending(found, 60.0, 1.2).converged
+
+
+def test_amplitudes_whose_columns_are_alike_and_large_are_known_as_well_as_they_are() -> None:
+    """By singular values: five columns do two things, which are known to 1/size, all else as well as beforehand."""
+    rng = np.random.default_rng(4)
+    data = rng.standard_normal(30)
+    columns = 1e9 * rng.standard_normal((30, 2)) @ rng.standard_normal((2, 5))
+    with pytest.raises(np.linalg.LinAlgError):
+        np.linalg.cholesky(columns.T @ columns + np.eye(5))
+    factor = precision(columns)
+    u, sizes, vt = np.linalg.svd(columns, full_matrices=False)
+    expected = vt.T @ (sizes / (sizes**2 + 1.0) * (u.T @ data))
+    # sums of products of 1e9 are rounded by 1e-6, as an amplitude is that nothing measures, of variance one
+    np.testing.assert_allclose(cho_solve(factor, columns.T @ data), expected, atol=1e-5)
+    assert 2.0 * np.sum(np.log(np.diag(factor[0]))) == pytest.approx(np.sum(np.log(sizes**2 + 1.0)), rel=1e-6)
