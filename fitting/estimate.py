@@ -80,9 +80,11 @@ def estimate(
 
     Raises SimulationDiverged when a simulation does.
     """
-    begin = clock.perf_counter()
+    begin, say = clock.perf_counter(), progress or (lambda _fraction, _detail: None)
     first = fit(problem, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
     counted = problem.with_counts(counts_of(problem.track, first.residual))
+    model, known, heading = _on_process(first.model, process), None, problem.model.heading
+    heights, others = process is not None and model.surface is not None, _other_starts(problem, recording)
 
     def roughly(model: Model) -> Posterior:
         return estimate_from(
@@ -90,13 +92,10 @@ def estimate(
             full=False, comparing=comparing or bool(others), heights=heights, progress=progress,
         )  # fmt: skip
 
-    model, known, heading = _on_process(first.model, process), None, problem.model.heading
-    heights, others = process is not None and model.surface is not None, _other_starts(problem, recording)
     if heading.is_found or others:
         known = roughly(model)
         for i, other in enumerate(others, start=2):
-            if progress is not None:
-                progress(None, f"start {i} of {len(others) + 1}: coarse fixes leave the velocity there open")
+            say(None, f"start {i} of {len(others) + 1}: coarse fixes leave the velocity there open")
             try:
                 found = fit(other, motion, "joint", full=False, coarse=True, cache=cache, progress=progress)
                 known = max(known, roughly(_on_process(found.model, process)), key=log_evidence)

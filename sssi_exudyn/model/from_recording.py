@@ -80,8 +80,6 @@ VELOCITY_SIGMA = 0.5
 """m/s by which a guessed velocity is uncertain at least."""
 _FIRST = 1.2
 """s of fixes from which place and velocity at the start are guessed; long against the noise, short against a turn."""
-
-
 _FINE = 0.05
 """m; noise of fixes through which a cubic leaves half a metre a second at their end."""
 _ACCELERATION, _TURN = 4.0, 1.0
@@ -90,8 +88,8 @@ _SPEED = 15.0
 """m/s along each axis, before anything is measured."""
 _SMOOTHED = 6.0
 """s of coarse fixes about the start; those farther away say nothing of it."""
-_CELL = 0.1
-"""s"""
+_CELL, _MOST_CELLS = 0.1, 500
+"""s in which an acceleration is one, longer where there would be more of them: fixes may be hours apart."""
 
 
 def first_guess(gps: Gps, motion: Motion, inclination: float, azimuth: float) -> Start:
@@ -132,10 +130,11 @@ def _smooth_motion(time: Array, place: Array, sigma: Array) -> tuple[Array, floa
     Source: Rasmussen and Williams 2006, ch. 2, with the process integrated twice.
     """
     edge = float(np.max(np.abs(time))) + _CELL
-    cells = np.arange(-edge + 0.5 * _CELL, edge, _CELL)
+    cell = max(_CELL, 2.0 * edge / _MOST_CELLS)
+    cells = np.arange(-edge + 0.5 * cell, edge, cell)
     since, at = time[:, None], cells[None, :]
     between = (at * since > 0.0) & (np.abs(at) < np.abs(since))
-    moved = np.where(between, np.abs(since - at), 0.0) * _CELL
+    moved = np.where(between, np.abs(since - at), 0.0) * cell
     process = _ACCELERATION**2 * np.exp(-np.abs(cells[:, None] - cells[None, :]) / _TURN)
     far = float(np.ptp(place)) + float(sigma.max())
     begins = np.column_stack([far * np.ones_like(time), _SPEED * time])

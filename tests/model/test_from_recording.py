@@ -74,3 +74,22 @@ def test_a_fit_to_coarse_fixes_without_speeds_is_not_lost() -> None:
     assert fitted.model.friction.mu_n == pytest.approx(
         fit(usual, motion, full=False, coarse=True).model.friction.mu_n, abs=0.1
     )
+
+
+def test_fixes_that_are_hours_apart_are_smoothed_in_longer_cells() -> None:
+    """In cells of 0.1 s the process of their acceleration would be a matrix of 370 GB."""
+    recording, motion = bundled("intermediate")
+    gps, slope = recording.gps, recording.slope
+    assert gps is not None
+    few = np.arange(4)
+    apart = replace(
+        gps,
+        time=motion.start + 3600.0 * few,
+        enu=1000.0 * few[:, None] * [0.6, 0.8, 0.0],
+        sigma=np.full(4, 3.0),
+        speed=None,
+        course=None,
+    )
+    guess, error = guess_with_error(apart, motion, slope.inclination, slope.fall_line_azimuth)
+    assert np.isfinite([guess.f, guess.l, guess.velocity_f, guess.velocity_l]).all()
+    assert 3.0 < error <= 15.0  # of fixes an hour apart next to nothing is known of the start

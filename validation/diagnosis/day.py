@@ -17,11 +17,12 @@ from functools import partial
 from typing import Final
 
 import numpy as np
-from scipy.linalg import block_diag, cho_factor, cho_solve
+from scipy.linalg import block_diag, cho_solve
 
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.noise_levels import precision
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.model.faults import Sensor
 from sssi_exudyn.model.model import Model
@@ -109,7 +110,7 @@ def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = Non
         own.append(table[:, 1 + common.shape[1] :])
         volume += log_volume(linear, run.levels)
     y, x = np.concatenate(rows), np.hstack([np.vstack(shared), block_diag(*own)])
-    factor = cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True)
+    factor = precision(x)
     along = x.T @ y
     found = cho_solve(factor, along)
     evidence = -0.5 * float(y @ y - along @ found) - float(np.sum(np.log(np.diag(factor[0])))) - volume

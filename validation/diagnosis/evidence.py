@@ -23,6 +23,7 @@ from scipy.optimize import Bounds, minimize
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, uneven_covariance
 from sssi_exudyn.fitting.measurements import Measurements, height_noise
+from sssi_exudyn.fitting.noise_levels import precision
 from sssi_exudyn.fitting.uneven_noise import log_divisors, whiten, whiten_with_slope
 from sssi_exudyn.terrain.from_heights import AMPLITUDE
 
@@ -295,7 +296,7 @@ def uncertain(
     free = linear.all_free(levels)
     table = whiten_columns(linear, levels, np.column_stack([linear.residual, free.columns * free.scales]), rows)
     x = table[:, 1:]
-    return Uncertain(table[:, 0], x, cho_factor(x.T @ x + np.eye(x.shape[1]), lower=True))
+    return Uncertain(table[:, 0], x, precision(x))
 
 
 def overlaps(
