@@ -9,14 +9,14 @@ from typing import Any, Final
 import numpy as np
 from naive import contact
 
-from sssi_exudyn.contact.backends.backend import BACKENDS, Backend, Forces
-from sssi_exudyn.contact.backends.full_kernel import NODE
-from sssi_exudyn.contact.backends.structs import Carrier, Sections
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.simulation.full import FullRun, integrate
+from sssi_exudyn.simulation.full.forces import BACKENDS, Backend, Forces
+from sssi_exudyn.simulation.full.forces_kernel import NODE
+from sssi_exudyn.simulation.full.run import FullRun, integrate
+from sssi_exudyn.simulation.ski_on_snow.structs import Carrier, Sections
 
 PASSES: Final[dict[Backend, int]] = {"compiled": 1000, "numpy": 100, "symbolic": 100, "python": 5}
 REPEATS: Final = 7

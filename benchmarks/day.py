@@ -24,21 +24,21 @@ from sssi_exudyn.contact.terms.friction_corrections import (
 )
 from sssi_exudyn.contact.terms.wind import DragArea, Wind
 from sssi_exudyn.core.errors import SimulationDiverged
-from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.validation.benchmark.cases import Recorded, record
 from sssi_exudyn.validation.benchmark.concealed_terms import WorldEdgeAtSpeed, WorldMinimum, WorldPlace, WorldSlip
 from sssi_exudyn.validation.benchmark.world import draw_instruments, other_day
-from sssi_exudyn.validation.diagnosis.day import compare_for_day
+from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
-from sssi_exudyn.validation.diagnosis.found_law import FoundLaw, find_law
-from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
-from sssi_exudyn.validation.diagnosis.search_result import SURE
+from sssi_exudyn.validation.diagnosis.search.probabilities import STANDS_OUT
+from sssi_exudyn.validation.diagnosis.search.search_result import SURE
+from sssi_exudyn.validation.diagnosis.several_runs.friction_regression import FoundLaw, find_law
+from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import compare_for_day
 from sssi_exudyn.validation.diagnosis.state import first_fit
-from sssi_exudyn.validation.diagnosis.statistics.probabilities import STANDS_OUT
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "intermediate"
 _TERMS: tuple[Term, ...] = (

@@ -26,16 +26,16 @@ take_fast_build()  # as the command line does
 from sssi_exudyn.commands.diagnosis import diagnose
 from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.terms.wind import Wind
-from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.simulation.sensitivities import simulate_each
-from sssi_exudyn.simulation.tangents import run_tangents
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.simulation.reduced.derivatives import run_tangents
+from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.simulation.reduced.sensitivities import simulate_each
 from sssi_exudyn.validation.capture_error import CaptureError, with_error
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

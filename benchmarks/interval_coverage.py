@@ -19,7 +19,7 @@ import numpy as np
 from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.estimate import setting_of
-from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.linearised_run import Setting
 from sssi_exudyn.fitting.posterior import find_posterior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import TypeAlias
 
-from sssi_exudyn.contact.backends.full_kernel import NODE
-from sssi_exudyn.contact.backends.structs import Instant, Sections
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.term import PointState
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.simulation.full.forces_kernel import NODE
+from sssi_exudyn.simulation.ski_on_snow.structs import Instant, Sections
 
 Vector: TypeAlias = list[float]
 Matrix: TypeAlias = list[list[float]]

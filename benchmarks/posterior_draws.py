@@ -24,9 +24,9 @@ from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.estimate import estimate
-from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.linearised_run import moved_point, point_at
-from sssi_exudyn.fitting.noise_levels import precision
+from sssi_exudyn.fitting.noise import precision
 from sssi_exudyn.fitting.posterior import Posterior, linear_run
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of

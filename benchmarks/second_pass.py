@@ -12,18 +12,18 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
 
-from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
 from sssi_exudyn.io.writing import to_json, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.validation.benchmark.cases import Recorded
 from sssi_exudyn.validation.benchmark.second_pass import first_finding, two_passes
+from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING
-from sssi_exudyn.validation.diagnosis.same_place import ask_other_runs, best_of
-from sssi_exudyn.validation.diagnosis.search_result import SURE
+from sssi_exudyn.validation.diagnosis.search.search_result import SURE
+from sssi_exudyn.validation.diagnosis.several_runs.second_pass import ask_other_runs, best_of
 
 EXAMPLES: Final = Path(__file__).parents[1] / "examples"
 HIDDEN: Final = ("snow_patch", "gust")

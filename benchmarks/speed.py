@@ -25,15 +25,15 @@ take_fast_build()  # as the command line does
 
 from backends import backends
 
-from sssi_exudyn.fitting.fit import fit, problem_of
+from sssi_exudyn.fitting.first_fit import fit, problem_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 NAMES = ("beginner", "intermediate")

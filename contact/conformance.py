@@ -11,8 +11,8 @@ from typing import Any, Final
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from sssi_exudyn.contact.backends.compiled import compile_edge
-from sssi_exudyn.contact.backends.tape import Tape, TapeMath
+from sssi_exudyn.contact.codegen.compiled import compile_edge
+from sssi_exudyn.contact.codegen.tape import Tape, TapeMath
 from sssi_exudyn.contact.conformance_states import (
     AIR,
     FACING,

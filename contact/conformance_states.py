@@ -9,8 +9,8 @@ from typing import Any, ClassVar, Final
 
 import numpy as np
 
-from sssi_exudyn.contact.backends import compiled
-from sssi_exudyn.contact.backends.compiled import law_parameters, parameter_index
+from sssi_exudyn.contact.codegen import compiled
+from sssi_exudyn.contact.codegen.compiled import law_parameters, parameter_index
 from sssi_exudyn.contact.maths import ArrayMath, FloatMath, Math, Number, Vector
 from sssi_exudyn.contact.term import BodyState, EdgeState, FootState, PlaceState, PointState, SegmentState, WindTerm
 from sssi_exudyn.core.frames import Array

@@ -20,8 +20,8 @@ from sssi_exudyn.commands.runs import add_terms
 from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.fit import problem_of
-from sssi_exudyn.fitting.measurements import measurements_of
+from sssi_exudyn.fitting.first_fit import problem_of
+from sssi_exudyn.fitting.observations import measurements_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import first_guess, model_of
 from sssi_exudyn.model.heading import HEADING_MODES
@@ -32,13 +32,13 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.results.carving import carving_figures
 from sssi_exudyn.results.summary import CarvingFigures, UncertaintyFigures
 from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP
-from sssi_exudyn.simulation.carving.balance import balance
-from sssi_exudyn.simulation.carving.boot_joint import BootJoint, boot_joint
-from sssi_exudyn.simulation.carving.run import simulate_carved
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import ReducedRun, prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.simulation.tangents import run_tangents
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.simulation.reduced.balanced_lean import balance
+from sssi_exudyn.simulation.reduced.carved_run import simulate_carved
+from sssi_exudyn.simulation.reduced.derivatives import run_tangents
+from sssi_exudyn.simulation.reduced.prepared import ReducedRun, prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.simulation.ski_on_snow.boot_joint import BootJoint, boot_joint
 
 ROOT = Path(__file__).parents[1]
 INTERMEDIATE = ROOT / "examples" / "intermediate"

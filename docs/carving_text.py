@@ -71,7 +71,7 @@ a radius of 10.2 m through tail, middle and tip where R_sc·cosθ is 9.0 m. It g
 the ends (0.20 to 0.34 m from the boot centre, rms) and back to 0.25 m at 60°, where the edge yields in the middle.
 
 With play, 27 N of that push are left at 45°, and the radius falls from each angle to the next with every ski of the catalogue, 30 to 60°
-(`tests/simulation/carving/test_steady_turn.py`). It stays larger than R_sc·cosθ at 45° by a ninth: shovel and tip do press where they enter, on
+(`tests/simulation/turns/test_steady_turn.py`). It stays larger than R_sc·cosθ at 45° by a ninth: shovel and tip do press where they enter, on
 an inner wall of 0.3 of the strength, and the ski gives sideways by its bending modulus over its whole width; steel edges
 make real ones stiffer, by how much was not measured.
 
@@ -124,7 +124,7 @@ large, the recording says nothing of them.
 Derivatives are exact: the tangents of groove and offset are carried towards the tail as these are, along the branch that each
 point takes.
 Where nothing yields between two runs they are within 10⁻⁵ of their difference, a share of the greatest value
-(`tests/simulation/carving/test_carving_tangents.py`). Kinks average out, more or less. Over 15 s of the
+(`tests/simulation/reduced/test_carved_tangents.py`). Kinks average out, more or less. Over 15 s of the
 intermediate, as captured, with steps as in a fit, tangents at the end were held against differences over 0.0003 of μ, 1 kPa of S_f
 and 10⁶ N/m³ of H:
 
@@ -224,7 +224,7 @@ does, which is less than a recording tells of them. Nothing is chaotic in that: 
 
 700 N along the snow's normal and the default snow unless stated otherwise; θ is the edge angle, R the radius, R_sc that of the
 sidecut. "Expected" with [Q] is an earlier sketch of the same law, which is no measurement: where both differ, a second
-implementation that marches from the tip to the tail (`tests/simulation/carving/test_steady_turn.py`) agrees with the rig in
+implementation that marches from the tip to the tail (`tests/simulation/turns/test_steady_turn.py`) agrees with the rig in
 its mean motion: at 30, 45 and 60° within 0.5 % in the load and within 1.3 % across, with 200 points at 30° within 2.8 %. Out of the motion
 of one instant it is off across by up to 5 %, and with 200 points by as much as the force itself: the ski swings, and 0.03 mm of offset from
 a wall are 30 N.

@@ -33,7 +33,7 @@ from sssi_exudyn.validation.benchmark.cases import Case
 from sssi_exudyn.validation.benchmark.page import benchmark_page, shares_table
 from sssi_exudyn.validation.benchmark.run import SEAL
 from sssi_exudyn.validation.benchmark.scores import STRONG, CaseResult, Scores, is_right, score
-from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Weighed
+from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Weighed
 
 DOCS = Path(__file__).parent
 KEPT = DOCS / "diagnosis-benchmark.parquet"

@@ -31,7 +31,7 @@ from sssi_exudyn.contact.term import formula, parameters
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.core.quantity import quantities
-from sssi_exudyn.simulation.carving.steady_turn import (
+from sssi_exudyn.simulation.turns.steady_turn import (
     NoSteadyTurn,
     SteadyTurn,
     TurnCase,
@@ -39,7 +39,7 @@ from sssi_exudyn.simulation.carving.steady_turn import (
     start_rolling,
     steady_turn,
 )
-from sssi_exudyn.simulation.carving.turn_rig import UNCERTAIN, RigPoint, difference, rig_points
+from sssi_exudyn.simulation.turns.turn_rig import UNCERTAIN, RigPoint, difference, rig_points
 
 SLALOM, GIANT = read_ski("slalom_165", "."), read_ski("giant_slalom_183", ".")
 SHOP = ("fischer_rc4_sc_165", "rossignol_9gs_174", "volkl_kendo_184", "voile_v6_183", "dynastar_team_stc_150")
@@ -291,7 +291,7 @@ def measurements() -> Iterator[tuple[str, str, str, str]]:
     }
     yield (
         "steepest slope, every 0.5°, of carved turns from traverse to traverse, balanced in each instant, out of the rig's turns "
-        "up to 70°, without air: one turn, ten to both sides; the same with μ = 0.1 (`tests/simulation/carving/test_whole_turn.py`)",
+        "up to 70°, without air: one turn, ten to both sides; the same with μ = 0.1 (`tests/simulation/turns/test_whole_turn.py`)",
         "8 to 20° by μ (Komissarov 2019): 5° yes, 25° no",
         "; ".join(", ".join(f"{each:g}" for each in found) for found in slopes.values()) + "°",
         "8 to 20°: " + ("yes" if all(8.0 <= each <= 20.0 for found in slopes.values() for each in found) else "no"),

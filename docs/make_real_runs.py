@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from sssi_exudyn.fitting.fit import COARSE_STEP, Fitted, fit, problem_of
+from sssi_exudyn.fitting.first_fit import COARSE_STEP, Fitted, fit, problem_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
@@ -22,8 +22,8 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import FILE, Recording
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.validation.posture_uncertainty import effective_friction, second_half
 
 HEADER = """\

@@ -21,7 +21,7 @@ from sssi_exudyn.analysis.biomechanics import ResidualMoment, Spread, residual_m
 from sssi_exudyn.analysis.turns import Turn
 from sssi_exudyn.bodies.skier.chain import SEGMENT
 from sssi_exudyn.core.frames import GRAVITY, Array
-from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
@@ -31,8 +31,8 @@ from sssi_exudyn.reports.sections.turn_tables import peak_moment
 from sssi_exudyn.reports.sentences import mean_of, spread_of
 from sssi_exudyn.results.folder import SUMMARY
 from sssi_exudyn.results.stored import StoredRun, read_run
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import prepare
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.validation.agreement import filtered_ratio
 from sssi_exudyn.validation.metrics import path_length
 

@@ -28,7 +28,7 @@ from sssi_exudyn.validation.benchmark.known_answers import NOTHING
 from sssi_exudyn.validation.benchmark.page import interval_in_words, share_in_words
 from sssi_exudyn.validation.benchmark.scores import share
 from sssi_exudyn.validation.benchmark.semi_real import FAULTS, Answer, SemiReal, judge
-from sssi_exudyn.validation.diagnosis.result import Number
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Number
 
 DOCS = Path(__file__).parent
 KEPT = DOCS / "semi-real.parquet"

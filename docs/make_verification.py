@@ -15,15 +15,15 @@ import numpy as np
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.modes import modal_ski
 from sssi_exudyn.core.frames import GRAVITY, Array
-from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.validation.reference import simulate_flat
 
@@ -46,16 +46,16 @@ COVERED = """## Which test proves what
 | order in the number of elements | 10, 20, 50, 100 elements | `tests/convergence/test_ski_convergence.py` |
 | damping as declared | decay of a free vibration | `tests/bodies/ski/test_beam.py` |
 | a ski from bench tests, with intervals | synthetic tests with noise | `tests/bodies/ski/test_identification.py` |
-| forces of all terms at random states, every back end | NumPy with matrix logarithms, 1e-9; each other, 1e-12 | `tests/contact/test_full_kernel.py` |
+| forces of all terms at random states, every back end | NumPy with matrix logarithms, 1e-9; each other, 1e-12 | `tests/simulation/full/test_forces_kernel.py` |
 | derivatives of every law by its state and its numbers | complex step, 1e-12 | `tests/conformance/test_conformance.py` |
-| a reduced run's derivatives by every number, start, capture errors, mass | extrapolated differences of runs, 3e-4 of the path's | `tests/simulation/test_tangents.py` |
-| the same where edges cut, the groove's memory included | differences of runs, 3e-5 where nothing yields between them | `tests/simulation/carving/test_carving_tangents.py` |
-| rebound, off the snow, number of contact points | reference equation, nothing, each other | `tests/contact/test_full_kernel.py`, `tests/convergence` |
-| block on a slope, side slip, terminal speed, power of friction | g(sin α − μ cos α), closed forms | `tests/simulation/test_full.py`, `tests/properties` |
+| a reduced run's derivatives by every number, start, capture errors, mass | extrapolated differences of runs, 3e-4 of the path's | `tests/simulation/reduced/test_tangents.py` |
+| the same where edges cut, the groove's memory included | differences of runs, 3e-5 where nothing yields between them | `tests/simulation/reduced/test_carved_tangents.py` |
+| rebound, off the snow, number of contact points | reference equation, nothing, each other | `tests/simulation/full/test_forces_kernel.py`, `tests/convergence` |
+| block on a slope, side slip, terminal speed, power of friction | g(sin α − μ cos α), closed forms | `tests/simulation/full/test_full.py`, `tests/properties` |
 | joint moments from multipliers | Newton-Euler recursion that shares nothing | `tests/bodies/skier/test_inverse_dynamics.py` |
-| the model without the tree | the full tree: path and all 28 moments | `tests/simulation/test_without_tree.py` |
+| the model without the tree | the full tree: path and all 28 moments | `tests/simulation/full/test_without_tree.py` |
 | masses, inertias, free fall, pendulum | de Leva 1996, closed forms | `tests/bodies/skier/test_anthropometry.py`, `test_skeleton.py` |
-| symmetric posture, symmetric loads | each other | `tests/simulation/test_full.py` |
+| symmetric posture, symmetric loads | each other | `tests/simulation/full/test_full.py` |
 | step, elements, heading, clock | each other, with the observed order | `tests/convergence/test_run_convergence.py` |
 | the whole model | a flat one in one file, other beams and integrator | `tests/validation/test_reference.py` |
 | torsional stiffness matters little; a carved turn needs more resistance across | halved and doubled GJ; μ_n | `tests/convergence/test_run_convergence.py` |

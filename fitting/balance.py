@@ -23,14 +23,14 @@ from scipy.interpolate import make_interp_spline
 
 from sssi_exudyn.bodies.skier.chain import SEGMENT
 from sssi_exudyn.bodies.skier.inverse_dynamics import segment_loads
-from sssi_exudyn.contact.backends.arrays import ArrayLaws
 from sssi_exudyn.core.frames import Array, cross, gravity_in_slope
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.hands import hands_at, pole_forces, use_poles
 from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.full.forces_numpy import ArrayLaws
 from sssi_exudyn.simulation.heading import Turn, turned
-from sssi_exudyn.simulation.prepared import Prepared, ReducedRun
+from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun
 
 _GRID: Final = 0.02
 """s between the instants at which the body's own moment is found."""

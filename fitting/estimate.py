@@ -11,20 +11,20 @@ import numpy as np
 
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.fit import Fitted, Method, Progress, fit, with_surface
+from sssi_exudyn.fitting.first_fit import Fitted, Method, Progress, fit, with_surface
 from sssi_exudyn.fitting.linearised_run import Setting
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
 from sssi_exudyn.fitting.observation import observation_of
+from sssi_exudyn.fitting.parameters import Unknown, posture_errors, unknown_numbers, with_instruments
 from sssi_exudyn.fitting.posterior import Posterior, find_posterior, log_evidence
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess
-from sssi_exudyn.fitting.unknowns import Unknown, posture_errors, unknown_numbers, with_instruments
 from sssi_exudyn.model.from_recording import VELOCITY_SIGMA
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache, fingerprint
-from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.full.run import simulate
 
 _ELEMENTS: Final = 20
 """Beam elements of a ski where the full model judges an estimate: half of the time that 50 take, for 0.3 to 2.6 mm of

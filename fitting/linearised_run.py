@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.balance import Balance, balance_of, own_moment
-from sssi_exudyn.fitting.measurements import averages
 from sssi_exudyn.fitting.observation import Observation
+from sssi_exudyn.fitting.observations import averages
+from sssi_exudyn.fitting.parameters import MASS, SURFACE, Unknown, group_of
 from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors, grown
-from sssi_exudyn.fitting.unknowns import MASS, SURFACE, Unknown, group_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 from sssi_exudyn.simulation.heading import Turn, turned
-from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.simulation.sensitivities import sensitivities
-from sssi_exudyn.simulation.tangents import TableChange, skier_mass_change
+from sssi_exudyn.simulation.reduced.derivatives import TableChange, skier_mass_change
+from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 
 STEP: Final = 0.01
 """s; steps of the reduced model."""

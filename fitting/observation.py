@@ -12,16 +12,16 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array, level_to_enu, slope_to_level
 from sssi_exudyn.core.noise import ExponentialNoise, Scale, tail_weight
+from sssi_exudyn.fitting.autocorrelated_noise import log_divisors, whiten
 from sssi_exudyn.fitting.balance import Balance
 from sssi_exudyn.fitting.gps_observation import predict_fixes
-from sssi_exudyn.fitting.measurements import averages, height_noise, measurements_of, total_and_difference
-from sssi_exudyn.fitting.uneven_noise import log_divisors, whiten
+from sssi_exudyn.fitting.observations import averages, height_noise, measurements_of, total_and_difference
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.uncertainty import Uncertainty
-from sssi_exudyn.simulation.prepared import Prepared, ReducedRun
+from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun
 
 GROUPS: Final = {
     "fixes": ("x", "y"),

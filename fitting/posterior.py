@@ -37,7 +37,7 @@ from sssi_exudyn.fitting.linearised_run import (
     point_at,
     responses_to_numbers,
 )
-from sssi_exudyn.fitting.noise_levels import (
+from sssi_exudyn.fitting.noise import (
     BEFOREHAND,
     WEIGHINGS,
     Levels,

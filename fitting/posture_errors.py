@@ -23,8 +23,8 @@ from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.motion.motion import Motion, relative_poses
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.posture_table import PostureTable
-from sssi_exudyn.simulation.prepared import Prepared
-from sssi_exudyn.simulation.tangents import TableChange
+from sssi_exudyn.simulation.reduced.derivatives import TableChange
+from sssi_exudyn.simulation.reduced.prepared import Prepared
 
 TURNS: Final = ("roll", "pitch", "yaw")
 SHIFTS: Final = {"forward": 3, "height": 5}

@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     from sssi_exudyn.recording.instruments.gps import FixReader
     from sssi_exudyn.recording.recording import Recording
     from sssi_exudyn.results.summary import Summary
-    from sssi_exudyn.validation.diagnosis.hypothesis import SteadyLaw
-    from sssi_exudyn.validation.diagnosis.result import Diagnosis
+    from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
+    from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import SteadyLaw
 
 __all__ = [
     "Answers",

@@ -62,7 +62,7 @@ def _add_class(cls: type) -> bool:
         add_term(cls)
         return True
     # what derives from a hypothesis has loaded it; nobody else has to wait for that
-    module = sys.modules.get("sssi_exudyn.validation.diagnosis.hypothesis")
+    module = sys.modules.get("sssi_exudyn.validation.diagnosis.hypotheses.hypothesis")
     if module is not None and issubclass(cls, module.Hypothesis) and hasattr(cls, "name"):
         from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import add_hypothesis
 

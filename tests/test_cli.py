@@ -21,7 +21,7 @@ from sssi_exudyn.results.summary import Summary, summary_from_dict, summary_to_d
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.validation.benchmark.known_answers import Comparison
 from sssi_exudyn.validation.benchmark.semi_real import Answer
-from sssi_exudyn.validation.diagnosis.result import Diagnosis
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 
 SUMMARY = summary_from_dict(
     {

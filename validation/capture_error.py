@@ -8,7 +8,7 @@ import numpy as np
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.rotations import rotations_about
-from sssi_exudyn.simulation.prepared import Prepared
+from sssi_exudyn.simulation.reduced.prepared import Prepared
 
 
 @dataclass(frozen=True)

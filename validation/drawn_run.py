@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.autocorrelated_noise import draw_uneven_noise
 from sssi_exudyn.fitting.linearised_run import Setting, linearise_at, moved_point
-from sssi_exudyn.fitting.uneven_noise import draw_uneven_noise
 from sssi_exudyn.model.model import Model
 
 

@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.fit import COARSE_STEP, Fitted, fit_reduced
+from sssi_exudyn.fitting.first_fit import COARSE_STEP, Fitted, fit_reduced
 from sssi_exudyn.fitting.gps_observation import Track
 from sssi_exudyn.fitting.objective import Problem
 from sssi_exudyn.model.model import Model
@@ -27,9 +27,9 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.few_sensors.complete import Completed
 from sssi_exudyn.recording.few_sensors.posture_model import CLEAR_LEAN
 from sssi_exudyn.recording.instruments.gps import Gps
-from sssi_exudyn.simulation.prepared import Prepared, ReducedRun, prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.simulation.sensitivities import sensitivities
+from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.validation.capture_error import CaptureError, with_error
 
 _SPANS: Final = 6

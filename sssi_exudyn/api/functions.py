@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from sssi_exudyn.api.sweep_result import SweepResult
     from sssi_exudyn.bodies.muscles.muscles import MuscleSet
     from sssi_exudyn.commands.runs import Snow
-    from sssi_exudyn.contact.backends.backend import Backend
     from sssi_exudyn.contact.term import Term
-    from sssi_exudyn.fitting.fit import Method
+    from sssi_exudyn.fitting.first_fit import Method
     from sssi_exudyn.model.heading import HeadingMode
     from sssi_exudyn.model.model import Model
     from sssi_exudyn.recording.inspection import Inspection
     from sssi_exudyn.recording.recording import Recording
     from sssi_exudyn.results.day import Day
+    from sssi_exudyn.simulation.full.forces import Backend
     from sssi_exudyn.sweeps.workers.pools import Cluster
 
 AnyPath: TypeAlias = "str | os.PathLike[str]"

@@ -25,7 +25,7 @@ from sssi_exudyn.reports.sentences import sentences
 from sssi_exudyn.results.folder import MUSCLES, OPENSIM, amend_result
 from sssi_exudyn.results.stored import StoredRun, read_run
 from sssi_exudyn.results.summary import Estimate, Fit, Friction, PressureRatio, Summary, Trajectory, UncertaintyFigures
-from sssi_exudyn.validation.diagnosis.result import Diagnosis
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -30,18 +30,18 @@ from sssi_exudyn.results.uncertainty import uncertainty_figures
 from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
-from sssi_exudyn.simulation.full import simulate as simulate_model
+from sssi_exudyn.simulation.full.run import simulate as simulate_model
 from sssi_exudyn.validation.benchmark.cases import CONCEALED, Concealed
 from sssi_exudyn.validation.benchmark.known_answers import Comparison, compare, read_truth
 from sssi_exudyn.validation.benchmark.run import base_of, run_benchmark
 from sssi_exudyn.validation.benchmark.scores import Scores
 from sssi_exudyn.validation.benchmark.semi_real import Answer, Stretch, middle, run_semi_real
-from sssi_exudyn.validation.diagnosis.day import compare_for_day
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose as find_missing
-from sssi_exudyn.validation.diagnosis.found_law import find_law, model_with_law
-from sssi_exudyn.validation.diagnosis.result import Diagnosis
-from sssi_exudyn.validation.diagnosis.same_place import ask_other_runs
-from sssi_exudyn.validation.diagnosis.search_result import SearchResult
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
+from sssi_exudyn.validation.diagnosis.search.search_result import SearchResult
+from sssi_exudyn.validation.diagnosis.several_runs.friction_regression import find_law, model_with_law
+from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import compare_for_day
+from sssi_exudyn.validation.diagnosis.several_runs.second_pass import ask_other_runs
 
 _BY_REDUCED: Final = (
     "diagnosed by the reduced model alone: no fit was confirmed by the full one, of which only the run shown is"

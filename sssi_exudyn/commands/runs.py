@@ -19,15 +19,14 @@ from sssi_exudyn.analysis.biomechanics import biomechanics, label_turns, residua
 from sssi_exudyn.analysis.boots import add_cuffs
 from sssi_exudyn.commands.expected import expected_seconds
 from sssi_exudyn.commands.recordings import SILENT, read_folder
-from sssi_exudyn.contact.backends.backend import Backend
 from sssi_exudyn.contact.registry import check_together, combine_terms, is_carved, read_term
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
-from sssi_exudyn.fitting.fit import Fitted, Method, problem_of
-from sssi_exudyn.fitting.fit import fit as fit_problem
+from sssi_exudyn.fitting.first_fit import Fitted, Method, problem_of
+from sssi_exudyn.fitting.first_fit import fit as fit_problem
 from sssi_exudyn.fitting.gps_observation import correct_fixes
 from sssi_exudyn.fitting.more_parameters import seek_too
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
@@ -66,14 +65,15 @@ from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.plugins import origin_of, origins_of
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
-from sssi_exudyn.simulation.carving.balance import balance
-from sssi_exudyn.simulation.full import simulate as simulate_model
+from sssi_exudyn.simulation.full.forces import Backend
+from sssi_exudyn.simulation.full.run import simulate as simulate_model
+from sssi_exudyn.simulation.reduced.balanced_lean import balance
 from sssi_exudyn.simulation.result import SimulationResult
 from sssi_exudyn.sweeps.sweep import is_sweep
 from sssi_exudyn.sweeps.sweep import render_folder as render_sweep_folder
 from sssi_exudyn.terrain.profile import surface_figures
 from sssi_exudyn.validation.agreement import judge_loads, judge_track
-from sssi_exudyn.validation.diagnosis.result import Diagnosis
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 from sssi_exudyn.validation.posture_uncertainty import second_half, shares_of
 
 Snow = Literal["paper", "carving"]

@@ -14,8 +14,8 @@ from sssi_exudyn.core.quantity import build_checked
 from sssi_exudyn.io.writing import to_json, write_atomically
 from sssi_exudyn.reports.turn_page import turn_page
 from sssi_exudyn.runtime.progress import Progress
-from sssi_exudyn.simulation.carving.steady_turn import TurnCase
-from sssi_exudyn.simulation.carving.turn_rig import RigPoint, rig_points, ski_named
+from sssi_exudyn.simulation.turns.steady_turn import TurnCase
+from sssi_exudyn.simulation.turns.turn_rig import RigPoint, rig_points, ski_named
 
 _COMMAND: Final = "sssi ski turn"
 _LEAST, _MOST, _STEP = 5.0, 75.0, 10.0

@@ -25,8 +25,8 @@ from sssi_exudyn.muscle_forces.forces import MuscleForces, muscle_forces
 from sssi_exudyn.muscle_forces.loads import Movement, joint_forces, joint_moments
 from sssi_exudyn.results.draws import Draw
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
 EVERY: Final = 0.05
 """s"""

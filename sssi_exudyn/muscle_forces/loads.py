@@ -10,12 +10,12 @@ import numpy as np
 from sssi_exudyn.bodies.skier.chain import FEET, HANDS, PARENT, SEGMENT, Poses, Rates, forward_kinematics, jacobians
 from sssi_exudyn.bodies.skier.chain import rates as segment_rates
 from sssi_exudyn.bodies.skier.inverse_dynamics import joint_loads
-from sssi_exudyn.contact.backends.arrays import six_of
 from sssi_exudyn.contact.maths import ArrayMath, Number
 from sssi_exudyn.contact.term import BodyState, PlaceState, SegmentState, air_velocity, body_force, segment_force
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.motion.hands import pole_forces
 from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.full.forces_numpy import six_of
 
 
 @dataclass(frozen=True)

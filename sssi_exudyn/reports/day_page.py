@@ -14,14 +14,14 @@ from sssi_exudyn.reports.html import document, grid
 from sssi_exudyn.reports.section import Block, Drawing, Grid, Markup, Section, Text
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.folder import LAW, MODEL
-from sssi_exudyn.validation.diagnosis.day import DayExplanation
-from sssi_exudyn.validation.diagnosis.found_law import FoundLaw
+from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Alternative, Number
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Alternative, Number
-from sssi_exudyn.validation.diagnosis.same_place import SamePlace, gains_of
-from sssi_exudyn.validation.diagnosis.search_result import SURE, WORTH_NAMING
-from sssi_exudyn.validation.diagnosis.statistics.probabilities import STANDS_OUT
-from sssi_exudyn.validation.diagnosis.words.sentence import list_alternatives
+from sssi_exudyn.validation.diagnosis.search.probabilities import STANDS_OUT
+from sssi_exudyn.validation.diagnosis.search.search_result import SURE, WORTH_NAMING
+from sssi_exudyn.validation.diagnosis.several_runs.friction_regression import FoundLaw
+from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import DayExplanation
+from sssi_exudyn.validation.diagnosis.several_runs.second_pass import SamePlace, gains_of
+from sssi_exudyn.validation.diagnosis.wording.sentence import list_alternatives
 
 
 def sentence_of_day(

@@ -16,8 +16,8 @@ from sssi_exudyn.core.quantity import quantities
 from sssi_exudyn.reports.html import document
 from sssi_exudyn.reports.plots import COLOURS
 from sssi_exudyn.reports.section import Block, Drawing, Facts, Grid, Items, Section, Text
-from sssi_exudyn.simulation.carving.steady_turn import SteadyTurn, TurnCase
-from sssi_exudyn.simulation.carving.turn_rig import UNCERTAIN, RigPoint, difference
+from sssi_exudyn.simulation.turns.steady_turn import SteadyTurn, TurnCase
+from sssi_exudyn.simulation.turns.turn_rig import UNCERTAIN, RigPoint, difference
 
 _STYLES: Final = ("-", "--")
 """Of the lines: five skis, and five more."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from sssi_exudyn.results.summary import Provenance
-from sssi_exudyn.validation.diagnosis.day import DayExplanation
-from sssi_exudyn.validation.diagnosis.found_law import FoundLaw
-from sssi_exudyn.validation.diagnosis.same_place import SamePlace
+from sssi_exudyn.validation.diagnosis.several_runs.friction_regression import FoundLaw
+from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import DayExplanation
+from sssi_exudyn.validation.diagnosis.several_runs.second_pass import SamePlace
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.results.summary import FORMAT, Summary, summary_from_dict, summary_to_dict
 from sssi_exudyn.simulation.result import SIDES
 from sssi_exudyn.terrain.file import FILE as SURFACE
-from sssi_exudyn.validation.diagnosis.result import Diagnosis
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 
 SUMMARY, SERIES, MODEL, DIAGNOSIS, REPORT = (
     "summary.json",

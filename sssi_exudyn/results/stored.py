@@ -29,7 +29,7 @@ from sssi_exudyn.results.folder import (
     read_table,
 )
 from sssi_exudyn.results.summary import Summary
-from sssi_exudyn.validation.diagnosis.result import Diagnosis
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 
 
 @dataclass(frozen=True, repr=False)

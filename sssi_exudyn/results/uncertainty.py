@@ -7,9 +7,9 @@ from typing import Final
 import numpy as np
 from scipy.stats import norm
 
+from sssi_exudyn.fitting.parameters import MASS, snow_beforehand
 from sssi_exudyn.fitting.posterior import Posterior, log_evidence
 from sssi_exudyn.fitting.posture_errors import PostureError
-from sssi_exudyn.fitting.unknowns import MASS, snow_beforehand
 from sssi_exudyn.results.summary import Correction, Interval, Noise, UncertaintyFigures
 
 _SHOWN: Final = 8

@@ -14,8 +14,7 @@ from sssi_exudyn.bodies.ski.modes import damping_time
 from sssi_exudyn.bodies.skier.anthropometry import Footwear, SegmentInertia, body_inertia, combine
 from sssi_exudyn.bodies.skier.boot import ski_on_foot
 from sssi_exudyn.bodies.skier.chain import SEGMENT
-from sssi_exudyn.contact.backends import vectors
-from sssi_exudyn.contact.backends.structs import CuttingEdges, Sections, SnowGrid
+from sssi_exudyn.contact.codegen import vectors
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.contact.terms.air import FrontalAreas, PostureAir, ShownAreas
 from sssi_exudyn.core.frames import Array
@@ -23,10 +22,11 @@ from sssi_exudyn.model.faults import antenna_shift
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Antenna, Motion, relative_poses, turn_motion
-from sssi_exudyn.simulation.carving.boot_joint import boot_joint
 from sssi_exudyn.simulation.facing import facing
 from sssi_exudyn.simulation.heading import RigidSki, spread_inertia
 from sssi_exudyn.simulation.posture_table import PostureTable, posture_at
+from sssi_exudyn.simulation.ski_on_snow.boot_joint import boot_joint
+from sssi_exudyn.simulation.ski_on_snow.structs import CuttingEdges, Sections, SnowGrid
 from sssi_exudyn.terrain.surface import Surface
 
 _STRETCH = 256

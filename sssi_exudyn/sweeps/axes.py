@@ -12,7 +12,7 @@ import numpy as np
 
 from sssi_exudyn.bodies.ski.ski import catalogue
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.fitting.fit import FRICTION, NUISANCES
+from sssi_exudyn.fitting.first_fit import FRICTION, NUISANCES
 from sssi_exudyn.io.settings import Settings, check_keys, text_of
 from sssi_exudyn.sweeps.design import LISTED, Axis, size_of
 from sssi_exudyn.sweeps.file import LARGEST, SweepFile, count_of, list_of, words_of

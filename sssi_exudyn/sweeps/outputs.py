@@ -10,13 +10,13 @@ import pandas as pd
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.fit import FRICTION, NUISANCES, Fitted, Method
+from sssi_exudyn.fitting.first_fit import FRICTION, NUISANCES, Fitted, Method
 from sssi_exudyn.fitting.gps_observation import predict_fixes, track_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.recording import Recording
-from sssi_exudyn.simulation.carving.steady_turn import SteadyTurn
-from sssi_exudyn.simulation.prepared import ReducedRun
+from sssi_exudyn.simulation.reduced.prepared import ReducedRun
 from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.simulation.turns.steady_turn import SteadyTurn
 from sssi_exudyn.sweeps.file import Task, Tier
 from sssi_exudyn.validation.agreement import judge_loads
 from sssi_exudyn.validation.metrics import LOAD_FLOOR, path_length, pressure_ratio, trajectory_error

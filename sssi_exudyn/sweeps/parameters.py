@@ -26,7 +26,7 @@ from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.equipment import read_equipped_ski
 from sssi_exudyn.recording.recording import FILE, Equipment, Recording, Skier, Slope
-from sssi_exudyn.simulation.carving.steady_turn import TurnCase
+from sssi_exudyn.simulation.turns.steady_turn import TurnCase
 
 SKIS: Final = "equipment.skis"
 """The one parameter that is a name: a ski of the catalogue."""

@@ -11,7 +11,7 @@ from sssi_exudyn.bodies.ski.ski import ski_to_table
 from sssi_exudyn.contact.registry import PAPER_TERMS, combine_terms
 from sssi_exudyn.contact.term import parameters
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.fitting.fit import Method
+from sssi_exudyn.fitting.first_fit import Method
 from sssi_exudyn.model.heading import Heading, HeadingMode, check_heading
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
@@ -19,7 +19,7 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.plugins import Plugin, origins_of
 from sssi_exudyn.runtime.provenance import versions
-from sssi_exudyn.simulation.carving.turn_rig import ski_named
+from sssi_exudyn.simulation.turns.turn_rig import ski_named
 from sssi_exudyn.sweeps.axes import axes_of
 from sssi_exudyn.sweeps.design import Axis, points_of
 from sssi_exudyn.sweeps.file import SweepFile, Task, Tier

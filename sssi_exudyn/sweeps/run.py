@@ -15,7 +15,7 @@ from sssi_exudyn.bodies.ski.ski import Ski
 from sssi_exudyn.contact.registry import term_named
 from sssi_exudyn.core.errors import InputError, SimulationDiverged, SssiError
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
-from sssi_exudyn.fitting.fit import fit, problem_of
+from sssi_exudyn.fitting.first_fit import fit, problem_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
@@ -28,11 +28,11 @@ from sssi_exudyn.runtime.cache import fingerprint
 from sssi_exudyn.runtime.plugins import require
 from sssi_exudyn.runtime.posix import pages
 from sssi_exudyn.runtime.provenance import versions
-from sssi_exudyn.simulation.carving.steady_turn import NoSteadyTurn, edges_of, start_rolling, steady_turn
-from sssi_exudyn.simulation.carving.turn_rig import ski_named
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import Prepared, prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.simulation.reduced.prepared import Prepared, prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.simulation.turns.steady_turn import NoSteadyTurn, edges_of, start_rolling, steady_turn
+from sssi_exudyn.simulation.turns.turn_rig import ski_named
 from sssi_exudyn.sweeps.outputs import (
     AnyRun,
     Figures,

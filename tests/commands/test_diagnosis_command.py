@@ -21,10 +21,10 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.stored import read_run
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.validation.diagnosis.day import DayExplanation
-from sssi_exudyn.validation.diagnosis.result import Number
-from sssi_exudyn.validation.diagnosis.same_place import Pass, SamePlace
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Number
+from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import DayExplanation
+from sssi_exudyn.validation.diagnosis.several_runs.second_pass import Pass, SamePlace
 
 pytestmark = pytest.mark.usefixtures("words_only")
 

@@ -18,7 +18,7 @@ from sssi_exudyn.model.heading import Heading
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.results.stored import read_run
 from sssi_exudyn.results.summary import Estimate, Fit
-from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.full.run import simulate
 
 pytestmark = pytest.mark.usefixtures("words_only")
 

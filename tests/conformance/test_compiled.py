@@ -18,7 +18,7 @@ import pytest
 from term_examples import Ridge, UniformWind
 
 from sssi_exudyn.contact import term as places
-from sssi_exudyn.contact.backends.compiled import (
+from sssi_exudyn.contact.codegen.compiled import (
     compile_body,
     compile_foot,
     compile_kernel,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from sssi_exudyn.contact import conformance
-from sssi_exudyn.contact.backends.tape import Tape
+from sssi_exudyn.contact.codegen.tape import Tape
 from sssi_exudyn.contact.maths import Math, Number, Vector
 from sssi_exudyn.contact.term import FootState, PointState, SegmentState, Term
 from sssi_exudyn.contact.terms.air import AirDrag

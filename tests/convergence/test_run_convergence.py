@@ -13,7 +13,7 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.simulation.result import SimulationResult
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -13,16 +13,16 @@ from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.fitting.balance import balance_of, own_moment
-from sssi_exudyn.fitting.measurements import averages
+from sssi_exudyn.fitting.observations import averages
 from sssi_exudyn.model.from_recording import first_guess, model_of
 from sssi_exudyn.model.heading import HeadingMode
 from sssi_exudyn.motion.correction import PostureCorrection, correct_posture
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import ReducedRun, prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.simulation.sensitivities import sensitivities
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.simulation.reduced.prepared import ReducedRun, prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 
 TURNS = ("pelvis_rotation", "pelvis_list", "pelvis_tilt")
 

@@ -15,12 +15,12 @@ from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting import estimate as estimation
 from sssi_exudyn.fitting.estimate import estimate, estimate_from
-from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
 SECONDS = 5.0
 

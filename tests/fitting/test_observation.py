@@ -9,12 +9,12 @@ import pytest
 from bundled import bundled
 
 from sssi_exudyn.core.noise import ExponentialNoise, Scale, uneven_covariance
-from sssi_exudyn.fitting.noise_levels import LinearRun
+from sssi_exudyn.fitting.noise import LinearRun
 from sssi_exudyn.fitting.observation import Observation, observation_of
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
 
 SECONDS = 3.0
 

@@ -14,16 +14,16 @@ from scipy.linalg import cho_solve
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting import posterior as module
 from sssi_exudyn.fitting.estimate import setting_of
-from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.linearised_run import Point, Responses, Setting, linearise_at, moved_point
-from sssi_exudyn.fitting.noise_levels import precision
+from sssi_exudyn.fitting.noise import precision
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.observation import Observation
 from sssi_exudyn.fitting.optimise import Optimum
+from sssi_exudyn.fitting.parameters import Unknown
 from sssi_exudyn.fitting.posterior import draw_numbers, find_posterior
 from sssi_exudyn.fitting.posture_errors import PostureErrors
 from sssi_exudyn.fitting.snow_surface import surface_process
-from sssi_exudyn.fitting.unknowns import Unknown
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.drawn_run import draw_run

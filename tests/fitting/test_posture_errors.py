@@ -14,7 +14,7 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.prepared import Prepared, prepare
+from sssi_exudyn.simulation.reduced.prepared import Prepared, prepare
 
 STOP = 5.0
 ONE = np.radians(1.0)

@@ -17,8 +17,9 @@ from sssi_exudyn import commands
 from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, slope_to_enu
-from sssi_exudyn.fitting.fit import FRICTION, NUISANCES, problem_of
-from sssi_exudyn.fitting.measurements import measurements_of
+from sssi_exudyn.fitting.evidence import usual_levels
+from sssi_exudyn.fitting.first_fit import FRICTION, NUISANCES, problem_of
+from sssi_exudyn.fitting.observations import measurements_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface, snow_heights, snow_surface, surface_process
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
@@ -29,7 +30,6 @@ from sssi_exudyn.recording.read import read_recording
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.terrain.from_heights import TILTS
 from sssi_exudyn.terrain.surface import Surface
-from sssi_exudyn.validation.diagnosis.evidence import usual_levels
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 

@@ -28,7 +28,7 @@ def sources() -> list[Path]:
 
 
 def test_nothing_in_the_package_unpickles_or_executes_what_it_reads() -> None:
-    """Generated force laws are the one text that is run: see ``contact.backends.compiled`` and its folder."""
+    """Generated force laws are the one text that is run: see ``contact.codegen.compiled`` and its folder."""
     found = []
     # conformance.py pickles terms that it has made itself, as a sweep sends them to its workers
     files = [path for path in sources() if path.suffix == ".py" and path.name != "conformance.py"]

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sssi_exudyn.contact.backends import compiled
+from sssi_exudyn.contact.codegen import compiled
 from sssi_exudyn.runtime.cache import Cache, fingerprint
 from sssi_exudyn.runtime.private_folder import cache_folder
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bundled import bundled
 
-from sssi_exudyn.fitting.fit import fit, problem_of
+from sssi_exudyn.fitting.first_fit import fit, problem_of
 from sssi_exudyn.model.from_recording import first_guess, guess_with_error, model_of
 from sssi_exudyn.recording.instruments.gps import Gps
 

@@ -26,7 +26,7 @@ from sssi_exudyn.reports.sections.terms import terms
 from sssi_exudyn.results.folder import MEASURED, read_skeleton, read_summary, read_table
 from sssi_exudyn.results.stored import StoredRun, read_run
 from sssi_exudyn.results.summary import Estimate, FrictionShares, Posture, PostureSigma, Prediction
-from sssi_exudyn.validation.diagnosis.result import Diagnosis
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 
 
 class Outline(HTMLParser):

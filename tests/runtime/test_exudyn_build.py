@@ -11,7 +11,7 @@ import pytest
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.full.run import simulate
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"
 SECONDS = 0.3
@@ -24,7 +24,7 @@ take_fast_build()
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.full.run import simulate
 recording = read_recording(Path(sys.argv[1]))
 motion = motion_from_recording(recording)
 run = simulate(model_of(recording, motion), motion, stop=motion.start + float(sys.argv[2]))

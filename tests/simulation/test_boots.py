@@ -12,7 +12,7 @@ from sssi_exudyn.core.frames import GRAVITY
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict, read_model
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.full.run import simulate
 
 AHEAD = 0.07
 RAMP = np.radians(2.0)

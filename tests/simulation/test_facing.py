@@ -14,9 +14,9 @@ from sssi_exudyn.contact.term import SegmentState
 from sssi_exudyn.contact.terms.air import AirDrag, PostureAir, ShownAreas
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.simulation.facing import facing
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
 HEIGHT = 1.75
 CHAIN = average_geometry(HEIGHT)

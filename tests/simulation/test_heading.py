@@ -11,7 +11,6 @@ from bundled import bundled
 from gliding import INCLINATION, model, standing
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
-from sssi_exudyn.contact.backends.carving.heading_kernel import next_heading
 from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import InputError
@@ -21,13 +20,14 @@ from sssi_exudyn.model.heading import Heading, HeadingMode
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion, spline_motion, turn_motion
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.carving.run import CarvedRun, simulate_carved
-from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.simulation.heading import Turn
 from sssi_exudyn.simulation.posture_table import PostureTable
-from sssi_exudyn.simulation.prepared import Prepared, prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.reduced.carved_run import CarvedRun, simulate_carved
+from sssi_exudyn.simulation.reduced.prepared import Prepared, prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.result import SimulationResult
+from sssi_exudyn.simulation.ski_on_snow.heading_kernel import next_heading
 
 EDGED = {"hip_adduction_l": 0.25, "hip_adduction_r": -0.28, "pelvis_list": 0.03}
 MIRRORED = {"hip_adduction_r": 0.25, "hip_adduction_l": -0.28, "pelvis_list": -0.03}

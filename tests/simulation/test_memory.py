@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from gliding import model, standing
 
-from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.full.run import simulate
 
 
 def resident() -> float:

@@ -11,7 +11,6 @@ from gliding import CROUCH, INCLINATION, model, standing
 from random_states import forces_of, random_state
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED, average_geometry
-from sssi_exudyn.contact.backends.backend import Backend
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
@@ -19,10 +18,11 @@ from sssi_exudyn.contact.terms.terrain import TerrainBump
 from sssi_exudyn.core.frames import Array, slope_to_level
 from sssi_exudyn.motion.motion import Motion, spline_motion
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.simulation.tangents import run_tangents
+from sssi_exudyn.simulation.full.forces import Backend
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.simulation.reduced.derivatives import run_tangents
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.terrain.surface import Surface, surface_over
 
 SNOW: Final = (HuntCrossley(), AnisotropicFriction(mu_t=0.08, mu_n=0.6))

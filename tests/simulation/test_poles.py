@@ -15,9 +15,9 @@ from sssi_exudyn.contact.terms.body_forces import PlantedPole, PolePlant
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.balance import balance_of
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.result import SimulationResult
 
 SEEN = average_geometry(1.75)

@@ -11,9 +11,9 @@ from sssi_exudyn.contact.term import Term
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.validation.benchmark.cases import _model_as_known, record
 from sssi_exudyn.validation.benchmark.world import draw_instruments
+from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
-from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
-from sssi_exudyn.validation.diagnosis.search_result import SeparateFit
+from sssi_exudyn.validation.diagnosis.search.search_result import SeparateFit
 from sssi_exudyn.validation.diagnosis.state import first_fit
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sssi_exudyn.io.writing import to_plain
-from sssi_exudyn.validation.diagnosis.result import (
+from sssi_exudyn.validation.diagnosis.diagnosis_data import (
     Alternative,
     Chance,
     Change,

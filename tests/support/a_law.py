@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from sssi_exudyn.validation.diagnosis.found_law import BASIS, FoundLaw, Variable, formula_of
-from sssi_exudyn.validation.diagnosis.result import Number
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Number
+from sssi_exudyn.validation.diagnosis.several_runs.friction_regression import BASIS, FoundLaw, Variable, formula_of
 
 
 def number(value: float, unit: str = "1") -> Number:

@@ -14,9 +14,9 @@ from sssi_exudyn.fitting.gps_observation import predict_fixes
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.result import SimulationResult
-from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
+from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.state import first_fit
 
 

@@ -15,11 +15,11 @@ from sssi_exudyn import cli
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.estimate import estimate
-from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.sweeps import run as sweep_run
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.file import sweep_from

@@ -14,7 +14,7 @@ from bundled import EXAMPLES
 
 from sssi_exudyn.bodies.ski.ski import read_ski, ski_to_table
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.simulation.carving.steady_turn import TurnCase, edges_of, start_rolling, steady_turn
+from sssi_exudyn.simulation.turns.steady_turn import TurnCase, edges_of, start_rolling, steady_turn
 from sssi_exudyn.sweeps.file import sweep_from
 from sssi_exudyn.sweeps.parameters import reshape
 from sssi_exudyn.sweeps.sweep import render_folder, resume, sweep

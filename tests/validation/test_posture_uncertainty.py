@@ -12,9 +12,9 @@ from a_run import a_run
 from strapped import write_few
 
 from sssi_exudyn.core.noise import fit_noise
-from sssi_exudyn.fitting.fit import COARSE_STEP, Fitted, fit_reduced, problem_of
+from sssi_exudyn.fitting.first_fit import COARSE_STEP, Fitted, fit_reduced, problem_of
 from sssi_exudyn.fitting.objective import Problem, uncertainty
-from sssi_exudyn.fitting.unknowns import posture_errors
+from sssi_exudyn.fitting.parameters import posture_errors
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion
@@ -24,9 +24,9 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.sections.few_sensors import few_sensors
 from sssi_exudyn.results.posture import posture_figures, second_half_table
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.simulation.sensitivities import sensitivities
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.validation.posture_uncertainty import effective_friction, over_ground, second_half, shares_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "beginner"

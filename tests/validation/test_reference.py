@@ -9,16 +9,16 @@ from scipy.spatial.transform import Rotation
 
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.modes import modal_ski
-from sssi_exudyn.contact.backends.backend import Forces
-from sssi_exudyn.contact.backends.full_kernel import ACROSS, ALONG, LOAD, NODE
-from sssi_exudyn.contact.backends.structs import Carrier
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.terms.wind import Wind
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.system import instant
+from sssi_exudyn.simulation.full.forces import Forces
+from sssi_exudyn.simulation.full.forces_kernel import ACROSS, ALONG, LOAD, NODE
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.simulation.full.system import instant
+from sssi_exudyn.simulation.ski_on_snow.structs import Carrier
 from sssi_exudyn.validation.reference import FlatModel, flat_ski, simulate_flat
 
 

@@ -19,7 +19,7 @@ from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
-from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.validation.benchmark.balanced_skier import balance_skier
 from sssi_exudyn.validation.benchmark.effects import EFFECTS, PHYSICS, SENSOR, SIZES, UNKNOWN, plain_run
 from sssi_exudyn.validation.benchmark.world import (

@@ -9,8 +9,8 @@ from typing import Any, Final, Literal
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import read_table
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 TRUTH: Final = "truth.json"
 NOTHING: Final = "none"

@@ -23,9 +23,10 @@ import numpy as np
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.estimate import estimate
-from sssi_exudyn.fitting.fit import problem_of
+from sssi_exudyn.fitting.evidence import LinearModel, uncertain
+from sssi_exudyn.fitting.first_fit import problem_of
+from sssi_exudyn.fitting.parameters import snow_beforehand
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
-from sssi_exudyn.fitting.unknowns import snow_beforehand
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.io.writing import to_json, write_atomically
 from sssi_exudyn.model.model import Model
@@ -38,12 +39,11 @@ from sssi_exudyn.validation.benchmark.cases import CONCEALED, Case, Concealed, M
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.scores import CaseResult, Scores, score
 from sssi_exudyn.validation.benchmark.world import Instruments
+from sssi_exudyn.validation.diagnosis.context import Progress
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose, fit_without_findings
-from sssi_exudyn.validation.diagnosis.evidence import LinearModel, uncertain
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Friction
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
-from sssi_exudyn.validation.diagnosis.problem import Progress
-from sssi_exudyn.validation.diagnosis.result import Friction
-from sssi_exudyn.validation.diagnosis.search import Round
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Round
 
 ANSWERS, SEAL = "answers.json", "answers.sha256"
 Bases = list[Recorded]

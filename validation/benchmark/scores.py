@@ -13,8 +13,8 @@ from scipy.special import betaincinv
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.benchmark.cases import Case
-from sssi_exudyn.validation.diagnosis.result import NOTHING_MISSING, Diagnosis, Finding, Friction, Where
-from sssi_exudyn.validation.diagnosis.search_result import SURE
+from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Diagnosis, Finding, Friction, Where
+from sssi_exudyn.validation.diagnosis.search.search_result import SURE
 
 STRONG: Final = 8.0
 """Standard errors from which an effect counts as clear."""

@@ -14,18 +14,18 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.instruments.gps import enu_from
 from sssi_exudyn.recording.recording import Recording
-from sssi_exudyn.simulation.full import simulate
+from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.validation.benchmark.balanced_skier import balance_skier
 from sssi_exudyn.validation.benchmark.cases import Recorded, record
 from sssi_exudyn.validation.benchmark.effects import EFFECTS, plain_run
 from sssi_exudyn.validation.benchmark.world import draw_instruments, other_day
+from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.problem import diagnosis_problem
-from sssi_exudyn.validation.diagnosis.rivals import estimate_rivals
-from sssi_exudyn.validation.diagnosis.search import compare_hypotheses
-from sssi_exudyn.validation.diagnosis.search_result import Accepted, SearchEnd
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses
+from sssi_exudyn.validation.diagnosis.search.probabilities import STANDS_OUT
+from sssi_exudyn.validation.diagnosis.search.reestimate_rivals import estimate_rivals
+from sssi_exudyn.validation.diagnosis.search.search_result import Accepted, SearchEnd
 from sssi_exudyn.validation.diagnosis.state import first_fit, linear_model
-from sssi_exudyn.validation.diagnosis.statistics.probabilities import STANDS_OUT
 
 _ATTEMPTS: Final = 10
 _FASTER: Final = (0.08, 0.18)

@@ -34,12 +34,12 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.provenance import provenance, source_digest
 from sssi_exudyn.validation.benchmark.known_answers import NOTHING
 from sssi_exudyn.validation.benchmark.scores import inside_90, overlap
+from sssi_exudyn.validation.diagnosis.context import Progress
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_delay import GpsDelay
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_jump import DisplacedFixes
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.heading_misalignment import HeadingMisalignment
-from sssi_exudyn.validation.diagnosis.problem import Progress
-from sssi_exudyn.validation.diagnosis.result import Diagnosis
 
 PROVENANCE: Final = "provenance.json"
 FEWEST_FIXES: Final = 12

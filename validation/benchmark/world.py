@@ -14,8 +14,9 @@ from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array, level_to_enu
 from sssi_exudyn.core.noise import ExponentialNoise, draw_noise
+from sssi_exudyn.fitting.evidence import NoiseLevels, usual_levels
 from sssi_exudyn.fitting.gps_observation import predict_fixes
-from sssi_exudyn.fitting.measurements import INTERVAL, Measurements
+from sssi_exudyn.fitting.observations import INTERVAL, Measurements
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.model.model import Model
@@ -25,7 +26,6 @@ from sssi_exudyn.recording.instruments.insoles import Insoles
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.terrain.surface import Surface, surface_over
 from sssi_exudyn.validation.benchmark.concealed_terms import DragOfPosture
-from sssi_exudyn.validation.diagnosis.evidence import NoiseLevels, usual_levels
 
 STEP: Final = 0.004
 """s; the diagnosis' full model takes longer ones, its reduced model others."""

@@ -13,18 +13,27 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.cache import Cache
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.validation.diagnosis.evidence import Freedom, LinearModel
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem, Progress, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE, STEADY_LAWS
-from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, Progress, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.refit import Refit
-from sssi_exudyn.validation.diagnosis.rivals import Anew, best_law, estimate_rivals
-from sssi_exudyn.validation.diagnosis.search import Explanation, Round, compare_hypotheses
-from sssi_exudyn.validation.diagnosis.search_result import Accepted, Figures, SearchEnd, SearchResult, SeparateFit
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round, compare_hypotheses
+from sssi_exudyn.validation.diagnosis.search.form_error import form_error
+from sssi_exudyn.validation.diagnosis.search.held_out_turns import best_residual, folds_of, held_out_errors
+from sssi_exudyn.validation.diagnosis.search.probabilities import NOTHING, STANDS_OUT
+from sssi_exudyn.validation.diagnosis.search.reestimate_rivals import Anew, best_law, estimate_rivals
+from sssi_exudyn.validation.diagnosis.search.search_result import (
+    Accepted,
+    Figures,
+    SearchEnd,
+    SearchResult,
+    SeparateFit,
+)
 from sssi_exudyn.validation.diagnosis.state import (
     State,
     estimate_again,
@@ -34,10 +43,7 @@ from sssi_exudyn.validation.diagnosis.state import (
     linear_model,
     remove,
 )
-from sssi_exudyn.validation.diagnosis.statistics.form_error import form_error
-from sssi_exudyn.validation.diagnosis.statistics.held_out import best_residual, folds_of, held_out_errors
-from sssi_exudyn.validation.diagnosis.statistics.probabilities import NOTHING, STANDS_OUT
-from sssi_exudyn.validation.diagnosis.words.description import describe, figures_of
+from sssi_exudyn.validation.diagnosis.wording.description import describe, figures_of
 
 MOST_FINDINGS: Final = 3
 ONCE_MORE: Final = 0.05

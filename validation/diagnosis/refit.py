@@ -15,13 +15,13 @@ import numpy as np
 from scipy.linalg import cho_solve
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.measurements import Measurements
+from sssi_exudyn.fitting.evidence import LinearModel, NoiseLevels, Whitener, uncertain
 from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.observations import Measurements
 from sssi_exudyn.fitting.optimise import minimise_squares
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.simulation.prepared import Prepared
-from sssi_exudyn.simulation.sensitivities import sensitivities
-from sssi_exudyn.validation.diagnosis.evidence import LinearModel, NoiseLevels, Whitener, uncertain
+from sssi_exudyn.simulation.reduced.prepared import Prepared
+from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 
 _ENOUGH = 0.02
 """Change of J, in units of χ²/2, that ends the search."""

@@ -15,16 +15,7 @@ from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.estimate import estimate, estimate_from, judging_run
-from sssi_exudyn.fitting.fit import with_surface
-from sssi_exudyn.fitting.posterior import Posterior
-from sssi_exudyn.fitting.snow_surface import surface_process
-from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm
-from sssi_exudyn.model.model import Model
-from sssi_exudyn.model.toml import model_to_dict
-from sssi_exudyn.runtime.cache import Shapes, fingerprint
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.validation.diagnosis.evidence import (
+from sssi_exudyn.fitting.evidence import (
     Freedom,
     LinearModel,
     NoiseLevels,
@@ -33,8 +24,17 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     usual_levels,
     whitener,
 )
-from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun
-from sssi_exudyn.validation.diagnosis.problem import STEP, DiagnosisProblem, Nuisances, no_nuisances, nuisances_of
+from sssi_exudyn.fitting.first_fit import with_surface
+from sssi_exudyn.fitting.posterior import Posterior
+from sssi_exudyn.fitting.snow_surface import surface_process
+from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import model_to_dict
+from sssi_exudyn.runtime.cache import Shapes, fingerprint
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.validation.diagnosis.context import STEP, DiagnosisProblem, Nuisances, no_nuisances, nuisances_of
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun
 from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit, arrays_of, kept_shapes, refit, refit_of
 
 Arrays = Mapping[str, NDArray[np.generic]]

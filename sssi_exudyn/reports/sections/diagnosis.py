@@ -10,7 +10,7 @@ from matplotlib.patches import Circle
 
 from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.section import Block, Drawing, Facts, Heading, Runs, Section, Text, section_of_each
-from sssi_exudyn.validation.diagnosis.result import (
+from sssi_exudyn.validation.diagnosis.diagnosis_data import (
     NOTHING_MISSING,
     Chance,
     Change,
@@ -27,7 +27,7 @@ from sssi_exudyn.validation.diagnosis.result import (
     Way,
     Weighed,
 )
-from sssi_exudyn.validation.diagnosis.statistics.missing_force import DIRECTIONS
+from sssi_exudyn.validation.diagnosis.search.missing_force import DIRECTIONS
 
 _COLOURS = (plots.SIMULATED, plots.MEASURED, plots.OTHER)
 Row = tuple[str, str, str]

@@ -12,14 +12,14 @@ import pytest
 from bundled import bundled
 
 from sssi_exudyn.bodies.skier.chain import COORDINATE, FEET, JOINTS, PARENT, PRESCRIBED, forward_kinematics, rates
-from sssi_exudyn.contact.backends.full_kernel import NODE
 from sssi_exudyn.contact.terms.air import AirDrag
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
 from sssi_exudyn.core.frames import gravity_in_slope
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.simulation.full import FullRun, integrate
+from sssi_exudyn.simulation.full.forces_kernel import NODE
+from sssi_exudyn.simulation.full.run import FullRun, integrate
+from sssi_exudyn.simulation.full.series import result_from_record
 from sssi_exudyn.simulation.result import SimulationResult
-from sssi_exudyn.simulation.series import result_from_record
 
 STEP = 0.0025
 

@@ -19,7 +19,7 @@ import numpy as np
 from sssi_exudyn.bodies.ski.ski import Ski
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import GRAVITY, Array
-from sssi_exudyn.simulation.carving.steady_turn import TurnCase, edges_of, start_rolling, steady_turn
+from sssi_exudyn.simulation.turns.steady_turn import TurnCase, edges_of, start_rolling, steady_turn
 
 GREATEST = 70.0
 """deg; edge angle up to which a skier carves."""

@@ -8,10 +8,10 @@ from typing import get_args
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.simulation.sensitivities import simulate_each
+from sssi_exudyn.simulation.reduced.sensitivities import simulate_each
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Kind, Number
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, Hypothesis, Probe, responses_of
-from sssi_exudyn.validation.diagnosis.result import Kind, Number
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, Hypothesis, Probe, responses_of
 
 UNSIGNED = ("gps_jump", "lever_arm")
 """Their sentence gives a distance, whose direction is in the parameters."""

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from sssi_exudyn.contact.backends.carving.turn_kernel import Turn
-from sssi_exudyn.contact.backends.compiled import law_parameters
+from sssi_exudyn.contact.codegen.compiled import law_parameters
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.term import EdgeState
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.simulation.carving.steady_turn import Rolling, SteadyTurn, carving_module
+from sssi_exudyn.simulation.reduced.edge_setup import carving_module
+from sssi_exudyn.simulation.turns.steady_turn import Rolling, SteadyTurn
+from sssi_exudyn.simulation.turns.turn_kernel import Turn
 
 
 def marched_forces(turn: SteadyTurn, rolling: Rolling) -> tuple[Array, Array]:

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from sssi_exudyn.bodies.skier.chain import COORDINATES
-from sssi_exudyn.contact.backends.backend import Backend, Forces
-from sssi_exudyn.contact.backends.full_kernel import NODE
-from sssi_exudyn.contact.backends.structs import Carrier, Instant
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.system import instant
+from sssi_exudyn.simulation.full.forces import Backend, Forces
+from sssi_exudyn.simulation.full.forces_kernel import NODE
+from sssi_exudyn.simulation.full.system import instant
+from sssi_exudyn.simulation.ski_on_snow.structs import Carrier, Instant
 
 TREE = len(COORDINATES)
 EXPOSED = 4

@@ -91,7 +91,7 @@ CLASSES: tuple[type[Any], ...] = (*TERMS, *EXAMPLES)
 
 def printed_by_exudyn() -> str:
     """JSON: for every class and every instance, the grid in Exudyn's symbols.  To be run in a process of its own."""
-    from sssi_exudyn.contact.backends.symbolic import RecordedLaw
+    from sssi_exudyn.simulation.full.forces_symbolic import RecordedLaw
 
     def values(term: Any) -> list[list[float]]:
         names = list(GRIDS[term.kind])

@@ -10,8 +10,8 @@ from sssi_exudyn.fitting.balance import balance_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.validation.benchmark.balanced_skier import balance_skier
 
 

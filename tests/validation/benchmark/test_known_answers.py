@@ -10,7 +10,7 @@ from a_diagnosis import diagnosis_of, finding_of
 from sssi_exudyn import commands
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.validation.benchmark.known_answers import compare, read_truth
-from sssi_exudyn.validation.diagnosis.result import Diagnosis, Number
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis, Number
 
 
 def diagnosis_with(name: str, probability: float = 0.9, *others: str) -> Diagnosis:

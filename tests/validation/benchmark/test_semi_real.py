@@ -21,7 +21,7 @@ from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.motion import turn_motion
 from sssi_exudyn.validation.benchmark import semi_real
 from sssi_exudyn.validation.benchmark.semi_real import FAULTS, SemiReal, Stretch, conceal, judge, middle, run_semi_real
-from sssi_exudyn.validation.diagnosis.result import Adequacy, Diagnosis, Finding, Number, Where
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Adequacy, Diagnosis, Finding, Number, Where
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from a_diagnosis import whole_version
 from sssi_exudyn.io.typed import decode
 from sssi_exudyn.validation.benchmark.cases import Case
 from sssi_exudyn.validation.benchmark.scores import CaseResult, score
-from sssi_exudyn.validation.diagnosis.result import Diagnosis
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 
 
 @pytest.mark.parametrize(("mu_t", "mu_n", "hits"), [(0.1, 0.71, 2), (0.1, 0.75, 1), (0.2, 0.5, 0)])

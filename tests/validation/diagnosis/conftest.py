@@ -6,7 +6,7 @@ import pytest
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, responses_of
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, responses_of
 
 
 @pytest.fixture(scope="session")

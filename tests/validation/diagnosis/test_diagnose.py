@@ -22,7 +22,8 @@ from sssi_exudyn.contact.terms.friction_corrections import SnowPatch, Unexplaine
 from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.errors import SimulationDiverged
-from sssi_exudyn.fitting.fit import fit_reduced, problem_of
+from sssi_exudyn.fitting.evidence import Freedom, usual_levels
+from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
 from sssi_exudyn.fitting.gps_observation import predict_fixes, track_of
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.io.typed import read_json
@@ -35,27 +36,26 @@ from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.section import Section
 from sssi_exudyn.reports.sections.diagnosis import diagnosis_blocks
-from sssi_exudyn.simulation.full import simulate
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
-from sssi_exudyn.simulation.sensitivities import sensitivities
+from sssi_exudyn.simulation.full.run import simulate
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.validation.benchmark.cases import CONCEALED, Case, Made, make, plan
 from sssi_exudyn.validation.benchmark.effects import UNKNOWN
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.run import seal
 from sssi_exudyn.validation.benchmark.scores import CaseResult, score, share
 from sssi_exudyn.validation.diagnosis import diagnose as diagnose_module
-from sssi_exudyn.validation.diagnosis import search
+from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem, diagnosis_problem, no_nuisances
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose
-from sssi_exudyn.validation.diagnosis.evidence import Freedom, usual_levels
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Alternative, Diagnosis, Finding
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.hypothesis import Candidate, FittedRun, responses_of
-from sssi_exudyn.validation.diagnosis.problem import DiagnosisProblem, diagnosis_problem, no_nuisances
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, responses_of
 from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
-from sssi_exudyn.validation.diagnosis.result import Alternative, Diagnosis, Finding
-from sssi_exudyn.validation.diagnosis.rivals import Anew
-from sssi_exudyn.validation.diagnosis.search import compare_hypotheses, extended_parameters
-from sssi_exudyn.validation.diagnosis.search_result import Accepted
+from sssi_exudyn.validation.diagnosis.search import compare_hypotheses as search_module
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses, extended_parameters
+from sssi_exudyn.validation.diagnosis.search.reestimate_rivals import Anew
+from sssi_exudyn.validation.diagnosis.search.search_result import Accepted
 from sssi_exudyn.validation.diagnosis.state import (
     State,
     first_fit,
@@ -63,7 +63,7 @@ from sssi_exudyn.validation.diagnosis.state import (
     noise_whitener,
     remove,
 )
-from sssi_exudyn.validation.diagnosis.words import description
+from sssi_exudyn.validation.diagnosis.wording import description
 
 ROOT = Path(__file__).parents[3]
 SCHEMA = ROOT / "validation" / "diagnosis" / "diagnosis.schema.json"
@@ -432,7 +432,7 @@ def test_the_model_that_is_written_meets_the_track_as_is_claimed(
     motion = replace(motion, stop=motion.start + 4.0)
     displaced = (recording.gps.time > motion.start + 1.5) & (recording.gps.time < motion.start + 2.5)
     enu = recording.gps.enu + np.where(displaced[:, None], [[0.6, -0.4, 0.0]], 0.0)
-    monkeypatch.setattr(search, "HYPOTHESES", (BY_NAME["gps_jump"], BY_NAME["unexplained_force"]))
+    monkeypatch.setattr(search_module, "HYPOTHESES", (BY_NAME["gps_jump"], BY_NAME["unexplained_force"]))
     found = diagnose(replace(recording, gps=replace(recording.gps, enu=enu)), motion, model)
     assert [finding.name for finding in found.diagnosis.findings] == ["gps_jump"]
     claimed = found.diagnosis.findings[0].evidence.trajectory_error_m
@@ -457,7 +457,7 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     jump = np.where(recording.gps.time[:, None] > motion.start + 2.0, [[1.0, 0.0, 0.0]], 0.0)
     jumped = replace(recording, gps=replace(recording.gps, enu=recording.gps.enu + jump))
     few = tuple(BY_NAME[name] for name in ("gps_jump", "unexplained_force"))
-    monkeypatch.setattr(search, "HYPOTHESES", few)
+    monkeypatch.setattr(search_module, "HYPOTHESES", few)
     asked = []
 
     def once(problem: DiagnosisProblem, state: State, fit: Any) -> Any:

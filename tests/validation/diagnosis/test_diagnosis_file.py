@@ -21,8 +21,8 @@ from sssi_exudyn.io.writing import to_json, to_plain
 from sssi_exudyn.reports.html import section_html
 from sssi_exudyn.reports.section import Section
 from sssi_exudyn.reports.sections.diagnosis import diagnosis_blocks
-from sssi_exudyn.validation.diagnosis.result import Diagnosis
-from sssi_exudyn.validation.diagnosis.words.description import _held_out, _where
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
+from sssi_exudyn.validation.diagnosis.wording.description import _held_out, _where
 
 SCHEMA = Path(__file__).parents[3] / "validation" / "diagnosis" / "diagnosis.schema.json"
 

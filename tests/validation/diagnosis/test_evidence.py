@@ -9,8 +9,7 @@ import pytest
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
-from sssi_exudyn.fitting.measurements import Measurements
-from sssi_exudyn.validation.diagnosis.evidence import (
+from sssi_exudyn.fitting.evidence import (
     Freedom,
     LinearModel,
     NoiseLevels,
@@ -25,7 +24,8 @@ from sssi_exudyn.validation.diagnosis.evidence import (
     whiten_columns,
     whitener,
 )
-from sssi_exudyn.validation.diagnosis.statistics.missing_force import discoveries, gain_of
+from sssi_exudyn.fitting.observations import Measurements
+from sssi_exudyn.validation.diagnosis.search.missing_force import discoveries, gain_of
 
 LEVELS = NoiseLevels(
     ExponentialNoise(0.02, 2.0),

@@ -13,19 +13,19 @@ from hypothesis_contract import check_on_run, check_statements
 
 from sssi_exudyn.contact.terms.wind import Gust, Wind
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.fit import problem_of
-from sssi_exudyn.fitting.measurements import measurements_of
+from sssi_exudyn.fitting.first_fit import problem_of
+from sssi_exudyn.fitting.observations import measurements_of
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.simulation.prepared import prepare
-from sssi_exudyn.simulation.reduced import simulate_reduced
+from sssi_exudyn.simulation.reduced.prepared import prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import (
     BY_NAME,
     HYPOTHESES,
     STEADY_LAWS,
     distinguishing_measurement,
 )
-from sssi_exudyn.validation.diagnosis.hypothesis import (
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     FittedRun,
     Hypothesis,
     Numbers,
@@ -260,8 +260,8 @@ def names_outside(tree: ast.Module, names: set[str]) -> list[str]:
 def test_nothing_else_in_the_package_knows_their_names() -> None:
     known = {
         # the kind of a term, which wind's own name happens to be
-        "contact/backends/compiled.py": {"wind"},
-        "contact/backends/law_source.py": {"wind"},
+        "contact/codegen/compiled.py": {"wind"},
+        "contact/codegen/law_source.py": {"wind"},
         "contact/conformance_states.py": {"wind"},
     }
     folder = ROOT / "validation" / "diagnosis" / "hypotheses"

@@ -8,6 +8,7 @@ from sssi_exudyn.runtime.plugins import same_part
 from sssi_exudyn.validation.diagnosis.hypotheses.air.drag_area import OtherDragArea
 from sssi_exudyn.validation.diagnosis.hypotheses.air.gust import PassingGust
 from sssi_exudyn.validation.diagnosis.hypotheses.air.wind import SteadyWind
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis, SteadyLaw
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.boot_cuff import LoadOnCuffs
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_delay import GpsDelay
 from sssi_exudyn.validation.diagnosis.hypotheses.instruments.gps_jump import DisplacedFixes
@@ -27,7 +28,6 @@ from sssi_exudyn.validation.diagnosis.hypotheses.snow.speed_dependent_friction i
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.terrain_bump import RollOrDip
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.unexplained_drag import DragOfOneSki
 from sssi_exudyn.validation.diagnosis.hypotheses.snow.unexplained_friction import FrictionOfOneSki
-from sssi_exudyn.validation.diagnosis.hypothesis import Hypothesis, SteadyLaw
 
 LATENT_FORCE: Final = LatentForce()
 """The one whose responses also locate the missing force."""

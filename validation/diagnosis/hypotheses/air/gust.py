@@ -8,7 +8,7 @@ from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.hypotheses.air.wind import plain_wind, wind_in_words
-from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, InTime, Numbers
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Distinction, InTime, Numbers
 
 
 class PassingGust(InTime):

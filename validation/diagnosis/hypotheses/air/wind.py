@@ -2,7 +2,7 @@
 
 from sssi_exudyn.contact.terms.wind import Wind
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, Numbers, SteadyLaw, by_sign
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Distinction, FittedRun, Numbers, SteadyLaw, by_sign
 
 
 class SteadyWind(SteadyLaw):

@@ -2,7 +2,7 @@
 
 from sssi_exudyn.model.faults import BootCuff
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Numbers, SteadyFault, by_sign
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Numbers, SteadyFault, by_sign
 
 
 class LoadOnCuffs(SteadyFault):

@@ -5,10 +5,10 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.model.faults import GpsJump
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.evidence import Freedom
-from sssi_exudyn.validation.diagnosis.hypothesis import (
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Candidate,
     Distinction,
     FittedRun,

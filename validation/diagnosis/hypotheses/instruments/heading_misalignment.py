@@ -3,7 +3,7 @@
 import numpy as np
 
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, KnownNumber, Numbers, by_sign
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Distinction, KnownNumber, Numbers, by_sign
 
 
 class HeadingMisalignment(KnownNumber):

@@ -2,7 +2,7 @@
 
 from sssi_exudyn.model.faults import InsoleGain
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, Numbers, SteadyFault
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Distinction, FittedRun, Numbers, SteadyFault
 
 
 class WrongInsoleGain(SteadyFault):

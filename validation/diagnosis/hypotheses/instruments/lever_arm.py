@@ -4,7 +4,7 @@ import numpy as np
 
 from sssi_exudyn.model.faults import LeverArm
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Numbers, SteadyFault
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Numbers, SteadyFault
 
 
 class OtherLeverArm(SteadyFault):

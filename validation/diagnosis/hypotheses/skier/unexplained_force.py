@@ -5,7 +5,7 @@ import numpy as np
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import InTime, Numbers, as_weight, by_sign
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import InTime, Numbers, as_weight, by_sign
 
 
 class LatentForce(InTime):

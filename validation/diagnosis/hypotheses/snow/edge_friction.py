@@ -7,7 +7,7 @@ import numpy as np
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.contact.terms.friction_corrections import EdgeFriction
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, Numbers, SteadyLaw
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Distinction, FittedRun, Numbers, SteadyLaw
 
 _LOADED: Final = 0.25
 """Share of the ski's length ahead of the boot and behind it that bears most of the load."""

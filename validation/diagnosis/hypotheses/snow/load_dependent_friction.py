@@ -4,7 +4,14 @@ import numpy as np
 
 from sssi_exudyn.contact.terms.friction_corrections import LoadDependentFriction
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, Numbers, SteadyLaw, as_slope, by_sign
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
+    Distinction,
+    FittedRun,
+    Numbers,
+    SteadyLaw,
+    as_slope,
+    by_sign,
+)
 
 
 class FrictionByLoad(SteadyLaw):

@@ -5,7 +5,7 @@ import numpy as np
 from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.terrain.from_heights import STEEPNESS
-from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, Numbers, Terrain, by_sign
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Distinction, FittedRun, Numbers, Terrain, by_sign
 
 
 class OtherInclination(Terrain):

@@ -2,7 +2,7 @@
 
 from sssi_exudyn.contact.terms.friction_corrections import SnowCompaction
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Numbers, SteadyLaw, as_weight
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Numbers, SteadyLaw, as_weight
 
 
 class CompactedSnow(SteadyLaw):

@@ -4,7 +4,7 @@ import numpy as np
 
 from sssi_exudyn.contact.terms.friction_corrections import SpeedDependentFriction
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import FittedRun, Numbers, SteadyLaw, as_slope, by_sign
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, Numbers, SteadyLaw, as_slope, by_sign
 
 
 class FrictionBySpeed(SteadyLaw):

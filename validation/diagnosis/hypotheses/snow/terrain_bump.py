@@ -2,7 +2,7 @@
 
 from sssi_exudyn.contact.terms.terrain import TerrainBump
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import Distinction, FittedRun, Numbers, Terrain, by_sign
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Distinction, FittedRun, Numbers, Terrain, by_sign
 
 
 class RollOrDip(Terrain):

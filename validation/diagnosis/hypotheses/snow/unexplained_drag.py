@@ -10,7 +10,7 @@ import numpy as np
 from sssi_exudyn.contact.terms.friction_corrections import UnexplainedDrag
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import (
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Candidate,
     Distinction,
     FittedRun,

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from sssi_exudyn.contact.terms.friction_corrections import UnexplainedFriction
 from sssi_exudyn.model.model import Model
-from sssi_exudyn.validation.diagnosis.hypothesis import (
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
     Candidate,
     Distinction,
     FittedRun,

@@ -1,1 +1,0 @@
-"""Force terms evaluated: compiled, NumPy, symbolic, plain Python."""

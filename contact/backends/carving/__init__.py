@@ -1,1 +1,0 @@
-"""Snow that edges cut: templates that ``compiled`` joins with the laws."""

@@ -1,0 +1,1 @@
+"""Force laws traced, differentiated, written as Python and compiled."""

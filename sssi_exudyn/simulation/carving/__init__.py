@@ -1,1 +1,0 @@
-"""Runs on snow that edges cut, by the reduced model; and one ski in a steady turn on it."""

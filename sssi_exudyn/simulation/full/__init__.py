@@ -1,0 +1,1 @@
+"""The full model on Exudyn: its system, its forces, its run and its series."""

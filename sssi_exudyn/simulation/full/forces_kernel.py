@@ -1,0 +1,393 @@
+"""All forces of the full model in one pass over its coordinates: a template that ``compiled`` joins with the laws.
+
+Coordinates are the skeleton's, then the left and the right ski's nodes of seven each: place (3) and quaternion
+(w, x, y, z).  The skeleton has its tree's 31, or without a tree the pelvis' place alone: as many as ``sign``.  ``ref``
+is the reference that Exudyn keeps apart from its coordinates.  A ski's nodes are given in the frame of its foot, which
+moves as prescribed, carried by the pelvis: what a beam feels of that motion are forces of inertia, and the solver's
+Jacobian, dominated by the beams' stiffness, keeps for many steps because nothing turns in that frame.
+
+    place on the slope   p = x + b + R X         x pelvis, b and R place and rotation of the foot, X in the foot's frame
+    velocity             v = ẋ + ḃ + ω × R X + R Ẋ
+    inertia of a node    −m (R·(ẍ + b̈) + Ω̇ × X + Ω × (Ω × X) + 2 Ω × Ẋ)      R·: turned into the foot's frame
+
+The part with ẍ stands in the mass matrix (``CoupledMass`` in ``backend``), all others are here.  Masses are lumped
+at the nodes, as Exudyn's beams have them.
+
+A contact section lies at the share ξ of its element; its frame is interpolated on SE(3) and its velocities linearly, as
+Exudyn's body markers do.  Its force goes to its two nodes by the shares 1 − ξ and ξ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from sssi_exudyn.contact.codegen.vectors import (
+    between,
+    conjugate,
+    cross,
+    dot,
+    four,
+    into,
+    middle_of,
+    on_quaternion,
+    out_of,
+    plus,
+    rotate,
+    spin,
+    three,
+    times,
+)
+from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.terrain.surface import on_patch, patch_under
+
+point_force: Callable[..., float]
+point_derivatives: Callable[..., tuple[float, float, float]]
+foot_force: Callable[..., tuple[float, float]]
+foot_derivatives: Callable[..., tuple[float, ...]]
+segment_force: Callable[..., tuple[float, float, float]]
+segment_derivatives: Callable[..., tuple[float, ...]]
+body_force: Callable[..., tuple[float, float, float]]
+body_derivatives: Callable[..., tuple[float, ...]]
+terrain_height: Callable[..., tuple[float, float, float]]
+uneven: Callable[..., bool]
+upright: Callable[..., tuple[float, float, float]]
+foot_axes: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float], float]]
+
+NODE = 7
+"""Coordinates of a ski's node."""
+
+LOAD, GROOVE, DEPTH, ALONG, ACROSS, EDGE, V_T, V_N, CONTACT_POWER, FRICTION_POWER, DAMPING_POWER = range(11)
+"""Columns of ``seen``, one row a ski: what the pass saw, in N, m², m, N, N, rad, m/s, m/s, W, W, W."""
+SEEN = 11
+
+
+@njit(cache=True, error_model="numpy")
+def add_wrench(out, i, share, q, force, torque):
+    """Add a share of force and torque (outer frame) to the node whose coordinates begin at ``i`` and whose quaternion
+    is q.
+    """
+    turn = on_quaternion(q, torque)
+    for k in range(3):
+        out[i + k] += share * force[k]
+    for k in range(4):
+        out[i + 3 + k] += share * turn[k]
+
+
+@njit(cache=True, error_model="numpy")
+def section(q, v, ref, base, element, xi):
+    """Frame (place, quaternion) and velocities (linear, angular) at a share of an element of the ski that starts at
+    ``base``, with its nodes' quaternions."""
+    i = base + NODE * element
+    j = i + NODE
+    p0 = (q[i] + ref[i], q[i + 1] + ref[i + 1], q[i + 2] + ref[i + 2])
+    p1 = (q[j] + ref[j], q[j + 1] + ref[j + 1], q[j + 2] + ref[j + 2])
+    q0, q1 = four(q, ref, i + 3), four(q, ref, j + 3)
+    p, r = between(p0, q0, p1, q1, xi)
+    velocity = plus(times(1.0 - xi, three(v, i)), times(xi, three(v, j)))
+    omega = plus(times(1.0 - xi, spin(q0, v, i + 3)), times(xi, spin(q1, v, j + 3)))
+    return p, r, velocity, omega, q0, q1
+
+
+@njit(cache=True, error_model="numpy")
+def edge_point(place, frame, p, r, offset):
+    """An edge's point: its arm from the section in the foot's frame, and from the foot and in all in the slope's."""
+    arm = rotate(r, offset)
+    out = out_of(frame, plus(p, arm))
+    return arm, out, plus(place, out)
+
+
+@njit(cache=True, error_model="numpy")
+def sinking(velocity, frame, turning, v, omega, arm, out, normal):
+    """Rate at which an edge's point sinks along the snow's normal (m/s)."""
+    speed = plus(plus(velocity, cross(turning, out)), out_of(frame, plus(v, cross(omega, arm))))
+    return -dot(speed, normal)
+
+
+@njit(cache=True, error_model="numpy")
+def add_to_tree(out, sign, force, jacobian):
+    """A force (3) on the point whose velocity is the pelvis' plus jacobian (3, 28) times the angles' rates."""
+    for k in range(3):
+        out[k] += force[k]
+    for i in range(len(sign) - 3):
+        out[3 + i] += sign[3 + i] * (jacobian[0, i] * force[0] + jacobian[1, i] * force[1] + jacobian[2, i] * force[2])
+
+
+@njit(cache=True, error_model="numpy")
+def ski_inertia(q, v, ref, base, sections, gravity, frame, spin_in, spin_rate, acceleration, out):
+    """Weight and forces of inertia of one ski's nodes but for the pelvis' own acceleration, and their sum on the
+    pelvis.
+
+    gravity (3,) and acceleration (3,) of the foot relative to the pelvis in the slope frame; spin_in, spin_rate in the
+    foot's frame.
+    """
+    mass, moment = sections.node_mass, sections.node_moment
+    fall = into(frame, (gravity[0] - acceleration[0], gravity[1] - acceleration[1], gravity[2] - acceleration[2]))
+    total = (0.0, 0.0, 0.0)
+    for node in range(mass.shape[0]):
+        i = base + NODE * node
+        place = (q[i] + ref[i], q[i + 1] + ref[i + 1], q[i + 2] + ref[i + 2])
+        swing = cross(spin_in, plus(cross(spin_in, place), times(2.0, three(v, i))))
+        felt = plus(fall, times(-1.0, plus(cross(spin_rate, place), swing)))
+        force = times(mass[node], felt)
+        momentum = (moment[node, 0] * spin_in[0], moment[node, 1] * spin_in[1], moment[node, 2] * spin_in[2])
+        gyro = cross(spin_in, momentum)
+        torque = (
+            -moment[node, 0] * spin_rate[0] - gyro[0],
+            -moment[node, 1] * spin_rate[1] - gyro[1],
+            -moment[node, 2] * spin_rate[2] - gyro[2],
+        )
+        add_wrench(out, i, 1.0, four(q, ref, i + 3), force, torque)
+        total = plus(total, force)
+    on_pelvis = out_of(frame, total)
+    for k in range(3):
+        out[k] += on_pelvis[k]
+
+
+@njit(cache=True, error_model="numpy")
+def bend_damping(q, v, ref, base, damping, out):
+    """Add the structural damping of one ski; the power (W) that it takes."""
+    power = 0.0
+    for e in range(damping.shape[0]):
+        i = base + NODE * e
+        j = i + NODE
+        q0, q1 = four(q, ref, i + 3), four(q, ref, j + 3)
+        relative = plus(spin(q1, v, j + 3), times(-1.0, spin(q0, v, i + 3)))
+        middle = middle_of(q0, q1)
+        local = rotate(conjugate(middle), relative)
+        torque = (damping[e, 0] * local[0], damping[e, 1] * local[1], damping[e, 2] * local[2])
+        power += dot(local, torque)
+        torque = rotate(middle, torque)
+        add_wrench(out, i, 1.0, q0, (0.0, 0.0, 0.0), torque)
+        add_wrench(out, j, -1.0, q1, (0.0, 0.0, 0.0), torque)
+    return power
+
+
+@njit(cache=True, error_model="numpy")
+def push_skier(parameters, carrier, at, pelvis, speed, found):
+    """Add what the air does to the skier's segments, and what else acts on the centre of mass."""
+    out, sign, t = found.out, carrier.sign, at.time
+    for k in range(carrier.area.shape[0]):
+        velocity = plus(speed, at.exposed_velocity[k])
+        facing = at.exposed_facing[k]
+        force = segment_force(
+            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], carrier.area[k],
+            facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
+        )  # fmt: skip
+        add_to_tree(out, sign, force, at.exposed_jacobian[k])
+        for c in range(3):
+            found.drag[k, c] = force[c]
+        found.drag[k, 3] = dot(force, velocity)
+    place, velocity = plus(pelvis, at.com_place), plus(speed, at.com_velocity)
+    force = body_force(parameters, t, place[0], place[1], velocity[0], velocity[1], velocity[2])
+    add_to_tree(out, sign, force, at.com_jacobian)
+    for c in range(3):
+        found.body[c] = force[c]
+
+
+@njit(cache=True, error_model="numpy")
+def forces(parameters, q, v, ref, sections, carrier, at, found):
+    """Generalised forces of all terms, of the skis' structural damping and of their weight and inertia.
+
+    q, v, ref : (s + 2·7·(n + 1),);  sections : ``Sections``;  carrier : ``Carrier``;  at : ``Instant``
+    found : ``ForcePass``, which is filled
+    """
+    element, share, length, damping = sections.element, sections.share, sections.length, sections.damping
+    sign, t = carrier.sign, at.time
+    out, seen = found.out, found.seen
+    out[:] = 0.0
+    seen[:] = 0.0
+    elements = damping.shape[0]
+    per_ski = NODE * (elements + 1)
+    pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
+    shaped = uneven(parameters)
+    for ski in range(2):
+        base = len(sign) + ski * per_ski
+        frame = at.foot_rotation[ski]
+        place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
+        turning = three(at.foot_spin[ski], 0)
+        under = patch_under(sections.surface, place[0], place[1])
+        on_pelvis = (0.0, 0.0, 0.0)
+        for m in range(element.shape[0]):
+            xi = share[m]
+            i = base + NODE * element[m]
+            p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
+            force = (0.0, 0.0, 0.0)
+            torque = (0.0, 0.0, 0.0)
+            for edge in range(2):
+                arm, reach, point = edge_point(place, frame, p, r, three(sections.offset[m, edge], 0))
+                height, h_f, h_l = on_patch(under, point[0], point[1])
+                if shaped:
+                    more = terrain_height(parameters, point[0], point[1])
+                    height, h_f, h_l = height + more[0], h_f + more[1], h_l + more[2]
+                upwards = upright(h_f, h_l)
+                depth = (height - point[2]) * upwards[2]
+                if depth <= 0.0:
+                    continue
+                rate = sinking(velocity, frame, turning, moving, omega, arm, reach, upwards)
+                normal = into(frame, upwards)
+                push = point_force(parameters, depth, rate, length[m])
+                seen[ski, LOAD] += push
+                seen[ski, GROOVE] += depth * length[m]
+                seen[ski, DEPTH] = max(seen[ski, DEPTH], depth)
+                seen[ski, CONTACT_POWER] -= push * rate
+                pushed = times(push, normal)
+                force = plus(force, pushed)
+                torque = plus(torque, cross(arm, pushed))
+            if force[0] != 0.0 or force[1] != 0.0 or force[2] != 0.0:
+                add_wrench(out, i, 1.0 - xi, q0, force, torque)
+                add_wrench(out, i + NODE, xi, q1, force, torque)
+                on_pelvis = plus(on_pelvis, force)
+        on_pelvis = out_of(frame, on_pelvis)
+        for k in range(3):
+            out[k] += on_pelvis[k]
+        seen[ski, DAMPING_POWER] -= bend_damping(q, v, ref, base, damping, out)
+        spin_in, spin_rate = into(frame, at.foot_spin[ski]), into(frame, at.foot_spin_rate[ski])
+        ski_inertia(
+            q, v, ref, base, sections, carrier.gravity, frame, spin_in, spin_rate, at.foot_acceleration[ski], out
+        )
+        along, across, edge_angle = foot_axes(parameters, sections.surface, place, frame)
+        v_t, v_n = dot(velocity, along), dot(velocity, across)
+        side = 1.0 - 2.0 * ski
+        f_t, f_n = foot_force(
+            parameters, seen[ski, LOAD], v_t, v_n, edge_angle, seen[ski, GROOVE], t, place[0], place[1], side
+        )
+        add_to_tree(out, sign, plus(times(f_t, along), times(f_n, across)), at.foot_jacobian[ski])
+        seen[ski, ALONG], seen[ski, ACROSS], seen[ski, EDGE] = f_t, f_n, edge_angle
+        seen[ski, V_T], seen[ski, V_N] = v_t, v_n
+        seen[ski, FRICTION_POWER] = f_t * v_t + f_n * v_n
+    push_skier(parameters, carrier, at, pelvis, speed, found)
+
+
+@njit(cache=True, error_model="numpy")
+def put(rows, columns, values, count, row, column, value):
+    """Append a triplet unless it is zero, which Exudyn's sparse matrices do not take; the new count."""
+    if value != 0.0:
+        rows[count], columns[count], values[count] = row, column, value
+        return count + 1
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def damping_triplets(q, ref, base, damping, by_rate, triplets, count):
+    """Append what the structural damping of one ski gives; the new count."""
+    rows, columns, values = triplets
+    slope, block = np.zeros(8), np.zeros((8, 8))
+    for e in range(damping.shape[0]):
+        i = base + NODE * e
+        q0, q1 = four(q, ref, i + 3), four(q, ref, i + NODE + 3)
+        middle = middle_of(q0, q1)
+        block[:] = 0.0
+        for k in range(3):
+            axis = rotate(middle, (1.0 * (k == 0), 1.0 * (k == 1), 1.0 * (k == 2)))
+            turn0, turn1 = on_quaternion(q0, axis), on_quaternion(q1, axis)
+            for c in range(4):
+                slope[c], slope[4 + c] = turn0[c], -turn1[c]
+            for a in range(8):
+                for b in range(8):
+                    block[a, b] += by_rate * damping[e, k] * slope[a] * slope[b]
+        for a in range(8):
+            for b in range(8):
+                row, column = i + 3 + a + 3 * (a // 4), i + 3 + b + 3 * (b // 4)
+                count = put(rows, columns, values, count, row, column, block[a, b])
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def skier_triplets(parameters, carrier, at, pelvis, speed, tree, by_rate, triplets, count):
+    """Append what acts on the skeleton by the pelvis' velocity: ``tree`` (3, s) and the air's forces; the new count."""
+    rows, columns, values = triplets
+    sign, t = carrier.sign, at.time
+    for k in range(carrier.area.shape[0]):
+        velocity = plus(speed, at.exposed_velocity[k])
+        facing = at.exposed_facing[k]
+        pushed = segment_derivatives(
+            parameters, t, pelvis[0], pelvis[1], velocity[0], velocity[1], velocity[2], carrier.area[k],
+            facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
+        )  # fmt: skip
+        for c in range(3):
+            add_to_tree(tree[c], sign, (pushed[3 + c], pushed[6 + c], pushed[9 + c]), at.exposed_jacobian[k])
+    for row in range(len(sign)):
+        for c in range(3):
+            count = put(rows, columns, values, count, row, c, -by_rate * tree[c, row])
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_rate, triplets):
+    """Triplets of −(by_place ∂out/∂q + by_rate ∂out/∂v) for Newton's method; returns their number.
+
+    Kept: contact stiffness and damping along the normal between the nodes of a section and the pelvis, structural
+    damping, friction and drag by velocity.  Left out, as they only cost iterations: the turning of the contact's
+    arms, friction's dependence on the load, the forces of inertia.
+    """
+    element, share, length, damping = sections.element, sections.share, sections.length, sections.damping
+    sign, t = carrier.sign, at.time
+    rows, columns, values = triplets
+    count = 0
+    elements = damping.shape[0]
+    per_ski = NODE * (elements + 1)
+    slope = np.zeros(17)
+    block = np.zeros((17, 17))
+    tree = np.zeros((3, len(sign)))
+    pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
+    shaped = uneven(parameters)
+    for ski in range(2):
+        base = len(sign) + ski * per_ski
+        frame = at.foot_rotation[ski]
+        place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
+        turning = three(at.foot_spin[ski], 0)
+        under = patch_under(sections.surface, place[0], place[1])
+        for m in range(element.shape[0]):
+            xi = share[m]
+            i = base + NODE * element[m]
+            p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
+            touched = False
+            for edge in range(2):
+                arm, reach, point = edge_point(place, frame, p, r, three(sections.offset[m, edge], 0))
+                height, h_f, h_l = on_patch(under, point[0], point[1])
+                if shaped:
+                    more = terrain_height(parameters, point[0], point[1])
+                    height, h_f, h_l = height + more[0], h_f + more[1], h_l + more[2]
+                upwards = upright(h_f, h_l)
+                depth = (height - point[2]) * upwards[2]
+                if depth <= 0.0:
+                    continue
+                rate = sinking(velocity, frame, turning, moving, omega, arm, reach, upwards)
+                normal = into(frame, upwards)
+                _, by_depth, by_sinking = point_derivatives(parameters, depth, rate, length[m])
+                stiffness = by_place * by_depth + by_rate * by_sinking
+                if stiffness == 0.0:
+                    continue
+                if not touched:
+                    block[:] = 0.0
+                    touched = True
+                turn = cross(arm, normal)
+                turn0, turn1 = on_quaternion(q0, turn), on_quaternion(q1, turn)
+                outwards = out_of(frame, normal)
+                for k in range(3):
+                    slope[k], slope[7 + k], slope[14 + k] = (1.0 - xi) * normal[k], xi * normal[k], outwards[k]
+                for k in range(4):
+                    slope[3 + k], slope[10 + k] = (1.0 - xi) * turn0[k], xi * turn1[k]
+                for a in range(17):
+                    for b in range(17):
+                        block[a, b] += stiffness * slope[a] * slope[b]
+            if touched:
+                for a in range(17):
+                    row = i + a if a < 14 else a - 14
+                    for b in range(17):
+                        column = i + b if b < 14 else b - 14
+                        count = put(rows, columns, values, count, row, column, block[a, b])
+        count = damping_triplets(q, ref, base, damping, by_rate, triplets, count)
+        along, across, edge_angle = foot_axes(parameters, sections.surface, place, frame)
+        side = 1.0 - 2.0 * ski
+        slopes = foot_derivatives(
+            parameters, seen[ski, LOAD], dot(velocity, along), dot(velocity, across), edge_angle, seen[ski, GROOVE], t,
+            place[0], place[1], side,
+        )  # fmt: skip
+        for k in range(3):
+            column_t = slopes[3] * along[k] + slopes[4] * across[k]
+            column_n = slopes[6] * along[k] + slopes[7] * across[k]
+            add_to_tree(tree[k], sign, plus(times(column_t, along), times(column_n, across)), at.foot_jacobian[ski])
+    return skier_triplets(parameters, carrier, at, pelvis, speed, tree, by_rate, triplets, count)

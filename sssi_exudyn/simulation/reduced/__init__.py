@@ -1,0 +1,1 @@
+"""The reduced model: its steps, its derivatives, its run."""

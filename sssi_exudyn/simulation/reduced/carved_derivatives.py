@@ -1,0 +1,130 @@
+"""A run on snow that edges cut with its exact derivatives by any numbers, the groove's memory included."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.simulation.heading import Turn, turned
+from sssi_exudyn.simulation.reduced.carved_run import SHARE, Carved, carved_run, reduced_run_of
+from sssi_exudyn.simulation.reduced.carved_tangents_kernel import CarvedTangents
+from sssi_exudyn.simulation.reduced.derivative_inputs import (
+    STEP,
+    Direction,
+    climb_at_start,
+    columns_of,
+    listed_parameters,
+    place_at_start,
+    rank,
+    run_slopes,
+    slope_of,
+    tangent_inputs,
+)
+from sssi_exudyn.simulation.reduced.edge_setup import carving_module, edge_work
+from sssi_exudyn.simulation.reduced.heading_tangents import HeadingSlopes
+from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, load_at_start
+
+
+class CarvedLinearisation:
+    """One run, and its derivatives in as many directions as are asked for.
+
+    Raises SimulationDiverged as ``simulate_carved`` does.
+    """
+
+    def __init__(self, model: Model, prepared: Prepared) -> None:
+        self.model = model
+        self.done = carved_run(model, prepared)
+        self.run = reduced_run_of(self.done)
+        self._turning = _turning(self.done)
+
+    def derivatives(self, directions: Sequence[Direction]) -> tuple[ReducedRun, dict[str, Array]]:
+        """The run, and of each of its fields the derivatives in those directions."""
+        done, kernel = self.done, carving_module()
+        order = sorted(range(len(directions)), key=lambda i: rank(directions[i].tables))
+        captured, own = [directions[i] for i in order], len(self._turning)
+        ordered = [*self._turning, *(_turned(done, direction) for direction in captured)]
+        many, points, modes = len(ordered), done.points, done.modes
+        listed, by_parameter = listed_parameters(self.model.terms, ordered)
+        inputs = tangent_inputs(done.at, ordered, listed, by_parameter, modes)
+        counts = len(listed.index), len(done.parameters.values)
+        lines = kernel.edge_lines(points, modes, *counts)
+        room = kernel.carved_room(points, modes, *counts, many)
+        work, memory = edge_work(points, modes), done.fresh_snow()
+        skis = (done.parameters, done.ski, done.coupling, done.joint)
+        z, zv = np.zeros((2, 7 + 2 * modes, many))
+        z[:3], zv[:3] = place_at_start(done.at, ordered)
+        load = np.array([slope_of(load_at_start(d.tables or done.at, SHARE)) for d in ordered])
+        feet = inputs.feet.copy()
+        feet[:, :, 3:6] = feet[:, :, 9:12] = 0.0
+        still = np.zeros_like(done.motion.foot_velocity)
+        kernel.rest_tangents(
+            *skis, done.motion._replace(foot_velocity=still, foot_spin=still), done.surface,
+            inputs._replace(feet=feet), done.place, done.bent, load, memory, work, lines, room, z,
+        )  # fmt: skip
+        for foot in range(2):
+            start, change = (done.place, done.velocity), (z[:3], zv[:3])
+            _, climb = climb_at_start(kernel, done.parameters, done.surface, done.at, start, change, inputs, foot)
+            zv[2] += SHARE[foot] * climb
+        series = _empty_tangents(done, many)
+        slopes = _heading_slopes(done, self._turning, captured)
+        kernel.carved_tangents(
+            *skis, done.heading, done.motion, done.surface, inputs, slopes, z, zv,
+            done.fresh_snow(), work, lines, room, done.order, done.series, series,
+        )  # fmt: skip
+        back = np.argsort(np.array(order, dtype=np.intp))
+        through = series.angle if own else None
+        found = run_slopes(done.at, ordered, series, series.forward, self._turning, through)
+        return self.run, {name: array[..., own + back] for name, array in found.items()}
+
+
+def _heading_slopes(done: Carved, turning: Sequence[Direction], captured: Sequence[Direction]) -> HeadingSlopes:
+    """What the numbers change of the heading's tables, those of the heading first; nothing where it is captured."""
+    at, count, own = done.captured, len(done.at.time), len(turning)
+    if not own:
+        return HeadingSlopes(*np.zeros((2, count, 0)), *np.zeros((2, count, 3, 0)))
+    ranks = [rank(direction.tables) for direction in captured]
+    feet, bodies = own + columns_of(ranks, 1), own + columns_of(ranks, 0)
+    inertia, momentum = np.zeros((2, count, feet))
+    com, swing = np.zeros((count, 3, feet)), np.zeros((count, 3 * at.exposed_swing.shape[1], bodies))
+    matrices = Turn.of(at.up, done.heading.angle).matrices()
+    for k, direction in enumerate([*turning, *captured]):
+        tables = direction.tables
+        if tables is None:
+            continue
+        whole, swung = tables.whole_body(), slope_of(tables.exposed_swing)
+        com[..., k] = slope_of(whole.place)
+        if k >= own:  # of tables that are not turned yet
+            inertia[:, k], momentum[:, k] = slope_of(whole.inertia @ at.up @ at.up), slope_of(whole.momentum @ at.up)
+            com[..., k], swung = turned(matrices, com[..., k]), turned(matrices, swung)
+        if k < bodies:
+            swing[..., k] = swung.reshape(count, -1)
+    return HeadingSlopes(inertia, momentum, com, swing)
+
+
+def _turning(done: Carved) -> tuple[Direction, ...]:
+    """The heading that was found, its rate and its acceleration as numbers; none where it is the captured one."""
+    if not done.heading.found:
+        return ()
+    at, steps = done.captured, done.heading.angle + 1j * STEP * np.eye(3)[:, None]
+    return tuple(Direction(tables=at.turn(Turn.of(at.up, step))) for step in steps)
+
+
+def _turned(done: Carved, direction: Direction) -> Direction:
+    """The direction with its tables turned as the run was."""
+    if direction.tables is None or not done.heading.found:
+        return direction
+    return replace(direction, tables=direction.tables.turn(Turn.of(done.at.up, done.heading.angle)))
+
+
+def _empty_tangents(done: Carved, many: int) -> CarvedTangents:
+    count = len(done.at.time)
+    pelvis, by_foot, vectors = np.zeros((2, count, 3, many)), np.zeros((3, count, 2, many)), (4, count, 2, 3, many)
+    friction, force, moment, forward = np.zeros(vectors)
+    return CarvedTangents(
+        pelvis[0], pelvis[1], by_foot[0], by_foot[1], friction, by_foot[2], force, moment, forward,
+        np.zeros((count, 3, many)),
+    )  # fmt: skip

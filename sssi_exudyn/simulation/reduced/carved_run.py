@@ -1,0 +1,236 @@
+"""The reduced model on snow that edges cut: the captured posture, and skis that give against their feet.
+
+The skis are free to find their own way below the feet, and the whole skier about gravity where the model says so
+(``heading``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.bodies.ski.mesh import BeamMesh, mesh
+from sssi_exudyn.bodies.ski.modes import damping_time, modal_ski
+from sssi_exudyn.contact.codegen.compiled import law_parameters
+from sssi_exudyn.contact.codegen.law_parameters import LawParameters
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.model.model import Model, along_snow
+from sssi_exudyn.simulation.assembly import CARVED_STEP, COARSE_CARVED_STEP, snow_grid
+from sssi_exudyn.simulation.heading import Turn
+from sssi_exudyn.simulation.reduced.carved_steps_kernel import CarvedSeries, Coupling, Joint
+from sssi_exudyn.simulation.reduced.edge_setup import MODES, POINTS, bending_edges, carving_module, edge_work
+from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun, first_place, load_at_start, reduced_run
+from sssi_exudyn.simulation.result import side_reserve
+from sssi_exudyn.simulation.ski_on_snow.boot_joint import BootJoint, boot_joint
+from sssi_exudyn.simulation.ski_on_snow.edge import EdgeSki
+from sssi_exudyn.simulation.ski_on_snow.groove import Groove
+from sssi_exudyn.simulation.ski_on_snow.heading_kernel import FoundHeading
+from sssi_exudyn.simulation.ski_on_snow.structs import PrescribedMotion, ReducedSeries, SnowGrid
+
+COARSE_POINTS: Final = 50
+"""Contact points on each edge where steps are coarse: a ski goes on by less than their distance, too."""
+COARSE_MODES: Final = 8
+"""Vibrations of each ski there: with step and points they move a run of 6 s by 0.1 to 0.2 m."""
+SHARE: Final = np.array([0.5, 0.5])
+"""(2,) of the load at the start by foot."""
+ORDER: Final = 2
+"""Of the skis' steps."""
+COARSE_ORDER: Final = 1
+"""Where steps are coarse, for fits: it damps how a ski chatters that hardly touches the snow, by which derivatives over
+many seconds would grow without end."""
+GIVING: Final = 2
+"""Vibrations more than of a ski that is held fast: its boot centre heaves and pitches."""
+
+
+@dataclass(frozen=True)
+class CarvedRun:
+    """A run on snow that edges cut, n instants.
+
+    run : as every run of the reduced model
+    yaw, roll : (n, 2) rad of the skis against the captured feet, > 0 to the left and to the right edge
+    heave, pitch : (n, 2) m, rad of the same, > 0 up and tip down
+    friction, skid, pressing : (n,) W that the snow takes along the edges, across them, and by being pressed in
+    side_reserve : (n, 2) share of what the wall bears along a ski's edge that is not used; 0 off the snow
+    """
+
+    run: ReducedRun
+    yaw: Array
+    roll: Array
+    heave: Array
+    pitch: Array
+    friction: Array
+    skid: Array
+    pressing: Array
+    side_reserve: Array
+
+    @property
+    def heading(self) -> Array:
+        """(n,) rad of the whole skier against the captured heading, > 0 to the left"""
+        return self.run.heading[:, 0]
+
+
+@dataclass(frozen=True)
+class Carved:
+    """What a run is made of, as the kernel takes it, and what it left.
+
+    at, captured : the tables, the capture corrected, turned as the run did and not;  surface : ``SnowGrid``
+    points, modes : of each ski;  order : of its steps
+    place, velocity : (3,) m, m/s of the pelvis at the start
+    bent : (2, 2 + modes) yaw, roll and vibrations of the skis then, heave and pitch in the latter
+    """
+
+    at: Prepared
+    captured: Prepared
+    parameters: LawParameters
+    motion: PrescribedMotion
+    surface: SnowGrid
+    ski: EdgeSki
+    coupling: Coupling
+    joint: Joint
+    heading: FoundHeading
+    points: int
+    modes: int
+    order: int
+    place: Array
+    velocity: Array
+    bent: Array
+    series: CarvedSeries
+
+    def fresh_snow(self) -> Groove:
+        """What the snow remembers before the start: nothing."""
+        return Groove.fresh(2, 2, self.points)
+
+
+def simulate_carved(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> CarvedRun:
+    """One run.  Raises SimulationDiverged when no rest is found at the start or Newton's method fails on the way."""
+    done = carved_run(model, prepared, joint)
+    series = done.series
+    given = series.bent[..., 2:] @ done.ski.give.T
+    return CarvedRun(
+        run=reduced_run_of(done),
+        yaw=series.bent[..., 0],
+        roll=series.bent[..., 1],
+        heave=given[..., 0],
+        pitch=given[..., 1],
+        friction=series.power[:, 0],
+        skid=series.power[:, 1],
+        pressing=series.power[:, 2],
+        side_reserve=side_reserve(series.reserve[..., 0], series.reserve[..., 1]),
+    )
+
+
+def carved_run(model: Model, prepared: Prepared, joint: BootJoint | None = None) -> Carved:
+    """One run with all that it was made of.  Raises SimulationDiverged as ``simulate_carved`` does."""
+    at = prepared.correct_capture(model)
+    kernel = carving_module()
+    parameters, motion, surface = law_parameters(model.terms), at.kernel_motion(), snow_grid(model.surface)
+    coarse = at.step > 0.5 * (CARVED_STEP + COARSE_CARVED_STEP)
+    points, fast, order = (COARSE_POINTS, COARSE_MODES, COARSE_ORDER) if coarse else (POINTS, MODES, ORDER)
+    modes = fast + GIVING
+    springs = joint or boot_joint(model.equipment)
+    cut = mesh(model.ski, contacts=points, cutting=True)
+    modal = modal_ski(cut, modes, springs.stiffness[2:])
+    edges = bending_edges(cut, modal)
+    base = np.array([0.0, 0.0, -float(model.ski.height(model.ski.s_of_x(0.0)))])
+    ski = edges._replace(points=edges.points + base)
+    coupling = Coupling(
+        np.ascontiguousarray(modal.participation[:, :3]), np.ascontiguousarray(modal.participation[:, 3:])
+    )
+    memory, work = Groove.fresh(2, 2, points), edge_work(points, modes)
+    place, velocity = first_place(model, at)
+    load = float(load_at_start(at, SHARE))
+    place[2] = kernel.rest_height(parameters, ski, motion, surface, place, load, memory, work)
+    held = _kernel_joint(springs, cut)
+    bent = np.zeros((2, 2 + modes))
+    if not np.isfinite(place[2]) or not kernel.bend_at_rest(
+        parameters, ski, coupling, held, motion, surface, place, load, bent, memory, work
+    ):
+        raise SimulationDiverged(float(at.time[0]), "the skier does not come to rest on the snow at the start")
+    velocity[2] = along_snow(model, place + at.foot_place[0], velocity, at.foot_velocity[0], SHARE)
+    series, heading = _empty_series(len(at.time), modes), _kernel_heading(model, at)
+    if heading.found:
+        motion = _copy_turned(motion)
+    done = kernel.run_carved(
+        parameters, ski, coupling, held, heading, motion, surface, place, velocity, bent, memory, work, order, series
+    )
+    if done < len(at.time):
+        raise SimulationDiverged(float(at.time[done]), "Newton's method does not converge on snow that edges cut")
+    turned = at.turn(Turn.of(at.up, heading.angle)) if heading.found else at
+    return Carved(
+        turned, at, parameters, motion, surface, ski, coupling, held, heading, points, modes, order, place, velocity,
+        bent, series,
+    )  # fmt: skip
+
+
+def _kernel_joint(joint: BootJoint, cut: BeamMesh) -> Joint:
+    """The joint as the kernel takes it, at rest where the capture has the foot."""
+    stiffness, damping = joint.stiffness, joint.damping
+    return Joint(
+        stiffness=stiffness[:2],
+        damping=damping[:2],
+        inertia=joint.inertia[:2],
+        rest=np.zeros((2, 2)),
+        slowing=damping[2:] - damping_time(cut) * stiffness[2:],
+    )
+
+
+def _kernel_heading(model: Model, at: Prepared) -> FoundHeading:
+    """The skier's heading as the kernel takes it, its tables not shared with others."""
+    held, whole = model.heading, at.whole_body()
+    return FoundHeading(
+        found=int(held.is_found),
+        stiffness=held.stiffness if held.mode == "track" else 0.0,
+        damping_ratio=held.damping_ratio,
+        up=at.up,
+        held=at.held,
+        inertia=whole.inertia @ at.up @ at.up,
+        momentum=whole.momentum @ at.up,
+        com_place=whole.place,
+        com_velocity=whole.velocity,
+        exposed_swing=at.exposed_swing.copy(),
+        angle=np.zeros((len(at.time), 3)),
+        moment=np.zeros(len(at.time)),
+    )
+
+
+def _copy_turned(motion: PrescribedMotion) -> PrescribedMotion:
+    """The posture with copies of all that a heading turns."""
+    names = ("foot_place", "foot_velocity", "foot_rotation", "foot_spin", "exposed_velocity", "exposed_facing")
+    more = ("ski_acceleration", "ski_turning", "com_place", "com_velocity", "carried")
+    return motion._replace(**{name: getattr(motion, name).copy() for name in (*names, *more)})
+
+
+def _empty_series(count: int, modes: int) -> CarvedSeries:
+    bent = np.zeros((2, count, 2, 2 + modes))
+    three, pair = np.zeros((2, count, 3)), np.zeros((5, count, 2))
+    by_ski = np.zeros((3, count, 2, 3))
+    return CarvedSeries(
+        place=three[0],
+        velocity=three[1],
+        bent=bent[0],
+        bending=bent[1],
+        acceleration=np.zeros((count, 7 + 2 * modes)),
+        loads=pair[0],
+        sole=pair[1],
+        edges=pair[2],
+        friction=by_ski[0],
+        force=by_ski[1],
+        moment=by_ski[2],
+        power=np.zeros((count, 3)),
+        reserve=np.zeros((count, 2, 2)),
+    )
+
+
+def reduced_run_of(done: Carved) -> ReducedRun:
+    """The run that the kernel filled, as every run of the reduced model."""
+    series, at = done.series, done.at
+    yaw, foot = series.bent[..., 0], at.foot_rotation
+    forward = np.cos(yaw)[..., None] * foot[..., 0] + np.sin(yaw)[..., None] * foot[..., 1]
+    kept = ReducedSeries(
+        series.place, series.velocity, series.loads, series.sole, series.friction, series.edges, series.force,
+        series.moment,
+    )  # fmt: skip
+    return replace(reduced_run(at, kept, len(at.time)), foot_forward=forward, heading=done.heading.angle)

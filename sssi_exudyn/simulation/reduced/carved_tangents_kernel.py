@@ -1,0 +1,481 @@
+"""Tangents of a run on snow that edges cut: a template that ``compiled`` joins with ``carved_run_kernel``,
+``edge_tangents``, ``surroundings_tangents``, ``heading_tangents``, their own templates and the laws.
+
+The run is known.  Its instants are gone through again, as what the snow remembers is not kept of it, and each instant's
+equations are linearised where the run met them (``reduced_tangents`` has the equations).  The tangents of groove and
+offset go along with the snow, towards the tail, as groove and offset do.
+
+Each ski's forces are differentiated by the accelerations that are sought, the first 5 + k columns of its tables, and by
+the d numbers, the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sssi_exudyn.contact.codegen.vectors import cross, dot, into, out_of, plus, three, times
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.terrain.surface import patch_under
+
+press_edges: Callable[..., None]
+pose_ski: Callable[..., Any]
+backward: Callable[..., tuple[float, float, float]]
+given_by: Callable[..., tuple[float, float]]
+advect: Callable[..., None]
+accept: Callable[..., None]
+of_ski: Callable[..., Any]
+heights: Callable[..., tuple[float, float, float]]
+upright: Callable[..., tuple[float, float, float]]
+linearise_edges: Callable[..., None]
+advect_tangents: Callable[..., None]
+leave_tangents: Callable[..., None]
+normal_tangent: Callable[..., tuple[float, float, float]]
+linearise_ground: Callable[..., None]
+collect_patch: Callable[..., None]
+linearise_air: Callable[..., None]
+next_heading_tangents: Callable[..., None]
+through_heading: Callable[..., None]
+moment_tangents: Callable[..., None]
+OF_HEADING: int
+ON_HEIGHT: int
+ON_VELOCITY: int
+ON_TURN: int
+ON_SPIN: int
+ON_MODES: int
+
+AT, MOVING, TILTED, WHIRLING, BENT = 0, 3, 6, 9, 12
+"""First rows of the tangents of a ski: its foot's place, velocity, turn and spin, then yaw, roll and bend (2 + k), and
+their rates."""
+TURNED, SNOW_TURNED = 0, 3
+"""First rows of the turns (rotation vectors) of the ski and of the snow's axes."""
+LOAD, EDGE, SOLE, FORCE, FRICTION, MOMENT, FORWARD, SEEN = 0, 1, 2, 3, 6, 9, 12, 15
+"""First rows of what is found of a ski, and their count."""
+
+
+class CarvedTangents(NamedTuple):
+    """Tangents of ``CarvedSeries``, each with a last axis (d,) for the numbers; forward : (t, 2, 3, d) of the skis'
+    long axes; angle : (t, 3, d) of the heading, its rate and acceleration.
+    """
+
+    place: Array
+    velocity: Array
+    loads: Array
+    sole: Array
+    friction: Array
+    edges: Array
+    force: Array
+    moment: Array
+    forward: Array
+    angle: Array
+
+
+class CarvedRoom(NamedTuple):
+    """Arrays in which both skis' tangents are found, w = 5 + k + d columns.
+
+    moved : (2, 16 + 2k, w) of the ski;  on_snow : (2, 10 + 2k + c, w) of what ``EdgeLines`` linearises by
+    turns : (2, 6, w);  pressed : (2, 6 + k, w) of the snow's forces;  under : (2, 3, w) of the snow's height and slopes
+    under a place that stays
+    equations : (2, 5 + k, w) of the pelvis' and the ski's own;  seen : (2, 15, w)
+    arrived : (2, 4m, d), held : (2, 6m, d) of the memory
+    patch : (6, d);  ground, by_ground : (3, 2), (3, p);  air, by_air, by_body : (3, 5), (3, p), (3, p) of the laws
+    """
+
+    moved: Array
+    on_snow: Array
+    turns: Array
+    pressed: Array
+    under: Array
+    equations: Array
+    seen: Array
+    arrived: Array
+    held: Array
+    patch: Array
+    ground: Array
+    by_ground: Array
+    air: Array
+    by_air: Array
+    by_body: Array
+
+
+@njit(cache=True, error_model="numpy")
+def carved_room(points, modes, columns, parameters, many):
+    """Room for the tangents by so many numbers."""
+    width, own = 5 + modes + many, 2 + modes
+    return CarvedRoom(
+        np.zeros((2, BENT + 2 * own, width)), np.zeros((2, ON_MODES + 2 * modes + columns, width)),
+        np.zeros((2, 6, width)), np.zeros((2, 6 + modes, width)), np.zeros((2, 3, width)),
+        np.zeros((2, 3 + own, width)), np.zeros((2, SEEN, width)), np.zeros((2, 4 * points, many)),
+        np.zeros((2, 6 * points, many)), np.zeros((6, many)), np.zeros((3, 2)), np.zeros((3, parameters)),
+        np.zeros((3, 5)), np.zeros((3, parameters)), np.zeros((3, parameters)),
+    )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def axes_turn(normal, frame, dn):
+    """Rotation vector by which the snow's axes, rows of ``frame``, turn with a change of the normal."""
+    first = (frame[0, 0], frame[0, 1], frame[0, 2])
+    flat = plus((1.0, 0.0, 0.0), times(-normal[0], normal))
+    change = plus(times(-dn[0], normal), times(-normal[0], dn))
+    change = times(1.0 / np.sqrt(dot(flat, flat)), plus(change, times(-dot(first, change), first)))
+    second = cross(normal, first)
+    beside = plus(cross(dn, first), cross(normal, change))
+    return times(0.5, plus(cross(first, change), plus(cross(second, beside), cross(normal, dn))))
+
+
+@njit(cache=True, error_model="numpy")
+def collect_moved(moved, z, zv, feet, side, own):
+    """Fill the numbers' columns of a ski's tangents from those of what is sought, (3 + 2·own, d), and the tables'."""
+    first = 3 + own
+    base = 3 + side * own
+    many, with_tables = z.shape[1], feet.shape[1]
+    for k in range(many):
+        for c in range(3):
+            moved[AT + c, first + k], moved[MOVING + c, first + k] = z[c, k], zv[c, k]
+            moved[TILTED + c, first + k], moved[WHIRLING + c, first + k] = 0.0, 0.0
+        for j in range(own):
+            moved[BENT + j, first + k], moved[BENT + own + j, first + k] = z[base + j, k], zv[base + j, k]
+    for c in range(12):
+        for k in range(with_tables):
+            moved[c, first + k] += feet[c, k]
+
+
+@njit(cache=True, error_model="numpy")
+def collect_under(parameters, surface, inputs, at, room, side):
+    """Fill what the snow's height and slopes under a foot change by its place, and by numbers where it stays."""
+    linearise_ground(parameters, patch_under(surface, at[0], at[1]), at[0], at[1], room.ground, room.by_ground)
+    under, many = room.under[side], room.patch.shape[1]
+    first = under.shape[1] - many
+    collect_patch(room.patch, inputs, surface, at[0], at[1])
+    for row in range(3):
+        for k in range(many):
+            under[row, first + k] = room.patch[row, k]
+        for column in inputs.columns.terrain:
+            factor = room.by_ground[row, inputs.columns.index[column]]
+            for k in range(many):
+                under[row, first + k] += factor * inputs.parameters[column, k]
+
+
+@njit(cache=True, error_model="numpy")
+def turn_onto_snow(parameters, ski, surface, pose, foot_spin, snow, room, side, rates, inputs):
+    """Fill ``room.on_snow`` and ``room.turns`` of a ski from ``room.moved``.
+
+    pose : as ``pose_ski`` gives it;  foot_spin : (3,) rad/s of the captured foot
+    """
+    foot, (at, moving, spin), (axis, long, left), (heave, heaving, pitching) = pose
+    own = 2 + ski.omega.shape[0]
+    moved, on_snow, turns, under, ground = (
+        room.moved[side], room.on_snow[side], room.turns[side], room.under[side], room.ground
+    )  # fmt: skip
+    collect_under(parameters, surface, inputs, at, room, side)
+    _, h_f, h_l = heights(parameters, patch_under(surface, at[0], at[1]), at[0], at[1])
+    normal = upright(h_f, h_l)
+    by_f = axes_turn(normal, snow, normal_tangent(h_f, h_l, normal[2], 1.0, 0.0))
+    by_l = axes_turn(normal, snow, normal_tangent(h_f, h_l, normal[2], 0.0, 1.0))
+    over, modes = foot[0] / normal[2], own - 2
+    width, many = moved.shape[1], room.patch.shape[1]
+    swept = cross(foot_spin, axis)
+    for k in range(width):
+        tilted = moved[TILTED, k], moved[TILTED + 1, k], moved[TILTED + 2, k]
+        whirling = moved[WHIRLING, k], moved[WHIRLING + 1, k], moved[WHIRLING + 2, k]
+        higher, tipped = given_by(ski, moved[BENT + 2 : BENT + own, k])
+        rising, tipping = given_by(ski, moved[BENT + own + 2 : BENT + 2 * own, k])
+        leaning = cross(tilted, axis)
+        place = plus(plus(three(moved[:, k], AT), times(higher, axis)), times(heave, leaning))
+        f, l = place[0], place[1]
+        rise = under[0, k] + ground[0, 0] * f + ground[0, 1] * l
+        tip = under[1, k] + ground[1, 0] * f + ground[1, 1] * l
+        bank = under[2, k] + ground[2, 0] * f + ground[2, 1] * l
+        rolled = plus(times(tip, by_f), times(bank, by_l))
+        speed = plus(three(moved[:, k], MOVING), plus(times(rising, axis), times(heaving, leaning)))
+        speed = plus(speed, times(heave, plus(cross(whirling, axis), cross(foot_spin, leaning))))
+        speed = plus(speed, times(higher, swept))
+        turned = plus(tilted, plus(times(moved[BENT, k], axis), times(moved[BENT + 1, k], long)))
+        whirling = plus(whirling, plus(times(moved[BENT + own, k], axis), times(moved[BENT + own + 1, k], long)))
+        whirling = plus(whirling, plus(times(rates[0], leaning), times(rates[1], cross(turned, long))))
+        whirling = plus(whirling, plus(times(tipping, left), times(pitching, cross(turned, left))))
+        turned = plus(turned, times(tipped, left))
+        on_snow[ON_HEIGHT, k] = normal[2] * (place[2] - rise) + over * cross(rolled, normal)[2]
+        speed = out_of(snow, plus(speed, times(-1.0, cross(rolled, moving))))
+        apart = out_of(snow, plus(turned, times(-1.0, rolled)))
+        whirling = out_of(snow, plus(whirling, times(-1.0, cross(rolled, spin))))
+        for c in range(3):
+            turns[TURNED + c, k], turns[SNOW_TURNED + c, k] = turned[c], rolled[c]
+            on_snow[ON_VELOCITY + c, k], on_snow[ON_TURN + c, k] = speed[c], apart[c]
+            on_snow[ON_SPIN + c, k] = whirling[c]
+        for j in range(modes):
+            on_snow[ON_MODES + j, k] = moved[BENT + 2 + j, k]
+            on_snow[ON_MODES + modes + j, k] = moved[BENT + own + 2 + j, k]
+    for column in range(inputs.parameters.shape[0]):
+        for k in range(many):
+            on_snow[ON_MODES + 2 * modes + column, width - many + k] = inputs.parameters[column, k]
+
+
+@njit(cache=True, error_model="numpy")
+def fill_equations(ski, coupling, joint, pressed, pose, snow, frame, foot_frame, trial, base, room, side):
+    """Fill ``room.equations`` and ``room.seen`` of a ski from the tangents of what presses it, its accelerations apart.
+
+    pressed : (6 + k,) as ``press_edges`` fills it;  trial : (7 + 2k,) accelerations, those of the ski from ``base`` on
+    """
+    (axis, long, _), heave = pose[2], pose[3][0]
+    modes = ski.omega.shape[0]
+    own = 2 + modes
+    moved, turns, changes = room.moved[side], room.turns[side], room.pressed[side]
+    equations, seen = room.equations[side], room.seen[side]
+    force, moment = into(snow, three(pressed, 0)), into(snow, three(pressed, 3))
+    normal, load = (snow[2, 0], snow[2, 1], snow[2, 2]), pressed[2]
+    left, up = (frame[0, 1], frame[1, 1], frame[2, 1]), (frame[0, 2], frame[1, 2], frame[2, 2])
+    sine, cosine = dot(left, normal), dot(up, normal)
+    sole = (foot_frame[0, 2], foot_frame[1, 2], foot_frame[2, 2])
+    pull, levered = three(trial, 0), cross(axis, force)
+    swinging = (0.0, 0.0, 0.0)
+    for j in range(modes):
+        swinging = plus(swinging, times(trial[base + 2 + j], out_of(frame, three(coupling.translation[j], 0))))
+    for k in range(moved.shape[1]):
+        turned = turns[TURNED, k], turns[TURNED + 1, k], turns[TURNED + 2, k]
+        rolled = turns[SNOW_TURNED, k], turns[SNOW_TURNED + 1, k], turns[SNOW_TURNED + 2, k]
+        tilted = moved[TILTED, k], moved[TILTED + 1, k], moved[TILTED + 2, k]
+        more = plus(into(snow, (changes[0, k], changes[1, k], changes[2, k])), cross(rolled, force))
+        turning = plus(into(snow, (changes[3, k], changes[4, k], changes[5, k])), cross(rolled, moment))
+        swung = cross(turned, swinging)
+        for c in range(3):
+            equations[c, k] = swung[c] - more[c]
+        leaning = cross(tilted, axis)
+        swinging_long = cross(plus(tilted, times(moved[BENT, k], axis)), long)
+        lifting = dot(more, axis) + dot(force, leaning)
+        tipping = dot(turning, left) + dot(moment, cross(turned, left))
+        equations[3, k] = -dot(turning, axis) - dot(moment, leaning)
+        equations[4, k] = -dot(turning, long) - dot(moment, swinging_long)
+        for i in range(2):
+            equations[3 + i, k] += joint.damping[i] * moved[BENT + own + i, k] + joint.stiffness[i] * moved[BENT + i, k]
+        back = cross(pull, turned)
+        for j in range(modes):
+            w = ski.omega[j]
+            outwards = out_of(frame, three(coupling.translation[j], 0))
+            equations[5 + j, k] = (
+                2.0 * ski.ratio[j] * w * moved[BENT + own + 2 + j, k] + w * w * moved[BENT + 2 + j, k]
+                - changes[6 + j, k] - ski.give[0, j] * lifting - ski.give[1, j] * tipping + dot(outwards, back)
+            )  # fmt: skip
+        for i in range(2):
+            slowed = 0.0
+            for j in range(modes):
+                slowed += ski.give[i, j] * moved[BENT + own + 2 + j, k]
+            for j in range(modes):
+                equations[5 + j, k] += joint.slowing[i] * ski.give[i, j] * slowed
+        apart = plus(turned, times(-1.0, rolled))
+        d_sine, d_cosine = dot(cross(apart, left), normal), dot(cross(apart, up), normal)
+        d_normal = cross(rolled, normal)
+        seen[LOAD, k] = changes[2, k]
+        seen[EDGE, k] = (cosine * d_sine - sine * d_cosine) / (sine * sine + cosine * cosine)
+        seen[SOLE, k] = dot(sole, more) + dot(cross(tilted, sole), force)
+        higher, _ = given_by(ski, moved[BENT + 2 : BENT + own, k])
+        turning = plus(turning, times(higher, levered))
+        turning = plus(turning, times(heave, plus(cross(leaning, force), cross(axis, more))))
+        for c in range(3):
+            seen[FORCE + c, k] = more[c]
+            seen[FRICTION + c, k] = more[c] - changes[2, k] * normal[c] - load * d_normal[c]
+            seen[MOMENT + c, k] = turning[c]
+            seen[FORWARD + c, k] = swinging_long[c]
+
+
+@njit(cache=True, error_model="numpy")
+def linearise_carved(
+    parameters, ski, coupling, joint, motion, surface, inputs, n, side, h, x, v, trial, q, rate, memory, work, pressed,
+    stiff, snow, frame, local, lines, room,
+):  # fmt: skip
+    """Fill ``room`` with the equations of one ski at an instant, from its tangents ``room.moved``; the memory advected,
+    what it becomes is found.
+    """
+    own = 2 + ski.omega.shape[0]
+    pose = pose_ski(parameters, ski, motion, surface, n, side, x, v, q[side], rate[side], snow, frame, local)
+    pressed[:] = 0.0
+    ones = np.ones(pressed.shape[0])
+    of_side = of_ski(memory, side)
+    press_edges(parameters, ski, of_side, pose[0], q[side, 2:], rate[side, 2:], h, ones, ones, pressed, stiff, work)
+    linearise_edges(parameters, ski, of_side, pose[0], q[side, 2:], rate[side, 2:], h, inputs.columns, lines, side)
+    foot_spin = three(motion.foot_spin[n, side], 0)
+    turn_onto_snow(parameters, ski, surface, pose, foot_spin, snow, room, side, rate[side], inputs)
+    np.dot(lines.force[side], room.on_snow[side], room.pressed[side])
+    room.pressed[side, :, 3 + own :] += np.dot(lines.by_memory[side], room.arrived[side])
+    fill_equations(
+        ski, coupling, joint, pressed, pose, snow, frame, motion.foot_rotation[n, side], trial, 3 + side * own, room,
+        side,
+    )  # fmt: skip
+    return pose
+
+
+@njit(cache=True, error_model="numpy")
+def feel_tables(coupling, feet, base, right):
+    """Subtract from the right side (7 + 2k, d) what the foot's motion in the tables makes the ski's modes feel."""
+    for j in range(coupling.translation.shape[0]):
+        for c in range(3):
+            for k in range(feet.shape[1]):
+                right[base + 2 + j, k] -= (
+                    coupling.translation[j, c] * feet[12 + c, k] + coupling.rotation[j, c] * feet[15 + c, k]
+                )
+
+
+@njit(cache=True, error_model="numpy")
+def rest_tangents(
+    parameters, ski, coupling, joint, motion, surface, inputs, place, bent, load, memory, work, lines, room, start
+):
+    """Fill ``start`` (7 + 2k, d), whose first two rows are given, with the tangents of the pelvis' place and of both
+    skis at rest in fresh snow, as ``bend_at_rest`` finds them.
+
+    motion : without speeds;  inputs : ``TangentInputs`` alike;  load : (d,) N
+    """
+    own, many = 2 + ski.omega.shape[0], load.shape[0]
+    size, first = 3 + 2 * own, 3 + own
+    pressed, stiff = np.zeros(6 + own - 2), np.zeros((6 + own - 2, 6 + own - 2))
+    snow, frame, local = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
+    matrix, right = np.zeros((size - 2, size - 2)), np.zeros((size, many))
+    still, x = np.zeros((size, many)), (place[0], place[1], place[2])
+    trial, rate = np.zeros(size), np.zeros((2, own))
+    right[2] = load
+    for side in range(2):
+        base = 3 + side * own
+        collect_moved(room.moved[side], start, still, inputs.feet[0, side], side, own)
+        room.moved[side, :, :first] = 0.0
+        room.moved[side, AT + 2, 2] = 1.0
+        for j in range(own):
+            room.moved[side, BENT + j, 3 + j] = 1.0
+        room.arrived[side] = 0.0
+        linearise_carved(
+            parameters, ski, coupling, joint, motion, surface, inputs, 0, side, 0.0, x, (0.0, 0.0, 0.0), trial, bent,
+            rate, memory, work, pressed, stiff, snow, frame, local, lines, room,
+        )  # fmt: skip
+        equations, carried = room.equations[side], room.seen[side, FORCE + 2]
+        matrix[0, 0] += carried[2]
+        matrix[0, base - 2 : base - 2 + own] = carried[3:first]
+        matrix[base - 2 : base - 2 + own, 0] = equations[3:, 2]
+        matrix[base - 2 : base - 2 + own, base - 2 : base - 2 + own] = equations[3:, 3:first]
+        right[2] -= carried[first:]
+        right[base : base + own] -= equations[3:, first:]
+        feel_tables(coupling, inputs.feet[0, side], base, right)
+    start[2:] = np.linalg.solve(matrix, right[2:])
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def carved_tangents(
+    parameters, ski, coupling, joint, heading, motion, surface, inputs, slopes, z, zv, memory, work, lines, room, order,
+    run, series,
+):  # fmt: skip
+    """Fill ``series`` with the tangents of a run.
+
+    inputs : ``TangentInputs``;  slopes : ``HeadingSlopes``; where a heading was found the first three numbers are its
+    z, zv : (7 + 2k, d) of what is sought at the start and of its rates, which are changed
+    memory, order : as at the start of the run;  run : ``CarvedSeries``, filled;  series : ``CarvedTangents``
+    """
+    modes = ski.omega.shape[0]
+    own, many = 2 + modes, z.shape[1]
+    size, first, with_tables = 3 + 2 * own, 3 + own, inputs.feet.shape[3]
+    step, mass = motion.step, motion.mass
+    acceleration, old_z, old_zv = np.zeros((3, many)), z.copy(), zv.copy()
+    pressed, stiff = np.zeros(6 + modes), np.zeros((6 + modes, 6 + modes))
+    snow, frame, local = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3))
+    matrix, right, of_side = np.zeros((size, size)), np.zeros((size, many)), np.zeros((first, many))
+    turned, moment = np.zeros((3, many)), np.zeros(many)
+    beginning = OF_HEADING if heading.found else 0
+    room.held[:] = 0.0
+    for n in range(motion.time.shape[0]):
+        h = step if n > 0 else 0.0
+        last, before, own_rate = backward(n, step, order)
+        pelvis_place, pelvis_rate, own_place = 0.25 * h * h, 0.5 * h, own_rate * own_rate
+        for k in range(many):
+            for c in range(3):
+                z[c, k] += h * zv[c, k] + pelvis_place * acceleration[c, k]
+                zv[c, k] += pelvis_rate * acceleration[c, k]
+            for i in range(3, size):
+                place, rate = z[i, k], zv[i, k]
+                zv[i, k] = last * rate + before * old_zv[i, k]
+                z[i, k] = last * place + before * old_z[i, k] + own_rate * zv[i, k]
+                old_z[i, k], old_zv[i, k] = place, rate
+        z[:, :beginning] = 0.0
+        zv[:, :beginning] = 0.0
+        if heading.found and n > 0:
+            next_heading_tangents(heading, slopes, n, h, moment, turned)
+        x, v, trial = three(run.place[n], 0), three(run.velocity[n], 0), run.acceleration[n]
+        matrix[:] = 0.0
+        right[:] = 0.0
+        for c in range(3):
+            matrix[c, c] = mass
+            for k in range(many):
+                right[c, k] = mass * inputs.gravity[c, k] - inputs.mass[k] * (trial[c] - motion.gravity[c])
+            for k in range(with_tables):
+                right[c, k] -= inputs.inertia[n, c, k]
+        for side in range(2):
+            base = 3 + side * own
+            moved = room.moved[side]
+            moved[:, :first] = 0.0
+            for c in range(3):
+                moved[AT + c, c], moved[MOVING + c, c] = pelvis_place, pelvis_rate
+            for j in range(own):
+                moved[BENT + j, 3 + j], moved[BENT + own + j, 3 + j] = own_place, own_rate
+            collect_moved(moved, z, zv, inputs.feet[n, side], side, own)
+            of_memory = of_ski(memory, side)
+            advect_tangents(ski, of_memory, h, room.held[side], room.arrived[side])
+            advect(ski, of_memory, h)
+            linearise_carved(
+                parameters, ski, coupling, joint, motion, surface, inputs, n, side, h, x, v, trial, run.bent[n],
+                run.bending[n], memory, work, pressed, stiff, snow, frame, local, lines, room,
+            )  # fmt: skip
+            accept(of_memory)
+            equations = room.equations[side]
+            for i in range(first):
+                row = i if i < 3 else base + i - 3
+                for j in range(first):
+                    matrix[row, j if j < 3 else base + j - 3] += equations[i, j]
+                for k in range(many):
+                    right[row, k] -= equations[i, first + k]
+            for i in range(2):
+                matrix[base + i, base + i] += joint.inertia[i]
+            for j in range(modes):
+                i = base + 2 + j
+                matrix[i, i] += 1.0
+                outwards = out_of(frame, three(coupling.translation[j], 0))
+                for c in range(3):
+                    matrix[c, i] += outwards[c]
+                    matrix[i, c] += outwards[c]
+            feel_tables(coupling, inputs.feet[n, side], base, right)
+        linearise_air(
+            parameters, motion, inputs, n, x, v, pelvis_place, pelvis_rate, z, zv, 0, room.air, room.by_air,
+            room.by_body, matrix, right,
+        )  # fmt: skip
+        if heading.found:
+            through_heading(right, turned)
+            for side in range(2):
+                through_heading(room.seen[side, :, first:], turned)
+                through_heading(room.on_snow[side, :, first:], turned)
+        found = np.linalg.solve(matrix, right)
+        for k in range(many):
+            for c in range(3):
+                acceleration[c, k] = found[c, k]
+                z[c, k] += pelvis_place * found[c, k]
+                zv[c, k] += pelvis_rate * found[c, k]
+                series.place[n, c, k], series.velocity[n, c, k] = z[c, k], zv[c, k]
+            for i in range(3, size):
+                z[i, k] += own_place * found[i, k]
+                zv[i, k] += own_rate * found[i, k]
+        for side in range(2):
+            base = 3 + side * own
+            of_side[:3] = found[:3]
+            of_side[3:] = found[base : base + own]
+            seen = room.seen[side, :, first:] + np.dot(np.ascontiguousarray(room.seen[side, :, :first]), of_side)
+            on_snow = room.on_snow[side]
+            moved_on = on_snow[:, first:] + np.dot(np.ascontiguousarray(on_snow[:, :first]), of_side)
+            leave_tangents(lines, side, moved_on, room.arrived[side], room.held[side])
+            series.loads[n, side], series.edges[n, side] = seen[LOAD], seen[EDGE]
+            series.sole[n, side] = seen[SOLE]
+            series.force[n, side] = seen[FORCE : FORCE + 3]
+            series.friction[n, side] = seen[FRICTION : FRICTION + 3]
+            series.moment[n, side] = seen[MOMENT : MOMENT + 3]
+            series.forward[n, side] = seen[FORWARD : FORWARD + 3]
+        if heading.found:
+            series.angle[n] = turned
+            room.held[:, :, :OF_HEADING] = 0.0
+            moment_tangents(
+                parameters, heading, slopes, motion, inputs, n, x, v, z, zv, run, series, turned, room, moment
+            )  # fmt: skip

@@ -1,0 +1,257 @@
+"""What changes in a run of the reduced model with the numbers by which it is differentiated, as its kernels take it.
+
+Tables that NumPy computes are differentiated by a complex step: a number is given an imaginary part of ``STEP`` times
+its change, and the result's imaginary part is the derivative, without the cancellation of a difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Final
+
+import numpy as np
+
+from sssi_exudyn.contact.codegen.compiled import parameter_values, place_parameters
+from sssi_exudyn.contact.codegen.law_parameters import LawParameters
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.simulation.reduced.prepared import Prepared
+from sssi_exudyn.simulation.ski_on_snow.structs import (
+    ParameterColumns,
+    PrescribedMotion,
+    SnowGrid,
+    TangentInputs,
+)
+from sssi_exudyn.terrain.surface import grid_patch, patch_under
+
+STEP: Final = 1e-20
+"""Of a complex step; its square is lost beside any number, so that nothing but the derivative is left."""
+_OVER_TIME: Final = ("antenna", "foot", "com", "exposed")
+"""How names of tables over time begin, each with one row an instant."""
+_SEEN: Final = ("antenna", "com_place", "com_velocity", "foot_place", "foot_velocity")
+"""Tables that a run shows besides what is sought."""
+
+
+@dataclass(frozen=True)
+class Direction:
+    """What changes with one number.
+
+    parameter : where it stands among the laws' parameters, −1 for none of them
+    values : the laws' parameters at which the derivative is taken; None for the run's own
+    start : where it stands among the antenna's place and velocity at the start (f, l, f, l), −1 for none of them
+    surface : (nf + 2, nl + 2) m, change of the snow surface's coefficients; None where it does not change
+    tables : the posture's tables with the number's complex step; None where they do not change
+    """
+
+    parameter: int = -1
+    values: Array | None = None
+    start: int = -1
+    surface: Array | None = None
+    tables: Prepared | None = None
+
+
+def slope_of(value: Any) -> Any:
+    """The derivative that a complex step has left in a number or an array."""
+    return np.imag(value) / STEP
+
+
+def rank(tables: Prepared | None) -> int:
+    """0 for tables of body and feet, 1 for those of the feet alone, 2 for none: the order the kernel wants."""
+    if tables is None:
+        return 2
+    body = (tables.com_place, tables.com_velocity, tables.exposed_velocity)
+    return 0 if any(np.any(np.imag(array)) for array in body) else 1
+
+
+def columns_of(ranks: Sequence[int], most: int) -> int:
+    """How many directions of such ranks there are up to the last that has ``most`` or less."""
+    return max((k + 1 for k, own in enumerate(ranks) if own <= most), default=0)
+
+
+def first_change(tables: Prepared | None) -> int:
+    """The instant at which tables first change with their number, 0 where they do not or nothing else does."""
+    if tables is None:
+        return 0
+    n, first = len(tables.time), len(tables.time)
+    for entry in fields(Prepared):
+        value = getattr(tables, entry.name)
+        if np.iscomplexobj(value) and np.any(np.imag(value)):
+            over_time = entry.name.startswith(_OVER_TIME)
+            first = min(first, int(np.argmax(np.any(np.imag(value).reshape(n, -1), axis=1))) if over_time else 0)
+    return first
+
+
+def tangent_inputs(
+    at: Prepared, ordered: Sequence[Direction], listed: ParameterColumns, by_parameter: Array, modes: int
+) -> TangentInputs:
+    """What the directions change, as the kernel takes it, but for the start, which is left at zero.
+
+    listed, by_parameter : of ``listed_parameters``
+    """
+    many, n, exposed = len(ordered), len(at.time), len(at.area)
+    ranks = [rank(d.tables) for d in ordered]
+    feet = np.zeros((n, 2, 18, columns_of(ranks, 1)))
+    inertia = np.zeros((n, 3, feet.shape[3]))
+    body = np.zeros((n, 6 + 3 * exposed, columns_of(ranks, 0)))
+    mass, gravity = np.zeros(many), np.zeros((3, many))
+    for k, direction in enumerate(ordered):
+        if direction.tables is None:
+            continue
+        motion = direction.tables.kernel_motion()
+        mass[k], gravity[:, k] = slope_of(motion.mass), slope_of(motion.gravity)
+        inertia[..., k] = slope_of(motion.carried)
+        parts = (
+            motion.foot_place,
+            motion.foot_velocity,
+            _turn_rates(motion),
+            motion.foot_spin,
+            motion.ski_acceleration,
+            motion.ski_turning,
+        )
+        for i, part in enumerate(parts):
+            feet[:, :, 3 * i : 3 * i + 3, k] = part if i == 2 else slope_of(part)
+        if k < body.shape[2]:
+            body[:, :3, k], body[:, 3:6, k] = slope_of(motion.com_place), slope_of(motion.com_velocity)
+            body[:, 6:, k] = slope_of(motion.exposed_velocity).reshape(n, -1)
+    moved = [(k, d.surface) for k, d in enumerate(ordered) if d.surface is not None]
+    grids = np.stack([grid for _, grid in moved]) if moved else np.zeros((0, 2, 2))
+    amounts = np.array([[float(k == column) for column in range(many)] for k, _ in moved]).reshape(len(moved), many)
+    return TangentInputs(
+        np.zeros(many, dtype=np.int64), listed, by_parameter,
+        grids, amounts, mass, gravity, np.zeros((3, many)), np.zeros((3, many)),
+        np.zeros((2 * modes, many)), feet, inertia, body,
+    )  # fmt: skip
+
+
+def _turn_rates(motion: PrescribedMotion) -> Array:
+    """(n, 2, 3) rad: rotation vectors by which the feet turn with the number, from the matrices' complex step."""
+    spin = slope_of(motion.foot_rotation) @ np.swapaxes(np.real(motion.foot_rotation), -1, -2)
+    return np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
+
+
+def listed_parameters(terms: Sequence[Term], ordered: Sequence[Direction]) -> tuple[ParameterColumns, Array]:
+    """The laws' parameters that change, and the change (c, d) of each with each number."""
+    rows: dict[bytes, int] = {}
+    values: list[Array] = []
+    places: dict[tuple[int, int], list[int]] = {}
+    for k, direction in enumerate(ordered):
+        row = -1
+        if direction.values is not None:
+            row = rows.setdefault(direction.values.tobytes(), len(rows))
+            values += [direction.values] if row == len(values) else []
+        if direction.parameter >= 0:
+            places.setdefault((row, direction.parameter), []).append(k)
+    listed = sorted(places)
+    changes = np.zeros((len(listed), len(ordered)))
+    for column, place in enumerate(listed):
+        changes[column, places[place]] = 1.0
+
+    def of(kind: str) -> Any:
+        known = place_parameters(terms, kind)
+        return np.array([i for i, (_, p) in enumerate(listed) if p in known], dtype=np.int64)
+
+    on_ski = {p for kind in ("point", "foot", "terrain", "edge") for p in place_parameters(terms, kind)}
+    columns = ParameterColumns(
+        index=np.array([p for _, p in listed], dtype=np.int64),
+        values=np.array(values).reshape(len(values), len(parameter_values(terms))),
+        row=np.array([row for row, _ in listed], dtype=np.int64),
+        ski=np.array([p in on_ski for _, p in listed], dtype=np.bool_),
+        point=of("point"),
+        segment=of("segment"),
+        body=of("body"),
+        terrain=of("terrain"),
+        edge=of("edge"),
+    )
+    return columns, changes
+
+
+def place_at_start(at: Prepared, ordered: Sequence[Direction]) -> tuple[Array, Array]:
+    """Derivatives of the pelvis' place and velocity (3, d) at the start along the slope; the rest is left at zero."""
+    place, velocity = np.zeros((2, 3, len(ordered)))
+    for k, direction in enumerate(ordered):
+        tables = at if direction.tables is None else direction.tables
+        place[:2, k], velocity[:2, k] = -slope_of(tables.antenna[0, :2]), -slope_of(tables.antenna_velocity[0, :2])
+        if 0 <= direction.start < 2:
+            place[direction.start, k] += 1.0
+        elif direction.start >= 2:
+            velocity[direction.start - 2, k] += 1.0
+    return place, velocity
+
+
+def climb_at_start(
+    kernel: Any, parameters: LawParameters, surface: SnowGrid, at: Prepared, start: tuple[Array, Array],
+    change: tuple[Array, Array], inputs: TangentInputs, foot: int,
+) -> tuple[float, Array]:  # fmt: skip
+    """How fast the pelvis rises (m/s) where a foot goes along the snow at the start, and the derivatives (d,) of that.
+
+    start : (3,) place and velocity of the pelvis;  change : (3, d) their derivatives
+    """
+    ground = np.zeros((3, 2)), np.zeros((3, len(parameters.values)))
+    where = start[0] + at.foot_place[0, foot]
+    under = patch_under(surface, where[0], where[1])
+    slopes = np.array(kernel.terrain_height(parameters, where[0], where[1])[1:]) + under[3:5]
+    kernel.linearise_ground(parameters, under, where[0], where[1], *ground)
+    tilting = np.zeros((2, len(inputs.columns.index)))
+    for column, (row, p) in enumerate(zip(inputs.columns.row, inputs.columns.index, strict=True)):
+        if row >= 0:
+            others = parameters._replace(values=inputs.columns.values[row])
+            kernel.linearise_ground(others, under, where[0], where[1], *ground)
+        tilting[:, column] = ground[1][1:, p]
+    tilts = [grid_patch(grid, surface.origin, surface.spacing, where[0], where[1])[1:3] for grid in inputs.surface]
+    speed = start[1] + at.foot_velocity[0, foot]
+    pace = change[1] + of_foot(inputs, foot, 3)
+    turning = ground[0][1:] @ (change[0] + of_foot(inputs, foot, 0))[:2]
+    turning += tilting @ inputs.parameters
+    turning += np.reshape(tilts, (-1, 2)).T @ inputs.amounts
+    rising = slopes @ speed[:2] - at.foot_velocity[0, foot, 2]
+    return rising, np.asarray(slopes @ pace[:2] + speed[:2] @ turning - of_foot(inputs, foot, 3)[2])
+
+
+def table_slopes(at: Prepared, ordered: Sequence[Direction], name: str) -> Array:
+    """Derivatives (…, d) of one of the tables."""
+    shape = getattr(at, name).shape
+    columns = [np.zeros(shape) if d.tables is None else slope_of(getattr(d.tables, name)) for d in ordered]
+    return np.stack(columns, axis=-1) if columns else np.zeros((*shape, 0))
+
+
+def run_slopes(
+    at: Prepared, ordered: Sequence[Direction], found: Any, forward: Array, through: Sequence[Direction] = (),
+    amounts: Array | None = None,
+) -> dict[str, Array]:  # fmt: skip
+    """Derivatives of each field of ``ReducedRun`` from those ``found`` (``TangentSeries``, or with edges that cut
+    ``CarvedTangents``) and those of the skis' forward axes (n, 2, 3, d).
+
+    through, amounts : the heading's own three directions, and its tangents (n, 3, d) where it is found
+    """
+    tables = {name: table_slopes(at, ordered, name) for name in _SEEN}
+    heading = np.zeros((len(at.time), 3, len(ordered)))
+    if amounts is not None:
+        heading = amounts
+        for name, array in tables.items():
+            array += np.einsum("n...k,nkd->n...d", table_slopes(at, through, name), amounts)
+    return {
+        "time": np.zeros((len(at.time), len(ordered))),
+        "pelvis": found.place,
+        "pelvis_velocity": found.velocity,
+        "antenna": found.place + tables["antenna"],
+        "com": found.place + tables["com_place"],
+        "com_velocity": found.velocity + tables["com_velocity"],
+        "foot_load": found.loads,
+        "sole_force": found.sole,
+        "foot_friction": found.friction,
+        "foot_position": found.place[:, None] + tables["foot_place"],
+        "foot_velocity": found.velocity[:, None] + tables["foot_velocity"],
+        "foot_forward": forward,
+        "edge_angle": found.edges,
+        "snow_force": found.force,
+        "snow_moment": found.moment,
+        "heading": heading,
+    }
+
+
+def of_foot(inputs: TangentInputs, foot: int, row: int) -> Array:
+    """(3, d) three rows of the feet's table at the start, for all numbers."""
+    found = np.zeros((3, len(inputs.mass)))
+    found[:, : inputs.feet.shape[3]] = inputs.feet[0, foot, row : row + 3]
+    return found

@@ -1,0 +1,342 @@
+"""A run of the reduced model with its exact derivatives by any numbers: one pass, whatever their count.
+
+The compiled loop carries the tangents of pelvis and skis along (``tangents_kernel``).  What NumPy
+computes before and after it, the tables of the posture and what instruments report, is differentiated by a complex
+step (``tangent_inputs``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import fields, replace
+from functools import partial
+from math import ceil
+from typing import Any, Final
+
+import numpy as np
+
+from sssi_exudyn.bodies.skier.chain import SEGMENT
+from sssi_exudyn.contact.codegen.compiled import (
+    in_order,
+    law_parameters,
+    parameter_index,
+    parameter_values,
+)
+from sssi_exudyn.contact.codegen.law_parameters import LawParameters
+from sssi_exudyn.contact.registry import is_carved
+from sssi_exudyn.contact.term import Term, WindTerm
+from sssi_exudyn.core.frames import Array, cross
+from sssi_exudyn.model.faults import CaptureSensor
+from sssi_exudyn.model.model import Model, mode_index
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.runtime.threads import cores_used, side_by_side
+from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.heading import spread_inertia
+from sssi_exudyn.simulation.reduced.carved_derivatives import CarvedLinearisation
+from sssi_exudyn.simulation.reduced.derivative_inputs import (
+    STEP,
+    Direction,
+    climb_at_start,
+    first_change,
+    listed_parameters,
+    of_foot,
+    place_at_start,
+    rank,
+    run_slopes,
+    slope_of,
+    table_slopes,
+    tangent_inputs,
+)
+from sssi_exudyn.simulation.reduced.prepared import (
+    Prepared,
+    ReducedRun,
+    empty_series,
+    load_at_start,
+    prepare,
+    reduced_run,
+)
+from sssi_exudyn.simulation.reduced.run import Rest, StartOfRun, reduced_module, start_of_run
+from sssi_exudyn.simulation.reduced.tangents_kernel import FURTHER, LOAD, MODAL, MODES, PLACE, SPIN, TURN
+from sssi_exudyn.simulation.ski_on_snow.structs import (
+    ModalContact,
+    TangentInputs,
+    TangentSeries,
+)
+from sssi_exudyn.terrain.surface import PATCH, Surface
+
+_TABLES: Final = 100_000
+"""Numbers that change the posture's tables in one pass, times instants: each takes 1 kB of memory an instant, and
+larger arrays cost more to be had than they save."""
+_CARVED_TABLES: Final = 250_000
+"""The same on snow that edges cut, where a pass takes the time of 50 numbers."""
+_LEAST: Final = 24
+"""Of them in a pass that is worth its run."""
+_START: Final = {"start.f": 0, "start.l": 1, "start.velocity_f": 2, "start.velocity_l": 3}
+
+TableChange = Callable[[Prepared, complex], Prepared]
+"""The tables of a capture that is other by a size, as a formula that NumPy continues to complex sizes."""
+Addition = tuple[Model, str]
+"""A model with one part more, a term or a fault, that does nothing yet; and the name of the number that is its
+strength."""
+
+
+def complex_model(model: Model, name: str) -> Model:
+    """The model with the complex step of one number."""
+    return model.with_values({name: model.value(name) + 1j * STEP})
+
+
+def run_tangents(
+    model: Model, prepared: Prepared, names: Sequence[str], changes: Sequence[TableChange] = ()
+) -> tuple[ReducedRun, ReducedRun]:
+    """A run, and its derivatives by the model's numbers of those names, then by the size of those changes, at size 0:
+    each field with one axis more, last.
+
+    Numbers that only instruments know (a late clock, faults of GPS and insoles) change nothing of the run.
+    Raises SimulationDiverged as ``simulate_reduced`` does, KeyError for an unknown name.
+    """
+    makers = [lambda name=name: _of_number(model, prepared, name) for name in names]
+    makers += [lambda change=change: Direction(tables=_changed(model, prepared, change)) for change in changes]
+    tabular = [i for i, name in enumerate(names) if _turns_capture(model, name)]
+    tabular += range(len(names), len(makers))
+    plain = [i for i in range(len(makers)) if i not in tabular]
+    carved = is_carved(model.terms)
+    most = max(1, (_CARVED_TABLES if carved else _TABLES) // len(prepared.time))
+    count = cores_used(None) * ceil(len(tabular) / (most * cores_used(None)))  # as many on each core
+    count = min(count, ceil(len(tabular) / _LEAST))
+    groups = [group for group in (tabular[i::count] for i in range(count)) if group] or [[]]
+    groups[-1] = groups[-1] + plain
+    if carved:
+        derivatives = CarvedLinearisation(model, prepared).derivatives
+    else:
+        reduced_module()  # once, before threads ask for it
+        derivatives = partial(_pass, model, prepared.correct_capture(model))
+    passes = side_by_side(lambda group: derivatives([makers[i]() for i in group]), groups)
+    slopes: dict[str, Array] = {}
+    for group, (_, found) in zip(groups, passes, strict=True):
+        for name, array in found.items():
+            slopes.setdefault(name, np.zeros((*array.shape[:-1], len(makers))))[..., group] = array
+    return passes[0][0], ReducedRun(**slopes)
+
+
+def host_of(addition: Addition) -> Model:
+    """The model whose run is linearised for an addition: one run serves as many as possible.
+
+    Forces of terms add up, and so do heights, so that a term has the same derivative in the place of another of its
+    class.  Only the air's velocity must be whole, since drag is no linear function of it.
+    """
+    model, name = addition
+    part = model.owner(name.partition(".")[0])
+    others = tuple(term for term in model.terms if term is not part)
+    if isinstance(part, WindTerm) or not any(type(term) is type(part) for term in others):
+        return model
+    return replace(model, terms=others)
+
+
+def with_classes_of(model: Model, terms: Sequence[Term]) -> Model:
+    """The model with a term of every class of ``terms`` that it has none of: those, which must do nothing."""
+    present = {type(term) for term in model.terms}
+    lacking = {type(term): term for term in terms if type(term) not in present}
+    return replace(model, terms=(*model.terms, *lacking.values()))
+
+
+def run_additions(host: Model, prepared: Prepared, additions: Sequence[Addition]) -> tuple[ReducedRun, ReducedRun]:
+    """A run, and its derivatives by the strengths of those additions, as ``run_tangents`` gives them: one pass,
+    although each addition has numbers of its own that say where and when it acts.
+
+    host : ``host_of`` any of them, ``with_classes_of`` those of all; that of an added term has the same laws
+    """
+    directions = [_of_addition(host, prepared, addition) for addition in additions]
+    run, slopes = _pass(host, prepared.correct_capture(host), directions)
+    return run, ReducedRun(**slopes)
+
+
+def _of_addition(host: Model, prepared: Prepared, addition: Addition) -> Direction:
+    model, name = addition
+    owner, _, key = name.partition(".")
+    part = model.owner(owner)
+    if not isinstance(part, Term):
+        return _of_number(model, prepared, name)
+    terms, extended = in_order(host.terms), in_order(with_classes_of(model, host.terms).terms)
+    if len(extended) > len(terms):
+        other = next(term for term in terms if type(term) is type(part))
+        extended = tuple(part if term is other else term for term in terms)
+    return Direction(parameter=parameter_index(extended, part, key), values=parameter_values(extended))
+
+
+def skier_mass_change(model: Model, motion: Motion, prepared: Prepared) -> TableChange:
+    """The change of the tables by a skier who is heavier by a size (kg), without other proportions.
+
+    Masses and what they weigh are linear in the skier's mass, so that two skiers give it exactly.
+    """
+    heavier = replace(model, skier=replace(model.skier, mass=model.skier.mass + 1.0))
+    start, stop = float(prepared.time[0]), float(prepared.time[-1])
+    other = prepare(heavier, motion, start=start, stop=stop, step=prepared.step)
+    light, heavy = (
+        np.array([parts.inertias[SEGMENT[name]].mass for name in parts.areas])[:, None]
+        for parts in (Parts(model, motion), Parts(heavier, motion))
+    )
+
+    def change(tables: Prepared, size: complex) -> Prepared:
+        body = prepared.body_mass + size * (other.body_mass - prepared.body_mass)
+        segments = light + size * (heavy - light)
+
+        def mean(name: str) -> Array:
+            first, second = (each.body_mass * getattr(each, name) for each in (prepared, other))
+            return np.asarray((first + size * (second - first)) / body)
+
+        first, second = light * prepared.exposed_velocity, heavy * other.exposed_velocity
+        place, velocity = mean("com_place"), mean("com_velocity")
+        (turning, swinging), (more, faster) = prepared.body_about_pelvis(), other.body_about_pelvis()
+        masses: dict[str, Any] = {
+            "mass": prepared.mass + size * (other.mass - prepared.mass),
+            "body_mass": body,
+            "com_inertia": turning + size * (more - turning) - spread_inertia(np.array([body]), place[:, None]),
+            "com_momentum": swinging + size * (faster - swinging) - body * cross(place, velocity),
+        }
+        return replace(
+            tables,
+            **masses,
+            com_place=place,
+            com_velocity=velocity,
+            com_acceleration=mean("com_acceleration"),
+            exposed_velocity=(first + size * (second - first)) / segments,
+        )
+
+    return change
+
+
+def along(run: ReducedRun, slopes: ReducedRun, index: int) -> ReducedRun:
+    """The run with the complex step of one of the numbers that it was differentiated by."""
+    parts = {entry.name: getattr(run, entry.name) for entry in fields(ReducedRun)}
+    for name in parts.keys() - {"time"}:
+        parts[name] = parts[name] + 1j * STEP * getattr(slopes, name)[..., index]
+    return ReducedRun(**parts)
+
+
+def _turns_capture(model: Model, name: str) -> bool:
+    return name == "start.heading_offset" or isinstance(model.owner(name.partition(".")[0]), CaptureSensor)
+
+
+def _of_number(model: Model, prepared: Prepared, name: str) -> Direction:
+    owner, _, key = name.partition(".")
+    part = model.owner(owner)
+    if isinstance(part, Surface):
+        return Direction(surface=part.mode_coefficients[mode_index(key)])
+    if isinstance(part, Term):
+        return Direction(parameter=parameter_index(model.terms, part, key))
+    if name in _START:
+        return Direction(start=_START[name])
+    if _turns_capture(model, name):
+        return Direction(tables=prepared.correct_capture(complex_model(model, name)))
+    return Direction()
+
+
+def _changed(model: Model, prepared: Prepared, change: TableChange) -> Prepared:
+    return change(prepared, 1j * STEP).correct_capture(model)
+
+
+def _pass(model: Model, at: Prepared, directions: Sequence[Direction]) -> tuple[ReducedRun, dict[str, Array]]:
+    """The run, and of each of its fields the derivatives in those directions."""
+    kernel, contact = reduced_module(), at.kernel_contact(model.surface)
+    parameters = law_parameters(model.terms)
+    start = start_of_run(model, at, kernel, parameters, contact)
+    tables = [d.tables for d in directions]
+    begins = [first_change(each) for each in tables]
+    order = sorted(range(len(tables)), key=lambda i: (rank(tables[i]), -begins[i]))
+    ordered = [directions[i] for i in order]
+    listed, by_parameter = listed_parameters(model.terms, ordered)
+    inputs = tangent_inputs(at, ordered, listed, by_parameter, len(contact.omega))
+    place, velocity, eta = _start_tangents(kernel, parameters, contact, at, start, ordered, inputs)
+    begin = np.minimum.accumulate(np.array([begins[i] for i in order], dtype=np.int64))
+    inputs = inputs._replace(begins=begin, place=place, velocity=velocity, eta=eta)
+    motion, many = at.kernel_motion(), len(ordered)
+    series = empty_series(len(at.time))
+    slopes = TangentSeries(*(np.zeros((*array.shape, many)) for array in series))
+    done = kernel.run_tangents(parameters, contact, motion, start.state, inputs, series, slopes)
+    run = reduced_run(at, series, done)
+    back = np.argsort(np.array(order, dtype=np.intp))
+    found = run_slopes(at, ordered, slopes, table_slopes(at, ordered, "foot_rotation")[..., 0, :])
+    return run, {name: array[..., back] for name, array in found.items()}
+
+
+def _start_tangents(
+    kernel: Any, parameters: LawParameters, contact: ModalContact, at: Prepared, start: StartOfRun,
+    ordered: Sequence[Direction], inputs: TangentInputs,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Derivatives of the pelvis' place and velocity (3, d) and of the modes' amplitudes (2k, d) at the start.
+
+    At rest the skis carry the load and each mode its share, g(height, η, p) = 0: the implicit function theorem gives
+    how height and amplitudes move.
+    """
+    many, modes = len(ordered), len(contact.omega)
+    moving = [at if d.tables is None else d.tables for d in ordered]
+    place, velocity = place_at_start(at, ordered)
+    eta, share = np.zeros((2 * modes, many)), np.zeros((2, many))
+    given = np.array([0.5, 0.5])
+    for rest in start.rests:
+        load = np.array(
+            [slope_of(load_at_start(tables, given + 1j * STEP * share[:, k])) for k, tables in enumerate(moving)]
+        )
+        eta, place[2], share = _rest_tangents(kernel, parameters, contact, at, start, rest, place, load, inputs)
+        given = rest.share
+    rising, own = zip(
+        *(
+            climb_at_start(
+                kernel, parameters, contact.surface, at, (start.place, start.velocity), (place, velocity), inputs, foot
+            )
+            for foot in range(2)
+        ),
+        strict=True,
+    )
+    for foot in range(2):
+        velocity[2] += share[foot] * rising[foot] + start.rests[1].share[foot] * own[foot]
+    return place, velocity, eta
+
+
+def _rest_tangents(
+    kernel: Any, parameters: LawParameters, contact: ModalContact, at: Prepared, start: StartOfRun, rest: Rest,
+    place: Array, load: Array, inputs: TangentInputs,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Derivatives of the modes' amplitudes (2k, d), of the pelvis' height (d,) and of the feet's shares (2, d) at rest.
+
+    place : (3, d) of the pelvis, its height not yet counted;  load : (d,) N
+    """
+    many, modes, count = len(load), len(contact.omega), len(inputs.columns.index)
+    fixed = MODES + 2 * modes
+    still, none = (0.0, 0.0, 0.0), np.zeros((2, modes))
+    work = kernel.ski_work(modes, len(parameters.values))
+    size = fixed + count + PATCH
+    skis = np.zeros((2, MODAL + modes + FURTHER, size))
+    z = np.zeros((2, size, many))
+    matrix = np.zeros((1 + 2 * modes, 1 + 2 * modes))
+    right = np.zeros((1 + 2 * modes, many))
+    right[0] = load
+    for ski in range(2):
+        foot = (tuple(at.foot_place[0, ski]), still, at.foot_rotation[0, ski], still)
+        where = (start.place[0], start.place[1], rest.height)
+        kernel.linearise_ski(
+            parameters, contact, inputs.columns, float(at.time[0]), where, still, rest.eta, none, foot, ski, work,
+            skis[ski],
+        )  # fmt: skip
+        z[ski, PLACE : PLACE + 3] = of_foot(inputs, ski, 0)
+        z[ski, PLACE : PLACE + 2] += place[:2]
+        z[ski, TURN:SPIN] = of_foot(inputs, ski, 6)
+        z[ski, fixed : fixed + count] = inputs.parameters
+        at_foot = start.place + at.foot_place[0, ski]
+        kernel.collect_patch(z[ski], inputs, contact.surface, at_foot[0], at_foot[1])
+        rows = slice(1 + ski * modes, 1 + (ski + 1) * modes)
+        found, modal = skis[ski], slice(MODAL, MODAL + modes)
+        matrix[0, 0] += found[2, PLACE + 2]
+        matrix[0, rows] = found[2, MODES : MODES + modes]
+        matrix[rows, 0] = -found[modal, PLACE + 2]
+        matrix[rows, rows] = np.diag(contact.omega**2) - found[modal, MODES : MODES + modes]
+        right[0] -= found[2] @ z[ski]
+        right[rows] = found[modal] @ z[ski]
+    solution: Array = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+    loads = np.zeros((2, many))
+    for ski in range(2):
+        z[ski, PLACE + 2] += solution[0]
+        z[ski, MODES : MODES + modes] = solution[1 + ski * modes : 1 + (ski + 1) * modes]
+        loads[ski] = skis[ski, MODAL + modes + LOAD] @ z[ski]
+    shares = loads - rest.share[:, None] * loads.sum(axis=0)
+    return solution[1:], solution[0], np.asarray(shares / rest.loads.sum())

@@ -1,0 +1,1 @@
+"""One ski in a steady turn on snow that edges cut."""

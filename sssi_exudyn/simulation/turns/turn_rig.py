@@ -1,0 +1,207 @@
+"""Skis compared in steady turns: the radius at each edge angle, and bars from what is uncertain of snow and posture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.bodies.ski.ski import Ski, catalogue, read_ski
+from sssi_exudyn.contact.terms.carving import Carving
+from sssi_exudyn.core.errors import InputError
+from sssi_exudyn.simulation.turns.steady_turn import (
+    NoSteadyTurn,
+    Rolling,
+    SteadyTurn,
+    TurnCase,
+    edges_of,
+    start_rolling,
+    steady_turn,
+)
+
+_ESTIMATE: Final = "estimate: two pistes of one morning"
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """Something of a turn that is not known exactly.
+
+    size : one standard deviation, in the unit of ``amount``;  alter : the case with so many of them added
+    """
+
+    name: str
+    amount: str
+    source: str
+    alter: Callable[[TurnCase, Carving, float], TurnCase]
+
+
+def _snow(name: str, factor: float) -> Callable[[TurnCase, Carving, float], TurnCase]:
+    def alter(case: TurnCase, law: Carving, sigmas: float) -> TurnCase:
+        return replace(case, law=replace(law, **{name: getattr(law, name) * factor**sigmas}))
+
+    return alter
+
+
+UNCERTAIN: Final = (
+    Uncertain("hardness", "a factor of 1.5", _ESTIMATE, _snow("hardness", 1.5)),
+    Uncertain("strength", "a factor of 1.25", _ESTIMATE, _snow("strength", 1.25)),
+    Uncertain("recovery", "a factor of 1.5", _ESTIMATE, _snow("recovery", 1.5)),
+    Uncertain(
+        "edge angle", "1 degree", "motion capture: 1 to 3 degrees",
+        lambda case, _, sigmas: replace(case, edge=case.edge + sigmas * np.radians(1.0).item()),
+    ),
+    Uncertain(
+        "centre of pressure", "30 mm", "estimate: a skier's own standard deviation along the boot",
+        lambda case, _, sigmas: replace(case, pressure=case.pressure + 0.03 * sigmas),
+    ),
+)  # fmt: skip
+"""What the bars are made of; the lean of the resultant goes with the edge angle."""
+
+
+@dataclass(frozen=True)
+class RigPoint:
+    """One ski at one edge angle.
+
+    turn : None where there is no steady turn, for which ``problem`` gives the reason
+    curvatures, reserves : for each of ``UNCERTAIN``, with one standard deviation less and more; None where there is no
+        steady turn
+    """
+
+    ski: str
+    edge: float
+    turn: SteadyTurn | None
+    problem: str = ""
+    curvatures: tuple[tuple[float | None, float | None], ...] = ()
+    reserves: tuple[tuple[float | None, float | None], ...] = ()
+
+    @property
+    def radius(self) -> float | None:
+        """m; None where there is no steady turn to the inside."""
+        return None if self.turn is None else self.turn.radius
+
+    @property
+    def radius_low(self) -> float | None:
+        """m; least radius within one standard deviation of all that is uncertain."""
+        return self._radius(1.0)
+
+    @property
+    def radius_high(self) -> float | None:
+        """m; greatest radius within one standard deviation; None where the ski may slip out of the turn."""
+        return self._radius(-1.0)
+
+    @property
+    def side_reserve(self) -> float | None:
+        """Share of what the groove's wall bears that is not used."""
+        return None if self.turn is None else self.turn.side_reserve
+
+    def reserve_bar(self) -> tuple[float, float]:
+        """How much less and more the side reserve may be, within one standard deviation."""
+        assert self.turn is not None
+        changes = [
+            [self.turn.side_reserve - (0.0 if value is None else value) for value in pair] for pair in self.reserves
+        ]
+        low = [max(0.0, *pair) for pair in changes]
+        high = [max(0.0, *(-value for value in pair)) for pair in changes]
+        return float(np.linalg.norm(low)), float(np.linalg.norm(high))
+
+    def _radius(self, sign: float) -> float | None:
+        """Changes of the curvature to one side add up as squares: they are independent."""
+        if self.turn is None:
+            return None
+        changes = []
+        for pair in self.curvatures:
+            if None in pair and sign < 0.0:
+                return None
+            changes.append(max(0.0, *(sign * (value - self.turn.curvature) for value in pair if value is not None)))
+        end = self.turn.curvature + sign * float(np.linalg.norm(changes))
+        return 1.0 / end if end > 0.0 else None
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The radius of one ski against another's at the same edge angle, as a share: 0.1 is 10 % larger.
+
+    error : one standard deviation; what is uncertain is the same for both, so it is smaller than their bars
+    """
+
+    ski: str
+    other: str
+    edge: float
+    share: float
+    error: float
+
+
+def difference(point: RigPoint, other: RigPoint) -> Difference | None:
+    """The difference of two skis at one edge angle; None where one of them does not turn, whatever is uncertain."""
+    if point.radius is None or other.radius is None:
+        return None
+    assert point.turn is not None
+    assert other.turn is not None
+    share = other.turn.curvature / point.turn.curvature - 1.0
+    changes = []
+    for own, its in zip(point.curvatures, other.curvatures, strict=True):
+        either = []
+        for mine, theirs in zip(own, its, strict=True):
+            if mine is None or theirs is None or min(mine, theirs) <= 0.0:
+                return None
+            either.append(abs(theirs / mine - 1.0 - share))
+        changes.append(max(either))
+    return Difference(point.ski, other.ski, point.edge, share, float(np.linalg.norm(changes)))
+
+
+def ski_named(name: str, folder: Path, file: str | Path, place: str) -> Ski:
+    """A ski of the catalogue, or the one ski in a .toml file, whose path counts from ``folder``.
+
+    Raises InputError, at ``place`` of ``file`` for a name that is neither.
+    """
+    if name in catalogue():
+        return read_ski(name, folder)
+    if not name.endswith(".toml"):
+        known = ", ".join(catalogue())
+        raise InputError(file, place, f"no ski is called {name!r}", f"use one of {known}, or the path of a .toml file")
+    path = folder / name
+    return read_ski(path.name, path.parent, path)
+
+
+def rig_points(
+    skis: Sequence[Ski], edges: Sequence[float], case: TurnCase, advance: Callable[[float, str], None]
+) -> list[RigPoint]:
+    """Every ski at every edge angle (rad, rising); ``case`` has the rest, ``advance`` gets the share done and
+    what comes next.
+    """
+    points: list[RigPoint] = []
+    for ski in skis:
+        rolling = start_rolling(edges_of(ski))
+        for edge in edges:
+            advance(len(points) / (len(skis) * len(edges)), f"{ski.name} at {np.degrees(edge):.0f} degrees")
+            point, rolling = _rig_point(ski.name, replace(case, edge=float(edge)), rolling)
+            points.append(point)
+    return points
+
+
+def _rig_point(name: str, case: TurnCase, rolling: Rolling) -> tuple[RigPoint, Rolling]:
+    try:
+        turn, settled = steady_turn(case, rolling)
+    except NoSteadyTurn as error:
+        return RigPoint(name, case.edge, None, str(error)), rolling
+    assert isinstance(case.law, Carving)
+    curvatures, reserves = [], []
+    for uncertain in UNCERTAIN:
+        pair = [_altered(uncertain.alter(case, case.law, sigmas), settled) for sigmas in (-1.0, 1.0)]
+        curvatures.append((_of(pair[0], "curvature"), _of(pair[1], "curvature")))
+        reserves.append((_of(pair[0], "side_reserve"), _of(pair[1], "side_reserve")))
+    return RigPoint(name, case.edge, turn, "", tuple(curvatures), tuple(reserves)), settled
+
+
+def _altered(case: TurnCase, settled: Rolling) -> SteadyTurn | None:
+    try:
+        return steady_turn(case, settled)[0]
+    except NoSteadyTurn:
+        return None
+
+
+def _of(turn: SteadyTurn | None, name: str) -> float | None:
+    return None if turn is None else float(getattr(turn, name))

@@ -1,0 +1,56 @@
+"""What would have been noticed, and whether a track is met as well as its instruments allow."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_evidence import LEVELS, instruments, linear_model
+
+from sssi_exudyn.fitting.evidence import Freedom, log_factors, overlaps, uncertain
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate
+from sssi_exudyn.validation.diagnosis.search.detectability import adequacy, smallest_noticed
+from sssi_exudyn.validation.diagnosis.search.probabilities import NOTHING, TEMPER
+
+
+def test_an_effect_of_the_smallest_size_is_found_as_often_as_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Noise left out, an effect of that size has the odds from which something is found."""
+    given = replace(linear_model(), residual=np.zeros(len(linear_model().residual)))
+    rng = np.random.default_rng(3)
+    freedom = Freedom(
+        given.measurements.scale.total[:, None] * rng.normal(size=(len(given.residual), 1)), np.array([0.2])
+    )
+    hypothesis = BY_NAME["gust"]
+    monkeypatch.setattr(Model, "about", lambda _self, _name: type("About", (), {"unit": "m/s"}))
+    candidate = Candidate(Model.__new__(Model), freedom, (("gust.w_f",),))
+    information, _ = overlaps(given, LEVELS, uncertain(given, LEVELS), [freedom])
+    found = smallest_noticed(hypothesis, [candidate], information)
+    assert (found.number, found.unit) == ("w_f", "m/s")
+    shown = replace(given, residual=freedom.columns[:, 0] * found.value)
+    known = overlaps(shown, LEVELS, uncertain(shown, LEVELS), [freedom])
+    share = (1.0 - NOTHING) * hypothesis.weight / sum(each.weight for each in HYPOTHESES)
+    odds = share / NOTHING * np.exp(TEMPER * float(log_factors(*known)[0, 0, 0]))
+    assert 1.0 < odds < 4.5  # the prior of the amplitude draws by 1/(1 + g), a part of what it would be without one
+
+
+@pytest.mark.parametrize(("missed", "adequate"), [(1.0, True), (6.0, False)])
+def test_a_track_missed_by_more_than_instruments_allow_is_not_adequate(missed: float, adequate: bool) -> None:
+    measurements = replace(instruments(fixes=150), counts=np.ones(150))
+    residual = np.zeros(len(measurements.measured))
+    residual[: measurements.blocks["y"].stop] = missed * measurements.gps_sigma
+    found = adequacy(residual, measurements)
+    assert found.missed_m == pytest.approx(np.sqrt(2.0) * missed * measurements.gps_sigma)
+    assert found.adequate == adequate
+    # 15 s of an error that lasts 2.5 s are four samples of two axes: with one chance in a thousand their squares sum up
+    # to 26, and instruments may be twice as bad as they say
+    assert found.allowed_m == pytest.approx(2.0 * np.sqrt(2.0 * 26.0 / 8.0) * measurements.gps_sigma, rel=0.05)
+
+
+def test_single_fixes_that_do_not_count_do_not_make_a_track_inadequate() -> None:
+    measurements = replace(instruments(fixes=150), counts=np.where(np.arange(150) % 20 == 0, 1e-3, 1.0))
+    residual = np.zeros(len(measurements.measured))
+    residual[:150] = np.where(np.arange(150) % 20 == 0, 0.5, 0.01)
+    assert adequacy(residual, measurements).adequate

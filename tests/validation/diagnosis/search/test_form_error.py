@@ -1,0 +1,101 @@
+"""What the form of a finding may be wrong by."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_hypotheses import five_seconds
+
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_evidence, usual_levels
+from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.validation.diagnosis.diagnose import _form_error as form_error
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import responses_of
+from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round
+from sssi_exudyn.validation.diagnosis.search.form_error import FORM
+
+PUSH = 120.0
+"""N down the fall line."""
+
+
+@pytest.fixture(scope="module")
+def latest() -> Round:
+    """A round on five seconds of a run, with the responses to forces alone."""
+    fitted = five_seconds()
+    measurements, seen = fitted.measurements, fitted.prediction
+    responses = responses_of(LATENT_FORCE.probes(fitted), fitted.prepared, measurements)
+    none = np.zeros((len(seen), 0))
+    linear = LinearModel(measurements, np.zeros(len(seen)), Freedom(none, np.zeros(0)), none, none)
+    base = Refit(fitted.model, (), np.zeros(0), seen, none, 0.0, np.zeros((0, 0)))
+    return Round((), linear, base, fitted, {LATENT_FORCE.name: responses}, {})
+
+
+def found(latest: Round, name: str, begin: int, end: int) -> Explanation:
+    """A push down the fall line in cells [begin, end), by the name of some hypothesis."""
+    responses = latest.responses[LATENT_FORCE.name]
+    candidate = next(
+        each
+        for each in LATENT_FORCE.candidates(latest.fitted, responses)
+        if each.window == (latest.fitted.time_edges[begin], latest.fitted.time_edges[end])
+    )
+    parameters = tuple(Parameter(names, Prior(0.0, 80.0)) for names in candidate.amplitudes)
+    fit = replace(
+        latest.base,
+        parameters=parameters,
+        values=np.array([PUSH, 0.0, 0.0]),
+        sensitivity=candidate.free.columns,
+        covariance=np.eye(3),
+    )
+    return Explanation(name, 0.0, 0.9, candidate, fit, usual_levels(latest.linear.measurements))
+
+
+def test_the_form_is_wrong_where_the_finding_acts_by_a_share_of_its_force(latest: Round) -> None:
+    cells = len(latest.fitted.time_edges) - 1
+    begin, end = cells // 3, cells // 3 + 3
+    form = form_error(latest, found(latest, "gust", begin, end))
+    responses = latest.responses[LATENT_FORCE.name]
+    of_force = {i: scale for i, scale in enumerate(sizes_by_column(responses, form)) if scale > 0.0}
+    inside = [of_force[i] for i in range(begin, end)]
+    # the force that does what the push does is blurred by the fixes' noise over a cell or two
+    assert inside == pytest.approx([FORM * PUSH] * 3, rel=0.35)
+    assert sum(of_force.get(i, 0.0) ** 2 for i in range(cells) if not begin - 3 <= i < end + 3) < 0.05 * PUSH**2
+
+
+def sizes_by_column(responses: np.ndarray, form: Freedom) -> list[float]:
+    """What each column of the responses may vary by."""
+    return [
+        float(sum(s for c, s in zip(form.columns.T, form.scales, strict=True) if np.array_equal(c, column)))
+        for column in responses.T
+    ]
+
+
+def test_beside_it_what_a_wrong_form_leaves_is_no_finding_and_another_force_is(latest: Round) -> None:
+    cells = len(latest.fitted.time_edges) - 1
+    responses = latest.responses[LATENT_FORCE.name]
+    begin, end = cells // 3, cells // 3 + 3
+    form = form_error(latest, found(latest, "gust", begin, end))
+    levels = usual_levels(latest.linear.measurements)
+
+    def gain(residual: np.ndarray, beside: bool) -> float:
+        """Log Bayes factor of some other force in the cells where the residual was made."""
+        linear = replace(latest.linear, residual=residual)
+        if beside:
+            linear = replace(linear, free=form)
+        some = Freedom(responses[:, [begin, begin + 1, begin + 2]], np.full(3, 80.0))
+        return log_evidence(linear, levels, some) - log_evidence(linear, levels)
+
+    swelling = responses[:, begin] * -40.0 + responses[:, begin + 2] * 40.0  # it swelled instead of standing still
+    assert gain(swelling, beside=False) > 20.0
+    assert gain(swelling, beside=True) < 2.0
+    far = responses[:, cells - 4] * 100.0  # another one, later
+    linear = replace(latest.linear, residual=far, free=form)
+    another = Freedom(responses[:, [cells - 4]], np.array([80.0]))
+    assert log_evidence(linear, levels, another) - log_evidence(linear, levels) > 20.0
+
+
+def test_a_fault_of_an_instrument_has_no_form(latest: Round) -> None:
+    assert BY_NAME["gps_delay"].kind == "sensor"
+    assert form_error(latest, found(latest, "gps_delay", 3, 6)).columns.shape[1] == 0

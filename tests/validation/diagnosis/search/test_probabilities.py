@@ -1,0 +1,68 @@
+"""What evidence is worth: a roll that may be the slope's own is no finding."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+from test_evidence import LEVELS
+
+from sssi_exudyn.fitting.evidence import Freedom
+from sssi_exudyn.terrain.from_heights import AMPLITUDE, STEEPNESS, WAVES
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
+from sssi_exudyn.validation.diagnosis.search import compare_hypotheses
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation
+from sssi_exudyn.validation.diagnosis.search.probabilities import NATURAL, NOTHING, probabilities
+
+NAMES = ["", "terrain_bump", "gust"]
+
+
+def test_what_may_be_the_slopes_own_counts_for_nothing_missing() -> None:
+    evidence = np.array([0.0, 10.0, 2.0])
+    plain = probabilities(NAMES, evidence)
+    own = probabilities(NAMES, evidence, log_natural=np.array([-np.inf, 0.0, -np.inf]))
+    assert plain[1] > 0.9
+    # of the same density either way it is the slope's own as often as slopes have one
+    share = (1.0 - NOTHING) * BY_NAME["terrain_bump"].weight / (BY_NAME["terrain_bump"].weight + BY_NAME["gust"].weight)
+    assert (own[0] - plain[0] * own[1] / plain[1]) / own[1] == pytest.approx(NATURAL * NOTHING / share)
+    # the others keep their odds
+    assert own[2] / own[1] == pytest.approx(plain[2] / plain[1])
+
+
+def test_without_such_it_is_as_it_was() -> None:
+    evidence = np.array([0.0, 10.0, 2.0])
+    np.testing.assert_array_equal(
+        probabilities(NAMES, evidence), probabilities(NAMES, evidence, log_natural=np.full(3, -np.inf))
+    )
+
+
+def natural(rise: float, waves: float) -> float:
+    """Log density ratio of a roll of ``rise`` m on a slope whose waves are ``waves`` m, of usual rolls of 0.25 m."""
+    levels: Any = SimpleNamespace(surface=waves / AMPLITUDE[0])
+    problem: Any = SimpleNamespace(ground=SimpleNamespace(amplitude=AMPLITUDE[0]))
+    fit: Any = SimpleNamespace(model=SimpleNamespace(value=lambda _name: rise))
+    candidate: Any = SimpleNamespace(
+        amplitudes=(("terrain_bump.rise",),), free=Freedom(np.zeros((1, 1)), np.array([0.25]))
+    )
+    return compare_hypotheses._log_natural(
+        problem, Explanation("terrain_bump", 0.0, 0.0, candidate, fit, LEVELS), fit, levels
+    )
+
+
+def test_a_roll_is_the_slopes_own_where_waves_are_as_high() -> None:
+    assert natural(0.1, 0.05) == pytest.approx(norm.logpdf(0.1, scale=0.1) - norm.logpdf(0.1, scale=0.25))
+    assert natural(0.1, 0.05) > 0.0
+    assert natural(0.5, 0.05) < -9.0
+    assert natural(0.1, 0.005) < -40.0  # on snow as even as a laboratory's
+
+
+def test_steepness_is_that_of_the_waves_together() -> None:
+    x = np.array([0.0, 0.01])
+    rises = []
+    for share, length in WAVES:
+        gap = np.abs(x[:, None] - x) * np.sqrt(5.0) / length
+        covariance = share**2 * (1.0 + gap + gap**2 / 3.0) * np.exp(-gap)
+        rises.append(np.array([1.0, -1.0]) @ covariance @ np.array([1.0, -1.0]) / 0.01**2)
+    # a hundredth of a metre is short beside six: the curvature's share is below 1e-4
+    assert np.sqrt(sum(rises)) == pytest.approx(STEEPNESS, rel=1e-3)

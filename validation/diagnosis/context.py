@@ -1,0 +1,202 @@
+"""A recording prepared for diagnosis: what stays fixed while hypotheses are compared, and priors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.evidence import Freedom, fewer_columns
+from sssi_exudyn.fitting.first_fit import problem_of
+from sssi_exudyn.fitting.objective import Problem, counts_of
+from sssi_exudyn.fitting.observations import Measurements, averages, measurements_of
+from sssi_exudyn.fitting.parameters import FREE, USUAL_CUFF, drag_coefficient, posture_errors, started_anywhere
+from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors
+from sssi_exudyn.fitting.snow_surface import SurfaceProcess, on_snow_surface
+from sssi_exudyn.model.faults import InsoleGain, LeverArm
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.model.toml import model_to_dict
+from sssi_exudyn.motion.correction import correct_posture
+from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.recording import Recording
+from sssi_exudyn.recording.uncertainty import Uncertainty
+from sssi_exudyn.runtime.cache import Cache, fingerprint
+from sssi_exudyn.simulation.assembly import Parts
+from sssi_exudyn.simulation.reduced.derivatives import skier_mass_change
+from sssi_exudyn.simulation.reduced.prepared import Prepared, prepare
+from sssi_exudyn.simulation.reduced.run import simulate_reduced
+from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
+from sssi_exudyn.terrain.from_heights import TILTS
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import probes_by, responses_of
+from sssi_exudyn.validation.diagnosis.refit import Parameter
+
+Progress = Callable[[float | None, str], None]
+"""Takes the share that is done, where it is known, and what is being done."""
+
+_HEIGHT: Final = 0.3
+"""m; the first fix, from which heights count, is no better known than that."""
+STEP: Final = 0.01
+"""s; steps of the reduced model.  They move a run's path by a centimetre against short ones, evenly for all
+explanations; what the full model predicts beyond is added to every prediction.
+"""
+
+
+@dataclass(frozen=True)
+class DiagnosisProblem:
+    """A recording prepared for diagnosis.
+
+    model : as it is given, on the snow surface that the heights show
+    ground : the snow as a process, None on the plane;  prepared : the reduced model's tables; both as
+        estimated
+    parameters : what every fit has free, with priors;  fitting : the ordinary fit of the same recording
+    key : of all of these, for the cache
+    """
+
+    recording: Recording
+    motion: Motion
+    model: Model
+    ground: SurfaceProcess | None
+    parameters: tuple[Parameter, ...]
+    prepared: Prepared
+    measurements: Measurements
+    fitting: Problem
+    key: str
+    progress: Progress
+    cache: Cache | None
+
+    @property
+    def about(self) -> Uncertainty:
+        """Standard deviations of what the recording states."""
+        return self.recording.uncertainty
+
+    @property
+    def errors(self) -> tuple[PostureError, ...]:
+        """All ways in which the posture may be wrong."""
+        return posture_errors(self.about, self.motion.start, self.motion.stop, self.motion.foot_sigma)
+
+    def place(self, model: Model) -> tuple[Model, Array]:
+        """The model on the surface that the heights show beside what its own terms make of the snow, and the amounts
+        (s,) of the surface's modes.
+        """
+        if self.ground is None:
+            return model, np.zeros(0)
+        surface = self.ground.beside(model)
+        return replace(model, surface=surface), np.array(surface.amounts)
+
+    def stamped_by(self, model: Model) -> Measurements:
+        """The measurements as the model's clock has stamped them."""
+        return self.measurements.stamped_by(model.start.clock_offset, self.motion.start, self.motion.stop)
+
+    def with_residual(self, residual: Array) -> DiagnosisProblem:
+        """The same with fixes that count less where a residual (n, 2) m is far off its neighbours'."""
+        counts = counts_of(self.fitting.track, residual)
+        return replace(
+            self,
+            measurements=replace(self.measurements, counts=counts),
+            fitting=self.fitting.with_counts(counts),
+            key=fingerprint(self.key, counts),
+        )
+
+
+def _silent(_share: float | None, _detail: str) -> None:
+    pass
+
+
+def diagnosis_problem(
+    recording: Recording, motion: Motion, model: Model, progress: Progress = _silent, cache: Cache | None = None
+) -> DiagnosisProblem:
+    """Prepare a recording.  Raises ValueError when it has no GPS."""
+    fitting = problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint")
+    model = fitting.model
+    beside = {name: prior for name, prior in fitting.priors.items() if not name.startswith("surface.")}
+    priors = {**FREE, **started_anywhere(beside)}
+    measurements = measurements_of(recording, model, motion.start, motion.stop)
+    return DiagnosisProblem(
+        recording=recording,
+        motion=motion,
+        model=model,
+        ground=None,
+        parameters=tuple(Parameter((name,), prior) for name, prior in priors.items()),
+        prepared=prepare(model, motion, step=STEP),
+        measurements=measurements,
+        fitting=fitting,
+        key=fingerprint(
+            model_to_dict(model), motion, measurements.measured, measurements.counts, recording.uncertainty
+        ),
+        progress=progress,
+        cache=cache,
+    )
+
+
+@dataclass(frozen=True)
+class Nuisances:
+    """What may vary beside a fit's parameters, linearised about a run.
+
+    free : instruments and skier;  posture : (N, c) errors of the posture;  surface : (N, s) modes of the snow, the
+        plane's tilt first; each for a usual one
+    mean : (N,) what is added to the prediction of the run for one of what is most probable beforehand, but for the
+        waves of the snow
+    """
+
+    free: Freedom
+    posture: Array
+    surface: Array
+    mean: Array
+
+    @property
+    def fixed(self) -> Freedom:
+        """Of instruments and skier, and the plane's tilt: what no noise level makes larger."""
+        tilt = self.surface[:, :TILTS]
+        return self.free.with_more(tilt, np.ones(tilt.shape[1]))
+
+    @property
+    def waves(self) -> Array:
+        """(N, s − ``TILTS``) of the snow, but for the plane's tilt."""
+        return self.surface[:, TILTS:]
+
+
+def no_nuisances(size: int) -> Nuisances:
+    """For ``size`` measurements."""
+    none = np.zeros((size, 0))
+    return Nuisances(Freedom(none, np.zeros(0)), none, none, np.zeros(size))
+
+
+def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[str]) -> Nuisances:
+    """About a run of ``model``, corrected by errors of posture and mass of ``sizes`` (m,); numbers that are ``fitted``
+    with a prior of their own are as they should be.
+
+    Raises SimulationDiverged when it cannot be simulated.
+    """
+    measurements, prepared, about = problem.measurements, problem.prepared, problem.about
+    run = simulate_reduced(model, prepared)
+    sole = averages(run.time, run.sole_force, measurements.windows)
+    size = len(measurements.measured)
+    height, cuff = np.zeros(size), np.zeros(size)
+    height[measurements.blocks["height"]] = 1.0
+    cuff[measurements.blocks["load"]] = -sole.sum(axis=1)
+    cuff[measurements.blocks["difference"]] = -(sole[:, 0] - sole[:, 1])
+    stated = problem.model
+    drag = drag_coefficient(stated)
+    numbers = {
+        "start.clock_offset": about.clock,
+        "penetration.k": about.snow_stiffness * stated.value("penetration.k"),
+        drag: about.drag * stated.value(drag),
+    }
+    moved = [0.0 if name in fitted else model.value(name) - stated.value(name) for name in numbers]
+    waves = () if model.surface is None else model.surface.names
+    every = problem.errors
+    errors = PostureErrors(Parts(model, correct_posture(problem.motion, model.posture)), prepared, every)
+    changes = [*(errors.change(error) for error in every), skier_mass_change(model, problem.motion, prepared)]
+    problem.progress(None, f"{len(every)} possible errors of the posture, {len(waves)} of the snow surface")
+    columns = sensitivities(model, prepared, [*numbers, *waves], measurements.predict, changes)[1]
+    by_number, by_wave, by_error, by_mass = np.split(columns, np.cumsum([len(numbers), len(waves), len(every)]), axis=1)
+    antenna = probes_by(model, LeverArm(), ("forward", "left", "up"))
+    gains = probes_by(model, InsoleGain(), ("left", "right"))
+    by_instrument = responses_of([*antenna, *gains], prepared, measurements)
+    scales = [_HEIGHT, about.boot_cuff, *numbers.values(), about.mass, *[about.antenna] * 3, *[about.insole_gain] * 2]
+    free = Freedom(np.column_stack([height, cuff, by_number, by_mass, by_instrument]), np.array(scales))
+    mean = USUAL_CUFF * cuff - by_number @ moved - by_error @ sizes[:-1] - about.mass * sizes[-1] * by_mass[:, 0]
+    return Nuisances(free, fewer_columns(measurements, by_error), by_wave, np.asarray(mean))

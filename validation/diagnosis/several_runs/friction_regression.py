@@ -1,0 +1,369 @@
+"""A law of friction that is in no list, found from several runs of a day.
+
+Friction along the ski may change with a sum of products of speed, edge angle, load, slip and place
+(``FrictionLaw``).  Every sum of at most three of them is compared by the evidence of all runs, its coefficients, the
+friction that all share, and all that is uncertain of each run integrated out: posture, instruments, snow surface,
+start.  So an error of the posture, which moves edge angle and load, is in the comparison.  Few products are probable
+beforehand (a spike at zero, or a slab).  The best sum is fitted to all runs with the real term, as the laws of the list
+are, and competes with them.
+
+Sources: T. J. Mitchell, J. J. Beauchamp, J. Am. Stat. Assoc. 83 (1988) 1023 (spike and slab); MacKay 2003, ch. 28.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.contact.maths import ArrayMath
+from sssi_exudyn.contact.term import FootState
+from sssi_exudyn.contact.terms.friction_law import POWERS, VARIABLES, FrictionLaw
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.core.quantity import quantities
+from sssi_exudyn.fitting.evidence import Freedom, log_factors, uncertain, whiten_columns
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.recording.instruments.gps import enu_from
+from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Number
+from sssi_exudyn.validation.diagnosis.refit import Refit
+from sssi_exudyn.validation.diagnosis.search.probabilities import SIZES, TEMPER, probabilities
+from sssi_exudyn.validation.diagnosis.search.search_result import SeparateFit
+from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import (
+    SHARED,
+    DayExplanation,
+    DayRun,
+    Joint,
+    Law,
+    by_size,
+    day_run,
+    fit_beside,
+    fit_to_all,
+    numbers_of,
+    responses,
+)
+from sssi_exudyn.validation.diagnosis.state import fitted_run, last_estimate, linear_model
+
+BASIS: Final = tuple(POWERS)
+"""Names of the products."""
+SIZE: Final = 0.02
+"""Usual change of mu_t by a product that is one: what the laws of the list make of a standard deviation of speed, edge
+angle or load.
+"""
+_OWN: Final = f"{FrictionLaw.name}.c_"
+"""What the names of coefficients begin with."""
+MOST_PRODUCTS: Final = 3
+_ROUNDS: Final = 3
+"""Times at most that sums are compared about the best of them."""
+INCLUDED: Final = 1.0 / len(BASIS)
+"""Prior probability of each product: one of them, on average."""
+OFFERED: Final = 0.95
+"""Probability, beside all laws of the list and nothing, from which the law is offered.
+
+Beforehand all sums together are as probable as one law of the list, and each has its share of that: 0.03 with one
+product, 0.002 with two, 0.0002 with three.  So to be offered, a sum's log evidence must be 11, 15 or 19 above that of
+the best law of the list, and 3 more above nothing's, as log evidence counts for ``TEMPER`` of its value.  Where a law
+of the list is the truth, chance brings a sum that far in less than one day of 3000 (a Bayes factor of e^g for what is
+not true has a probability of e^-g at most, times 13, 78 and 286 sums), and a sum of the same form is not above it.
+"""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """What a law depends on, over all runs: it is counted from ``mean`` in units of ``standard_deviation``."""
+
+    mean: float
+    standard_deviation: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class FoundLaw:
+    """The most probable sum of products, and what there is for it.
+
+    offered : whether it is clearly more probable than nothing and every law of the list
+    products : names of the products in it
+    probability : beside all laws of the list and nothing
+    log_evidence : as an explanation's of the day;  over_nothing, over_best_named : by how much it is above theirs
+    numbers : of friction, and the coefficients
+    inclusion_probability : of every product, over all sums
+    fitted : whether it was fitted to all runs with the real term; otherwise it is as linear responses have it
+    """
+
+    offered: bool
+    formula: str
+    products: tuple[str, ...]
+    probability: float
+    log_evidence: float
+    log_evidence_over_nothing: float
+    best_named: str
+    log_evidence_over_best_named: float
+    numbers: dict[str, Number]
+    variables: dict[str, Variable]
+    inclusion_probability: dict[str, float]
+    fitted: bool
+
+
+@dataclass(frozen=True)
+class Selection:
+    """All sums of at most three of k products.
+
+    subsets : indices of the products of each, the empty one first
+    log_evidence : (s,) above the empty one's;  probability : (s,)
+    """
+
+    subsets: tuple[tuple[int, ...], ...]
+    log_evidence: Array
+    probability: Array
+
+    @property
+    def best(self) -> int:
+        """The place of the most probable sum that is not empty."""
+        return 1 + int(np.argmax(self.probability[1:]))
+
+    @property
+    def chosen(self) -> list[int]:
+        """The products of that."""
+        return list(self.subsets[self.best])
+
+    def inclusion(self, product: int) -> float:
+        """Probability that a product is in the sum."""
+        return float(sum(p for s, p in zip(self.subsets, self.probability, strict=True) if product in s))
+
+
+def what_runs_know(runs: Sequence[DayRun], columns: Sequence[Array]) -> tuple[Array, Array]:
+    """What all runs know of k products, each of its usual size, from the ``columns`` (N, k) of each run: information
+    (k, k) and pull (k,), once what is uncertain of each run alone, and then the friction that all share, has taken its
+    part.
+    """
+    first = 1 + len(SHARED)
+    total = np.zeros((first + columns[0].shape[1],) * 2)
+    for run, own in zip(runs, columns, strict=True):
+        free, shared = run.linear.free, list(run.shared)
+        alone = Freedom(np.delete(free.columns, shared, axis=1), np.delete(free.scales, shared))
+        known = uncertain(replace(run.linear, free=alone), run.levels)
+        common = np.hstack([free.columns[:, shared] * free.scales[shared], SIZE * own])
+        table = np.column_stack([known.residual, whiten_columns(run.linear, run.levels, common)])
+        total += table.T @ known.remove_from(table)
+    friction = total[:, 1:first]
+    total -= friction @ np.linalg.solve(friction[1:first] + np.eye(first - 1), friction.T)
+    return total[first:, first:], total[first:, 0]
+
+
+def select(gram: Array, pull: Array) -> Selection:
+    """Compare all sums, from ``what_runs_know``."""
+    subsets: list[tuple[int, ...]] = [()]
+    gains = [0.0]
+    for count in range(1, MOST_PRODUCTS + 1):
+        some = list(itertools.combinations(range(len(BASIS)), count))
+        at = np.array(some)
+        by_size = log_factors(gram[at[:, :, None], at[:, None, :]], pull[at][..., None], SIZES)[..., 0]
+        subsets += some
+        gains += list(np.logaddexp.reduce(by_size) - np.log(len(SIZES)))
+    logs = np.array([log_prior_of(len(s)) for s in subsets]) + TEMPER * np.array(gains)
+    odds = np.exp(logs - logs.max())
+    return Selection(tuple(subsets), np.array(gains), np.asarray(odds / odds.sum()))
+
+
+def log_prior_of(count: int) -> float:
+    """Log prior probability of a sum of so many products, among all sums."""
+    return float(count * np.log(INCLUDED) + (len(BASIS) - count) * np.log1p(-INCLUDED))
+
+
+def probability_beside(explanations: Sequence[DayExplanation], log_evidence: float, count: int) -> float:
+    """Of a sum of so many products, beside all explanations of the day."""
+    names = ["" if each.name == NOTHING_MISSING else each.name for each in explanations]
+    evidence = np.array([*(each.log_evidence for each in explanations), log_evidence])
+    weights = {FrictionLaw.name: float(np.exp(log_prior_of(count)))}
+    return float(probabilities([*names, FrictionLaw.name], evidence, unlisted=weights)[-1])
+
+
+def find_law(
+    runs_alone: Sequence[SeparateFit],
+    explanations: Sequence[DayExplanation],
+    progress: Callable[[float | None, str], None] = lambda _share, _detail: None,
+) -> tuple[FoundLaw, tuple[SeparateFit, ...]]:
+    """The most probable sum of products beside the day's ``explanations``, and where it is offered each run fitted with
+    it.
+
+    It is fitted with the real term where none is less than half probable among the sums.
+    """
+    progress(None, "a law of friction that is in no list")
+    feet = [_feet(own) for own in runs_alone]
+    away = [_downhill(own, runs_alone[0]) for own in runs_alone]
+    variables = _variables(feet, away)
+
+    def law_of(subset: Sequence[int]) -> Law:
+        return _law([BASIS[i] for i in subset], variables, away)
+
+    nothing = next(each for each in explanations if each.name == NOTHING_MISSING)
+    selection, joint = _about_own_fits(law_of, runs_alone)
+    joint = replace(joint, evidence=nothing.log_evidence + float(selection.log_evidence[selection.best]))
+    if selection.probability[0] < 0.5:
+        progress(None, "all runs fitted with it")
+        try:
+            selection, values = _about_itself(law_of, runs_alone, selection, joint.values)
+            joint = fit_to_all(law_of(selection.chosen), runs_alone, values)
+        except SimulationDiverged as error:
+            progress(None, f"it is compared by its linear response: {error}")
+    law = law_of(selection.chosen)
+    probability = probability_beside(explanations, joint.evidence, len(law.keys))
+    fits = tuple(_with_numbers(law, own, joint, fit) for own, fit in zip(runs_alone, joint.fits, strict=False))
+    possible = bool(fits) and all(_brakes(each.fit.model, seen) for each, seen in zip(fits, feet, strict=True))
+    offered = possible and probability > OFFERED
+    named = max((each for each in explanations if each is not nothing), key=lambda each: each.log_evidence)
+    numbers = numbers_of(law, runs_alone[0], joint)
+    found = FoundLaw(
+        offered=offered,
+        formula=formula_of(numbers, variables),
+        products=tuple(BASIS[i] for i in selection.chosen),
+        probability=probability,
+        log_evidence=joint.evidence,
+        log_evidence_over_nothing=joint.evidence - nothing.log_evidence,
+        best_named=named.name,
+        log_evidence_over_best_named=joint.evidence - named.log_evidence,
+        numbers=numbers,
+        variables=variables,
+        inclusion_probability={name: selection.inclusion(i) for i, name in enumerate(BASIS)},
+        fitted=bool(fits),
+    )
+    return found, fits if offered else ()
+
+
+def _about_own_fits(
+    law_of: Callable[[Sequence[int]], Law], runs_alone: Sequence[SeparateFit]
+) -> tuple[Selection, Joint]:
+    """All sums by the responses about the runs' own fits, and the best with its numbers."""
+    columns = [some[0] for some in responses(runs_alone, [law_of(range(len(BASIS)))])]
+    runs = [day_run(own, linear_model(own.problem, own.state, own.fit), own.state.levels) for own in runs_alone]
+    selection = select(*what_runs_know(runs, columns))
+    return selection, by_size(law_of(selection.chosen), runs, [each[:, selection.chosen] for each in columns])
+
+
+def _about_itself(
+    law_of: Callable[[Sequence[int]], Law], runs_alone: Sequence[SeparateFit], selection: Selection, values: Array
+) -> tuple[Selection, Array]:
+    """All sums by the responses about the best one, from shared numbers ``values`` on, until it stays the best; and its
+    numbers.
+
+    About the runs' own fits, start, posture and snow have given way to what is missing.
+    """
+    every = law_of(range(len(BASIS)))
+    for _ in range(_ROUNDS):
+        before, shared = selection.chosen, len(SHARED)
+        all_values = np.zeros(shared + len(BASIS))
+        all_values[[*range(shared), *(shared + i for i in before)]] = values
+        found = fit_beside(every, all_values, runs_alone)
+        runs, columns = [run for run, _, _ in found], [some for _, some, _ in found]
+        selection = select(*what_runs_know(runs, columns))
+        law = law_of(selection.chosen)
+        values = by_size(law, runs, [each[:, selection.chosen] for each in columns]).values
+        if selection.chosen == before:
+            break
+    return selection, values
+
+
+def formula_of(numbers: dict[str, Number], variables: dict[str, Variable]) -> str:
+    """The law in characters: friction along the ski, then every variable that is in it."""
+    line, used = f"μ_t = {numbers[SHARED[0]].value:.3f}", []
+    for name, number in numbers.items():
+        if name.startswith(_OWN):
+            powers = POWERS[name.removeprefix(_OWN)]
+            used += [variable for variable in powers if variable not in used]
+            product = "·".join(f"x_{variable}{'²' if power == 2 else ''}" for variable, power in powers.items())
+            line += f" {'−' if number.value < 0.0 else '+'} {abs(number.value):.3f}·{product}"
+    return "; ".join([line, *(f"x_{name} = {_counted(name, variables[name])}" for name in used)])
+
+
+def _counted(name: str, variable: Variable) -> str:
+    """How a variable is counted, angles in degrees."""
+    words = {"edge": "edge angle", "load": "load on a ski", "slip": "slip |v_n|/|v|", "place": "place downhill"}
+    angle = variable.unit == "rad"
+    factor, unit = (np.degrees(1.0), "°") if angle else (1.0, "" if variable.unit == "1" else f" {variable.unit}")
+    mean, width = (f"{factor * value:.3g}{unit}" for value in (variable.mean, variable.standard_deviation))
+    return f"({words.get(name, name)} − {mean})/({width})"
+
+
+def _feet(own: SeparateFit) -> FootState:
+    """Both skis at all instants of a run, (n, 2) each, on the slope's plane."""
+    run = fitted_run(own.problem, own.state, own.fit).run
+    forward = run.foot_forward[..., :2] / np.linalg.norm(run.foot_forward[..., :2], axis=-1, keepdims=True)
+    v, none = run.foot_velocity, np.zeros(run.foot_load.shape)
+    return FootState(
+        load=run.foot_load,
+        v_t=v[..., 0] * forward[..., 0] + v[..., 1] * forward[..., 1],
+        v_n=v[..., 1] * forward[..., 0] - v[..., 0] * forward[..., 1],
+        edge=run.edge_angle,
+        groove=none,
+        t=none + run.time[:, None],
+        f=run.foot_position[..., 0],
+        l=run.foot_position[..., 1],
+        side=none + np.array([1.0, -1.0]),
+    )
+
+
+def _downhill(own: SeparateFit, first: SeparateFit) -> float:
+    """By how much (m) a run's first fix, from which its places count, lies below the first run's."""
+    here, there = own.problem.recording.gps, first.problem.recording.gps
+    assert here is not None
+    assert there is not None
+    model = first.fit.model
+    apart = enu_from(np.zeros((1, 3)), here.origin, there.origin)[0]
+    return float(apart @ slope_to_enu(model.inclination, model.fall_line_azimuth)[:, 0])
+
+
+def _variables(feet: Sequence[FootState], away: Sequence[float]) -> dict[str, Variable]:
+    """Means and standard deviations over all runs, each instant as its load; places count from the first run's first
+    fix.
+    """
+    seen = [FrictionLaw().variables(ArrayMath(), replace(run, f=run.f + d)) for run, d in zip(feet, away, strict=True)]
+    loads, about = np.concatenate([run.load.ravel() for run in feet]), quantities(FrictionLaw)
+    found = {}
+    for name in VARIABLES:
+        values = np.concatenate([each[name].ravel() for each in seen])
+        mean = float(np.average(values, weights=loads))
+        width = float(np.sqrt(np.average((values - mean) ** 2, weights=loads)))
+        scale = about[f"{name}_scale"]
+        found[name] = Variable(mean, float(np.clip(width, scale.low, scale.high)), scale.unit)
+    return found
+
+
+def _law(products: Sequence[str], variables: dict[str, Variable], away: Sequence[float]) -> Law:
+    """A sum of products, in each run with places that count from its own first fix."""
+    counted = {f"{name}_ref": variable.mean for name, variable in variables.items()}
+    counted |= {f"{name}_scale": variable.standard_deviation for name, variable in variables.items()}
+    parts = tuple(FrictionLaw(**{**counted, "place_ref": counted["place_ref"] - distance}) for distance in away)
+    return Law(FrictionLaw.name, tuple(f"c_{name}" for name in products), np.full(len(products), SIZE), parts)
+
+
+def _with_numbers(law: Law, own: SeparateFit, joint: Joint, fit: Refit) -> SeparateFit:
+    """A run fitted with the law, and the numbers that all share as they are in the end."""
+    known = {p.names[0]: p.prior.mean for p in own.fit.parameters}
+    names = (*SHARED, *law.amplitudes)
+    values = {name: known.get(name, 0.0) + float(each) for name, each in zip(names, joint.values, strict=True)}
+    bounded = {name: float(np.clip(value, *fit.model.bounds(name))) for name, value in values.items()}
+    return replace(own, fit=replace(fit, model=fit.model.with_values(bounded)))
+
+
+def model_with_law(run: SeparateFit) -> Model:
+    """The model of a run that was fitted with a law: all that is uncertain of the run alone estimated anew beside it,
+    by the reduced model.  It is the fit's where that cannot be.
+    """
+    try:
+        posterior = last_estimate(run.problem, run.state, run.fit, full=False)
+    except SimulationDiverged:
+        return run.fit.model
+    if posterior is None:
+        return run.fit.model
+    shared = [name for p in run.fit.parameters for name in p.names if name in SHARED or name.startswith(_OWN)]
+    return posterior.model.with_values({name: run.fit.model.value(name) for name in shared})
+
+
+def _brakes(model: Model, feet: FootState) -> bool:
+    """Whether the snow brakes wherever the skis were."""
+    law = model.owner(FrictionLaw.name)
+    assert isinstance(law, FrictionLaw)
+    return bool(np.min(model.friction.mu_t + law.change(ArrayMath(), feet)) > 0.0)

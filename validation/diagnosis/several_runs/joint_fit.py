@@ -1,0 +1,336 @@
+"""Several runs of one day compared together: the same snow, the same air, each its own path.
+
+What one run cannot distinguish, several may: friction and drag take the same speed from one run, but not from a slow
+and a fast one.  Friction along and across the ski is one number for all runs, and so is the strength of whatever acts
+everywhere; starts, headings, mountings and the capture's errors are each run's own.
+
+Laws are compared by their linear responses first.  The best of them are then fitted to all runs together with the real
+term: by turns all runs have their own numbers fitted beside the shared ones, and these follow from all runs' responses
+about that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Final
+
+import numpy as np
+from scipy.linalg import block_diag, cho_solve
+
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.evidence import (
+    Freedom,
+    LinearModel,
+    NoiseLevels,
+    best_levels,
+    log_prior,
+    log_volume,
+    whiten_columns,
+)
+from sssi_exudyn.fitting.noise import precision
+from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.model.faults import Sensor
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.runtime.threads import side_by_side
+from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Number
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import STEADY_LAWS
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
+    FittedRun,
+    Probe,
+    SteadyLaw,
+    add_part,
+    name_in_model,
+    probes_by,
+    responses_of,
+)
+from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
+from sssi_exudyn.validation.diagnosis.search.physical_limits import DRAWS, POSSIBLE_SEED, log_share
+from sssi_exudyn.validation.diagnosis.search.probabilities import INTERVAL_90, SIZES, probabilities
+from sssi_exudyn.validation.diagnosis.search.search_result import SeparateFit
+from sssi_exudyn.validation.diagnosis.state import fit_model, fitted_run, linear_model
+
+SHARED: Final = ("friction.mu_t", "friction.mu_n")
+_WORTHWHILE: Final = 12.0
+"""A law whose linear evidence is worse than the best by more than this is not fitted."""
+_FINALISTS: Final = 4
+_HELD: Final = 1e-3
+"""Of its usual size, to which a shared number is held while the runs' own are fitted."""
+_TURNS: Final = 4
+_SETTLED: Final = 0.1
+"""Standard deviations by which shared numbers move when they have been found."""
+
+
+@dataclass(frozen=True)
+class DayRun:
+    """What is needed of one run.
+
+    linear : about its fit without anything that all share;  levels : its noise
+    shared : columns of the linear model's freedom that are the day's numbers, in the order of ``SHARED``
+    """
+
+    linear: LinearModel
+    levels: NoiseLevels
+    shared: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class DayExplanation:
+    """An explanation of the whole day, or that nothing is missing, and its numbers, those of friction first.
+
+    fitted : whether it was fitted to all runs with the real term; otherwise it is as linear responses have it
+    """
+
+    name: str
+    probability: float
+    log_evidence: float
+    numbers: dict[str, Number]
+    fitted: bool = True
+
+
+def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = None) -> tuple[float, Array, Array]:
+    """Log evidence of all runs, with what ``extra`` (one a run, of the same scales) adds in common; and the most
+    probable shared numbers with their standard deviations: those of ``SHARED``, then the extra ones.
+    """
+    rows, shared, own, volume = [], [], [], 0.0
+    for i, run in enumerate(runs):
+        linear = run.linear
+        free = linear.all_free(run.levels)
+        columns = free.columns * free.scales
+        common = columns[:, list(run.shared)]
+        if extra is not None:
+            common = np.hstack([common, extra[i].columns * extra[i].scales])
+        apart = np.delete(columns, list(run.shared), axis=1)
+        table = whiten_columns(linear, run.levels, np.column_stack([linear.residual, common, apart]))
+        rows.append(table[:, 0])
+        shared.append(table[:, 1 : 1 + common.shape[1]])
+        own.append(table[:, 1 + common.shape[1] :])
+        volume += log_volume(linear, run.levels)
+    y, x = np.concatenate(rows), np.hstack([np.vstack(shared), block_diag(*own)])
+    factor = precision(x)
+    along = x.T @ y
+    found = cho_solve(factor, along)
+    evidence = -0.5 * float(y @ y - along @ found) - float(np.sum(np.log(np.diag(factor[0])))) - volume
+    count = shared[0].shape[1]
+    first = runs[0].linear.free.scales[list(runs[0].shared)]
+    scales = first if extra is None else np.concatenate([first, extra[0].scales])
+    inverse = cho_solve(factor, np.eye(x.shape[1])[:, :count])
+    return evidence, scales * found[:count], scales * np.sqrt(np.diag(inverse[:count]))
+
+
+def day_run(own: SeparateFit, linear: LinearModel, levels: NoiseLevels) -> DayRun:
+    """What the day needs of a run whose linear model is about its own fit, or about one with as many parameters."""
+    names = [p.names[0] for p in own.fit.parameters]
+    mounting = linear.free.columns.shape[1] - len(names)  # those of the instruments' mounting come first
+    return DayRun(linear, levels, tuple(mounting + names.index(name) for name in SHARED))
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law with the amplitudes that all runs share; by default none.
+
+    keys, scales : the amplitudes' names in its term, and their usual sizes;  parts : what is added to each run's model
+    possible : whether a model fitted with it is physically possible
+    """
+
+    name: str = ""
+    keys: tuple[str, ...] = ()
+    scales: Array = field(default_factory=lambda: np.zeros(0))
+    parts: tuple[Term | Sensor, ...] = ()
+    possible: Callable[[Model], bool] = lambda _model: True
+
+    @property
+    def amplitudes(self) -> tuple[str, ...]:
+        """Names of the amplitudes, as the day lists them."""
+        return tuple(f"{self.name}.{key}" for key in self.keys)
+
+    def probes(self, model: Model, run: int) -> list[Probe]:
+        """By each amplitude, in the model of a run."""
+        return probes_by(model, self.parts[run], self.keys) if self.parts else []
+
+    def added_to(self, model: Model, run: int) -> tuple[Model, tuple[str, ...]]:
+        """The model of a run with the law, and the names of its amplitudes there."""
+        if not self.parts:
+            return model, ()
+        owner = name_in_model(model, self.parts[run])
+        return add_part(model, self.parts[run]), tuple(f"{owner}.{key}" for key in self.keys)
+
+
+def named_law(hypothesis: SteadyLaw, first: FittedRun, runs: int) -> Law:
+    """A law of the list, the same for all runs: the speed, edge or load that it refers to is the ``first`` one's."""
+    keys = tuple(key for key, _ in hypothesis.amplitudes)
+    return Law(hypothesis.name, keys, hypothesis.scales, (hypothesis.part(first),) * runs, hypothesis.possible)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """All runs with a law: log evidence, and the shared numbers with their standard deviations, less their priors'
+    means.
+
+    size : of those that the law usually has, what suits best
+    fits : of each run with the law, the shared numbers held; none by linear responses
+    """
+
+    evidence: float
+    values: Array
+    errors: Array
+    size: float = 1.0
+    fits: tuple[Refit, ...] = ()
+
+
+def by_size(law: Law, runs: Sequence[DayRun], columns: Sequence[Array]) -> Joint:
+    """The evidence over all sizes that the law usually has, and the numbers for the one that suits best.
+
+    columns : one (N, amplitudes) a run, its responses to the law
+    """
+    if not law.amplitudes:
+        return Joint(*joint_evidence(runs))
+    each_size = [joint_evidence(runs, [Freedom(each, size * law.scales) for each in columns]) for size in SIZES]
+    total = float(np.logaddexp.reduce([each[0] for each in each_size]) - np.log(len(SIZES)))
+    (_, values, errors), size = max(zip(each_size, SIZES, strict=True), key=lambda pair: pair[0][0])
+    return Joint(total, values, errors, size)
+
+
+def fit_to_all(law: Law, runs_alone: Sequence[SeparateFit], start: Array) -> Joint:
+    """The law with the real term in all runs' models, from shared numbers ``start``, less their priors' means, on.
+
+    Raises SimulationDiverged where a run cannot be simulated so.
+    """
+    joint = Joint(-np.inf, start, np.ones(len(start)))
+    for _ in range(_TURNS):
+        values = joint.values
+        found = fit_beside(law, values, runs_alone)
+        beforehand = sum(log_prior(run.linear.measurements, run.levels) for run, _, _ in found)
+        joint = by_size(law, [run for run, _, _ in found], [columns for _, columns, _ in found])
+        fits = tuple(fit for _, _, fit in found)
+        joint = replace(joint, evidence=joint.evidence + beforehand, fits=fits)
+        if np.all(np.abs(joint.values - values) < _SETTLED * joint.errors):
+            break
+    return replace(joint, evidence=joint.evidence + _log_possible(law, runs_alone[0], joint))
+
+
+def _log_possible(law: Law, own: SeparateFit, joint: Joint) -> float:
+    """``log_share`` of a law's amplitudes, each drawn by itself."""
+    _, names = law.added_to(own.fit.model, 0)
+    if not names:
+        return 0.0
+    model, normal = joint.fits[0].model, np.random.default_rng(POSSIBLE_SEED).standard_normal((DRAWS, len(names)))
+    low, high = np.array([model.bounds(name) for name in names]).T
+
+    def possible(values: Array) -> bool:
+        inside = bool(np.all((values >= low) & (values <= high)))
+        return inside and law.possible(model.with_values(dict(zip(names, map(float, values), strict=True))))
+
+    of_law = slice(len(SHARED), None)
+    before, after = joint.size * law.scales * normal, joint.values[of_law] + joint.errors[of_law] * normal
+    return log_share(possible, before, after)
+
+
+def fit_beside(law: Law, values: Array, runs_alone: Sequence[SeparateFit]) -> list[tuple[DayRun, Array, Refit]]:
+    """Each run's own numbers fitted beside the shared ``values``: what the day needs of it about that, its responses
+    (N, amplitudes) to the law, and the fit.
+
+    Raises as ``fit_to_all``.
+    """
+    return side_by_side(partial(_fit_one_beside, law, values, runs_alone), range(len(runs_alone)))
+
+
+def _fit_one_beside(
+    law: Law, values: Array, runs_alone: Sequence[SeparateFit], run: int
+) -> tuple[DayRun, Array, Refit]:
+    own = runs_alone[run]
+    model, amplitudes = law.added_to(own.fit.model, run)
+    shared = dict(zip(SHARED, values, strict=False))
+    parameters = [
+        Parameter(p.names, _held(p.prior, shared[p.names[0]])) if p.names[0] in shared else p
+        for p in own.fit.parameters
+    ]
+    more = [
+        Parameter((name,), _held(Prior(0.0, float(scale)), value))
+        for name, scale, value in zip(amplitudes, law.scales, values[len(SHARED) :], strict=True)
+    ]
+    every = (*parameters, *more)
+    held = {p.names[0]: p.prior.mean for p in every if p not in own.fit.parameters}
+    start = model.with_values({name: float(np.clip(value, *model.bounds(name))) for name, value in held.items()})
+    fit = fit_model(own.problem, own.state, start, every, own.state.levels)
+    count = len(parameters)
+    columns = fit.sensitivity[:, count:]
+    beside = replace(
+        fit, parameters=own.fit.parameters, values=fit.values[:count], sensitivity=fit.sensitivity[:, :count]
+    )
+    linear = linear_model(own.problem, own.state, beside)
+    linear = replace(linear, residual=linear.residual + columns @ fit.values[count:])
+    levels, _ = best_levels(linear, own.state.levels, Freedom(columns, law.scales) if amplitudes else None)
+    return day_run(own, linear, levels), columns, fit
+
+
+def _held(prior: Prior, apart: float) -> Prior:
+    """What holds a number ``apart`` from its prior's mean."""
+    return Prior(prior.mean + apart, _HELD * prior.sigma)
+
+
+def responses(runs_alone: Sequence[SeparateFit], laws: Sequence[Law]) -> list[list[Array]]:
+    """(N, amplitudes) of each law, in one pass over each run; of none for none."""
+    by_run = []
+    for i, own in enumerate(runs_alone):
+        every = [law.probes(own.fit.model, i) for law in laws]
+        columns = responses_of([p for some in every for p in some], own.problem.prepared, own.problem.measurements)
+        by_run.append(np.split(columns, np.cumsum([len(some) for some in every])[:-1], axis=1))
+    return by_run
+
+
+def compare_for_day(
+    runs_alone: Sequence[SeparateFit], progress: Callable[[float | None, str], None] = lambda _share, _detail: None
+) -> list[DayExplanation]:
+    """Everything that can act on all runs alike, and nothing, the most probable first; without a law whose fit to all
+    is physically impossible.
+
+    What was found in one run alone, a gust or a late clock, stays with it.
+    """
+    first = runs_alone[0]
+    fitted = fitted_run(first.problem, first.state, first.fit)
+    laws = [Law(), *(named_law(hypothesis, fitted, len(runs_alone)) for hypothesis in STEADY_LAWS)]
+    runs = [day_run(own, linear_model(own.problem, own.state, own.fit), own.state.levels) for own in runs_alone]
+    by_law = zip(*responses(runs_alone, laws), strict=True)
+    linearly = [by_size(law, runs, columns) for law, columns in zip(laws, by_law, strict=True)]
+    best = max(each.evidence for each in linearly)
+    ranked = sorted(range(1, len(laws)), key=lambda i: -linearly[i].evidence)
+    finalists = [0, *(i for i in ranked[:_FINALISTS] if linearly[i].evidence > best - _WORTHWHILE)]
+    found: dict[int, Joint] = {}
+    for i in finalists:
+        progress(None, f"all runs fitted with {laws[i].name or 'nothing added'}")
+        try:
+            found[i] = fit_to_all(laws[i], runs_alone, linearly[i].values)
+        except SimulationDiverged as error:
+            progress(None, f"{laws[i].name or 'nothing added'} is compared by its linear response: {error}")
+    gains = [found[i].evidence - linearly[i].evidence for i in found]
+    gain = min((each for each in gains if np.isfinite(each)), default=0.0)
+    joint = {i: found.get(i) or replace(each, evidence=each.evidence + gain) for i, each in enumerate(linearly)}
+    joint = {i: each for i, each in joint.items() if np.isfinite(each.evidence)}
+    odds = probabilities([laws[i].name for i in joint], np.array([each.evidence for each in joint.values()]))
+    explanations = [
+        DayExplanation(
+            laws[i].name or NOTHING_MISSING,
+            float(probability),
+            each.evidence,
+            numbers_of(laws[i], first, each),
+            fitted=i in found,
+        )
+        for probability, (i, each) in zip(odds, joint.items(), strict=True)
+    ]
+    return sorted(explanations, key=lambda each: -each.probability)
+
+
+def numbers_of(law: Law, first: SeparateFit, joint: Joint) -> dict[str, Number]:
+    """The shared numbers, those of ``SHARED`` first, with their 90 % intervals, all within their bounds."""
+    known = {p.names[0]: p.prior.mean for p in first.fit.parameters}
+    model, _ = law.added_to(first.fit.model, 0)
+    numbers = {}
+    for name, apart, error in zip((*SHARED, *law.amplitudes), joint.values, joint.errors, strict=True):
+        value, half = known.get(name, 0.0) + float(apart), INTERVAL_90 * float(error)
+        value, low, high = np.clip([value, value - half, value + half], *model.bounds(name)).tolist()
+        numbers[name] = Number(value, low, high, model.about(name).unit)
+    return numbers

@@ -1,0 +1,404 @@
+"""What one run was found to have, asked of the other runs of the day that passed the same place.
+
+Snow keeps to its place: who passes it later meets it again, as strong as before.  A gust or a push keeps to its time.
+So each explanation of a finding says what another run measures there: what keeps to a place acts on it with the
+strength and the extent that the first run knows, as far as it knows them; of all others nothing does, or something of
+that run's own that keeps to its time, which is as rare as anything that is missing.  What of its own would keep to the
+place would be in the first run too.
+
+Terrain says nothing here.  Both runs' snow surface is one, but is estimated of each by itself: of any real roll that
+the first run shows the second would make its measurements more probable, whatever else was missing there.
+
+A place is what both find on a map, from their fixes; heights, by which receivers differ by metres, do not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from sssi_exudyn.contact.term import Term
+from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.frames import Array, slope_to_enu, slope_to_level
+from sssi_exudyn.fitting.evidence import best_levels
+from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.recording.instruments.gps import enu_from
+from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Number
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, add_part, name_in_model
+from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import (
+    Explanation,
+    Round,
+    evidence_by_size,
+    extended_parameters,
+    rank_by_probability,
+    weigh_refit,
+)
+from sssi_exudyn.validation.diagnosis.search.probabilities import SPREAD, TEMPER
+from sssi_exudyn.validation.diagnosis.search.reestimate_rivals import RIVAL, Anew
+from sssi_exudyn.validation.diagnosis.search.search_result import SURE, WORTH_NAMING, Accepted, SearchEnd
+from sssi_exudyn.validation.diagnosis.state import estimate_again, fit_model, fitted_run, linear_model, remove
+
+NEAR: Final = 10.0
+"""m from a run's way within which snow and terrain are taken to be the same."""
+_LEAST: Final = 3.0
+"""m of a run's way at a place, below which it has not passed it."""
+_SAME: Final = 0.3
+"""Share of the time of two things together that both act, from which they may be one."""
+
+
+@dataclass(frozen=True)
+class Pass:
+    """Another run over a place.
+
+    metres : of its way there
+    log_evidence : by the name of each explanation that keeps to a place: of what this run measured were it there again,
+        less that of all others; None where it cannot be
+    """
+
+    run: str
+    metres: float
+    log_evidence: dict[str, float | None]
+
+
+@dataclass(frozen=True)
+class SamePlace:
+    """A finding of one run with what other runs measured at its place.
+
+    before, after : probabilities by the name of the explanation, "nothing" for none, without and with the other runs
+    """
+
+    run: str
+    finding: str
+    before: dict[str, float]
+    after: dict[str, float]
+    passes: tuple[Pass, ...]
+    sentence: str
+
+    @property
+    def settled(self) -> bool:
+        """Whether the other runs made a name sure, or another one sure."""
+        name, probability = best_of(self.after)
+        first, before = best_of(self.before)
+        return probability >= SURE and (before < SURE or name != first)
+
+
+@dataclass(frozen=True)
+class Way:
+    """A run's way over its slope: instants (n,) s, the middle of the feet (n, 3) m in the slope frame, and where that
+    frame is: inclination and azimuth (rad), origin (as ``Gps.origin``).
+    """
+
+    time: Array
+    places: Array
+    inclination: float
+    azimuth: float
+    origin: tuple[float, float, float]
+
+    def from_above(self, places: Array, origin: tuple[float, float, float]) -> Array:
+        """(m, 2) m east and north of ``origin``, of places (m, 3) in this slope frame."""
+        return enu_from(places @ slope_to_enu(self.inclination, self.azimuth).T, self.origin, origin)[:, :2]
+
+    def line_in(self, f: float, other: Way) -> float:
+        """Where the place at which this way meets ``f`` (m) lies down the fall line (m) of another's slope frame; it
+        goes straight on down the fall line where the way has ended.
+        """
+        along = np.maximum.accumulate(self.places[:, 0])
+        place = np.array([[f, *(np.interp(f, along, axis) for axis in self.places[:, 1:].T)]])
+        east, north = self.from_above(place, other.origin)[0]
+        down = float(east * np.sin(other.azimuth) + north * np.cos(other.azimuth))
+        level = np.maximum.accumulate((other.places @ slope_to_level(other.inclination).T)[:, 0])
+        beyond = down - float(np.clip(down, level[0], level[-1]))
+        return float(np.interp(down, level, other.places[:, 0])) + beyond / float(np.cos(other.inclination))
+
+    def passes(self, other: Way, window: tuple[float, float]) -> NDArray[np.bool_]:
+        """(n,) at which of its instants this way is where the other was in that time (s)."""
+        there = other.places[(other.time >= window[0]) & (other.time <= window[1])]
+        if len(there) == 0:
+            return np.zeros(len(self.time), dtype=bool)
+        begin, end = (other.line_in(float(f), self) for f in (there[:, 0].min(), there[:, 0].max()))
+        tree = cKDTree(other.from_above(there, self.origin))
+        near = tree.query(self.from_above(self.places, self.origin))[0] <= NEAR
+        return np.asarray(near & (self.places[:, 0] >= begin) & (self.places[:, 0] <= end))
+
+    def metres(self, inside: NDArray[np.bool_]) -> float:
+        """Length (m) of the way at those of its instants (n,)."""
+        steps = np.linalg.norm(np.diff(self.places, axis=0), axis=1)
+        return float(np.sum(steps[inside[:-1] & inside[1:]]))
+
+
+@dataclass(frozen=True)
+class _Run:
+    """A run of the day: where its search ended, the run there, and its way."""
+
+    name: str
+    end: SearchEnd
+    fitted: FittedRun
+    way: Way
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What is known of something that keeps to its place: its term, and its numbers in the slope frame of the run that
+    found it; ``lines`` of them are places down the fall line.
+    """
+
+    part: Term
+    lines: tuple[str, ...]
+    numbers: dict[str, Prior]
+
+
+def ask_other_runs(
+    ends: Mapping[str, SearchEnd], progress: Callable[[float | None, str], None] = lambda _share, _detail: None
+) -> tuple[SamePlace, ...]:
+    """Every finding of each run, by the runs' names, that may keep to its place and may be something else, where
+    another run passed that place.
+    """
+    runs = [_run(name, end) for name, end in ends.items()]
+    found = []
+    for run in runs:
+        for each in run.end.accepted:
+            progress(None, f"{each.explanation.name} of {run.name} in the other runs")
+            asked = _ask(run, each, [other for other in runs if other is not run])
+            if asked is not None:
+                found.append(asked)
+    return tuple(found)
+
+
+def _run(name: str, end: SearchEnd) -> _Run:
+    fitted, gps = fitted_run(end.problem, end.state, end.fit), end.problem.recording.gps
+    assert gps is not None
+    places = fitted.run.foot_position.mean(axis=1)
+    way = Way(fitted.run.time, places, fitted.model.inclination, fitted.model.fall_line_azimuth, gps.origin)
+    return _Run(name, end, fitted, way)
+
+
+def _ask(run: _Run, finding: Accepted, others: Sequence[_Run]) -> SamePlace | None:
+    """What the other runs say of a finding; None where they say nothing."""
+    rivals = [each for each in finding.searched.explanations if each.probability >= RIVAL and each.fit is not None]
+    known = {each.name: _known(each) for each in rivals if each.name and BY_NAME[each.name].lines}
+    if not known or len(rivals) < 2:
+        return None
+    windows = {each.name: _window(run, each) for each in rivals if each.name in known}
+    passes = []
+    for other in others:
+        inside = {name: other.way.passes(run.way, window) for name, window in windows.items()}
+        metres = {name: other.way.metres(there) for name, there in inside.items()}
+        passed = [name for name, length in metres.items() if length >= _LEAST]
+        if not passed:
+            continue
+        try:
+            gains, known = _weigh_there(run, other, known, {name: inside[name] for name in passed})
+        except SimulationDiverged:
+            continue
+        if gains:
+            passes.append(Pass(other.name, max(metres.values()), gains))
+    if not passes:
+        return None
+    after = update(finding.searched, passes)
+    named = {e.name for some in (finding.searched.explanations, after) for e in some if e.probability >= WORTH_NAMING}
+    before, later = (
+        {e.name or NOTHING_MISSING: e.probability for e in some if e.name in named}
+        for some in (finding.searched.explanations, after)
+    )
+    window = windows.get(finding.explanation.name) or next(iter(windows.values()))
+    sentence = _sentence(run.name, window, before, later, passes)
+    return SamePlace(run.name, finding.explanation.name, before, later, tuple(passes), sentence)
+
+
+def update(searched: Round, passes: Sequence[Pass]) -> tuple[Explanation, ...]:
+    """The explanations of a round with what other runs measured at its place, the most probable first."""
+    gains = gains_of(passes)
+    found = [
+        replace(each, log_evidence=each.log_evidence + gains.get(each.name, 0.0)) for each in searched.explanations
+    ]
+    return rank_by_probability(found, searched.explained)
+
+
+def gains_of(passes: Sequence[Pass]) -> dict[str, float]:
+    """Log evidence of all passes together, by the names of what keeps to a place; -inf for what cannot be."""
+    gains: dict[str, float] = {}
+    for each in passes:
+        for name, gain in each.log_evidence.items():
+            gains[name] = gains.get(name, 0.0) + (-np.inf if gain is None else gain)
+    return gains
+
+
+def _known(explanation: Explanation) -> _Known:
+    fit, candidate = explanation.fit, explanation.candidate
+    assert fit is not None
+    assert candidate is not None
+    names = [*(group[0] for group in candidate.amplitudes), *candidate.places]
+    part = fit.model.owner(names[0].partition(".")[0])
+    assert isinstance(part, Term)
+    return _Known(
+        part, BY_NAME[explanation.name].lines, {name.partition(".")[2]: _what_is_known(fit, name) for name in names}
+    )
+
+
+def _what_is_known(fit: Refit, name: str) -> Prior:
+    value, low, _ = fit.interval(name, SPREAD)
+    return Prior(value, value - low)
+
+
+def _window(run: _Run, explanation: Explanation) -> tuple[float, float]:
+    """When an explanation that keeps to a place acts on its own run (s)."""
+    fit, candidate = explanation.fit, explanation.candidate
+    assert fit is not None
+    assert candidate is not None
+    names = [*candidate.strengths, *candidate.places]
+    values = {name.partition(".")[2]: fit.model.value(name) for name in names}
+    numbers = {key: Number(value, value, value, "") for key, value in values.items()}
+    window = BY_NAME[explanation.name].window(run.fitted, candidate, numbers)
+    return window or (float(run.way.time[0]), float(run.way.time[-1]))
+
+
+def _weigh_there(
+    run: _Run, other: _Run, known: Mapping[str, _Known], inside: Mapping[str, NDArray[np.bool_]]
+) -> tuple[dict[str, float | None], dict[str, _Known]]:
+    """By the names of ``inside`` what ``Pass.log_evidence`` is, and what is ``known`` after it of each.
+
+    inside : (n,) by name, when the other run is at the place
+
+    A run says nothing where what it was found to have there cannot be removed separately, as it has two of that name.
+    Raises SimulationDiverged where the other run cannot be simulated without what it was found to have there.
+    """
+    end = other.end
+    own = _own_there(other, np.any(list(inside.values()), axis=0))
+    if own is None:
+        without = Anew(end.problem, end.state, end.fit)
+    else:
+        found = own.explanation
+        assert found.candidate is not None
+        if sum(each.explanation.name == found.name for each in end.accepted) > 1:
+            return {}, dict(known)
+        state, less = remove(end.problem, end.state, end.fit, found.candidate)
+        without = Anew(*estimate_again(end.problem, state, less, full=end.full))
+    neutral = _evidence(without)
+    if own is not None:
+        neutral = _either(neutral, own, _evidence_of_own(end, without, own.explanation))
+    gains: dict[str, float | None] = {}
+    updated = dict(known)
+    for name in inside:
+        try:
+            there, lines = _meet_again(run, other, without, known[name])
+        except SimulationDiverged:
+            continue
+        possible = BY_NAME[name].possible(there.fit.model)
+        gains[name] = _evidence(there) - neutral if possible else None
+        updated[name] = _after(known[name], there.fit, lines)
+    return gains, updated
+
+
+def _evidence(about: Anew) -> float:
+    return best_levels(linear_model(about.problem, about.state, about.fit), about.state.levels)[1]
+
+
+def _own_there(other: _Run, inside: NDArray[np.bool_]) -> Accepted | None:
+    """What a run itself was found to have at a place, where it is (n,) ``inside``: that with most of its time in
+    common.
+    """
+    shares: dict[int, float] = {}
+    for i, each in enumerate(other.end.accepted):
+        candidate = each.explanation.candidate
+        if candidate is None or candidate.window is None:
+            continue
+        begin, end = _window(other, each.explanation)
+        acts = (other.way.time >= begin) & (other.way.time <= end)
+        shares[i] = float(np.sum(acts & inside)) / max(1.0, float(np.sum(acts | inside)))
+    best = max(shares, key=lambda i: shares[i], default=None)
+    return None if best is None or shares[best] < _SAME else other.end.accepted[best]
+
+
+def _evidence_of_own(end: SearchEnd, without: Anew, own: Explanation) -> float:
+    """Log evidence of a run with what it was itself found to have, wherever it was sought."""
+    assert own.candidate is not None
+    amplitudes, places = extended_parameters(without.fit, own.candidate)
+    names = [p.names for p in (*amplitudes, *places)]
+    order = [next(i for i, p in enumerate(end.fit.parameters) if p.names == each) for each in names]
+    fit = end.fit
+    ordered = replace(
+        fit,
+        parameters=tuple(fit.parameters[i] for i in order),
+        values=fit.values[order],
+        sensitivity=fit.sensitivity[:, order],
+        covariance=fit.covariance[np.ix_(order, order)],
+    )
+    by_size = evidence_by_size(end.problem, end.state, without.fit, own, ordered)
+    return weigh_refit(end.problem, end.state, without.fit, own, ordered, by_size).log_evidence
+
+
+def _either(nothing: float, own: Accepted, evidence: float) -> float:
+    """Log evidence of a run in which nothing is missing at a place, or one of the explanations of what it was found to
+    have that keep to their time, each as probable beforehand as in a diagnosis of that run alone; ``evidence`` is that
+    of the best explanation.
+    """
+    whole = sum(each.weight for each in HYPOTHESES)
+    logs = [TEMPER * nothing]
+    for each in own.searched.explanations:
+        if each.name and not BY_NAME[each.name].comes_again:
+            behind = own.explanation.log_evidence - each.log_evidence
+            logs.append(TEMPER * (evidence - behind) + float(np.log(BY_NAME[each.name].weight / whole)))
+    return float(np.logaddexp.reduce(logs)) / TEMPER
+
+
+def _meet_again(run: _Run, other: _Run, without: Anew, known: _Known) -> tuple[Anew, dict[str, float]]:
+    """A run that meets what another run knows of, estimated anew, and by how much (m) places lie further down its fall
+    line than down the other's.
+    """
+    lines = {key: run.way.line_in(known.numbers[key].mean, other.way) - known.numbers[key].mean for key in known.lines}
+    fixes = float(np.hypot(run.fitted.measurements.gps_sigma, other.fitted.measurements.gps_sigma))
+    priors = {
+        key: Prior(prior.mean + lines[key], float(np.hypot(prior.sigma, fixes))) if key in lines else prior
+        for key, prior in known.numbers.items()
+    }
+    part = replace(known.part, **{key: prior.mean for key, prior in priors.items()})
+    owner = name_in_model(without.fit.model, part)
+    more = tuple(Parameter((f"{owner}.{key}",), prior) for key, prior in priors.items())
+    start = add_part(without.fit.model, part)
+    fit = fit_model(without.problem, without.state, start, (*without.fit.parameters, *more), without.state.levels)
+    return Anew(*estimate_again(without.problem, without.state, fit, full=other.end.full)), lines
+
+
+def _after(known: _Known, fit: Refit, lines: Mapping[str, float]) -> _Known:
+    """What is known once a run has met it; its parameters are the last of ``fit``."""
+    numbers = {}
+    for key, parameter in zip(known.numbers, fit.parameters[-len(known.numbers) :], strict=True):
+        found = _what_is_known(fit, parameter.names[0])
+        numbers[key] = Prior(found.mean - lines.get(key, 0.0), min(found.sigma, known.numbers[key].sigma))
+    return replace(known, numbers=numbers)
+
+
+def best_of(probabilities: Mapping[str, float]) -> tuple[str, float]:
+    """The most probable name, and its probability."""
+    return max(probabilities.items(), key=lambda item: item[1])
+
+
+def _sentence(
+    run: str,
+    window: tuple[float, float],
+    before: Mapping[str, float],
+    after: Mapping[str, float],
+    passes: Sequence[Pass],
+) -> str:
+    """What a finding is, in words, now that the other runs have been asked."""
+    *most, last = [each.run for each in passes]
+    who = f"{', '.join(most)} and {last}" if most else last
+    met = "met it again" if max(gains_of(passes).values()) > 0.0 else "met nothing of it"
+    name, probability = best_of(after)
+    listed = ", ".join(
+        f"{_caption(each)} ({share:.0%}, by {run} alone {before[each]:.0%})"
+        for each, share in after.items()
+        if each == name or (probability < SURE and share >= RIVAL)
+    )
+    return f"{who} passed where {run} was between {window[0]:.1f} s and {window[1]:.1f} s, and {met}: {listed}."
+
+
+def _caption(name: str) -> str:
+    return "nothing" if name == NOTHING_MISSING else BY_NAME[name].caption

@@ -1,1 +1,0 @@
-"""What is found along a run, what it is worth, and what could have been found."""

@@ -1,0 +1,358 @@
+"""What a search found, described: figures before and after each finding, where each acts, and the diagnosis as data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.analysis.turns import PHASES, find_turns
+from sssi_exudyn.core.frames import Array
+from sssi_exudyn.fitting.autocorrelated_noise import whiten
+from sssi_exudyn.fitting.evidence import LinearModel, NoiseLevels
+from sssi_exudyn.fitting.observations import Measurements
+from sssi_exudyn.fitting.posterior import Posterior
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.recording.uncertainty import Uncertainty
+from sssi_exudyn.runtime.provenance import source_digest, versions
+from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
+from sssi_exudyn.validation.diagnosis.diagnosis_data import (
+    NOTHING_MISSING,
+    Adequacy,
+    Alternative,
+    Change,
+    Diagnosis,
+    Evidence,
+    Finding,
+    ForceByFoot,
+    ForceOverTime,
+    Friction,
+    FrictionChange,
+    HeldOut,
+    LatentForce,
+    Next,
+    Noise,
+    Number,
+    Outcome,
+    Placebos,
+    Stretch,
+    TrackDistance,
+    Vector,
+    Version,
+    Way,
+    Weighed,
+    Where,
+)
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES, LATENT_FORCE
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun
+from sssi_exudyn.validation.diagnosis.refit import Refit
+from sssi_exudyn.validation.diagnosis.search.averaged_friction import averaged_friction
+from sssi_exudyn.validation.diagnosis.search.chance_findings import CHANCE_SEED, search_by_chance
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round
+from sssi_exudyn.validation.diagnosis.search.detectability import adequacy
+from sssi_exudyn.validation.diagnosis.search.held_out_turns import (
+    best_residual,
+    folds_of,
+    held_out_errors,
+    misfit,
+    track_error,
+)
+from sssi_exudyn.validation.diagnosis.search.missing_force import (
+    PLACEBO_SEED,
+    ForceOnFeet,
+    MissingForce,
+    missing_force,
+    placebos,
+)
+from sssi_exudyn.validation.diagnosis.search.physical_limits import POSSIBLE_SEED
+from sssi_exudyn.validation.diagnosis.search.probabilities import INTERVAL_90, NOTHING
+from sssi_exudyn.validation.diagnosis.search.search_result import LIKELY, SURE, WORTH_NAMING, Accepted, Figures
+from sssi_exudyn.validation.diagnosis.state import State
+from sssi_exudyn.validation.diagnosis.wording.next_measurement import next_measurements
+from sssi_exudyn.validation.diagnosis.wording.paragraph import paragraph_of
+from sssi_exudyn.validation.diagnosis.wording.sentence import sentence_of
+
+_FRICTION: Final = ("friction.mu_t", "friction.mu_n")
+_WAY_POINTS: Final = 4
+"""Of the way in each cell of the missing force."""
+_LEAST_OVERLAP: Final = 0.25
+"""Share of a turn's phase that a finding covers where it is named."""
+_MOST: Final = 0.5
+"""Share of a turn that a stretch covers where it stands for that turn."""
+
+
+def describe(
+    recording: str,
+    problem: DiagnosisProblem,
+    state: State,
+    first: Refit,
+    final: Refit,
+    rounds: Sequence[Round],
+    accepted: Sequence[Accepted],
+    estimates: tuple[Posterior, Posterior] | None,
+) -> tuple[Diagnosis, tuple[Figures, ...]]:
+    """The diagnosis of a recording of that name, and the figures of the fit without anything and with each finding.
+
+    estimates : the first and the final model with all that is uncertain estimated; None where the search's fits do
+    """
+    before_model, after_model = (first, final) if estimates is None else estimates
+    measurements = problem.measurements
+    every = [rounds[0].linear, *(each.linear for each in accepted)]
+    folds = folds_of(measurements, rounds[0].fitted.edge_changes)
+    residuals = [best_residual(linear, state.levels) for linear in every]
+    left_out = [held_out_errors(linear, state.levels, folds)[:, 0] for linear in every]
+    figures = [
+        figures_of(linear, state.levels, *each) for linear, *each in zip(every, residuals, left_out, strict=True)
+    ]
+    if estimates is not None:  # what the model does that is written
+        for i, posterior in ((0, estimates[0]), (-1, estimates[1])):
+            figures[i] = replace(figures[i], trajectory_error=posterior.track_error)
+    missing, left = (
+        missing_force(each.linear, state.levels, each.fitted, each.responses[LATENT_FORCE.name])
+        for each in (rounds[0], rounds[-1])
+    )
+    findings = []
+    for found, linear, worse, better in zip(accepted, every[:-1], figures[:-1], figures[1:], strict=True):
+        each, best = found.searched, found.explanation
+        columns = placebos(each.fitted, each.responses[LATENT_FORCE.name])
+        errors = np.nanmean(held_out_errors(linear, state.levels, folds, columns), axis=0)
+        evidence = _evidence(worse, better, errors)
+        findings.append(_finding(each, best, after_model, rounds[-1].fitted, missing, evidence))
+    near = adequacy(residuals[-1], measurements)
+    verdict = _verdict(findings, near, rounds[-1].nothing.probability)
+    models = before_model.model, after_model.model
+    following = _next(rounds[-1], accepted, state.levels)
+    diagnosis = Diagnosis(
+        format=1,
+        recording=recording,
+        verdict=verdict,
+        sentence=sentence_of(findings, verdict, rounds[-1], near, models, figures),
+        findings=tuple(findings),
+        friction=FrictionChange(_friction(before_model.model), _friction(after_model.model)),
+        noise=_noise(state.levels, problem.about),
+        weighed=tuple(tuple(_weighed(v) for v in each.explanations) for each in rounds),
+        stands_out=tuple(
+            Stretch(begin, end, _vector(missing.impulse((begin, end)))) for begin, end in missing.stretches()
+        ),
+        latent_force=LatentForce(_over_time(missing), _over_time(left)),
+        track_distance=_distance(measurements, residuals[0], residuals[-1]),
+        smallest_noticed=rounds[-1].noticed,
+        adequacy=near,
+        next=following,
+        way=_way(rounds[-1].fitted),
+        friction_averaged=averaged_friction(
+            rounds[-1], [(each.searched, each.explanation) for each in accepted], after_model
+        ),
+        version=_version(),
+        held_out=_held_out(rounds[0].fitted, folds, left_out[0], left_out[-1]),
+        paragraph=paragraph_of(findings, verdict, rounds[-1], near, models[1], figures, following),
+        chance=search_by_chance(rounds[0].linear, rounds[0].nothing.levels, rounds[0].fitted, rounds[0].responses),
+    )
+    return diagnosis, tuple(figures)
+
+
+def _next(last: Round, accepted: Sequence[Accepted], levels: NoiseLevels) -> tuple[Next, ...]:
+    """For the least certain of what was found, or for what stands between nothing and something."""
+    if not accepted:
+        return next_measurements(last, last.nothing, levels) if last.nothing.probability < LIKELY else ()
+    least = min(accepted, key=lambda each: each.explanation.probability)
+    return next_measurements(least.searched, least.explanation, levels)
+
+
+def figures_of(linear: LinearModel, levels: NoiseLevels, residual: Array, left_out: Array) -> Figures:
+    """Of a fit, with everything that is uncertain where it is most probable: there it leaves ``residual`` (N,).
+
+    left_out : (fixes,) m, its ``held_out_errors``
+    """
+    measurements = linear.measurements
+    return Figures(
+        track_error(residual, measurements),
+        float(np.nanmean(left_out)),
+        misfit(linear, levels),
+        _memory(residual, measurements, levels),
+    )
+
+
+def _verdict(findings: Sequence[Finding], near: Adequacy, nothing: float) -> Outcome:
+    if not near.adequate or (not findings and nothing < LIKELY):
+        return "not_adequate"
+    if not findings:
+        return "none"
+    if any(_of_no_known_cause(f) > 0.5 for f in findings if f.kind == "unexplained"):
+        return "unexplained"
+    sure = all(f.probability >= SURE and f.kind != "unexplained" for f in findings)
+    return "explained" if sure else "ambiguous"
+
+
+def _of_no_known_cause(finding: Finding) -> float:
+    """The probability that none of the known causes is behind it."""
+    named = [(finding.name, finding.probability), *((a.name, a.probability) for a in finding.alternatives)]
+    return sum(probability for name, probability in named if name in BY_NAME and BY_NAME[name].kind == "unexplained")
+
+
+def _finding(
+    searched: Round,
+    explanation: Explanation,
+    final: Refit | Posterior,
+    fitted: FittedRun,
+    missing: MissingForce,
+    evidence: Evidence,
+) -> Finding:
+    """A finding of a round, with its numbers in the ``final`` model, of which ``fitted`` is a run: only with what was
+    found is the skier where he was when.
+    """
+    hypothesis, candidate = BY_NAME[explanation.name], explanation.candidate
+    assert candidate is not None
+    numbers: dict[str, Number] = {}
+    for names in (*candidate.amplitudes, *((name,) for name in candidate.places)):
+        value, low, high = final.interval(names[0], INTERVAL_90)
+        numbers[names[0].partition(".")[2]] = Number(value, low, high, final.model.about(names[0]).unit)
+    window = hypothesis.window(fitted, candidate, numbers)
+    acting = window or (float(fitted.run.time[0]), float(fitted.run.time[-1]))
+    return Finding(
+        kind=hypothesis.kind,
+        name=hypothesis.name,
+        probability=explanation.probability,
+        alternatives=tuple(
+            Alternative(other.name or NOTHING_MISSING, other.probability)
+            for other in searched.explanations
+            if other is not explanation and other.probability >= WORTH_NAMING
+        ),
+        where=None if window is None else _where(window, fitted),
+        parameters=numbers,
+        impulse_Ns=_vector(missing.impulse(acting)) if hypothesis.kind != "sensor" else (0.0, 0.0, 0.0),
+        evidence=evidence,
+        caption=hypothesis.caption,
+    )
+
+
+def _evidence(before: Figures, after: Figures, placebo_errors: Array) -> Evidence:
+    return Evidence(
+        trajectory_error_m=Change(before.trajectory_error, after.trajectory_error),
+        held_out_error_m=Change(before.held_out_error, after.held_out_error),
+        chi2_per_dof=Change(before.chi2_per_dof, after.chi2_per_dof),
+        placebo_held_out_error_m=Placebos(
+            float(np.min(placebo_errors)), float(np.median(placebo_errors)), tuple(placebo_errors.tolist())
+        ),
+        residual_memory=Change(before.residual_memory, after.residual_memory),
+    )
+
+
+def _where(window: tuple[float, float], fitted: FittedRun) -> Where:
+    run = fitted.run
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(run.com, axis=0), axis=1))])
+    distance = [float(np.interp(t, run.time, way)) for t in window]
+    every = {
+        number: [
+            phase
+            for phase, (begin, end) in turn.phases.items()
+            if min(end, window[1]) - max(begin, window[0]) > _LEAST_OVERLAP * (end - begin)
+        ]
+        for number, turn in enumerate(find_turns(run.time, run.com).turns, 1)
+    }
+    met = {number: of_turn for number, of_turn in every.items() if of_turn}
+    phases = tuple(phase for phase in PHASES if any(phase in of_turn for of_turn in met.values()))
+    return Where(window[0], window[1], (distance[0], distance[1]), "both", phases, tuple(met))
+
+
+def _held_out(
+    fitted: FittedRun, folds: Sequence[tuple[float, float]], before: Array, after: Array
+) -> tuple[HeldOut, ...]:
+    """Each stretch that was left out, with its mean of the errors (fixes,) m; it stands for the turn of which it covers
+    more than half.
+    """
+    fixes, turns = fitted.measurements.fixes, find_turns(fitted.run.time, fitted.run.com).turns
+    found = []
+    for begin, end in folds:
+        inside = (fixes >= begin) & (fixes < end)
+        covered = [(min(end, turn.end) - max(begin, turn.start)) / turn.duration for turn in turns]
+        number = next((count for count, share in enumerate(covered, 1) if share > _MOST), None)
+        if np.any(inside):
+            found.append(HeldOut(begin, end, number, float(np.mean(before[inside])), float(np.mean(after[inside]))))
+    return tuple(found)
+
+
+def _memory(residual: Array, measurements: Measurements, levels: NoiseLevels) -> float:
+    """Correlation of neighbours in the track's residual once the noise's own correlation is taken out."""
+    at = [measurements.blocks[name] for name in ("x", "y")]
+    both = np.stack([residual[place] for place in at], axis=1)
+    white = whiten(measurements.fixes, both, levels.gps, measurements.scale[at[0]])
+    return float(np.mean([np.corrcoef(e[:-1], e[1:])[0, 1] for e in white.T]))
+
+
+def _friction(model: Model) -> Friction:
+    return Friction(model.friction.mu_t, model.friction.mu_n)
+
+
+def _noise(levels: NoiseLevels, about: Uncertainty) -> Noise:
+    return Noise(
+        gps_sigma_m=levels.gps.sigma,
+        gps_correlation_s=levels.gps.correlation_time,
+        height_sigma_m=levels.height.sigma,
+        load_sigma_N=levels.load.sigma,
+        capture_sigma_deg=float(np.degrees(levels.posture * about.foot)),
+        height_correlation_s=levels.height.correlation_time,
+        difference_sigma_N=levels.difference.sigma,
+    )
+
+
+def _weighed(explanation: Explanation) -> Weighed:
+    evidence = explanation.log_evidence if np.isfinite(explanation.log_evidence) else None
+    refitted = bool(explanation.name) and explanation.fit is not None
+    return Weighed(explanation.name or NOTHING_MISSING, explanation.probability, evidence, refitted)
+
+
+def _over_time(missing: MissingForce) -> ForceOverTime:
+    return ForceOverTime(
+        edges_s=tuple(missing.edges.tolist()),
+        force_N=tuple(_vector(each) for each in missing.force),
+        band_N=tuple(_vector(each) for each in missing.band),
+        stands_out=tuple((bool(along), bool(across), bool(normal)) for along, across, normal in missing.stands_out),
+        log_bayes_factor=missing.log_bayes_factor,
+        by_foot=None if missing.on_feet is None else _by_foot(missing.on_feet),
+    )
+
+
+def _by_foot(missing: ForceOnFeet) -> ForceByFoot:
+    def vectors(rows: Array) -> tuple[Vector, ...]:
+        return tuple(_vector(each) for each in rows)
+
+    force, band = missing.force, missing.band
+    return ForceByFoot(
+        left_N=vectors(force[:, 0]),
+        left_band_N=vectors(band[:, 0]),
+        right_N=vectors(force[:, 1]),
+        right_band_N=vectors(band[:, 1]),
+        log_bayes_factor=missing.log_bayes_factor,
+    )
+
+
+def _distance(measurements: Measurements, first: Array, final: Array) -> TrackDistance:
+    blocks = measurements.blocks
+
+    def of(residual: Array) -> tuple[float, ...]:
+        return tuple(np.hypot(residual[blocks["x"]], residual[blocks["y"]]).tolist())
+
+    return TrackDistance(tuple(measurements.fixes.tolist()), of(first), of(final))
+
+
+def _way(fitted: FittedRun) -> Way:
+    edges = fitted.time_edges
+    parts = [np.linspace(a, b, _WAY_POINTS, endpoint=False) for a, b in pairwise(edges)]
+    time = np.concatenate([*parts, edges[-1:]])
+    f, l = (np.interp(time, fitted.run.time, fitted.run.com[:, axis]) for axis in range(2))  # noqa: E741
+    return Way(tuple(time.tolist()), tuple(f.tolist()), tuple(l.tolist()))
+
+
+def _version() -> Version:
+    priors = {hypothesis.name: hypothesis.weight for hypothesis in HYPOTHESES}
+    seeds = {"chance": CHANCE_SEED, "placebos": PLACEBO_SEED, "possible": POSSIBLE_SEED}
+    return Version(versions()["sssi_exudyn"], {NOTHING_MISSING: NOTHING, **priors}, source_digest(), seeds)
+
+
+def _vector(values: Array) -> Vector:
+    first, second, third = (float(value) for value in values)
+    return first, second, third

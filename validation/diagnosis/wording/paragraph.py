@@ -1,0 +1,163 @@
+"""A diagnosis as one paragraph for a coach: what was looked for, what was found, when and how large, how sure it is,
+what was not ruled out, and what to do next.
+
+Sizes are in each hypothesis' ``plain_words``; nothing here knows one of them by its name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.diagnosis.diagnosis_data import (
+    NOTHING_MISSING,
+    Adequacy,
+    Finding,
+    Next,
+    Outcome,
+    Smallest,
+    Where,
+)
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, distinguishing_measurement
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Round
+from sssi_exudyn.validation.diagnosis.search.search_result import SURE, WORTH_NAMING, Figures
+
+_KMH: Final = 3.6
+"""km/h of 1 m/s."""
+_CERTAIN: Final = 0.99
+
+
+def paragraph_of(
+    findings: Sequence[Finding],
+    verdict: Outcome,
+    last: Round,
+    near: Adequacy,
+    model: Model,
+    figures: Sequence[Figures],
+    following: Sequence[Next],
+) -> str:
+    """The paragraph; ``last`` is the last round of the search, ``model`` the one with all findings, ``figures`` those
+    before and after, ``following`` what to measure next.
+    """
+    causes = len(last.explanations) - 1
+    sentences = [
+        f"The run was simulated and held against the recording; {causes} possible causes of a difference were tried, "
+        "from snow, slope and wind to the skier's own pushes and faults of the instruments"
+    ]
+    if not near.adequate:
+        sentences.append(
+            f"The simulation misses the recorded way by {near.missed_m:.2f} m where the instruments allow "
+            f"{near.allowed_m:.2f} m: it does not describe this run; what was found or fitted, friction too, is not to "
+            "be trusted, and no cause is ruled out"
+        )
+    if findings:
+        sentences += [text for finding in findings for text in _of_finding(finding, model)]
+        sentences += _gain(figures)
+    elif near.adequate:
+        sentences += _without_finding(verdict, last, figures[0])
+    if near.adequate:
+        found = {finding.name for finding in findings}
+        sentences += _too_small({name: each for name, each in last.noticed.items() if name not in found})
+    sentences.append(_what_next(findings, near, verdict, following))
+    return ". ".join(sentences) + "."
+
+
+def _of_finding(finding: Finding, model: Model) -> list[str]:
+    """What it is, when, how large, how sure, and what it may be instead."""
+    words = BY_NAME[finding.name].plain_words(finding.parameters, model)
+    certain = f"the program holds this for {_percent(finding.probability)} probable"
+    if finding.probability < SURE:
+        certain += ", which is not enough to rely on it"
+    others = [f"{_cause(other.name)} ({_percent(other.probability)})" for other in finding.alternatives]
+    ruled_out = (
+        f"not ruled out: {', '.join(others)}" if others else f"no other cause is as probable as {WORTH_NAMING:.0%}"
+    )
+    return [f"{_when(finding.where)} {words}", f"{certain[0].upper()}{certain[1:]}; {ruled_out}"]
+
+
+def _when(where: Where | None) -> str:
+    if where is None:
+        return "All along the run"
+    time = f"from {where.t0_s:.1f} s to {where.t1_s:.1f} s"
+    way = f"{where.distance_m[0]:.0f} m to {where.distance_m[1]:.0f} m along the way"
+    if not where.turns:
+        return f"{time[0].upper()}{time[1:]} ({way})"
+    first, last = where.turns[0], where.turns[-1]
+    turns = f"turn {first}" if first == last else f"turns {first} {'and' if last == first + 1 else 'to'} {last}"
+    return f"In {turns} ({time}, {way})"
+
+
+def _gain(figures: Sequence[Figures]) -> list[str]:
+    """What a model with all findings does on turns that it was not fitted to."""
+    before, after = figures[0].held_out_error, figures[-1].held_out_error
+    means = "that speaks for it" if after < before else "that speaks against it"
+    return [
+        f"Turns that were left out of the fit are then predicted to {after:.2f} m instead of {before:.2f} m: {means}"
+    ]
+
+
+def _without_finding(verdict: Outcome, last: Round, figures: Figures) -> list[str]:
+    nothing, best = last.nothing.probability, last.best
+    met = f"the simulated way is {figures.trajectory_error:.2f} m from the recorded one"
+    if verdict == "none":
+        return [
+            f"Nothing was found: {met}, which the instruments' noise explains",
+            f"That nothing is missing is {_percent(nothing)} probable; not ruled out: {_cause(best.name)} "
+            f"({_percent(best.probability)})",
+        ]
+    return [
+        f"This recording cannot tell whether something is missing: {met}, and that nothing is missing is "
+        f"{_percent(nothing)} probable",
+        f"Not ruled out: {_cause(best.name)} ({_percent(best.probability)}) and others",
+    ]
+
+
+def _too_small(noticed: dict[str, Smallest]) -> list[str]:
+    """From which size on the usual effects would have been noticed."""
+    listed = []
+    for name, found in noticed.items():
+        text = BY_NAME[name].plain_smallest or BY_NAME[name].smallest
+        if text:
+            listed.append(text.format(value=found.value, degrees=np.degrees(found.value), kmh=_KMH * found.value))
+    return [f"Too small to be noticed here would be less than {', '.join(listed)}"] if listed else []
+
+
+def _what_next(findings: Sequence[Finding], near: Adequacy, verdict: Outcome, following: Sequence[Next]) -> str:
+    if not near.adequate:
+        return (
+            "Next: check what the recording states of slope, equipment and the sensors' places, or record the run "
+            "again with a better receiver"
+        )
+    if following:
+        best = following[0]
+        return (
+            f"Next: {best.measurement}; with a probability of {_percent(best.probability)} one of "
+            f"{_cause(best.distinguishes[0])} and {_cause(best.distinguishes[1])} then stands alone"
+        )
+    if verdict == "none":
+        return "Next: nothing needs to be measured again for this"
+    if not findings:
+        return "Next: ski the slope again, faster or slower, or with a better receiver"
+    unsure = (each for each in findings if each.probability < SURE)
+    known = (distinguishing_measurement(each.name, other.name) for each in unsure for other in each.alternatives)
+    measurement = next((each for each in known if each), None)
+    if measurement is not None:
+        return f"Next: {measurement}"
+    least = min(findings, key=lambda each: each.probability)
+    if least.kind == "sensor":
+        return "Next: put the instrument right before the next run; the figures of this one take its fault into account"
+    there = "be there again" if BY_NAME[least.name].comes_again else "be gone"
+    return f"Next: ski the slope once more; {_cause(least.name)} would {there}"
+
+
+def _percent(probability: float) -> str:
+    """Without a certainty that no search has."""
+    return "more than 99%" if probability > _CERTAIN else f"{probability:.0%}"
+
+
+def _cause(name: str) -> str:
+    """A cause as a reader knows it."""
+    return "that nothing is missing" if name in ("", NOTHING_MISSING) else BY_NAME[name].caption

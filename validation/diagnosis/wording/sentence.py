@@ -1,0 +1,84 @@
+"""A diagnosis in one sentence: its findings, and the measurement that would decide between explanations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from sssi_exudyn.model.model import Model
+from sssi_exudyn.validation.diagnosis.diagnosis_data import Adequacy, Alternative, Finding
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, distinguishing_measurement
+from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Round
+from sssi_exudyn.validation.diagnosis.search.search_result import SURE, Figures
+
+
+def sentence_of(
+    findings: Sequence[Finding],
+    verdict: str,
+    last: Round,
+    near: Adequacy,
+    models: tuple[Model, Model],
+    figures: Sequence[Figures],
+) -> str:
+    """The sentence that a diagnosis begins with; ``models`` and ``figures`` are those before and after."""
+    first, final = figures[0], figures[-1]
+    if verdict == "none":
+        friction = models[0].friction
+        return (
+            f"Nothing is missing: the track is met to {_metres(first.trajectory_error)} m, which is what the "
+            f"instruments' noise leaves; μ_t is {friction.mu_t:.3f} and μ_n {friction.mu_n:.2f}. Would not have been "
+            f"noticed if smaller: {_list_smallest(last)}."
+        )
+    clauses = [_clause(finding, models[1]) for finding in findings]
+    if clauses:
+        if clauses[0][0].isascii():  # a coefficient's Greek letter stays small
+            clauses[0] = clauses[0][0].upper() + clauses[0][1:]
+        clauses = [
+            " Besides, ".join(clauses),
+            f"With this the track is met to {_metres(final.trajectory_error)} m instead of "
+            f"{_metres(first.trajectory_error)} m (turns not fitted: "
+            f"{_metres(final.held_out_error)} instead of {_metres(first.held_out_error)} m).",
+        ]
+    if not near.adequate:
+        clauses.append(
+            f"The model does not describe this run: it misses the track by {_metres(near.missed_m)} m where the "
+            f"instruments allow {_metres(near.allowed_m)} m; what was fitted and found is not to be trusted."
+        )
+    elif verdict == "not_adequate":
+        clauses.append(
+            f"This recording cannot tell whether something is missing: the track is met to "
+            f"{_metres(first.trajectory_error)} m, that nothing is missing is {last.nothing.probability:.0%} probable, "
+            f"{last.best.name} {last.best.probability:.0%}."
+        )
+    return " ".join(clauses)
+
+
+def _metres(distance: float) -> str:
+    """A good receiver's track is met to some millimetres."""
+    return f"{distance:.3f}" if distance < 0.1 else f"{distance:.2f}"
+
+
+def _list_smallest(last: Round) -> str:
+    """In words, from which size on the usual effects would have been noticed."""
+    words = [(BY_NAME[name].smallest, found.value) for name, found in last.noticed.items()]
+    return ", ".join(text.format(value=value, degrees=np.degrees(value)) for text, value in words if text)
+
+
+def _clause(finding: Finding, model: Model) -> str:
+    where = finding.where
+    when = "" if where is None else f"between {where.t0_s:.1f} s and {where.t1_s:.1f} s "
+    words = when + BY_NAME[finding.name].sentence(finding.parameters, model)
+    if finding.probability < SURE and finding.alternatives:
+        words += f" ({finding.probability:.0%} probable; {list_alternatives(finding.name, finding.alternatives)})"
+    return words + "."
+
+
+def list_alternatives(name: str, others: Sequence[Alternative]) -> str:
+    """What else it may be than the hypothesis of that name, with probabilities, and the measurement that would decide
+    between it and the most probable other for which one is known.
+    """
+    listed = ", ".join(f"{other.name} ({other.probability:.0%})" for other in others)
+    measurements = (distinguishing_measurement(name, other.name) for other in others)
+    best = next((measurement for measurement in measurements if measurement), None)
+    return f"it may also be {listed}" + (f"; {best} would distinguish them" if best else "")
