@@ -1,4 +1,4 @@
-"""The errors a user may see.  Each is one clear line; the program never shows a traceback for one of these."""
+"""The errors that a user may see.  Each one is one clear line, and the program never shows a traceback for it."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Final
 from sssi_exudyn.core.text import one_line
 
 _LONGEST: Final = 1000
-"""Characters of the path, of the problem and of the fix each."""
+"""Maximum number of characters of the path, of the problem and of the fix."""
 
 
 class SssiError(Exception):
-    """Something went wrong that the user can read about in one line.
+    """An error that the user can read about in one line.
 
     Examples
     --------
@@ -27,7 +27,7 @@ class SssiError(Exception):
 
 
 class InputError(SssiError):
-    """Bad input: names the file, the place in it, what is wrong and how to fix it.
+    """Bad input.  The error names the file, the place in it, what is wrong and how to fix it.
 
     The message is one printable line of bounded length, whatever the file and its name hold.
 

@@ -1,4 +1,4 @@
-"""Frames and signs, in one place.
+"""Frames and their signs, defined in one place.
 
 World  east-north-up (e, n, u), origin at the first GPS fix.
 Slope  f down the fall line, l to the left when facing down, n normal and upwards; same origin.  Simulations run here.
@@ -21,46 +21,52 @@ from scipy.spatial.transform import Rotation
 Array = NDArray[np.float64]
 
 GRAVITY: Final = 9.81
-"""m/s²; the paper's latitude and height give 9.79 to 9.81."""
+"""Acceleration of gravity, m/s²; the paper's latitude and height give 9.79 to 9.81."""
 
 BODY_FROM_BVH: Final[Array] = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-"""Components (x left, y up, z forward) → (x forward, y left, z up): a cyclic permutation, so a proper rotation."""
+"""Rotation from (x left, y up, z forward) to (x forward, y left, z up); a cyclic permutation is a proper rotation."""
 
 
 def rotation_from_bvh(rotation: Array) -> Array:
-    """A rotation (…, 3, 3) given in BVH axes, in body axes."""
+    """Convert rotations (…, 3, 3) from BVH axes to body axes."""
     return BODY_FROM_BVH @ rotation @ BODY_FROM_BVH.T
 
 
 def level_to_enu(azimuth: float) -> Array:
-    """3×3: level frame (x along ``azimuth``, y left, z up) → east-north-up."""
+    """Return the rotation (3, 3) from the level frame (x along ``azimuth``, y left, z up) to east-north-up."""
     s, c = np.sin(azimuth), np.cos(azimuth)
     return np.array([[s, -c, 0.0], [c, s, 0.0], [0.0, 0.0, 1.0]])
 
 
 def slope_to_level(inclination: float) -> Array:
-    """3×3: slope frame → level frame; f points downhill, so it is turned about y (left) by +inclination."""
+    """Return the rotation (3, 3) from the slope frame to the level frame.
+
+    It turns by +inclination about y (left), so that f points downhill.
+    """
     return Rotation.from_euler("y", inclination).as_matrix()
 
 
 def slope_to_enu(inclination: float, azimuth: float) -> Array:
-    """3×3: slope frame → east-north-up."""
+    """Return the rotation (3, 3) from the slope frame to east-north-up."""
     return level_to_enu(azimuth) @ slope_to_level(inclination)
 
 
 def gravity_in_slope(inclination: float) -> Array:
-    """Gravity's acceleration in the slope frame (f, l, n), m/s²."""
+    """Return the acceleration of gravity (3,) m/s² in the slope frame (f, l, n)."""
     return GRAVITY * np.array([np.sin(inclination), 0.0, -np.cos(inclination)])
 
 
 def up_in_slope(inclination: float) -> Array:
-    """The unit vector against gravity in the slope frame (f, l, n)."""
+    """Return the unit vector (3,) against gravity in the slope frame (f, l, n)."""
     return -gravity_in_slope(inclination) / GRAVITY
 
 
 def cross(a: Array, b: Array) -> Array:
-    """a × b (…, 3) of vectors a, b (…, 3), bit for bit ``np.cross``; of some thousand vectors in half of its time."""
-    found = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
+    """Return a × b (…, 3) of vectors a, b (…, 3).
+
+    The result is bit for bit that of ``np.cross``, in half of its time for some thousand vectors.
+    """
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        found[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
-    return found
+        product[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
+    return product

@@ -1,4 +1,4 @@
-"""Autocorrelated noise: residuals whose neighbours resemble each other count for less than their number.
+"""Autocorrelated noise: correlated neighbours carry less information than their number.
 
 The error of a GPS fix keeps nearly the same direction for seconds.  The model here is the stationary process with an
 exponential correlation, cov(t, t') = σ² exp(−|t − t'|/T) (Ornstein-Uhlenbeck; sampled evenly it is AR(1)).  It is
@@ -27,12 +27,12 @@ _SOKAL_WINDOW = 5.0
 """The sum of correlations stops at five autocorrelation times: later lags add noise only (Sokal 1997)."""
 
 _RARE: Final = 0.0124
-"""Share of ordinary samples that are farther off than what counts fully: in one dimension 2.5 standard deviations."""
+"""Share of ordinary samples that lie beyond the distance of full weight: in one dimension 2.5 standard deviations."""
 
 
 @dataclass(frozen=True)
 class ExponentialNoise:
-    """Standard deviation ``sigma`` (the residual's unit) and ``correlation_time`` (s; 0 is white)."""
+    """Noise of standard deviation ``sigma`` (the residual's unit) and ``correlation_time`` (s; 0 is white)."""
 
     sigma: float
     correlation_time: float
@@ -40,10 +40,10 @@ class ExponentialNoise:
 
 @dataclass(frozen=True)
 class Scale:
-    """By how much noisier samples are than usual ones.
+    """Factors by which samples are noisier than usual ones.
 
-    lasting : (n,) above 0, by what neighbours share: a receiver has lost its solution for seconds
-    total : (n,) with what a sample has for itself alone: a fix that is far off; nowhere below ``lasting``
+    lasting : (n,) above 0, the factor that neighbours share: a receiver has lost its solution for seconds
+    total : (n,) the factor with each sample's own error, such as one fix that is far off; nowhere below ``lasting``
     """
 
     lasting: Array
@@ -54,31 +54,33 @@ class Scale:
 
     @property
     def least(self) -> float:
-        """s₀, that of the least noisy samples."""
+        """Scale s₀ of the least noisy samples."""
         return float(np.min(self.lasting))
 
     @property
     def excess(self) -> Array:
-        """(n,) d = √((s/s₀)² − 1) of what lasts."""
+        """Excess (n,) d = √((s/s₀)² − 1) of the lasting scale s."""
         return np.asarray(np.sqrt(np.maximum((self.lasting / self.least) ** 2 - 1.0, 0.0)))
 
     @property
     def alone(self) -> Array:
-        """(n,) r, variance of what each sample has for itself, in units of that of the least noisy samples."""
+        """Variance (n,) r of each sample's own error, in units of the variance of the least noisy samples."""
         return np.asarray(np.maximum(self.total**2 - self.lasting**2, 0.0) / self.least**2)
 
     @property
     def even(self) -> bool:
-        """Whether all samples are alike."""
+        """Whether all samples have the same scale."""
         return bool(np.all(self.total == self.least))
 
 
 def tail_weight(square: Array, dimensions: int) -> Array:
-    """What a sample counts, from the square of its distance r in standard deviations: 1 up to a distance c that few
-    ordinary samples exceed, (c/r)² beyond.  The density is exp(−r²/2), with tails that fall as |r| to the power −c².
+    """Weigh samples by the square of their distance r in standard deviations.
 
-    A Student distribution's weights, 5/(4 + r²), also raise what lies near and lessen what is ordinary: of Gaussian
-    noise they left estimates whose standard errors were a tenth too small.
+    The weight is 1 up to a distance c that few ordinary samples exceed, and (c/r)² beyond it.  The density is
+    exp(−r²/2), with tails that fall as |r| to the power −c².
+
+    The weights of a Student distribution, 5/(4 + r²), also raise near samples and lower ordinary ones.  With Gaussian
+    noise they gave standard errors that were a tenth too small.
 
     Source: Huber and Ronchetti, Robust Statistics (2009), 4.8, redescending estimates.
     """
@@ -86,7 +88,7 @@ def tail_weight(square: Array, dimensions: int) -> Array:
 
 
 def whiten(time: Array, residual: Array, noise: ExponentialNoise) -> Array:
-    """The residual as independent numbers of variance one, if it is such noise.
+    """Whiten a residual: if it is such noise, the result is independent numbers of variance one.
 
     Parameters
     ----------
@@ -100,8 +102,10 @@ def whiten(time: Array, residual: Array, noise: ExponentialNoise) -> Array:
 
 
 def whiten_with_slope(time: Array, residual: Array, noise: ExponentialNoise) -> tuple[Array, Array, float]:
-    """What ``whiten`` gives, its derivative by the correlation time's logarithm, and that of Σ log(σ √(1 − φ²)), the
-    logarithm of what it divides by; arguments as there, the correlation time above 0.
+    """Whiten a residual and differentiate by the logarithm of the correlation time.
+
+    Returns the whitened residual, its derivative, and the derivative of ``log_divisors``.  Arguments are those of
+    ``whiten``, the correlation time above 0.
     """
     steps, spread = _steps(time, residual, noise.correlation_time)
     white = steps / (noise.sigma * spread)
@@ -115,23 +119,24 @@ def whiten_with_slope(time: Array, residual: Array, noise: ExponentialNoise) -> 
 
 
 def log_divisors(time: Array, noise: ExponentialNoise) -> float:
-    """Σ log of what ``whiten`` divides by: what turns a density of whitened numbers at ``time`` (n,) into one of the
-    measured ones; the correlation time above 0.
+    """Return Σ log(σ √(1 − φ²)), the logarithm of what ``whiten`` divides by, for samples at ``time`` (n,).
+
+    It turns a density of whitened numbers into one of the measured numbers.  The correlation time is above 0.
     """
     decay = np.diff(time) / noise.correlation_time
     return len(time) * float(np.log(noise.sigma)) + 0.5 * float(np.sum(np.log(-np.expm1(-2.0 * decay))))
 
 
 def uneven_covariance(time: Array, noise: ExponentialNoise, scale: Scale) -> Array:
-    """(n, n) of noise that is ``scale`` times larger at some samples at ``time`` (n,) s; the correlation time above 0.
+    """Return the covariance (n, n) of noise that is ``scale`` times larger at some samples at ``time`` (n,) s.
 
         e = σ₀ (a + d b + √r c),   σ₀ = s₀ σ
 
-    a and b are independent processes of variance one with the same correlation, d the ``excess``, and c is independent
-    from sample to sample, r what a sample has ``alone``.  So a sample that is far off carries no information on its
-    neighbours.  Were the noise s σ a instead, a fix off by half a metre would fix its neighbours' error, a twentieth
-    of its own, to a few millimetres; and were single outliers part of b, one that is off to the other side of a spell
-    would be next to impossible.
+    a and b are independent processes of variance one with the same correlation, and d is the ``excess``.  c is
+    independent from sample to sample, and r is the variance that a sample has ``alone``.  So a sample that is far off
+    carries no information on its neighbours.  If the noise were s σ a instead, a fix off by half a metre would fix its
+    neighbours' error, a twentieth of its own, to a few millimetres.  If single outliers were part of b, an outlier to
+    the other side within a noisy spell would be next to impossible.  The correlation time is above 0.
     """
     more = scale.excess
     decay = np.exp(-np.abs(time[:, None] - time) / noise.correlation_time)
@@ -139,7 +144,7 @@ def uneven_covariance(time: Array, noise: ExponentialNoise, scale: Scale) -> Arr
 
 
 def draw_noise(rng: np.random.Generator, time: Array, noise: ExponentialNoise) -> Array:
-    """(n,) of such noise at ``time`` (n,), increasing; the correlation time above 0."""
+    """Draw noise (n,) of this kind at increasing ``time`` (n,); the correlation time is above 0."""
     out = np.empty(len(time))
     for k in range(len(time)):
         kept = np.exp(-(time[k] - time[k - 1]) / noise.correlation_time) if k else 0.0
@@ -148,10 +153,10 @@ def draw_noise(rng: np.random.Generator, time: Array, noise: ExponentialNoise) -
 
 
 def fit_noise(time: Array, residual: Array, longest: float = np.inf) -> ExponentialNoise:
-    """Most likely σ and correlation time of a residual of zero mean; arguments as for ``whiten``.
+    """Estimate the most likely σ and correlation time of a residual of zero mean; arguments as for ``whiten``.
 
     For each T the best σ² is the mean square of the samples whitened with σ = 1; T is searched between a tenth of the
-    mean step (white, for all that can be seen) and the record's length or ``longest`` (s).
+    mean step (no longer distinguishable from white) and the record's length or ``longest`` (s).
     """
     step = float(np.mean(np.diff(time)))
 
@@ -167,7 +172,7 @@ def fit_noise(time: Array, residual: Array, longest: float = np.inf) -> Exponent
 
 
 def chi_square_per_dof(time: Array, residual: Array, noise: ExponentialNoise, parameters: int = 0) -> float:
-    """χ² of the whitened residual over its degrees of freedom: about 1 where the noise explains all of it.
+    """Return χ² of the whitened residual per degree of freedom: about 1 where the noise explains the whole residual.
 
     ``parameters`` were fitted to the same data.  Raises ValueError when they leave no degree of freedom.
     """
@@ -178,7 +183,7 @@ def chi_square_per_dof(time: Array, residual: Array, noise: ExponentialNoise, pa
 
 
 def autocorrelation_time(residual: Array) -> float:
-    """Integrated autocorrelation time τ = 1 + 2 Σ ρ_k of evenly spaced samples (n,), in samples; at least 1.
+    """Estimate the integrated autocorrelation time τ = 1 + 2 Σ ρ_k of evenly spaced samples (n,), in samples (≥ 1).
 
     White noise has 1, AR(1) has (1 + φ)/(1 − φ).  A constant residual has n.
     """
@@ -196,12 +201,12 @@ def autocorrelation_time(residual: Array) -> float:
 
 
 def effective_samples(residual: Array) -> float:
-    """How many independent samples an evenly spaced residual (n,) is worth: n/τ."""
+    """Return the number n/τ of independent samples that an evenly spaced residual (n,) is worth."""
     return len(residual) / autocorrelation_time(residual)
 
 
 def _steps(time: Array, residual: Array, correlation_time: float) -> tuple[Array, Array]:
-    """Innovations of the residual, and their standard deviation for σ = 1 (broadcast against the residual)."""
+    """Return the residual's innovations and their standard deviation for σ = 1 (broadcast against the residual)."""
     decay = np.diff(time) / correlation_time if correlation_time > 0.0 else np.full(len(time) - 1, np.inf)
     # expm1 keeps the spread right where a step is a tiny share of the correlation time
     spread = np.concatenate([[1.0], np.sqrt(-np.expm1(-2.0 * decay))])

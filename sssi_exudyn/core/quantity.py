@@ -1,4 +1,4 @@
-"""A declared number: default, unit, bounds, source.
+"""Declared numbers with default, unit, bounds and source.
 
 Every parameter of the program is declared once, on the class that uses it::
 
@@ -27,7 +27,7 @@ _KEY = "sssi_quantity"
 
 @dataclass(frozen=True)
 class Quantity:
-    """What is known of a declared number besides its value."""
+    """The declaration of a number: everything that is known of it except its value."""
 
     name: str
     default: float
@@ -56,12 +56,12 @@ def quantity(
 
 
 def quantities(owner: object) -> dict[str, Quantity]:
-    """The declared numbers of a dataclass (class or instance), by name, in order of declaration."""
-    found = {}
+    """Return the declared numbers of a dataclass (class or instance), by name, in order of declaration."""
+    declared = {}
     for entry in dataclasses.fields(owner):  # type: ignore[arg-type]
         if _KEY in entry.metadata:
-            found[entry.name] = Quantity(name=entry.name, default=_number(entry.default), **entry.metadata[_KEY])
-    return found
+            declared[entry.name] = Quantity(name=entry.name, default=_number(entry.default), **entry.metadata[_KEY])
+    return declared
 
 
 def _number(default: Any) -> float:
@@ -69,7 +69,7 @@ def _number(default: Any) -> float:
 
 
 def build_checked(cls: type[T], values: Mapping[str, object], file: str | Path, place: str) -> T:
-    """Build the dataclass ``cls`` from a mapping read from ``file``, each number held against its bounds.
+    """Build the dataclass ``cls`` from a mapping read from ``file`` and check each number against its bounds.
 
     Raises InputError for an unknown key, a value that is not a number, or one outside its bounds.
     Fields that are not declared quantities pass through unchecked.

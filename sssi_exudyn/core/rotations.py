@@ -3,7 +3,7 @@
 The filter is the usual one of biomechanics, "4th-order Butterworth, zero lag": a second-order Butterworth run forwards
 and backwards, so the attenuations multiply and the phases cancel.  Two runs would lower the −3 dB point, so each run's
 cut-off is raised by (√2 − 1)^(−1/4) = 1.246 in the pre-warped frequency (Winter 2009, 2.2.4.4): the *whole* filter has
-−3 dB at the cut-off asked for.
+−3 dB at the requested cut-off.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from sssi_exudyn.core.frames import Array
 
 
 def lowpass(values: Array, rate: float, cutoff: float) -> Array:
-    """``values`` (n, …), evenly sampled at ``rate`` (Hz), without what is faster than ``cutoff`` (Hz, −3 dB).
+    """Remove everything faster than ``cutoff`` (Hz, −3 dB) from ``values`` (n, …), evenly sampled at ``rate`` (Hz).
 
-    The ends are continued by a point reflection about the first and last sample: a signal that passes its end with
+    The ends are continued by a point reflection about the first and last sample, so a signal that passes its end with
     constant speed is continued exactly.  Cut out of longer skiing captures, runs filtered so were 0.03° wrong at the
     very end and 0.006° three frames inside; mirrored, constant, polynomial and Gustafsson's continuations were worse.
     Raises ValueError when the cut-off is not below half the rate.
@@ -34,14 +34,14 @@ def lowpass(values: Array, rate: float, cutoff: float) -> Array:
 
 
 def nearest_rotation(matrix: Array) -> Array:
-    """The rotations (…, 3, 3) nearest to matrices (…, 3, 3) in the sum of squares of the entries."""
+    """Return the rotations (…, 3, 3) nearest to matrices (…, 3, 3) in the sum of squares of the entries."""
     u, _, vt = np.linalg.svd(matrix)
     u[..., :, 2] *= np.sign(np.linalg.det(u @ vt))[..., None]
     return np.asarray(u @ vt)
 
 
 def smooth_rotations(rotation: Array, rate: float, cutoff: float) -> Array:
-    """Rotations (n, …, 3, 3) filtered without angles, hence without trouble near gimbal lock.
+    """Filter rotations (n, …, 3, 3) without angles, hence without trouble near gimbal lock.
 
     The entries are filtered and the result is brought back to the nearest rotation: the weighted chordal mean of the
     rotations under the filter's window.
@@ -50,15 +50,18 @@ def smooth_rotations(rotation: Array, rate: float, cutoff: float) -> Array:
 
 
 def angles_between(a: Array, b: Array) -> Array:
-    """Angle (…) rad between rotations (…, 3, 3), accurate also where it is tiny: |A − B| = 2√2 sin(θ/2) (Frobenius)."""
+    """Return the angles (…) rad between rotations a and b (…, 3, 3).
+
+    |A − B| = 2√2 sin(θ/2) (Frobenius norm) is accurate also for tiny angles.
+    """
     half_sine = np.linalg.norm(a - b, axis=(-2, -1)) / np.sqrt(8.0)
     return np.asarray(2.0 * np.arcsin(np.minimum(half_sine, 1.0)))
 
 
 def rotations_about(axis: Array, angle: Array) -> Array:
-    """Rotations (n, 3, 3) by ``angle`` (n,) rad about unit vectors ``axis`` (3,) or (n, 3).
+    """Return rotations (n, 3, 3) by ``angle`` (n,) rad about unit vectors ``axis`` (3,) or (n, 3).
 
-    Written out, so that a complex angle carries a derivative through it.
+    The formula is written out so that a complex angle carries a derivative through it.
     """
     x, y, z = np.moveaxis(np.broadcast_to(axis, (len(angle), 3)), -1, 0)
     none = np.zeros_like(x)

@@ -7,14 +7,14 @@ from collections.abc import Iterable
 from typing import Final
 
 LONGEST: Final = 200
-"""Characters of a name that is shown."""
+"""Maximum number of characters of a name that is shown."""
 _JOINERS: Final = frozenset("\u200c\u200d")
-"""Part of words in some scripts and of emoji; no other invisible character passes."""
+"""Invisible characters that words of some scripts and emoji contain; no other invisible character passes."""
 _CUT: Final = " … "
 
 
 def one_line(text: object, longest: int = LONGEST) -> str:
-    """``text`` on one line, cut in the middle to ``longest`` characters.
+    """Return ``text`` on one line, cut in the middle to ``longest`` characters.
 
     Line breaks and tabs become spaces.  Control characters (terminals take them for commands), marks that reverse the
     direction of writing and bytes that are no text become ``\\x1b``, ``\\u202e`` and so on.
@@ -27,12 +27,12 @@ def one_line(text: object, longest: int = LONGEST) -> str:
 
 
 def plot_text(text: object, longest: int = LONGEST) -> str:
-    """``text`` as ``one_line`` gives it, for Matplotlib: a dollar sign begins no formula."""
+    """Return ``text`` as ``one_line`` gives it, for Matplotlib: a dollar sign begins no formula."""
     return one_line(text, longest).replace("$", r"\$")
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """The fix for an unknown name: the nearest of those there are, or else all of them."""
+    """Return the fix for an unknown name: the nearest known name, or else all known names."""
     names = sorted(known)
     near = difflib.get_close_matches(name, names, 1)
     return f"did you mean {near[0]!r}?" if near else f"use one of: {', '.join(names)}"

@@ -1,4 +1,4 @@
-"""Files from outside: regular files only, found inside their folder, bounded in size, decoded and hashed.
+"""Files from outside: regular files only, located inside their folder, bounded in size, decoded and hashed.
 
 Every function raises InputError, with a fix, instead of the operating system's errors.
 """
@@ -20,7 +20,7 @@ from sssi_exudyn.io.bounds import MAX_BYTES, MAX_LINE, MAX_LINES
 
 
 def inside(folder: Path, name: str, file: Path, place: str, limit: int = MAX_BYTES) -> Path:
-    """The regular file ``name`` inside ``folder``, symlinks followed.
+    """Return the path of the regular file ``name`` inside ``folder``, with symlinks followed.
 
     Parameters
     ----------
@@ -66,9 +66,9 @@ def inside(folder: Path, name: str, file: Path, place: str, limit: int = MAX_BYT
 
 @contextmanager
 def open_regular(path: Path) -> Iterator[BinaryIO]:
-    """A regular file, opened for reading; a pipe or a device, which may never end, is not waited for.
+    """Open a regular file for reading, without waiting for a pipe or a device that may never end.
 
-    Raises InputError where it is no regular file or cannot be read.
+    Raises InputError where the path is not a regular file or cannot be read.
     """
     try:
         # O_NONBLOCK: else a pipe without a writer would block here already.  Windows has no such flag.
@@ -84,7 +84,10 @@ def open_regular(path: Path) -> Iterator[BinaryIO]:
 
 
 def read_bytes(path: Path, limit: int = MAX_BYTES) -> bytes:
-    """The bytes of a regular file; raises InputError where it cannot be read, is empty or has more than ``limit``."""
+    """Read the bytes of a regular file.
+
+    Raises InputError where the file cannot be read, is empty or has more than ``limit`` bytes.
+    """
     with open_regular(path) as stream:
         try:
             data = stream.read(limit + 1)  # bounded even if the file grows meanwhile
@@ -98,7 +101,7 @@ def read_bytes(path: Path, limit: int = MAX_BYTES) -> bytes:
 
 
 def read_text(path: Path, limit: int = MAX_BYTES) -> str:
-    """The text of a UTF-8 file, with or without byte order mark, every line ending as a line feed.
+    """Read the text of a UTF-8 file, with or without byte order mark; every line ending becomes a line feed.
 
     Raises InputError for what ``read_bytes`` refuses, other encodings, more than ``MAX_LINES`` lines and lines of more
     than ``MAX_LINE`` bytes.
@@ -124,7 +127,7 @@ def read_text(path: Path, limit: int = MAX_BYTES) -> str:
 
 
 def sha256(path: Path) -> str:
-    """``"sha256:<hex>"`` of a file's bytes."""
+    """Return ``"sha256:<hex>"`` of a file's bytes."""
     return "sha256:" + hashlib.sha256(read_bytes(path)).hexdigest()
 
 

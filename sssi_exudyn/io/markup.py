@@ -1,6 +1,6 @@
-"""Untrusted XML: element by element, without DTD, entities or external references, and bounded.
+"""Untrusted XML, read element by element within bounds, without DTD, entities or external references.
 
-A file is never held as one tree: what was not asked for is dropped as soon as it ends.
+A file is never held as one tree: an element that was not requested is dropped as soon as it ends.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from sssi_exudyn.io.files import open_regular
 
 
 class _Guarded:
-    """A stream that the parser reads, held against the bounds of length.
+    """The stream that the parser reads, with bounds on its length.
 
-    The parser reads what has not ended yet (a tag, comment or instruction) anew with every piece that it gets.  So the
-    bound on that keeps its work proportional to the file.
+    The parser reads an unfinished tag, comment or instruction again with every piece that it gets.  The bound on its
+    length keeps the parser's work proportional to the file.
     """
 
     def __init__(self, path: Path, stream: BinaryIO, limit: int) -> None:
@@ -30,11 +30,11 @@ class _Guarded:
         self.given = self.seen = 0
 
     def mark_element(self) -> None:
-        """An element began or ended."""
+        """Note that an element began or ended."""
         self.seen = self.given
 
     def read(self, size: int = -1, /) -> bytes:
-        """The next ``size`` bytes.  Raises InputError beyond the bounds."""
+        """Read the next ``size`` bytes.  Raises InputError beyond the bounds."""
         if self.given - self.seen > MAX_MARKUP:
             problem = "a tag, comment or text longer than any recording has"
             raise InputError(self.path, "", problem, "export the run alone")
@@ -49,11 +49,12 @@ class _Guarded:
 def elements(
     path: Path, names: Collection[str], heads: Collection[str] = (), limit: int = MAX_XML
 ) -> Iterator[Element]:
-    """The whole elements of the given local names, in the order in which they end, outermost only; those named in
-    ``heads`` when they begin, with nothing but their attributes.
+    """Yield elements of an XML file by their local names.
 
-    An element is good until the next one is asked for.  Raises InputError for broken XML, a DTD, entities, unknown
-    encodings, and nesting or numbers beyond any capture's.
+    Elements named in ``names`` come whole, outermost only, in the order in which they end.  Elements named in ``heads``
+    come when they begin, with nothing but their attributes.  An element is valid until the next one is requested.
+
+    Raises InputError for broken XML, a DTD, entities, unknown encodings, and nesting or numbers beyond any capture's.
     """
     depth, count, within = 0, 0, 0
     ancestors: list[Element] = []
@@ -63,9 +64,9 @@ def elements(
             for event, element in iterparse(guarded, ("start", "end"), forbid_dtd=True):
                 guarded.mark_element()
                 name = local_name(element)
-                wanted = name in names
+                requested = name in names
                 if event == "start":
-                    depth, within = depth + 1, within + wanted
+                    depth, within = depth + 1, within + requested
                     count += 1 + len(element.attrib)
                     ancestors.append(element)
                     if depth > MAX_NESTING or count > MAX_ELEMENTS:
@@ -73,10 +74,10 @@ def elements(
                     if name in heads:
                         yield element
                     continue
-                depth, within = depth - 1, within - wanted
+                depth, within = depth - 1, within - requested
                 ancestors.pop()
                 if within == 0:
-                    if wanted:
+                    if requested:
                         yield element
                     element.clear()
                     if ancestors:
@@ -92,13 +93,13 @@ def elements(
 
 
 def local_name(element: Element) -> str:
-    """A tag's name without its namespace."""
+    """Return a tag's name without its namespace."""
     return str(element.tag).rsplit("}", 1)[-1]
 
 
 def text_below(element: Element, name: str) -> str | None:
-    """The text of the first descendant of that local name, wherever extensions put it."""
-    for below in element.iter():
-        if local_name(below) == name and below.text:
-            return below.text.strip()
+    """Return the text of the first descendant of that local name, wherever extensions put it."""
+    for descendant in element.iter():
+        if local_name(descendant) == name and descendant.text:
+            return descendant.text.strip()
     return None

@@ -1,4 +1,4 @@
-"""Parquet files of results: tables of numbers and a few texts, bounded before anything is decoded."""
+"""Parquet files of results: tables of numbers and a few texts, with bounds checked before anything is decoded."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _BYTES: Final = 8
-"""Of a number."""
+"""Number of bytes of a number."""
 _HEAD: Final = 4096
-"""bytes in which a page's head ends mostly."""
+"""Number of bytes in which the head of most pages ends."""
 _LARGEST_HEAD: Final = 1_000_000
-"""bytes of one whose least and greatest value are long texts, such as whole records of runs."""
+"""Maximum bytes of a page's head whose least and greatest value are long texts, such as whole records of runs."""
 _PAGES: Final = 200_000
-_DECODED: Final = _BYTES * MAX_TABLE
-"""bytes that all pages of a file may have once they are decompressed."""
+MAX_DECODED: Final = _BYTES * MAX_TABLE
+"""Maximum number of bytes of all pages of a file once they are decompressed."""
 
 
 def read_parquet(
     path: Path, needed: Sequence[str] = (), names: Sequence[str] = (), sentences: Sequence[str] = ()
 ) -> pd.DataFrame:
-    """A table of float or whole numbers, truth values and texts.
+    """Read a table of float or whole numbers, truth values and texts.
 
     Parameters
     ----------
-    needed : columns that have to be there
+    needed : columns that must be present
     names : columns that may hold names, ``MAX_NAME`` characters at most; one that is missing is no error
     sentences : columns that may hold any text, which is put on one line and cut
 
-    Raises InputError for anything but a regular Parquet file, one that is torn, more rows, columns or bytes than any
+    Raises InputError for anything but a regular Parquet file, for a torn one, for more rows, columns or bytes than any
     result has, and for a column that is missing, comes twice, or is of another type.
     """
     from pandas import CategoricalDtype  # here: what only writes tables need not load it
@@ -68,7 +68,7 @@ def read_parquet(
 
 
 def read_texts(path: Path, columns: Sequence[str]) -> list[tuple[str | None, ...]]:
-    """The rows of a table whose ``columns`` hold texts of any content; others are left out.
+    """Read the rows of a table whose ``columns`` hold texts of any content; other columns are left out.
 
     Raises InputError as ``read_parquet`` does.
     """
@@ -80,8 +80,9 @@ def read_texts(path: Path, columns: Sequence[str]) -> list[tuple[str | None, ...
 
 @contextmanager
 def _checked(path: Path, needed: Sequence[str], texts: Sequence[str]) -> Iterator[pq.ParquetFile]:
-    """The file open for reading, each text once however often it stands there.  Raises InputError as ``read_parquet``
-    does, also for what is found while it is read.
+    """Open the file for reading, with equal texts held once.
+
+    Raises InputError as ``read_parquet`` does, also for faults that show while it is read.
     """
     with open_regular(path) as stream:
         try:
@@ -96,7 +97,7 @@ def _checked(path: Path, needed: Sequence[str], texts: Sequence[str]) -> Iterato
 
 
 def _texts(column: pa.ChunkedArray) -> Iterator[str | None]:
-    """The texts of a column with a dictionary, equal ones as one object; none for a column of anything else."""
+    """Yield the texts of a column with a dictionary, equal ones as one object; a column of another type yields none."""
     for chunk in column.chunks:
         if pa.types.is_dictionary(chunk.type):
             known = chunk.dictionary.to_pylist()
@@ -126,8 +127,9 @@ def _check_columns(path: Path, file: pq.ParquetFile, needed: Sequence[str], text
 
 
 def _check_pages(path: Path, about: pq.FileMetaData, stream: BinaryIO) -> None:
-    """Raise InputError where pages would decompress to more than any table has: a page says its size itself, whatever
-    the file's own account of it.  Raise it too where a column goes by two names.
+    """Raise InputError where pages would decompress to more than any table has, or where a column has two names.
+
+    A page states its own size, whatever the file's metadata say of it.
     """
     total = count = 0
     for group in range(about.num_row_groups):
@@ -142,13 +144,13 @@ def _check_pages(path: Path, about: pq.FileMetaData, stream: BinaryIO) -> None:
                 total += max(decoded, stored)
                 count += 1
                 at += size + stored
-                if min(decoded, stored) < 0 or total > _DECODED or count > _PAGES:
+                if min(decoded, stored) < 0 or total > MAX_DECODED or count > _PAGES:
                     raise InputError(path, "", "more bytes than any result has", "run again")
     stream.seek(0)
 
 
 def _page_at(stream: BinaryIO, at: int) -> tuple[int, int, int]:
-    """``_page`` of the page that begins there."""
+    """Return ``_page`` of the page that begins at byte ``at``."""
     stream.seek(at)
     head = stream.read(_HEAD)
     try:
@@ -160,32 +162,32 @@ def _page_at(stream: BinaryIO, at: int) -> tuple[int, int, int]:
 
 
 def _page(head: bytes) -> tuple[int, int, int]:
-    """Bytes of a page once decompressed, as it is stored, and of its head.
+    """Return a page's bytes once decompressed, its bytes as stored, and the bytes of its head.
 
     The head is a structure of Thrift's compact protocol: a byte with the distance to the last field and the type, then
     the value.  Fields 2 and 3 are the sizes.  Raises ValueError for anything else.
     """
     reader = _Thrift(head)
-    found = reader.structure()
-    return found.get(2, -1), found.get(3, -1), reader.at
+    fields = reader.structure()
+    return fields.get(2, -1), fields.get(3, -1), reader.at
 
 
 class _Thrift:
-    """Reads structures of whole numbers, texts and structures; what a page's head consists of."""
+    """A reader of structures of whole numbers, texts and structures, which make up a page's head."""
 
     def __init__(self, data: bytes) -> None:
         self.data, self.at = data, 0
 
     def structure(self, depth: int = 0) -> dict[int, int]:
-        """The fields that are whole numbers, by their number."""
+        """Read the fields of a structure that are whole numbers, by their number."""
         if depth > 4:
             raise ValueError("a page's head is nested")
-        found, field = {}, 0
+        whole_numbers, field = {}, 0
         while (head := self._byte()) != 0:
             kind = head & 15
             field = field + (head >> 4) if head >> 4 else self._whole()
             if kind in (4, 5, 6):
-                found[field] = self._whole()
+                whole_numbers[field] = self._whole()
             elif kind == 8:
                 length = self._length()
                 self.at += length
@@ -193,7 +195,7 @@ class _Thrift:
                 self.structure(depth + 1)
             elif kind not in (1, 2):  # true and false have no value
                 raise ValueError("a page's head is torn")
-        return found
+        return whole_numbers
 
     def _byte(self) -> int:
         if self.at >= len(self.data):
@@ -214,8 +216,8 @@ class _Thrift:
 
 
 def check_time(path: Path, frame: pd.DataFrame, longest: float, *, strict: bool) -> None:
-    """Raise InputError where ``time_s`` is not finite, falls (or stays, with ``strict``), or spans more than
-    ``longest`` s.
+    """Raise InputError where ``time_s`` is not finite, falls, or spans more than ``longest`` s.  With ``strict``, equal
+    times are refused too.
     """
     time = frame["time_s"].to_numpy(dtype=float)
     steps = np.diff(time)
@@ -226,7 +228,7 @@ def check_time(path: Path, frame: pd.DataFrame, longest: float, *, strict: bool)
 
 
 def check_finite(path: Path, frame: pd.DataFrame, names: Sequence[str]) -> None:
-    """Raise InputError where one of the columns holds what is not a finite number."""
+    """Raise InputError where one of the columns holds anything but a finite number."""
     for name in names:
         if not np.all(np.isfinite(frame[name].to_numpy(dtype=float))):
             raise InputError(path, f"column {name}", "not a number in every row", "run again")

@@ -1,4 +1,4 @@
-"""TOML files: read within bounds; keys that carry units on one side, declared quantities in SI on the other.
+"""TOML files, read within bounds: keys carry units in the file, declared quantities are in SI in the program.
 
 A field declared ``quantity(..., "kg", ...)`` as ``mass`` is the key ``mass_kg``; angles stand in degrees in the file.
 """
@@ -27,16 +27,16 @@ _IN_FILE: Final = {
     "N m": ("Nm", 1.0),
     "N m/rad": ("Nm_per_deg", 180.0 / math.pi),
 }
-"""SI unit → the unit in the key, and the factor from it to SI."""
+"""Unit in the key by SI unit, and the factor from it to SI."""
 _MISTAKEN: Final = {
     "m": {"feet": 0.3048, "centimetres": 0.01, "millimetres": 0.001, "inches": 0.0254},
     "kg": {"pounds": 0.45359237, "grams": 0.001},
 }
-"""Units often written where the first is due, and their size in it."""
+"""Units that are often written by mistake for a unit, and their size in it."""
 
 _PART: Final = r"""(?:[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*')"""
 _LONG_KEY: Final = re.compile(rf"(?<![A-Za-z0-9_-]){_PART}(?:[ \t]*\.[ \t]*{_PART}){{{MAX_DEPTH}}}")
-"""A dotted key of more parts than tables are nested; one of n parts costs the TOML reader n² of time and memory."""
+"""Pattern of a dotted key of more parts than tables nest; n parts cost the TOML reader n² of time and memory."""
 
 Settings = Mapping[str, Any]  # Any: what TOML holds is checked value by value below
 
@@ -84,17 +84,17 @@ def _check_bounds(path: Path, settings: Settings) -> None:
 
 
 def _below(place: str, name: str, value: object) -> str:
-    """The place of a value, as other messages name it: ``[skier] mass_kg``."""
+    """Return the place of a value, as other messages name it: ``[skier] mass_kg``."""
     return f"{place} {name}" if place else (f"[{name}]" if isinstance(value, Mapping) else name)
 
 
 def key_of(about: Quantity) -> str:
-    """The key of a declared quantity in the file: its name and the unit written there."""
+    """Return the key of a declared quantity in the file: its name and the unit written there."""
     return f"{about.name}_{_IN_FILE[about.unit][0]}"
 
 
 def table_of(settings: Settings, name: str, path: Path) -> Settings:
-    """The table ``[name]``; raises InputError when it is missing or is no table."""
+    """Return the table ``[name]``; raises InputError when it is missing or is not a table."""
     table = settings.get(name)
     if not isinstance(table, Mapping):
         what = "the table is missing" if table is None else "this must be a table"
@@ -111,28 +111,29 @@ def check_keys(table: Settings, known: Iterable[str], path: Path, place: str) ->
 
 
 def numbers_of(cls: type, table: Settings, path: Path, place: str, optional: Collection[str] = ()) -> dict[str, float]:
-    """The declared quantities of the dataclass ``cls`` from a table, in SI, by field name.
+    """Read the declared quantities of the dataclass ``cls`` from a table, in SI, by field name.
 
     Parameters
     ----------
-    optional : names of fields that may be missing; they are then not in the result
+    optional : names of fields that may be missing; the result then lacks them
 
     Raises InputError for a missing key, a value that is no number, or one outside its bounds.
     """
-    found = {}
+    values = {}
     for name, about in quantities(cls).items():
         key = key_of(about)
         if key not in table:
             if name in optional:
                 continue
             raise InputError(path, f"{place} {key}", "the key is missing", f"add it: {about.meaning}")
-        found[name] = _number(table[key], about, path, f"{place} {key}")
-    return found
+        values[name] = _number(table[key], about, path, f"{place} {key}")
+    return values
 
 
 def table_from(owner: object, *classes: type) -> dict[str, float]:
-    """The quantities that the dataclasses declare, as ``owner`` has them and a table holds them: what ``numbers_of``
-    reads back.  Those that are None are left out.
+    """Return the table of the quantities that the dataclasses declare, with the values that ``owner`` has.
+
+    ``numbers_of`` reads the table back.  Quantities that are None are left out.
     """
     declared = [item for cls in classes for item in quantities(cls).items()]
     return {
@@ -143,7 +144,7 @@ def table_from(owner: object, *classes: type) -> dict[str, float]:
 
 
 def text_of(table: Settings, key: str, path: Path, place: str, default: str | None = None) -> str:
-    """A string; raises InputError when it is missing without a default, empty, or no string."""
+    """Return a string; raises InputError when it is missing without a default, empty, or not a string."""
     value = table.get(key, default)
     where = f"{place} {key}".strip()
     if value is None:
@@ -154,14 +155,15 @@ def text_of(table: Settings, key: str, path: Path, place: str, default: str | No
 
 
 def name_of(table: Settings, key: str, path: Path, place: str, default: str | None = None) -> str:
-    """A string that is shown: one line without invisible characters, of bounded length.  Raises InputError as
-    ``text_of``.
+    """Return a string that is shown: one line without invisible characters, of bounded length.
+
+    Raises InputError as ``text_of`` does.
     """
     return one_line(text_of(table, key, path, place, default), MAX_NAME).strip()
 
 
 def vector_of(table: Settings, key: str, path: Path, place: str, limit: float) -> tuple[float, float, float]:
-    """Three numbers (m), none larger than ``limit``; raises InputError otherwise."""
+    """Return three numbers (m), none larger than ``limit``; raises InputError otherwise."""
     value = table.get(key)
     where = f"{place} {key}"
     if value is None:

@@ -13,7 +13,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.table import numbers
 
 GROUND_FROM_LEVEL: Final[Array] = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-"""Components (x forward, y left, z up) → (x forward, y up, z right)."""
+"""Rotation from (x forward, y left, z up) to (x forward, y up, z right)."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Storage:
 
 
 def storage_text(table: Storage) -> str:
-    """The table as OpenSim reads it (version 1 of the format)."""
+    """Return the table as OpenSim reads it (version 1 of the format)."""
     head = (
         f"{table.name}\nversion=1\nnRows={len(table.values)}\nnColumns={len(table.columns)}\n"
         f"inDegrees={'yes' if table.in_degrees else 'no'}\nendheader\n"
@@ -37,22 +37,22 @@ def storage_text(table: Storage) -> str:
 
 
 def read_storage(path: Path, text: str) -> Storage:
-    """Read a ``.mot`` or ``.sto`` strictly: the header's counts have to be those of the table.
+    """Read a ``.mot`` or ``.sto`` strictly: the header's counts must be those of the table.
 
     Raises InputError with the line of the fault.
     """
     lines = text.split("\n")
     ends = next((i for i, line in enumerate(lines) if line.strip().lower() == "endheader"), None)
     if ends is None or ends + 1 >= len(lines):
-        raise InputError(path, "header", "no line 'endheader' with a table after it", "write it anew from OpenSim")
+        raise InputError(path, "header", "no line 'endheader' with a table after it", "write it again from OpenSim")
     pairs = (line.partition("=") for line in lines[:ends])
-    head = {key.strip().lower(): value.strip() for key, found, value in pairs if found}
+    head = {key.strip().lower(): value.strip() for key, separator, value in pairs if separator}
     columns = tuple(lines[ends + 1].split())
     rows = [(number, line) for number, line in enumerate(lines[ends + 2 :], ends + 3) if line.strip()]
     for key, count in (("nrows", len(rows)), ("ncolumns", len(columns)), ("datarows", len(rows))):
         if key in head and head[key] != str(count):
             raise InputError(path, "header", f"{key} is {head[key]}, the table has {count}", f"write {count}")
     if not rows or columns[:1] != ("time",):
-        raise InputError(path, "table", "no rows, or the first column is not time", "write it anew from OpenSim")
+        raise InputError(path, "table", "no rows, or the first column is not time", "write it again from OpenSim")
     values = numbers(path, rows, len(columns), None)
     return Storage(lines[0].strip(), columns, values, head.get("indegrees", "no").lower() == "yes")

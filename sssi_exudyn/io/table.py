@@ -1,4 +1,4 @@
-"""Tables of numbers against time, as instruments write them: reading, clocks and gaps."""
+"""Tables of numbers against time, as instruments write them: their reading, clocks and gaps."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from sssi_exudyn.io.bounds import MAX_COLUMNS, MAX_NAME, MOST_FILLED, check_samp
 from sssi_exudyn.io.files import read_text
 
 SHORT_GAP: Final = 1.0
-"""s; gaps up to this are interpolated, longer ones split the run.  A skier moves by less than a turn in it."""
+"""Longest gap that is interpolated, s; longer ones split the run.  In this time a skier moves by less than a turn."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of a CSV file by name, and the line of the file that each row stood on."""
+    """The columns of a CSV file by name, and the file's line number of each row."""
 
     file: Path
     columns: dict[str, Array]
@@ -28,14 +28,14 @@ class Table:
 
 @dataclass(frozen=True)
 class Clock:
-    """How one instrument's samples lie in time after its gaps were dealt with.
+    """The times of one instrument's samples after its gaps were treated.
 
     Attributes
     ----------
     keep : the samples (slice of the file's) of the longest stretch without a long gap
-    time : (m,) s, the kept samples' times with those of the bridged gaps among them
+    time : (m,) s, the kept samples' times together with those of the bridged gaps
     bridged : (m,) True where the sample has to be interpolated
-    gap : (m,) s, the length of the gap a bridged sample lies in, 0 elsewhere
+    gap : (m,) s, the length of the gap that a bridged sample lies in, 0 elsewhere
     notes : what was done, in words
     """
 
@@ -76,10 +76,10 @@ def read_table(path: Path) -> Table:
 
 
 def numbers(path: Path, rows: list[tuple[int, str]], width: int, separator: str | None) -> Array:
-    """(len(rows), width) finite numbers from text lines; ``rows`` holds (line number, text).
+    """Read finite numbers (len(rows), width) from text lines; ``rows`` holds (line number, text).
 
-    Raises InputError that names the first line (and column) that is not ``width`` finite numbers, and for more of them
-    than any run has.
+    Raises InputError that names the first line (and column) without ``width`` finite numbers.  Raises it too for more
+    numbers than any run has.
     """
     check_samples(path, "", len(rows), width)
     try:
@@ -138,11 +138,11 @@ def bridge_gaps(path: Path, time: Array, width: int = 1) -> Clock:
     """Find the gaps in rising ``time`` (n,) s: short ones get new sample times, long ones split the run.
 
     A gap is an interval of more than one and a half median ones.  It is short where up to ``SHORT_GAP`` is missing, or
-    up to two samples of a slow instrument.  Of a split run the longest part is kept.
+    up to two samples of a slow instrument.  The longest part of a split run is kept.
 
     Parameters
     ----------
-    width : numbers of one sample, for the bound on what filling the gaps takes
+    width : count of numbers in one sample, for the bound on the filled samples
 
     Raises InputError when the longest part is shorter than ``SHORT_GAP``, and when its gaps would take more samples
     than any run has.

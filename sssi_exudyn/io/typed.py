@@ -1,7 +1,7 @@
 """Frozen dataclasses as JSON files: written whole, read back with every field checked against its declared type.
 
-One way of doing it for all results: ``summary.json``, ``diagnosis.json`` and whatever else holds figures.  Keys that a
-reader does not know are passed over, so that files may be extended.
+All results use it: ``summary.json``, ``diagnosis.json`` and every other file of figures.  Keys that a
+reader does not know are ignored, so that files may be extended.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from sssi_exudyn.io.writing import to_plain
 
 T = TypeVar("T")
 _DIGITS = 18
-"""Of a whole number, so that it fits into 64 bits."""
+"""Maximum number of digits of a whole number, so that it fits into 64 bits."""
 
 
 def read_json(path: Path, kind: type[T]) -> T:
-    """The object of type ``kind`` in the JSON file ``path``.
+    """Read the object of type ``kind`` in the JSON file ``path``.
 
     Raises InputError for what ``read_table`` refuses, and for a field that is missing or of another type, with its
     place (``$.findings[0].name``).
@@ -38,29 +38,29 @@ def read_json(path: Path, kind: type[T]) -> T:
 
 
 def read_table(path: Path) -> dict[str, Any]:
-    """The JSON object in the file ``path``; its texts are one printable line each, its numbers finite and bounded.
+    """Read the JSON object in the file ``path``; its texts are one printable line each, its numbers finite and bounded.
 
-    Raises InputError for a file that is missing, no regular file or too large, for anything but a JSON object, and for
-    numbers and nesting beyond those of any result.
+    Raises InputError for a file that is missing, not regular or too large, and for anything but a JSON object.  Raises
+    it too for numbers and nesting beyond those of any result.
     """
     content = read_bytes(path, MAX_JSON)
     try:
-        found = json.loads(content, parse_float=_number, parse_int=_whole_number, parse_constant=_refuse)
-        if not isinstance(found, dict):
+        table = json.loads(content, parse_float=_number, parse_int=_whole_number, parse_constant=_refuse)
+        if not isinstance(table, dict):
             raise InputError(path, "", "holds no table of figures", "run again with this version")
-        return {one_line(name): _clean(value, 1) for name, value in found.items()}
+        return {one_line(name): _clean(value, 1) for name, value in table.items()}
     except (RecursionError, ValueError) as error:
         raise InputError(path, "", f"not JSON ({error})", "run again") from None
 
 
 def wrong_field(path: Path, error: ValueError) -> InputError:
-    """The error line for a field of another type, out of that of ``convert``."""
+    """Make the error line for a field of another type from the error of ``convert``."""
     problem, _, place = str(error).partition(" - at ")
     return InputError(path, place.strip("`"), problem[:1].lower() + problem[1:], "run again")
 
 
 def _clean(value: Any, depth: int) -> Any:
-    """The same with every text on one printable line.  Raises ValueError where it is nested too deeply."""
+    """Return the value with every text on one printable line.  Raises ValueError where it is nested too deeply."""
     if depth > MAX_DEPTH:
         raise ValueError("more tables within tables than any result has")
     if isinstance(value, dict):
@@ -88,12 +88,12 @@ def _refuse(text: str) -> NoReturn:
 
 
 def encode(value: Any) -> bytes:
-    """Dataclasses, sequences, mappings, texts and finite numbers as JSON."""
+    """Encode dataclasses, sequences, mappings, texts and finite numbers as JSON."""
     return msgspec.json.encode(value)
 
 
 def decode(content: bytes, kind: type[T]) -> T:
-    """The object of type ``kind`` that ``encode`` gave.  Raises ValueError for anything else."""
+    """Decode the object of type ``kind`` that ``encode`` gave.  Raises ValueError for anything else."""
     try:
         return msgspec.json.decode(content, type=kind)
     except RecursionError as error:
@@ -101,10 +101,13 @@ def decode(content: bytes, kind: type[T]) -> T:
 
 
 def convert(value: Any, kind: type[T]) -> T:
-    """Plain data (mappings, lists, numbers) as an object of type ``kind``.  Raises ValueError where they do not fit."""
+    """Convert plain data (mappings, lists, numbers) to an object of type ``kind``.
+
+    Raises ValueError where they do not fit.
+    """
     return msgspec.convert(to_plain(value), type=kind)
 
 
 def json_schema(kind: type) -> dict[str, Any]:
-    """The JSON Schema (2020-12) of what a file of that type holds."""
+    """Return the JSON Schema (2020-12) of a file that holds an object of that type."""
     return msgspec.json.schema(kind)

@@ -1,4 +1,4 @@
-"""Files and folders written whole or not at all, by one process at a time; values as JSON."""
+"""Files and folders, written whole or not at all and by one process at a time; values as JSON."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _LOCK = ".lock"
 
 @contextmanager
 def folder_lock(folder: Path) -> Iterator[None]:
-    """Hold ``folder`` (made when missing) against other processes.  May be nested within one thread.
+    """Hold ``folder`` (made when missing) against other processes.  Calls may be nested within one thread.
 
-    Raises InputError when another process holds it, when it cannot be made, and when what is done meanwhile cannot be
+    Raises InputError when another process holds it, when it cannot be made, and when the work done meanwhile cannot be
     written.
     """
     with clear_errors(folder):
@@ -43,7 +43,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
 
 
 def is_locked(folder: Path) -> bool:
-    """True while a process has ``folder`` ``locked``."""
+    """Return True while a process holds the lock of ``folder``."""
     if not (folder / _LOCK).exists():
         return False
     lock = filelock.FileLock(folder / _LOCK, timeout=0)
@@ -81,12 +81,12 @@ def write_atomically(path: Path, content: str | bytes) -> None:
 
 
 def to_json(value: Any) -> str:
-    """JSON text, readable by people too, of whatever ``plain`` takes."""
+    """Return a value as JSON text that people can read too; it may be anything that ``to_plain`` takes."""
     return json.dumps(to_plain(value), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def to_plain(value: Any) -> Any:
-    """What JSON can hold: dataclasses as mappings, NumPy's numbers and arrays as Python's, not finite as None."""
+    """Convert to what JSON can hold: dataclasses to mappings, NumPy's values to Python's, infinite and NaN to None."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         value = {entry.name: getattr(value, entry.name) for entry in dataclasses.fields(value)}
     if isinstance(value, Mapping):

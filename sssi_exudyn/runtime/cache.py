@@ -1,8 +1,8 @@
-"""Evaluations kept on disk under the hash of what they were computed from, so that an interrupted run can go on.
+"""Evaluations kept on disk under the hash of their inputs, so that an interrupted run can go on.
 
 One entry is one ``.npz`` of named arrays, written under another name and moved into place: a reader sees a whole entry
-or none.  An entry that cannot be read is computed anew, and so is one that another user's program wrote: the folder may
-come from someone else.
+or none.  An entry that cannot be read is computed again.  So is one that another user's program wrote, since the folder
+may come from someone else.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from numpy.typing import NDArray
 from sssi_exudyn.runtime.private_folder import secret
 
 MAX_ENTRY: Final = 300_000_000
-"""bytes of arrays in one entry."""
+"""Maximum number of bytes of the arrays in one entry."""
 _CHECK: Final = "check"
-"""The array of an entry that holds the hash of the user's secret, its key and all others."""
+"""Name of the array in an entry that holds the hash of the user's secret, the key and all other arrays."""
 Arrays = dict[str, NDArray[np.generic]]
 Shapes = Mapping[str, tuple[int | None, ...]]
-"""Names and shapes of an entry's arrays; None where any length will do."""
+"""Names and shapes of an entry's arrays; None where any length is allowed."""
 _OWN: Final = re.compile(r"[0-9a-f]{64}\.npz|\.[0-9a-f]{64}\.npz\.\d+")
-"""Names of entries, whole and half written: keys are fingerprints."""
+"""Pattern of the names of entries, whole and half written: keys are fingerprints."""
 
 _NAMES: Final = {
     "sssi_exudyn.model.model": "sssi_exudyn.model",
@@ -51,8 +51,9 @@ _NAMES: Final = {
     "sssi_exudyn.contact.terms.wind": "sssi_exudyn.contact.wind",
     "sssi_exudyn.contact.terms.terrain": "sssi_exudyn.contact.terrain",
 }
-"""Modules of classes that are hashed, and the names they are hashed under: those they had when keys were first kept.
-A sweep or a fit begun before a module moved goes on."""
+"""Names under which classes are hashed, by module: those of the modules when keys were first kept.  So a sweep or a fit
+that began before a module moved goes on.
+"""
 _LATER: Final = {
     "Model": ("surface", "posture", "heading"),
     "Recording": ("elevations", "poles"),
@@ -62,11 +63,11 @@ _LATER: Final = {
     ),
     "PolePlant": ("side",),
 }  # fmt: skip
-"""Fields that classes got since; while they hold their default, the key is what it was without them."""
+"""Fields that were added to classes later; while they hold their default, the key is what it was without them."""
 
 
 def fingerprint(*parts: object) -> str:
-    """sha256 (hexadecimal) of the parts' content, the same in every process and on every machine.
+    """Return the sha256 (hexadecimal) of the parts' content, the same in every process and on every machine.
 
     Parts are None, bool, int, float, str, bytes, NumPy arrays and scalars, dataclasses, and tuples, lists and mappings
     of those.  Floats are taken bit for bit.  Raises TypeError for anything else, since what has no content to hash
@@ -81,13 +82,15 @@ def fingerprint(*parts: object) -> str:
 
 @dataclass(frozen=True)
 class Cache:
-    """Entries below ``folder``, which is made when the first is kept."""
+    """Cache entries below ``folder``, which is made when the first entry is kept."""
 
     folder: Path
 
     def get(self, key: str) -> Arrays | None:
-        """The arrays kept under ``key`` (a ``fingerprint``), or None: also for an entry that is damaged, belongs to
-        another key, was not written by this user's program or would take more than ``MAX_ENTRY`` bytes.
+        """Return the arrays kept under ``key`` (a ``fingerprint``), or None.
+
+        None also stands for an entry that is damaged, belongs to another key, was not written by this user's program or
+        would take more than ``MAX_ENTRY`` bytes.
         """
         try:
             path = self._path(key)
@@ -103,9 +106,9 @@ class Cache:
             return None
 
     def get_or_make(self, key: str, make: Callable[[], Mapping[str, NDArray[np.generic]]], shapes: Shapes) -> Arrays:
-        """The arrays kept under ``key``, or those that ``make`` gives, which are then kept.
+        """Return the arrays kept under ``key``, or make them with ``make`` and keep them.
 
-        An entry whose arrays have other names or ``shapes``, or numbers that are not finite, is made anew.  Raises
+        An entry is made again where its arrays have other names or ``shapes``, or numbers that are not finite.  Raises
         OSError where it cannot be written.
         """
         kept = self.get(key)
@@ -128,8 +131,9 @@ class Cache:
             made.unlink(missing_ok=True)
 
     def remove(self) -> None:
-        """Remove all entries, and the folder where nothing else is in it.  What this program did not write stays, and
-        links are not followed.
+        """Remove all entries, and the folder where nothing else is in it.
+
+        Files that this program did not write stay, and links are not followed.
         """
         if self.folder.is_symlink() or not self.folder.is_dir():
             return
@@ -144,17 +148,17 @@ class Cache:
 
 
 def _fits(arrays: Arrays, shapes: Shapes) -> bool:
-    """True for finite numbers, or texts, of the given names and shapes."""
+    """Return True for arrays of finite numbers or texts with the given names and shapes."""
     return arrays.keys() == shapes.keys() and all(
         len(array.shape) == len(shapes[name])
-        and all(wanted in (None, length) for wanted, length in zip(shapes[name], array.shape, strict=True))
+        and all(due in (None, length) for due, length in zip(shapes[name], array.shape, strict=True))
         and (array.dtype.kind == "U" or (array.dtype.kind in "biuf" and bool(np.all(np.isfinite(array)))))
         for name, array in arrays.items()
     )
 
 
 def _array(parts: zipfile.ZipFile, name: str) -> NDArray[np.generic]:
-    """One array of an archive.  Raises ValueError where its header promises other than its bytes hold."""
+    """Read one array of an archive.  Raises ValueError where its header promises other than its bytes hold."""
     with parts.open(name) as file:
         version = np.lib.format.read_magic(file)
         read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
@@ -166,7 +170,7 @@ def _array(parts: zipfile.ZipFile, name: str) -> NDArray[np.generic]:
 
 
 def _pieces(value: object) -> Iterator[bytes]:
-    """The content of ``value`` as byte strings; each begins with its kind, so that 1, 1.0 and "1" differ."""
+    """Yield the content of ``value`` as byte strings; each begins with its kind, so that 1, 1.0 and "1" differ."""
     match value:
         case None | bool() | str():
             yield type(value).__name__.encode()

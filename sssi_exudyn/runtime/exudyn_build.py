@@ -1,4 +1,4 @@
-"""Which of its two builds of Exudyn a process takes."""
+"""The choice of one of Exudyn's two builds for a process."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from importlib import import_module
 def take_fast_build() -> None:
     """Take Exudyn's build without range checks, a tenth faster, for programs whose models are tested with the checks.
 
-    Without effect once Exudyn is imported, where ``sys.exudynFast`` has been set, and on processors without AVX2.
-    Exudyn prints what it took; stdout is kept clean of that.
+    It has no effect once Exudyn is imported, where ``sys.exudynFast`` has been set, and on processors without AVX2.
+    Exudyn prints its choice; stdout is kept clean of that.
     """
     if "exudyn" in sys.modules or hasattr(sys, "exudynFast"):
         return

@@ -1,4 +1,4 @@
-"""Ctrl-C while a process starts: the imports of libraries turn an interrupt into whatever they raise."""
+"""Ctrl-C while a process starts.  Imports of libraries turn an interrupt into whatever error they raise."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from contextlib import contextmanager
 from typing import Final
 
 INTERRUPTED: Final = 130
-"""Exit status: 128 and the signal's number, as shells have it."""
+"""Exit status after an interrupt: 128 and the signal's number, as shells have it."""
 
 
 @contextmanager
 def end_on_interrupt() -> Iterator[None]:
-    """Within, an interrupt ends the process at once with one line; there is nothing to clean up yet.
+    """End the process at once with one line on an interrupt within; there is nothing to clean up yet.
 
-    Without effect where interrupts are ignored or handled otherwise, and in other threads than the first.
+    It has no effect where interrupts are ignored or handled otherwise, and in other threads than the first.
     """
     first = threading.current_thread() is threading.main_thread()
     if not first or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:

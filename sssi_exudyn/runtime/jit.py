@@ -1,4 +1,4 @@
-"""Numba's compiler where it works; without it functions stay what they are, Python."""
+"""Numba's compiler where it works; without it, functions stay plain Python."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 njit: Any
 """Numba's decorator, or one that leaves the function as it is."""
 FAULT = ""
-"""Why there is no compiler; empty where there is one."""
+"""Reason why there is no compiler; empty where there is one."""
 
 try:
     from numba import njit

@@ -1,4 +1,4 @@
-"""Libraries that only some formats or commands need: asked for when it comes to that."""
+"""Libraries that only some formats or commands need; they are imported when they are needed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sssi_exudyn.core.errors import InputError, SssiError
 
 
 def library(name: str, path: Path) -> ModuleType:
-    """The module ``name``, which reads files like ``path``; raises InputError where it is not installed."""
+    """Import the module ``name``, which reads files like ``path``; raises InputError where it is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError:
@@ -20,7 +20,7 @@ def library(name: str, path: Path) -> ModuleType:
 
 
 def import_for(what: str, name: str, extra: str) -> ModuleType:
-    """The module ``name``, which ``what`` needs; raises SssiError where it is not installed."""
+    """Import the module ``name``, which ``what`` needs; raises SssiError where it is not installed."""
     try:
         return importlib.import_module(name)
     except ImportError:

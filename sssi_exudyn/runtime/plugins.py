@@ -1,7 +1,7 @@
-"""Plug-ins: other people's code, run only when the user names it; files that need one say which, and nothing more.
+"""Plug-ins: other people's code, run only when the user names it.  Files that need a plug-in say which, and no more.
 
-A plug-in is a file of Python, or an installed package with entry points.  What is in it is put to use by
-``sssi_exudyn.plugins``; here is which are loaded, and which one a class comes from.
+A plug-in is a file of Python, or an installed package with entry points.  ``sssi_exudyn.plugins`` puts its content to
+use; this module knows which plug-ins are loaded, and which one a class comes from.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.text import one_line
 
 GROUPS: Final = ("sssi_exudyn.terms", "sssi_exudyn.hypotheses", "sssi_exudyn.readers")
-"""Entry points of installed packages."""
+"""Groups of entry points of installed packages."""
 _OWN: Final = "sssi_exudyn"
 _PREFIX: Final = "sssi_plugin_"
 _HASH: Final = 12
-"""Letters of a file's hash that end its module's name."""
+"""Number of letters of a file's hash that end its module's name."""
 _MOST: Final = 50
-"""Plug-ins that a file may need."""
+"""Maximum number of plug-ins that a file may need."""
 
 
 @dataclass(frozen=True)
@@ -44,17 +44,18 @@ class Plugin:
     source: str = ""
 
     def as_table(self) -> dict[str, str]:
-        """What a file records of it: no path of this machine."""
+        """Return what a file records of the plug-in: no path of this machine."""
         return {"name": self.name, "digest": self.digest}
 
 
 _by_module: dict[str, Plugin] = {}
-"""Of the modules that were loaded."""
+"""Plug-ins by the modules that were loaded."""
 
 
 def load(what: str | Path) -> tuple[Plugin, list[object]]:
-    """Run a plug-in's code, once; it, and what it offers: the classes and objects of the file, or those of the
-    package's entry points.
+    """Run a plug-in's code, once.
+
+    Returns the plug-in and what it offers: the classes and objects of the file, or those of the package's entry points.
 
     Raises InputError where there is no such file or package, and where its code fails.
     """
@@ -96,26 +97,26 @@ def _load_package(name: str) -> tuple[Plugin, list[object]]:
         fix = "give a file that ends in .py, or the name of an installed package"
         raise InputError(name, "", "no package of this name is installed", fix) from None
     plugin = Plugin(package.name, package.version, package.name)  # my_package and my-package are one
-    entries = [each for each in package.entry_points if each.group in GROUPS]
+    entries = [entry for entry in package.entry_points if entry.group in GROUPS]
     if not entries:
         raise InputError(name, "", "the package has no entry points for this program", f"declare {', '.join(GROUPS)}")
-    found: list[object] = []
+    offered: list[object] = []
     for entry in entries:
         try:
-            found.append(entry.load())
+            offered.append(entry.load())
         except Exception as error:
             raise InputError(
                 name, entry.name, f"{type(error).__name__}: {error}", "ask the package's author"
             ) from error
         _by_module[entry.module] = plugin
-        defined = getattr(found[-1], "__module__", None)
+        defined = getattr(offered[-1], "__module__", None)
         if isinstance(defined, str) and not _is_own(defined):
             _by_module[defined] = plugin
-    return plugin, found
+    return plugin, offered
 
 
 def _line_of(error: BaseException, path: Path) -> str:
-    """The line of the plug-in's file at which it failed, as far as it shows."""
+    """Return the line of the plug-in's file at which it failed, as far as the error shows it."""
     if isinstance(error, SyntaxError):
         return f"line {error.lineno}"
     frame, line = error.__traceback__, 0
@@ -127,7 +128,7 @@ def _line_of(error: BaseException, path: Path) -> str:
 
 
 def _offered(module: ModuleType) -> list[object]:
-    """What a file defines itself, in order: its classes, and objects of other classes under public names."""
+    """Return what a file defines itself, in order: its classes, and objects of other classes under public names."""
     return [
         value
         for name, value in vars(module).items()
@@ -142,7 +143,7 @@ def _is_own(module: str) -> bool:
 
 
 def origin_of(cls: type) -> Plugin | None:
-    """The plug-in that a class comes from; None for a class of this program."""
+    """Return the plug-in that a class comes from; None for a class of this program."""
     module = cls.__module__
     if _is_own(module):
         return None
@@ -151,7 +152,7 @@ def origin_of(cls: type) -> Plugin | None:
 
 
 def same_part(one: type, other: type) -> bool:
-    """Whether two classes are one part of a plug-in, perhaps before and after its file was changed."""
+    """Return whether two classes are one part of a plug-in, perhaps before and after its file was changed."""
     return _home(one) == _home(other) and one.__qualname__ == other.__qualname__
 
 
@@ -161,42 +162,42 @@ def _home(cls: type) -> str:
 
 
 def origins_of(classes: Iterable[type]) -> tuple[Plugin, ...]:
-    """The plug-ins of classes, each once, in the order of their names."""
-    found = {plugin.name: plugin for plugin in map(origin_of, classes) if plugin is not None}
-    return tuple(found[name] for name in sorted(found))
+    """Return the plug-ins of classes, each plug-in once, in the order of their names."""
+    plugins = {plugin.name: plugin for plugin in map(origin_of, classes) if plugin is not None}
+    return tuple(plugins[name] for name in sorted(plugins))
 
 
 def _code_hash(cls: type) -> str:
-    """sha256 of the code of a class's functions, for one that no file is known of."""
+    """Return the sha256 of the code of a class's functions, for a class whose file is unknown."""
     functions = [(name, value) for name, value in vars(cls).items() if isinstance(value, FunctionType)]
     code = "".join(name + _text_of(value.__code__) for name, value in sorted(functions))
     return f"sha256:{hashlib.sha256(code.encode()).hexdigest()}"
 
 
 def _text_of(code: CodeType) -> str:
-    """What a function does, as a text that is the same in every process."""
+    """Return the code of a function as a text that is the same in every process."""
     constants = [_text_of(value) if isinstance(value, CodeType) else repr(value) for value in code.co_consts]
     return f"{code.co_code.hex()} {code.co_names} {code.co_varnames} {constants}"
 
 
 def tables_of(settings: Mapping[str, Any], path: Path) -> tuple[Plugin, ...]:
-    """The plug-ins that a file's tables ``[[plugin]]`` name.  Raises InputError for other tables."""
+    """Read the plug-ins that a file's tables ``[[plugin]]`` name.  Raises InputError for other tables."""
     tables = settings.get("plugin", [])
     if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables) or len(tables) > _MOST:
         raise InputError(path, "[[plugin]]", "these must be tables", 'write [[plugin]] with name = "…" below')
-    found = []
+    plugins = []
     for count, table in enumerate(tables, 1):
         name, digest = table.get("name"), table.get("digest", "")
         if not isinstance(name, str) or not isinstance(digest, str) or not set(table) <= {"name", "digest"}:
             raise InputError(path, f"[[plugin]] {count}", "no name and digest", 'write name = "my_snow.py"')
-        found.append(Plugin(one_line(name), one_line(digest)))
-    return tuple(found)
+        plugins.append(Plugin(one_line(name), one_line(digest)))
+    return tuple(plugins)
 
 
 def require(needed: Iterable[Plugin], path: Path) -> None:
     """Raise InputError where a plug-in that the file ``path`` needs is not loaded, or is another than it was."""
     for plugin in needed:
-        loaded = [each for each in _by_module.values() if each.name == plugin.name]
+        loaded = [candidate for candidate in _by_module.values() if candidate.name == plugin.name]
         if not loaded:
             problem = f"this needs the plug-in {plugin.name!r}, which is not loaded"
             fix = f"if you trust its code, name it: --plugin {plugin.name}"
@@ -207,7 +208,7 @@ def require(needed: Iterable[Plugin], path: Path) -> None:
 
 
 def note(cls: type) -> Plugin:
-    """Take a class of a notebook or a script for loaded, so that files that need it can be read in this process."""
+    """Register a class of a notebook or a script as loaded, so that files that need it can be read in this process."""
     plugin = origin_of(cls)
     if plugin is None:
         raise InputError(cls.__qualname__, "", "this class is the program's own", "define a class of your own")

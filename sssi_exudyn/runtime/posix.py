@@ -1,6 +1,6 @@
-"""What only some operating systems have: everywhere else it is None, and its users have a counterpart.
+"""Functions that only some operating systems have; on the others they are None, and their users have a substitute.
 
-``SSSI_WITHOUT_POSIX`` in the environment takes it away here too, so that the counterparts are tested on any system.
+``SSSI_WITHOUT_POSIX`` in the environment takes it away here too, so that the substitutes are tested on any system.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _STATM: Final = Path("/proc/self/statm")
 
 
 def posix_module(name: str) -> Any | None:
-    """The module ``fcntl`` or ``resource``; None where the system has none."""
+    """Return the module ``fcntl`` or ``resource``; None where the system has none."""
     if os.environ.get(_FORCED):
         return None
     try:
@@ -27,7 +27,7 @@ def posix_module(name: str) -> Any | None:
 
 
 def pages() -> tuple[int, int] | None:
-    """Bytes of address space and of memory that this process has now; None where only the system knows."""
+    """Return this process's bytes of address space and of memory; None where the system does not show them."""
     resource = posix_module("resource")
     if resource is None or not _STATM.exists():
         return None

@@ -15,13 +15,13 @@ from platformdirs import user_cache_path
 
 _SECRET: Final = "secret"
 _LENGTH: Final = 32
-"""bytes of the secret."""
+"""Length of the secret, bytes."""
 
 
 def cache_folder() -> Path:
-    """Where generated modules are kept: ``SSSI_CACHE_DIR``, or the user's cache, or a folder for this process only.
+    """Return the folder of generated modules: ``SSSI_CACHE_DIR``, the user's cache, or one for this process only.
 
-    What lies there is run.  A folder that someone else owns or may write is therefore not used.
+    Its content is run.  Therefore a folder that someone else owns or may write is not used.
     """
     named = os.environ.get("SSSI_CACHE_DIR")
     folder = Path(named) if named else user_cache_path("sssi_exudyn")
@@ -35,9 +35,9 @@ def cache_folder() -> Path:
 
 
 def secret() -> bytes:
-    """Bytes that only this user's processes know; made when they are first asked for.
+    """Return bytes that only this user's processes know; they are made at the first request.
 
-    Where the folder cannot be written, or what is there is no secret, they are those of this process only.
+    They are those of this process only where the folder cannot be written, or where the file there is no secret.
     """
     path = cache_folder() / _SECRET
     with contextlib.suppress(OSError):
@@ -46,14 +46,14 @@ def secret() -> bytes:
             with os.fdopen(os.open(made, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as file:
                 file.write(secrets.token_bytes(_LENGTH))
             made.replace(path)
-        found = path.read_bytes() if path.is_file() else b""
-        if len(found) == _LENGTH:
-            return found
+        content = path.read_bytes() if path.is_file() else b""
+        if len(content) == _LENGTH:
+            return content
     return _secret_of_this_process()
 
 
 def _is_private(folder: Path) -> bool:
-    """True for a folder, no link, that belongs to this user and that nobody else may write."""
+    """Return True for a folder, no link, that belongs to this user and that no other user may write."""
     about = folder.lstat()
     if not stat.S_ISDIR(about.st_mode):
         return False

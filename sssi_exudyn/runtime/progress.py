@@ -1,4 +1,4 @@
-"""Progress of long steps, on stderr, so that stdout stays a result.
+"""Progress of long steps on stderr, so that stdout holds only results.
 
 On a terminal the line of the running stage is rewritten in place.  Elsewhere (a log, a pipe) a line is written every
 half minute: the stage, how much is done, the time left; and one at its end.
@@ -15,25 +15,25 @@ from dataclasses import dataclass, field
 from typing import Final, TextIO
 
 _REWRITE_EVERY: Final = 0.2
-"""s; a terminal need not be written more often than an eye follows."""
-_WRITE_EVERY: Final = 30.0
-"""s between lines of a log."""
+"""Time between rewritings on a terminal, s; an eye follows no faster."""
+LOG_EVERY: Final = 30.0
+"""Time between lines of a log, s."""
 _VERBOSE_EVERY: Final = 1.0
-"""s between lines of those who want to see more."""
+"""Time between lines in verbose mode, s."""
 _LEAST_SHARE: Final = 0.02
-"""Of a stage, from which its speed tells the time left."""
+"""Share of a stage from which its speed predicts the time left."""
 _LONG: Final = 10.0
-"""s; a stage that takes longer says so when it begins."""
+"""Duration from which a stage announces its beginning, s."""
 _CLEAR_LINE = "\r\x1b[K"
 Listener = Callable[[str, float | None, str], None]
-"""Called with a stage's name, the share done in [0, 1] (None where it is not known) and a detail such as the error."""
+"""Function called with a stage's name, the share done in [0, 1] (None where unknown) and a detail such as the error."""
 
 
 @dataclass
 class Stage:
     """One long step.  Its work calls ``advance`` as often as it likes.
 
-    expected : s that it will take, roughly; None where nobody knows
+    expected : rough duration, s; None where it is unknown
     verbose : whether a line is written, not rewritten, every second
     """
 
@@ -58,12 +58,12 @@ class Stage:
         return self.stream is not None and self.stream.isatty() and not self.verbose
 
     def advance(self, fraction: float | None, detail: str = "") -> None:
-        """Report how far it is.
+        """Report how far the stage is.
 
         Parameters
         ----------
-        fraction : share done in [0, 1]; None where it cannot be known
-        detail : such as the current error, with its unit
+        fraction : share done in [0, 1]; None where it is unknown
+        detail : a text such as the current error, with its unit
         """
         self.fraction, self.detail = fraction, detail
         if self.listener is not None:
@@ -74,7 +74,7 @@ class Stage:
             self.write()
 
     def write(self) -> None:
-        """Write how far it is."""
+        """Write how far the stage is."""
         if self.stream is None:
             return
         self._written = self.clock()
@@ -88,7 +88,7 @@ class Stage:
             self._write(f"{self.name}:{share} after {duration(since)}{left and f', {left}'}{detail}\n")
 
     def _left(self, fraction: float | None, since: float) -> str:
-        """The time left in words; "" where nothing tells it."""
+        """Return the time left in words; "" where it cannot be predicted."""
         if fraction is not None and fraction >= _LEAST_SHARE:
             return f"{about(since * (1.0 - fraction) / fraction)} left" if since >= _LONG else ""
         if self.expected is None or self.expected < _LONG:
@@ -111,7 +111,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Progress:
-    """Writes stages to ``stream`` and calls ``listener``; where both are None it is silent."""
+    """A writer of stages to ``stream`` that also calls ``listener``; where both are None it is silent."""
 
     stream: TextIO | None = None
     clock: Callable[[], float] = time.monotonic
@@ -120,7 +120,7 @@ class Progress:
 
     @contextmanager
     def stage(self, name: str, expected: float | None = None) -> Iterator[Stage]:
-        """One stage, which takes about ``expected`` s; left by an error or an interrupt it ends with "stopped"."""
+        """Run one stage, which takes about ``expected`` s.  An error or an interrupt ends it with "stopped"."""
         shown = None if self.stream is None else expected
         stage = Stage(name, self.stream, self.clock, self.listener, shown, self.verbose)
         stage.advance(None)
@@ -135,14 +135,14 @@ class Progress:
 
 @contextmanager
 def _written_regularly(stage: Stage) -> Iterator[None]:
-    """Every half minute a line where none is rewritten, also while the work is silent (compiling, one long step)."""
+    """Write a line every half minute where none is rewritten, also while the work is silent (one long compilation)."""
     if stage.stream is None or stage.stream.isatty():
         yield
         return
     ended = threading.Event()
 
     def write() -> None:
-        while not ended.wait(_WRITE_EVERY):
+        while not ended.wait(LOG_EVERY):
             try:
                 stage.write()
             except (OSError, ValueError):  # the reader of stderr has gone, or it is closed
@@ -156,19 +156,19 @@ def _written_regularly(stage: Stage) -> Iterator[None]:
 
 
 def progress_on_stderr(*, quiet: bool = False, verbose: bool = False) -> Progress:
-    """The progress that the command line shows."""
+    """Return the progress that the command line shows."""
     return Progress(None if quiet else sys.stderr, verbose=verbose)
 
 
 def duration(seconds: float) -> str:
-    """A time in words, to the second below an hour."""
+    """Return a time in words, to the second below an hour."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s" if minutes else f"{rest} s"
 
 
 def about(seconds: float) -> str:
-    """A time that is known roughly, in words."""
+    """Return a roughly known time in words."""
     if seconds < 90.0:
         return f"about {10 * max(1, round(seconds / 10.0))} s"
     return f"about {round(seconds / 60.0)} min" if seconds < 5400.0 else f"about {seconds / 3600.0:.1f} h"

@@ -1,4 +1,4 @@
-"""Where a result came from: hashes of what was read, versions of what ran, settings and seed.
+"""The origin of a result: hashes of the files read, versions of the programs, settings and seed.
 
 Nothing in it names the machine or its folders, so that results can be passed on and two machines' can be compared.
 """
@@ -17,9 +17,9 @@ _PACKAGES: Final = ("exudyn", "numpy", "scipy", "numba", "nlopt", "pandas")
 
 
 def versions() -> dict[str, str]:
-    """Versions of this program, of Python and of the packages whose version may change a figure."""
-    found = {"sssi_exudyn": metadata.version("sssi-exudyn"), "python": platform.python_version()}
-    return found | {name: _version(name) for name in _PACKAGES}
+    """Return the versions of this program, of Python and of the packages whose version may change a figure."""
+    own = {"sssi_exudyn": metadata.version("sssi-exudyn"), "python": platform.python_version()}
+    return own | {name: _version(name) for name in _PACKAGES}
 
 
 def _version(package: str) -> str:
@@ -30,7 +30,7 @@ def _version(package: str) -> str:
 
 
 def source_digest() -> str:
-    """SHA-256 of all that this program is made of: two copies with the same compute the same."""
+    """Return the SHA-256 of this program's sources: two copies with the same digest compute the same."""
     digest = hashlib.sha256()
     folder = Path(__file__).parents[1]
     files = sorted(Path(where) / name for where, _, names in os.walk(folder, followlinks=True) for name in names)
@@ -41,13 +41,13 @@ def source_digest() -> str:
 
 
 def provenance(inputs: Mapping[str, str], settings: Mapping[str, Any], seed: int | None) -> dict[str, Any]:
-    """The ``provenance`` group of a summary.
+    """Return the ``provenance`` group of a summary.
 
     Parameters
     ----------
     inputs : hash of each file that was read, by its name within the recording's folder
     settings : everything the user chose, by name; paths relative to the recording's folder
-    seed : of the random numbers that were drawn; None where none were
+    seed : seed of the random numbers; None where none were drawn
 
     Raises ValueError when a setting holds an absolute path.
     """

@@ -1,4 +1,4 @@
-"""Worker processes that know whose they are."""
+"""Worker processes that end with their parent process."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import threading
 
 
 def end_with_parent() -> None:
-    """See to it that this worker process does not outlive the one that started it."""
+    """Ensure that this worker process does not outlive the process that started it."""
     parent = multiprocessing.parent_process()
     assert parent is not None
 

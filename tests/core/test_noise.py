@@ -1,4 +1,4 @@
-"""Statistics of noise that remembers, against noise made to be so."""
+"""Statistics of autocorrelated noise, tested on noise that was drawn with known parameters."""
 
 import numpy as np
 import pytest
@@ -44,10 +44,10 @@ def test_fit_recovers_the_noise_it_was_made_of() -> None:
     rng = np.random.default_rng(2)
     time = uneven_times(1500, rng)
     residual = np.linalg.cholesky(covariance(time, NOISE)) @ rng.normal(size=(1500, 3))
-    found = fit_noise(time, residual)
+    fitted = fit_noise(time, residual)
     # 240 s and three columns hold 360 correlation times, so T is known to √(2/360) = 7 % and σ to 4 %: four times that.
-    assert found.correlation_time == pytest.approx(2.0, rel=0.30)
-    assert found.sigma == pytest.approx(0.3, rel=0.16)
+    assert fitted.correlation_time == pytest.approx(2.0, rel=0.30)
+    assert fitted.sigma == pytest.approx(0.3, rel=0.16)
 
 
 def test_chi_square_of_the_right_noise_is_one() -> None:

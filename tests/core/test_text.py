@@ -1,4 +1,4 @@
-"""Text from files, as it is shown: whatever it held, one printable line of bounded length."""
+"""Text from files, as it is shown: one printable line of bounded length, whatever the file held."""
 
 from __future__ import annotations
 

@@ -338,9 +338,9 @@ def test_links_are_not_copied_into_another_folder(result: Path) -> None:
 def test_the_bound_of_pages_counts_what_they_say_themselves(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     about = pq.read_metadata(whole / "series.parquet")
     columns = [about.row_group(0).column(k).total_uncompressed_size for k in range(about.num_columns)]
-    monkeypatch.setattr(parquet, "_DECODED", sum(columns))  # with the pages' heads, so a little more than the pages
+    monkeypatch.setattr(parquet, "MAX_DECODED", sum(columns))  # with the pages' heads, so a little more than the pages
     assert read_run(whole).series.shape[1] == about.num_columns
-    monkeypatch.setattr(parquet, "_DECODED", sum(columns) // 2)
+    monkeypatch.setattr(parquet, "MAX_DECODED", sum(columns) // 2)
     found = run_limited(lambda: read_run(whole))
     assert "more bytes than any result has" in found.text
 

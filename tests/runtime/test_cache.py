@@ -1,4 +1,4 @@
-"""The cache: the same content has the same key everywhere, other content has another, and no entry is half one."""
+"""The cache: equal content has the same key everywhere, other content has another key, and no entry is half written."""
 
 import os
 import pickle
@@ -64,7 +64,7 @@ def test_neighbouring_parts_do_not_run_together() -> None:
 
 
 def test_key_is_the_same_in_another_process() -> None:
-    # Python's own hash of strings is not: it is salted anew in each.
+    # Python's own hash of strings is not the same: each process salts it differently.
     script = "from sssi_exudyn.runtime.cache import fingerprint; print(fingerprint('friction', 0.1, {'b': (1, None)}))"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == fingerprint("friction", 0.1, {"b": (1, None)})
@@ -94,7 +94,7 @@ def test_entries_come_back_bit_for_bit(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("keep", [0, 1, 40, -10], ids=["empty", "one byte", "head only", "tail lost"])
-def test_a_torn_entry_is_computed_anew(tmp_path: Path, keep: int) -> None:
+def test_a_torn_entry_is_computed_again(tmp_path: Path, keep: int) -> None:
     cache = Cache(tmp_path)
     cache.put("k", {"x": np.arange(1000.0)})
     path = tmp_path / "k.npz"
@@ -121,12 +121,12 @@ POISON: dict[str, tuple[str, int, bytes, int]] = {
 
 
 @pytest.mark.parametrize("kind", POISON)
-def test_poisoned_entries_are_computed_anew(tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_poisoned_entries_are_computed_again(tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sssi_exudyn.runtime.cache.MAX_ENTRY", 4 * 10**6)
     dtype, count, data, compression = POISON[kind]
     _archive(tmp_path / "key.npz", _HEADER.format(dtype, count).encode(), data, compression)
-    found = run_limited(lambda: Cache(tmp_path).get("key"))
-    assert (found.verdict, Cache(tmp_path).get("key")) == ("taken", None)
+    outcome = run_limited(lambda: Cache(tmp_path).get("key"))
+    assert (outcome.verdict, Cache(tmp_path).get("key")) == ("taken", None)
     kept = Cache(tmp_path).get_or_make("key", lambda: {"x": np.arange(3.0)}, {"x": (3,)})
     again = Cache(tmp_path).get("key")
     assert again is not None
@@ -142,15 +142,15 @@ def test_arrays_come_back_as_they_were_kept(tmp_path: Path) -> None:
         "flags": np.array([True, False]),
     }
     Cache(tmp_path).put("key", arrays)
-    found = Cache(tmp_path).get("key")
-    assert found is not None
+    back = Cache(tmp_path).get("key")
+    assert back is not None
     for name, array in arrays.items():
-        np.testing.assert_array_equal(found[name], array)
-        assert found[name].dtype == array.dtype
-        assert found[name].flags.writeable
+        np.testing.assert_array_equal(back[name], array)
+        assert back[name].dtype == array.dtype
+        assert back[name].flags.writeable
 
 
-def test_entries_of_another_key_and_without_a_check_are_computed_anew(tmp_path: Path) -> None:
+def test_entries_of_another_key_and_without_a_check_are_computed_again(tmp_path: Path) -> None:
     cache = Cache(tmp_path)
     cache.put("one", {"x": np.arange(3.0)})
     (tmp_path / "one.npz").rename(tmp_path / "other.npz")

@@ -43,8 +43,8 @@ def fast() -> dict[str, list[float]]:
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM, str(EXAMPLE), str(SECONDS)], capture_output=True, text=True, check=True
     )
-    found: dict[str, list[float]] = json.loads(done.stdout)  # nothing else is printed
-    return found
+    run: dict[str, list[float]] = json.loads(done.stdout)  # nothing else is printed
+    return run
 
 
 @pytest.mark.long

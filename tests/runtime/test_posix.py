@@ -1,4 +1,4 @@
-"""What stands in where the system has no POSIX: the same locks, the same refusals, forced on this one."""
+"""Substitutes where the system has no POSIX, forced on this system: the same locks and the same refusals."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ import pytest
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.importing.c3d_points import read_points
 from sssi_exudyn.runtime.posix import pages, posix_module
+from sssi_exudyn.sweeps.plan import Job, SweepRun
 from sssi_exudyn.sweeps.records import claim
-from sssi_exudyn.sweeps.run import _resident
+from sssi_exudyn.sweeps.run import record_of
 
 HOLDER = (
     "import sys, time, pathlib\n"
@@ -29,20 +30,26 @@ def _without(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("_without")
-def test_nothing_of_it_is_there() -> None:
+def test_no_posix_module_is_there() -> None:
     assert posix_module("fcntl") is None
     assert posix_module("resource") is None
     assert pages() is None
-    assert _resident() is None
 
 
-def test_memory_is_told_where_it_can_be(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("_without")
+def test_a_sweeps_record_leaves_out_memory_that_is_unknown(tmp_path: Path) -> None:
+    job = Job("", (), (str(tmp_path / "missing"),), ("",), None, (), "simulate", "reduced", "joint", None, False)
+    record = record_of(job, SweepRun(0, "0" * 32, 0, ()), tmp_path / "sweep")
+    assert (record.status, record.memory_MB) == ("failed", None)
+
+
+def test_memory_is_reported_where_it_can_be(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("SSSI_WITHOUT_POSIX", raising=False)
-    found = pages()
-    if found is None:
+    memory = pages()
+    if memory is None:
         assert not Path("/proc/self/statm").exists()
     else:
-        assert 1e7 < found[1] <= found[0]
+        assert 1e7 < memory[1] <= memory[0]
 
 
 @pytest.mark.usefixtures("_without")

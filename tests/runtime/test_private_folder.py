@@ -1,4 +1,4 @@
-"""The user's own folder: its secret is the same in every process, and nobody else's."""
+"""The user's own folder: its secret is the same in every process of the user, and no other user has it."""
 
 from __future__ import annotations
 

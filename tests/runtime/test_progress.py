@@ -1,4 +1,4 @@
-"""What long steps say, on a terminal and in a log; and what a result says of its origin."""
+"""Messages of long steps on a terminal and in a log, and what a result says of its origin."""
 
 import io
 import itertools
@@ -54,12 +54,12 @@ def test_a_terminal_is_not_flooded() -> None:
 
 
 def test_a_log_gets_a_line_now_and_then_with_share_and_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sssi_exudyn.runtime.progress._WRITE_EVERY", 0.001)
+    monkeypatch.setattr("sssi_exudyn.runtime.progress.LOG_EVERY", 0.001)
     log, clock = io.StringIO(), Clock()
     with Progress(log, clock).stage("fit", expected=300.0) as stage:
         clock.now = 60.0
         stage.advance(0.25, "error 3 m")
-        while "25 %" not in log.getvalue():  # written beside the work, which may be silent for minutes
+        while "25 %" not in log.getvalue():  # written by a thread, since the work may be silent for minutes
             time.sleep(0.001)
     lines = log.getvalue().splitlines()
     assert lines[0] == "fit: begins, about 5 min"
@@ -67,7 +67,7 @@ def test_a_log_gets_a_line_now_and_then_with_share_and_time_left(monkeypatch: py
     assert lines[-1] == "fit: done after 60.0 s (error 3 m)"
 
 
-def test_what_was_expected_tells_the_time_left_where_no_share_does() -> None:
+def test_the_expected_duration_gives_the_time_left_where_no_share_does() -> None:
     log, clock = io.StringIO(), Clock()
     stage = Stage("fit", log, clock, expected=100.0)
     for now in (40.0, 200.0):
@@ -142,9 +142,9 @@ def test_a_package_that_is_missing_is_said_to_be(monkeypatch: pytest.MonkeyPatch
         return real(package)
 
     monkeypatch.setattr(metadata, "version", without_numba)
-    found = versions()
-    assert found["numba"] == "not installed"
-    assert found["numpy"] == real("numpy")
+    packages = versions()
+    assert packages["numba"] == "not installed"
+    assert packages["numpy"] == real("numpy")
 
 
 @pytest.mark.parametrize("value", [Path("model.toml"), "/somewhere/model.toml"])
