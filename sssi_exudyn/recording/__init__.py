@@ -1,1 +1,1 @@
-"""A recording: its files, its checks, what is estimated where it is silent."""
+"""A recording: its files, its checks, and the estimates for what it leaves out."""

@@ -1,6 +1,6 @@
-"""Instruments and settings checked against each other: an error in one of them shows in another.
+"""Checks of instruments and settings against each other: an error in one of them shows in another.
 
-What makes a simulation meaningless raises InputError; what is merely odd is a notice.
+A fault that makes a simulation meaningless raises InputError; an oddity gives a notice.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from sssi_exudyn.recording.slope_and_heading import (
 )
 
 _LEG_SHARE: Final = 0.495
-"""Thigh and shank, (0.4222 + 0.4403) m of 1.741 m of height: de Leva (1996), men."""
+"""Length of thigh and shank over body height, (0.4222 + 0.4403) m of 1.741 m: de Leva (1996), men."""
 _LENGTH_UNITS: Final = {"metres": 0.01, "millimetres": 10.0, "inches": 1.0 / 2.54, "feet": 1.0 / 30.48}
-"""The factor by which lengths come out wrong when they are written in another unit than centimetres."""
+"""Factors by which lengths are wrong when they are written in another unit than centimetres."""
 _FEET: Final = 1.0 / 0.3048
 
 
 @dataclass(frozen=True)
 class SlopeAndHeading:
-    """Heading and slope as estimated from motion and fixes; None where no estimate is possible, and why."""
+    """Heading and slope as estimated from motion and fixes; None where no estimate is possible, with the reason."""
 
     heading: Estimate | None
     slope: SlopeEstimate | None
@@ -45,35 +45,35 @@ class SlopeAndHeading:
 def estimate_slope_and_heading(
     bvh: Bvh, gps: Gps, ankle_to_ski_base: float, heading: float | None = None
 ) -> SlopeAndHeading:
-    """Estimate heading and slope.
+    """Estimate heading and slope from motion and fixes.
 
     Parameters
     ----------
     ankle_to_ski_base : m, along the foot's up axis
-    heading : rad, the given azimuth of the BVH +z axis; the skis' track is found with it, else with the estimate
+    heading : rad, the given azimuth of the BVH +z axis; the skis' track uses it, else the estimate
     """
     stance = stance_at_fixes(bvh, gps, ankle_to_ski_base)
     if len(stance.time) < 5:
         return SlopeAndHeading(None, None, ("fewer than five fixes lie within the motion capture",))
     why_not: list[str] = []
-    found: Estimate | None = None
+    estimate: Estimate | None = None
     slope: SlopeEstimate | None = None
     try:
-        found = estimate_heading(stance, gps)
+        estimate = estimate_heading(stance, gps)
     except SssiError as error:
         why_not.append(str(error))
-    azimuth = heading if heading is not None else (found.value if found is not None else 0.0)
+    azimuth = heading if heading is not None else (estimate.value if estimate is not None else 0.0)
     try:
         slope = estimate_slope(track_of_skis(stance, gps, azimuth), float(np.median(gps.sigma)))
     except SssiError as error:
         why_not.append(str(error))
-    return SlopeAndHeading(found, slope, tuple(why_not))
+    return SlopeAndHeading(estimate, slope, tuple(why_not))
 
 
 def check_coordinates(bvh: Bvh, gps: Gps, ankle_to_ski_base: float, path: Path) -> None:
     """Raise InputError when the skis follow the track only with latitude and longitude exchanged.
 
-    Exchanged, left turns become right turns, which the turning of the skis shows.
+    With the two exchanged, left turns become right turns, which the turning of the skis shows.
     """
     stance = stance_at_fixes(bvh, gps, ankle_to_ski_base)
     if len(stance.time) < 5:
@@ -95,8 +95,8 @@ def check_heading(given: float, setting: SlopeAndHeading, path: Path) -> tuple[s
     if setting.heading is None:
         return ()
     difference, sigma = _angle_between(given, setting.heading.value), setting.heading.sigma
-    found = f"{_deg(setting.heading.value) % 360.0:.1f} ± {_deg(sigma):.1f}"
-    problem = f"heading_deg is {_deg(given):.1f}, the estimate from course and skis is {found}"
+    estimate = f"{_deg(setting.heading.value) % 360.0:.1f} ± {_deg(sigma):.1f}"
+    problem = f"heading_deg is {_deg(given):.1f}, the estimate from course and skis is {estimate}"
     if difference > max(np.deg2rad(45.0), 6.0 * sigma):  # skis across or against their own course
         raise InputError(
             path,
@@ -115,15 +115,15 @@ def check_slope(
     """Compare ``[slope]`` (rad) with the plane through the track; returns notices."""
     if setting.slope is None:
         return ()
-    found, fall = setting.slope.inclination, setting.slope.azimuth
-    if _angle_between(azimuth, fall.value) > max(np.deg2rad(60.0), 6.0 * fall.sigma):
+    incline, fall_line = setting.slope.inclination, setting.slope.azimuth
+    if _angle_between(azimuth, fall_line.value) > max(np.deg2rad(60.0), 6.0 * fall_line.sigma):
         raise InputError(
             path,
             "[slope] fall_line_azimuth_deg",
-            f"it is {_deg(azimuth):.1f}, but the track falls towards {_deg(fall.value) % 360.0:.1f}",
+            f"it is {_deg(azimuth):.1f}, but the track falls towards {_deg(fall_line.value) % 360.0:.1f}",
             "correct it (downhill, clockwise from north), or leave [slope] out to have it estimated",
         )
-    ratio = np.tan(found.value) / np.tan(max(inclination, 1e-3))
+    ratio = np.tan(incline.value) / np.tan(max(inclination, 1e-3))
     if abs(ratio / _FEET - 1.0) < 0.15:  # a slope known to 15 % still distinguishes feet from metres
         raise InputError(
             gps_path,
@@ -132,15 +132,16 @@ def check_slope(
             "give the altitude in metres",
         )
     notices = []
-    if abs(found.value - inclination) > max(np.deg2rad(3.0), 4.0 * found.sigma):
+    if abs(incline.value - inclination) > max(np.deg2rad(3.0), 4.0 * incline.sigma):
         notices.append(
             f"{path.name}: [slope] inclination_deg is {_deg(inclination):.1f}, the track falls by"
-            f" {_deg(found.value):.1f} ± {_deg(found.sigma):.1f}; check it, or leave [slope] out to have it estimated"
+            f" {_deg(incline.value):.1f} ± {_deg(incline.sigma):.1f};"
+            " check it, or leave [slope] out to have it estimated"
         )
-    if _angle_between(azimuth, fall.value) > max(np.deg2rad(10.0), 4.0 * fall.sigma):
+    if _angle_between(azimuth, fall_line.value) > max(np.deg2rad(10.0), 4.0 * fall_line.sigma):
         notices.append(
             f"{path.name}: [slope] fall_line_azimuth_deg is {_deg(azimuth):.1f}, the track falls towards"
-            f" {_deg(fall.value) % 360.0:.1f} ± {_deg(fall.sigma):.1f}; check it"
+            f" {_deg(fall_line.value) % 360.0:.1f} ± {_deg(fall_line.sigma):.1f}; check it"
         )
     return tuple(notices)
 

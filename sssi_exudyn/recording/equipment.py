@@ -1,4 +1,4 @@
-"""The ski that a recording's or a model's equipment names, held against the masses given there."""
+"""The ski that a recording's or a model's equipment names, checked against the masses stated there."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sssi_exudyn.recording.recording import Equipment
 
 
 def read_equipped_ski(equipment: Equipment, folder: Path, file: Path) -> Ski:
-    """The ski of the catalogue, or of a file in ``folder``.
+    """Read the ski from the catalogue, or from a file in ``folder``.
 
     Raises InputError for an unknown ski, a faulty file, and a ski that is heavier than ``ski_mass_kg`` in ``file``,
     which counts the binding too.

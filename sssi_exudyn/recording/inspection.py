@@ -1,4 +1,4 @@
-"""What a recording holds, before anything is simulated: durations, rates, gaps, and the estimates beside the given."""
+"""The content of a recording before any simulation: durations, rates, gaps, and estimates next to given values."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _PICTURES: Final = (".png", ".svg", ".pdf")
 
 @dataclass(frozen=True)
 class Instrument:
-    """When one instrument measured."""
+    """The times at which one instrument measured."""
 
     name: str
     samples: int
@@ -37,7 +37,7 @@ class Instrument:
 
 @dataclass(frozen=True)
 class Comparison:
-    """A number that is used, and its estimate from the recording itself (None where there is none)."""
+    """A number that is used, and its estimate from the recording itself (None without an estimate)."""
 
     name: str
     used_deg: float
@@ -48,7 +48,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What a recording holds; every figure has its unit in its name."""
+    """The content of a recording; every figure has its unit in its name."""
 
     name: str
     folder: str
@@ -67,7 +67,7 @@ class Inspection:
 
 
 def inspect_recording(recording: Recording, surface: SurfaceFigures | None = None) -> Inspection:
-    """Gather what a recording holds; ``surface`` is what the fixes' heights show of the snow.
+    """Gather the content of a recording; ``surface`` is the snow surface that the fixes' heights show.
 
     Lengths and means are over the stretch that all instruments cover.
     """
@@ -107,7 +107,7 @@ def inspect_recording(recording: Recording, surface: SurfaceFigures | None = Non
 
 
 def format_inspection(inspection: Inspection) -> str:
-    """The inspection as lines of text for a terminal."""
+    """Return the inspection as lines of text for a terminal."""
     lines = [f"{inspection.name}  ({inspection.folder})", ""]
     lines += [
         f"  {one.name:<9}{one.start_s:8.2f} to {one.stop_s:.2f} s  {one.samples:6d} samples"
@@ -140,12 +140,12 @@ def format_inspection(inspection: Inspection) -> str:
 
 
 def format_surface(surface: SurfaceFigures) -> str:
-    """The snow surface in a line."""
+    """Describe the snow surface in one line."""
     source = "this run" if surface.runs == 1 else f"{surface.runs} runs"
     return (
         f"snow      {surface.lowest_m:+.2f} to {surface.highest_m:+.2f} m about the slope's plane,"
         f" ± {surface.band_m:.2f} m,"
-        f" {surface.inclination_least_deg:.1f} to {surface.inclination_most_deg:.1f}° steep along the way;"
+        f" {surface.inclination_least_deg:.1f} to {surface.inclination_most_deg:.1f}° steep along the path;"
         f" from the heights of {source}"
     )
 
@@ -166,7 +166,7 @@ def plot_inspection(recording: Recording, path: Path) -> None:
 
 
 def picture(path: Path, size: tuple[float, float]) -> Figure:
-    """An empty figure (inches) for an image file.  Raises InputError where ``path`` does not end as one."""
+    """Return an empty figure (inches) for an image file.  Raises InputError where ``path`` does not end as one."""
     if path.suffix.lower() not in _PICTURES or path.is_dir():
         problem = "this is a folder" if path.is_dir() else f"{path.suffix!r} is no picture format"
         raise InputError(path, "", problem, "write a .png, .svg or .pdf")
@@ -179,7 +179,7 @@ def picture(path: Path, size: tuple[float, float]) -> Figure:
 
 
 def save_picture(figure: Figure, path: Path) -> None:
-    """Write a figure.  Raises InputError where it cannot be written."""
+    """Write a figure to a file.  Raises InputError where the file cannot be written."""
     try:
         figure.savefig(path, dpi=120)
     except OSError as error:
@@ -194,26 +194,26 @@ def _instrument(name: str, time: Array) -> Instrument:
 
 
 def _compare(recording: Recording) -> tuple[Comparison, ...]:
-    """Slope and heading as used; where they were given, beside the estimates from motion and fixes."""
+    """Return slope and heading as used; given ones come with the estimates from motion and fixes."""
     slope, heading = recording.slope, recording.heading
     used = (
         ("inclination", slope.inclination, slope.estimated, slope.sigma_inclination),
         ("fall-line azimuth", slope.fall_line_azimuth, slope.estimated, slope.sigma_fall_line_azimuth),
         ("heading", heading.value, heading.estimated, heading.sigma),
     )
-    found: list[tuple[float, float] | None] = [None, None, None]
+    estimates: list[tuple[float, float] | None] = [None, None, None]
     if recording.gps is not None:
         given = None if heading.estimated else heading.value
         setting = estimate_slope_and_heading(recording.bvh, recording.gps, recording.equipment.ankle_to_ski_base, given)
         if setting.slope is not None:
             inclination, azimuth = setting.slope.inclination, setting.slope.azimuth
-            found[0] = (inclination.value, inclination.sigma)
-            found[1] = (azimuth.value % (2.0 * np.pi), azimuth.sigma)
+            estimates[0] = (inclination.value, inclination.sigma)
+            estimates[1] = (azimuth.value % (2.0 * np.pi), azimuth.sigma)
         if setting.heading is not None:
-            found[2] = (setting.heading.value % (2.0 * np.pi), setting.heading.sigma)
+            estimates[2] = (setting.heading.value % (2.0 * np.pi), setting.heading.sigma)
     rows = []
-    for (name, value, estimated, sigma), other in zip(used, found, strict=True):
-        estimate = (value, sigma) if estimated else other
+    for (name, value, estimated, sigma), from_fixes in zip(used, estimates, strict=True):
+        estimate = (value, sigma) if estimated else from_fixes
         estimate_deg, sigma_deg = (None, None) if estimate is None else map(float, np.rad2deg(estimate))
         rows.append(Comparison(name, float(np.rad2deg(value)), not estimated, estimate_deg, sigma_deg))
     return tuple(rows)

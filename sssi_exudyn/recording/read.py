@@ -1,4 +1,4 @@
-"""A recording from its folder: ``recording.toml`` and the files it names, each checked against the others."""
+"""The reader of a recording's folder: ``recording.toml`` and the files it names, each checked against the others."""
 
 from __future__ import annotations
 
@@ -65,19 +65,20 @@ _TABLES: Final = (
     *("motion", "sensors", "barometer", "gps", "insoles", "poles"),
 )
 _DATUMS: Final = ("gps", "ellipsoid", "geoid", "other")
-"""Where an elevation model's heights count from: the receiver's zero, which is the ellipsoid's unless its heights are
-others, the geoid, or anything else, which is then taken out."""
+"""Zeros of an elevation model's heights: the receiver's, which is the ellipsoid's unless its heights are others; the
+geoid; or anything else, which is then taken out.
+"""
 _FEWEST_FIXES: Final = 4
-"""A track of fewer has no direction to start from."""
+"""Minimum number of fixes; a track of fewer has no direction to start from."""
 _SHORTEST: Final = 1.0
-"""s; less than this of all instruments together is no run."""
+"""Minimum time that all instruments cover together, s; less is no run."""
 _DAY: Final = 86400.0
 _LONGEST_NOTICE: Final = 500
 _MOST_RUNS: Final = 8
-"""Other runs of a slope: each takes as long to read as the run itself, and more would add little to what eight say."""
+"""Maximum number of other runs of a slope: each takes as long to read as the run itself, and eight show nearly all."""
 
 _STEEP_PISTE: Final = float(np.deg2rad(40.0))
-"""rad; the steepest groomed pistes have 78 %, 38°."""
+"""Inclination of the steepest groomed pistes, rad: 78 %, 38°."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,7 @@ def read_recording(folder: str | Path) -> Recording:
 
 
 def _read_settings(folder: Path) -> tuple[Path, Settings]:
-    """A recording's folder and what its file says."""
+    """Return a recording's folder and the content of its file."""
     if not folder.is_dir():
         what = "this is a file, not a recording's folder" if folder.exists() else "the folder does not exist"
         raise InputError(folder, "", what, f"give the folder that holds {FILE}")
@@ -139,7 +140,7 @@ def _read_settings(folder: Path) -> tuple[Path, Settings]:
 
 
 def _read_alone(folder: Path, settings: Settings) -> Recording:
-    """The recording of a folder without other runs."""
+    """Read the recording of a folder without other runs."""
     toml = folder / FILE
     name = name_of(settings, "name", toml, "")
     hashes = {FILE: sha256(toml)}
@@ -204,16 +205,16 @@ def _read_few_sensors(
     given: Slope | None,
     notices: tuple[str, ...],
 ) -> Recording:
-    """A recording without a capture: its posture is completed from its sensors."""
+    """Read a recording without a capture: its posture is completed from its sensors."""
     if "motion" in settings:
         raise InputError(toml, "[[sensors]]", "there is a [motion] as well", "leave one of them")
     if "poles" in settings:
-        problem = "load cells of poles want hands that were captured"
+        problem = "load cells of poles need captured hands"
         raise InputError(toml, "[poles]", problem, "leave [poles] out, or record the motion")
     imus, barometer = read_sensors(folder, settings, toml, hashes)
     gps = _read_gps(folder, settings, toml, hashes, JOINTS)
     if gps is None:
-        raise InputError(toml, "[gps]", "the table is missing", "few sensors need fixes beside them: add [gps]")
+        raise InputError(toml, "[gps]", "the table is missing", "few sensors also need fixes: add [gps]")
     notices += gps.notes
     if barometer is not None:
         gps, done = use_barometer_heights(gps, barometer)
@@ -256,7 +257,7 @@ def _read_few_sensors(
 
 
 def _clean(notices: tuple[str, ...]) -> tuple[str, ...]:
-    """Notices as lines to show: they hold names from files."""
+    """Return notices as lines that can be shown, since they hold names from files."""
     return tuple(one_line(notice, _LONGEST_NOTICE) for notice in notices)
 
 
@@ -275,11 +276,11 @@ def _read_skier(settings: Settings, toml: Path) -> tuple[Skier, tuple[str, ...]]
 
 
 def _read_notes(settings: Settings, toml: Path) -> tuple[str, ...]:
-    """What whoever made the folder assumed, and what the readers noted then."""
+    """Return the values that were assumed when the folder was made, and the notes of the readers of that time."""
     lists = {}
     for key in ("assumed", "notes"):
         lists[key] = settings.get(key, [])
-        if not isinstance(lists[key], list) or not all(isinstance(each, str) for each in lists[key]):
+        if not isinstance(lists[key], list) or not all(isinstance(text, str) for text in lists[key]):
             raise InputError(toml, key, "this is not a list of texts", f'write {key} = ["…"]')
     if not lists["assumed"]:
         return tuple(lists["notes"])
@@ -290,7 +291,7 @@ def _read_notes(settings: Settings, toml: Path) -> tuple[str, ...]:
         if not isinstance(place, Mapping) or key not in place:
             raise InputError(toml, "assumed", f"{name!r} is nowhere in this file", "take it off the list")
         values.append(f"{name} = {place[key]}")
-    words = f"assumed, since nobody stated it: {', '.join(values)}; correct it in {FILE} and take it off its list"
+    words = f"assumed, as it was not stated: {', '.join(values)}; correct it in {FILE} and take it off its list"
     return (words, *lists["notes"])
 
 
@@ -307,10 +308,10 @@ def _read_equipment(folder: Path, settings: Settings, toml: Path, hashes: dict[s
 
 
 def _assumed_boots(settings: Settings, toml: Path) -> tuple[str, ...]:
-    """What is taken of boots whose place on the ski nobody stated."""
+    """Return a notice of the assumed place of the boots on the skis, where it is not stated."""
     if "boot_centre_m" in table_of(settings, "equipment", toml):
         return ()
-    words = "the ski's mark is taken to be under the ankle; a real boot's is some 7 cm ahead of it"
+    words = "the ski's mark is assumed to be under the ankle; with a real boot it is some 7 cm ahead"
     return (f"{FILE}: [equipment] boot_centre_m is not given; {words}",)
 
 
@@ -349,7 +350,7 @@ def _read_elevations(
 
 
 def _with_runs(recording: Recording, settings: Settings) -> Recording:
-    """The recording with the other runs of its slope that ``[terrain]`` names, each read without those it names."""
+    """Add the other runs of the slope that ``[terrain]`` names; each is read without the runs that it names itself."""
     names = settings.get("terrain", {}).get("runs", [])
     gps, folder, toml, place = recording.gps, recording.folder, recording.folder / FILE, "[terrain] runs"
     if not isinstance(names, list) or not all(isinstance(name, str) and name.strip() for name in names):
@@ -370,7 +371,7 @@ def _with_runs(recording: Recording, settings: Settings) -> Recording:
             raise InputError(toml, place, f"{shown} has no fixes whose heights show the snow", "leave it out")
         apart = _apart(gps, other.gps)
         if apart > NEARBY:
-            problem = f"{shown} lies {apart:.0f} m from this run's way"
+            problem = f"{shown} lies {apart:.0f} m from this run's path"
             raise InputError(toml, place, problem, f"name runs within {NEARBY:.0f} m")
         runs.append(other)
         hashes |= {f"{name}/{file}": digest for file, digest in other.hashes.items()}
@@ -378,13 +379,16 @@ def _with_runs(recording: Recording, settings: Settings) -> Recording:
 
 
 def _apart(gps: Gps, other: Gps) -> float:
-    """m over ground between the nearest fixes of two runs."""
+    """Return the distance over ground between the nearest fixes of two runs, m."""
     there = enu_from(other.enu, other.origin, gps.origin)
     return float(np.min(cKDTree(gps.enu[:, :2]).query(there[:, :2])[0]))
 
 
 def _read_uncertainty(settings: Settings, toml: Path, lag: float = 0.0) -> Uncertainty:
-    """``[uncertainty]``, the usual where it says nothing else: of a clock whose lag was found, ``lag`` (s)."""
+    """Read ``[uncertainty]``; what it leaves out has its usual value.
+
+    ``lag`` (s) is the standard deviation of a lag of the clock that was estimated.
+    """
     usual = replace(Uncertainty(), clock=max(Uncertainty.clock, lag))
     if "uncertainty" not in settings:
         return usual
@@ -448,21 +452,21 @@ def _read_poles(folder: Path, settings: Settings, toml: Path, hashes: dict[str, 
 
 
 def _about_plants(poles: Poles) -> tuple[str, ...]:
-    """What the load cells of the poles say, in words."""
+    """Describe the pole plants that the load cells show."""
     plants = plants_of(poles)
     impulse = sum(plant.impulse for plant in plants)
     return (*poles.notes, f"the poles were planted {len(plants)} times, {impulse:.0f} N s in all; the model has them")
 
 
 def _instrument(folder: Path, table: Settings, toml: Path, place: str, hashes: dict[str, str]) -> Path:
-    """The instrument's file, under the name the user knows it by; its hash is noted."""
+    """Return the path of the instrument's file, under the name that the user knows, and store its hash."""
     name = text_of(table, "file", toml, place)
     hashes[name] = sha256(inside(folder, name, toml, f"{place} file"))
     return folder / name
 
 
 def _overlap(toml: Path, bvh: Bvh, gps: Gps | None, insoles: Insoles | None) -> tuple[float, float, tuple[str, ...]]:
-    """First and last time that all instruments cover, and a notice where much of the motion is lost by that."""
+    """Return the first and last time that all instruments cover, and a notice where much of the motion is lost."""
     spans = {"[motion]": bvh.time}
     if gps is not None:
         spans["[gps]"] = gps.time
@@ -487,17 +491,17 @@ def _overlap(toml: Path, bvh: Bvh, gps: Gps | None, insoles: Insoles | None) -> 
 def _choose_slope(given: Slope | None, setting: SlopeAndHeading, toml: Path) -> tuple[Slope, tuple[str, ...]]:
     if given is not None:
         return given, ()
-    found = setting.slope
-    if found is None or not np.deg2rad(1.0) < found.inclination.value < _STEEPEST:
-        steep = "" if found is None else f"it comes out at {np.rad2deg(found.inclination.value):.1f}°"
+    estimate = setting.slope
+    if estimate is None or not np.deg2rad(1.0) < estimate.inclination.value < _STEEPEST:
+        steep = "" if estimate is None else f"it comes out at {np.rad2deg(estimate.inclination.value):.1f}°"
         why = steep or "; ".join(setting.why_not)
         raise InputError(toml, "[slope]", f"not given, and no estimate is possible: {why}", "give [slope]")
     slope = Slope(
-        inclination=found.inclination.value,
-        fall_line_azimuth=found.azimuth.value % _AZIMUTH,
+        inclination=estimate.inclination.value,
+        fall_line_azimuth=estimate.azimuth.value % _AZIMUTH,
         estimated=True,
-        sigma_inclination=found.inclination.sigma,
-        sigma_fall_line_azimuth=found.azimuth.sigma,
+        sigma_inclination=estimate.inclination.sigma,
+        sigma_fall_line_azimuth=estimate.azimuth.sigma,
     )
     notice = (
         f"{FILE}: [slope] is not given; estimated: {np.rad2deg(slope.inclination):.2f} ±"
@@ -512,14 +516,14 @@ def _choose_slope(given: Slope | None, setting: SlopeAndHeading, toml: Path) -> 
 def _choose_heading(given: float | None, setting: SlopeAndHeading, toml: Path) -> tuple[Heading, tuple[str, ...]]:
     if given is not None:
         return Heading(given, False, CAPTURE_HEADING_SIGMA), ()
-    found = setting.heading
-    if found is None:
+    estimate = setting.heading
+    if estimate is None:
         raise InputError(
             toml,
             "[motion] heading_deg",
             f"not given, and no estimate is possible: {'; '.join(setting.why_not)}",
             "give it (azimuth of the BVH +z axis, clockwise from north)",
         )
-    value = found.value % _AZIMUTH
-    notice = f"{FILE}: heading_deg is not given; estimated: {np.rad2deg(value):.1f} ± {np.rad2deg(found.sigma):.1f}°"
-    return Heading(value, True, found.sigma), (notice,)
+    value = estimate.value % _AZIMUTH
+    notice = f"{FILE}: heading_deg is not given; estimated: {np.rad2deg(value):.1f} ± {np.rad2deg(estimate.sigma):.1f}°"
+    return Heading(value, True, estimate.sigma), (notice,)

@@ -1,7 +1,7 @@
 """A recording: the folder of one run, read, checked and brought onto one clock.
 
-``recording.toml`` holds who skied, on what, where, and how each instrument sat.  Whatever is wrong in the folder is one
-InputError that names the file, the place and the fix; whatever could be corrected is a notice.
+``recording.toml`` states who skied, on what, where, and how each instrument sat.  Any fault in the folder gives one
+InputError that names the file, the place and the fix; whatever could be corrected gives a notice.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from sssi_exudyn.recording.uncertainty import Uncertainty
 
 FILE: Final = "recording.toml"
 NEARBY: Final = 100.0
-"""m from a run's way; farther off, another run's heights tell nothing of the snow under it."""
+"""Greatest distance from a run's path, m; the heights of a run farther off say nothing of the snow under it."""
 _AZIMUTH: Final = 2.0 * np.pi
 _DEGREE: Final = math.radians(1.0)
 _STEEPEST: Final = float(np.deg2rad(60.0))
@@ -32,7 +32,7 @@ _STEEPEST: Final = float(np.deg2rad(60.0))
 
 @dataclass(frozen=True)
 class Skier:
-    """Who skied, without boots and skis."""
+    """The person who skied, without boots and skis."""
 
     mass: float = quantity(
         75.0, "kg", low=20.0, high=200.0, source="children to heavy adults", meaning="mass without boots and skis"
@@ -43,9 +43,9 @@ class Skier:
 
 @dataclass(frozen=True)
 class Equipment:
-    """What was skied on; masses are each ski's, each boot's and each pole's.
+    """The equipment that was skied on; masses are those of each ski, boot and pole.
 
-    cuff_flexion, cuff_lean : N m/rad, rad of the boots' cuffs as ``Cuff`` has them; None where nobody stated them
+    cuff_flexion, cuff_lean : N m/rad, rad of the boots' cuffs as ``Cuff`` has them; None where they are not stated
     """
 
     skis: str = "slalom_165"
@@ -60,7 +60,7 @@ class Equipment:
         meaning="from the ankle joint down to the running surface, along the foot's up axis",
     )  # fmt: skip
     boot_sole_length: float = quantity(
-        0.32, "m", low=0.2, high=0.4, source="typical boot, not measured", meaning="of the boot's sole"
+        0.32, "m", low=0.2, high=0.4, source="typical boot, not measured", meaning="length of the boot's sole"
     )
     boot_centre: float = quantity(
         0.0, "m", low=-0.1, high=0.2, source="under the ankle, as in the paper; a real boot's is some 0.07 m ahead",
@@ -68,7 +68,7 @@ class Equipment:
     )  # fmt: skip
     ramp_angle: float = quantity(
         0.0, "rad", low=-10.0 * _DEGREE, high=10.0 * _DEGREE, source="sole and foot captured level",
-        meaning="by which the captured foot points down against the ski: binding and boot board",
+        meaning="angle by which the captured foot points down against the ski: binding and boot board",
     )  # fmt: skip
     cuff_edging: float = quantity(
         600.0, "N m/rad", low=200.0, high=3e3, source="estimate, as of boot and ankle in roll where edges cut",
@@ -76,19 +76,19 @@ class Equipment:
     )  # fmt: skip
     pole_mass: float = quantity(0.0, "kg", low=0.0, high=1.0, source="none stated", meaning="mass of one pole")
     pole_length: float = quantity(
-        1.15, "m", low=0.5, high=1.6, source="typical pole", meaning="of a pole from grip to tip"
+        1.15, "m", low=0.5, high=1.6, source="typical pole", meaning="length of a pole from grip to tip"
     )
     cuff_flexion: float | None = None
     cuff_lean: float | None = None
 
 
 OPTIONAL: Final = ("boot_sole_length", "boot_centre", "ramp_angle", "cuff_edging", "pole_mass", "pole_length")
-"""What a recording need not state of boots and poles."""
+"""Quantities of boots and poles that a recording need not state."""
 
 
 @dataclass(frozen=True)
 class Slope:
-    """The plane that was skied, rad; azimuth clockwise from north.  Sigmas are 0 where the slope was given."""
+    """The plane that was skied, rad; azimuth clockwise from north.  The sigmas are 0 where the slope was given."""
 
     inclination: float = quantity(
         0.27, "rad", low=0.0, high=_STEEPEST, source="steepest couloirs", meaning="angle to the horizontal"
@@ -105,14 +105,14 @@ class Slope:
 class Elevations:
     """An elevation model of the slope.
 
-    path : of the GeoTIFF or ESRI ASCII grid
-    same_datum : whether its heights, with the geoid's added, count from where the receiver's do
+    path : path of the GeoTIFF or ESRI ASCII grid
+    same_datum : whether its heights, with the geoid's added, have the receiver's zero
     """
 
     path: Path
     same_datum: bool
     sigma: float = quantity(
-        1.0, "m", low=0.01, high=10.0, source="snow of 0 to 3 m", meaning="by which the snow leaves it, smoothly"
+        1.0, "m", low=0.01, high=10.0, source="snow of 0 to 3 m", meaning="smooth deviation of the snow from it"
     )
     geoid_height: float = quantity(
         0.0, "m", low=-120.0, high=100.0, source="EGM2008: -107 to 86 m", meaning="geoid over the ellipsoid"
@@ -121,7 +121,7 @@ class Elevations:
 
 @dataclass(frozen=True)
 class Heading:
-    """Azimuth of the BVH +z axis (rad, clockwise from north) and its standard deviation before any fit (rad)."""
+    """The azimuth of the BVH +z axis (rad, clockwise from north) and its standard deviation before any fit (rad)."""
 
     value: float
     estimated: bool
@@ -130,18 +130,18 @@ class Heading:
 
 @dataclass(frozen=True, repr=False)
 class Recording:
-    """One run of one skier, checked, on one clock (s from the start of the recording).
+    """One run of one skier, checked and on one clock (s from the start of the recording).
 
     Attributes
     ----------
     start, stop : s, the stretch that all instruments cover
-    elevations : model of the slope's heights, if there is one
-    uncertainty : how wrong what is stated or measured may be
+    elevations : elevation model of the slope, if there is one
+    uncertainty : standard deviations of stated and measured quantities
     runs : other runs on the same slope, whose heights show the snow too; they have fixes and name no runs themselves
-    poles : load cells in the poles, if there are
-    completed : how ``bvh`` was made of few sensors; None where it was captured
+    poles : load cells in the poles, if there are any
+    completed : how ``bvh`` was made from few sensors; None where it was captured
     hashes : ``"sha256:…"`` of every file read, by its name in the folder
-    notices : what was done to the data or is odd in it, in words
+    notices : corrections of the data and oddities in it, in words
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""``[[sensors]]`` and ``[barometer]`` of a ``recording.toml``: which single sensors there are, and where they sat."""
+"""``[[sensors]]`` and ``[barometer]`` of a ``recording.toml``: the single sensors and their places on the skier."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ class _Offset:
 def read_sensors(
     folder: Path, settings: Settings, toml: Path, hashes: dict[str, str]
 ) -> tuple[tuple[Imu, ...], Barometer | None]:
-    """Read every file that the tables name, and note its hash in ``hashes``.
+    """Read every file that the tables name, and store its hash in ``hashes``.
 
-    Raises InputError for tables that are none, unknown or doubled places, and faulty files.
+    Raises InputError for anything but tables, for unknown or repeated places, and for faulty files.
     """
     tables = settings["sensors"]
     if not isinstance(tables, list) or not tables or not all(isinstance(table, Mapping) for table in tables):

@@ -1,7 +1,7 @@
 """Slope and heading estimated from the recording itself: used where they are not given, a check where they are.
 
-Slope: a robust plane through the track of the feet.  Heading: two measurements that err differently, the course against
-the direction of the skis and the acceleration against the body's lean, weighted by their uncertainties.
+The slope is a robust plane through the track of the feet.  The heading combines two measurements with different errors,
+weighted by their uncertainties: the course against the skis' direction, and the acceleration against the body's lean.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ from sssi_exudyn.recording.instruments.gps import Gps
 Complex = np.ndarray[tuple[int, ...], np.dtype[np.complex128]]
 
 CAPTURE_HEADING_SIGMA: Final = float(np.deg2rad(1.0))
-"""rad; how far an inertial capture's own heading wanders, however well its mean is known."""
+"""Wander of an inertial capture's own heading, rad, however well its mean is known."""
 _TRAVERSE_SIGMA: Final = float(np.tan(np.deg2rad(20.0)))
-"""Tangent of the angle by which the way from start to end of a run usually departs from the fall line."""
+"""Tangent of the usual angle between the fall line and the straight line from start to end of a run."""
 COARSE: Final = 0.5
-"""m; fixes that are less exact give a worse velocity than the receiver's own, by its Doppler shifts."""
+"""Standard deviation of fixes, m, above which a receiver's own velocity (by Doppler shifts) is better than theirs."""
 _ENOUGH: Final = 64
-"""Fixes in a window; of more every second, third … is used."""
+"""Maximum number of fixes in a window; if there are more, every second, third … is used."""
 _BLOCK: Final = 1024
-"""Windows that are fitted at once."""
+"""Number of windows that are fitted at once."""
 _SLOW: Final = 1.5
-"""m/s; below it skis point anywhere and the course is noise."""
+"""Speed, m/s, below which skis point anywhere and the course is noise."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number and its standard deviation, in one unit."""
+    """A number and its standard deviation, in the same unit."""
 
     value: float
     sigma: float
@@ -50,12 +50,12 @@ class SlopeEstimate:
 
 @dataclass(frozen=True)
 class Stance:
-    """What the estimates need of the capture, at the times of the fixes; BVH axes of the capture's world.
+    """The input of the estimates from the capture, at the times of the fixes; BVH axes of the capture's world.
 
     Attributes
     ----------
     time : (n,) s, the fixes within the capture
-    fixes : (n,) their places in the Gps
+    fixes : (n,) their indices in the Gps
     antenna : (n, 3) m, the antenna from the middle of both ski bases
     body : (n, 3) m, the hips from the middle of both ski bases
     forward : (n, 3) mean forward axis of the feet
@@ -69,7 +69,7 @@ class Stance:
 
 
 def stance_at_fixes(bvh: Bvh, gps: Gps, ankle_to_ski_base: float) -> Stance:
-    """Antenna, hips and ski direction at the times of the fixes.
+    """Return antenna, hips and ski direction at the times of the fixes.
 
     Parameters
     ----------
@@ -93,9 +93,9 @@ def stance_at_fixes(bvh: Bvh, gps: Gps, ankle_to_ski_base: float) -> Stance:
 
 
 def track_of_skis(stance: Stance, gps: Gps, heading: float) -> Array:
-    """(n, 3) m east-north-up of the middle of both ski bases: the fixes less the antenna's place above the skis.
+    """Return the track (n, 3) m of the middle of both ski bases, east-north-up.
 
-    ``heading`` is the azimuth of the BVH +z axis, rad.
+    It is the fixes less the antenna's place above the skis.  ``heading`` is the azimuth of the BVH +z axis, rad.
     """
     horizontal = _rotate(_level(stance.antenna), heading)
     above = np.column_stack([horizontal.imag, horizontal.real, stance.antenna[:, 1]])
@@ -105,10 +105,10 @@ def track_of_skis(stance: Stance, gps: Gps, heading: float) -> Array:
 def estimate_slope(track: Array, sigma: float) -> SlopeEstimate:
     """Fit the plane u = c + g·(e, n) through a track by robust least squares.
 
-    Heights are Huber-weighted and their noise is taken to be correlated as their residuals are, so that a drifting
-    altitude widens the uncertainty.  A narrow track hardly shows the gradient across it; there a prior takes over: the
-    way from start to end departs from the fall line by 20° (one sigma).  A drift of the height from start to end cannot
-    be distinguished from the slope and shows in no residual: it is added from ``sigma``.
+    Heights are Huber-weighted, and their noise is taken to be correlated as their residuals are.  So a drifting
+    altitude widens the uncertainty.  A narrow track hardly shows the gradient across it.  There a prior takes over: the
+    line from start to end departs from the fall line by 20° (one sigma).  A drift of the height from start to end
+    cannot be distinguished from the slope and shows in no residual, so it is added from ``sigma``.
 
     Parameters
     ----------
@@ -117,15 +117,15 @@ def estimate_slope(track: Array, sigma: float) -> SlopeEstimate:
 
     Raises SssiError when the track does not lead downhill.
     """
-    way = track[-1, :2] - track[0, :2]
-    if float(np.linalg.norm(way)) < 2.0:
+    end_to_end = track[-1, :2] - track[0, :2]
+    if float(np.linalg.norm(end_to_end)) < 2.0:
         raise SssiError("the track leads nowhere")
-    along = way / np.linalg.norm(way)
+    along = end_to_end / np.linalg.norm(end_to_end)
     across = np.array([-along[1], along[0]])
     plan = track[:, :2] - track[:, :2].mean(axis=0)
     columns = np.column_stack([np.ones(len(track)), plan @ along, plan @ across])
     fitted, covariance = _robust_fit(columns, track[:, 2], np.ones(len(track)))
-    drift = np.diag([(2.0 * sigma * np.sqrt(2.0) / np.linalg.norm(way)) ** 2, 0.0])
+    drift = np.diag([(2.0 * sigma * np.sqrt(2.0) / np.linalg.norm(end_to_end)) ** 2, 0.0])
     gradient, information = fitted[1:], np.linalg.inv(covariance[1:, 1:] + drift)
     prior = np.diag([0.0, 1.0 / (_TRAVERSE_SIGMA * gradient[0]) ** 2])
     covariance = np.linalg.inv(information + prior)
@@ -142,15 +142,15 @@ def estimate_slope(track: Array, sigma: float) -> SlopeEstimate:
 
 
 def estimate_heading(stance: Stance, gps: Gps) -> Estimate:
-    """The azimuth of the BVH +z axis, rad, clockwise from north.
+    """Estimate the azimuth of the BVH +z axis, rad, clockwise from north.
 
     Two measurements are combined by their uncertainties:
 
-    * The skis point where the skier goes: course minus ski direction, speed-weighted.  Skis skid, so the regression
-      carries two terms that change sign from a left to a right turn (lateral acceleration, direction of travel across
-      the run); the constant that remains is the heading.
-    * The body leans into the turn along the horizontal acceleration: the direction of one in the world and of the
-      other in the capture differ by the heading.  It does not depend on skidding, but fails on a straight run.
+    * The skis point where the skier goes.  This measurement is the course minus the ski direction, speed-weighted.
+      Skis skid, so the regression carries two terms that change sign from a left to a right turn: lateral acceleration
+      and direction of travel across the run.  The constant that remains is the heading.
+    * The body leans into the turn along the horizontal acceleration.  The acceleration's direction in the world and the
+      lean's in the capture differ by the heading.  Skidding does not matter here, but a straight run shows nothing.
 
     Raises SssiError when the skier hardly moves.
     """
@@ -173,9 +173,10 @@ def estimate_heading(stance: Stance, gps: Gps) -> Estimate:
 
 
 def ski_direction_misfits(stance: Stance, gps: Gps) -> tuple[float, float]:
-    """Speed-weighted means of 1 − cos(course − ski direction − heading) at the heading that fits best; 0 is alike.
+    """Return the speed-weighted mean of 1 − cos(course − ski direction − heading) at the heading that fits best.
 
-    The second one is that of the track with east and north exchanged, as swapped coordinates would have it.
+    It is 0 where both agree.  The second number is that of the track with east and north exchanged, as swapped
+    coordinates would have it.
     """
     velocity, _ = _motion_of_antenna(stance, gps)
     skis = np.conj(_unit(_level(stance.forward)))
@@ -197,7 +198,10 @@ def _heading_by_course(time: Array, velocity: Complex, skis: Complex, heading: f
 
 
 def _heading_by_lean(stance: Stance, acceleration: Array, skis: Complex, heading: float) -> Estimate:
-    """a_h/(g + a_u) = exp(i·heading)·(k·lean + (p + i·q)·skis); k: how the load is shared, p, q: off balance."""
+    """Fit a_h/(g + a_u) = exp(i·heading)·(k·lean + (p + i·q)·skis).
+
+    k is how the load is shared; p and q are how far the skier is off balance.
+    """
     pull = (acceleration[:, 1] + 1j * acceleration[:, 0]) / (GRAVITY + acceleration[:, 2])
     lean = _level(stance.body) / stance.body[:, 1]
     sides = [1j * _rotate(lean, heading), _rotate(lean, heading), _rotate(skis, heading), 1j * _rotate(skis, heading)]
@@ -211,7 +215,7 @@ def _heading_by_lean(stance: Stance, acceleration: Array, skis: Complex, heading
 
 
 def _motion_of_antenna(stance: Stance, gps: Gps) -> tuple[Complex, Array]:
-    """Horizontal velocity (north + i·east, m/s) and acceleration (n, 3) m/s² of the antenna.
+    """Return the antenna's horizontal velocity (north + i·east, m/s) and acceleration (n, 3) m/s².
 
     A receiver's own speed and course are taken where its fixes are too coarse to be differentiated.
     """
@@ -226,9 +230,10 @@ def _motion_of_antenna(stance: Stance, gps: Gps) -> tuple[Complex, Array]:
 
 
 def local_fit(time: Array, values: Array, window: float) -> Array:
-    """(3, n, k): value, first and second derivative of ``values`` (n, k), by quadratics within about ±``window`` s.
+    """Fit quadratics to ``values`` (n, k) within about ±``window`` s of each time.
 
-    Where that holds fewer than four samples, the window is as wide as the four nearest.
+    Returns value, first and second derivative (3, n, k).  Where the window holds fewer than four samples, it is as wide
+    as the four nearest.
     """
     count = len(time)
     around = np.arange(count)[:, None] + np.arange(-3, 4)  # the four nearest are among them
@@ -238,7 +243,7 @@ def local_fit(time: Array, values: Array, window: float) -> Array:
     edge = reach * (1.0 + 1e-9)  # the ends included
     first, last = np.searchsorted(time, time - edge), np.searchsorted(time, time + edge)
     stride = 1 + (last - first) // _ENOUGH
-    found = np.empty((3, *values.shape))
+    derivatives = np.empty((3, *values.shape))
     for block in range(0, count, _BLOCK):
         rows = slice(block, block + _BLOCK)
         widest = int(np.max((last[rows] - first[rows]) / stride[rows])) + 1
@@ -249,12 +254,12 @@ def local_fit(time: Array, values: Array, window: float) -> Array:
         columns = np.stack([np.ones_like(apart), apart, 0.5 * apart**2], axis=-1)
         weighted = np.swapaxes(columns * np.where(inside, np.exp(-6.0 * apart**2), 0.0)[..., None], -1, -2)
         fitted = np.linalg.pinv(weighted @ columns, hermitian=True) @ (weighted @ values[near])
-        found[:, rows] = np.moveaxis(fitted, 1, 0)
-    return np.asarray(found / reach[:, None] ** np.arange(3.0)[:, None, None])
+        derivatives[:, rows] = np.moveaxis(fitted, 1, 0)
+    return np.asarray(derivatives / reach[:, None] ** np.arange(3.0)[:, None, None])
 
 
 def _robust_fit(columns: Array, data: Array, weights: Array) -> tuple[Array, Array]:
-    """Huber-weighted least squares; returns the coefficients and their covariance.
+    """Solve Huber-weighted least squares; return the coefficients and their covariance.
 
     The covariance is widened by the residuals' integrated correlation time, as noise of positions is correlated over
     seconds and skidding over a turn.
@@ -274,15 +279,15 @@ def _robust_fit(columns: Array, data: Array, weights: Array) -> tuple[Array, Arr
 
 
 def _least_squares(columns: Array, data: Array, weights: Array) -> Array:
-    """Coefficients (c,) or (c, k) that minimise Σ weights·(data − columns·coefficients)²."""
+    """Return coefficients (c,) or (c, k) that minimise Σ weights·(data − columns·coefficients)²."""
     root = np.sqrt(weights).reshape(-1, 1)
     sides = data.reshape(len(data), -1) * root
-    found = np.asarray(np.linalg.lstsq(columns * root, sides, rcond=None)[0], dtype=np.float64)
-    return found.reshape(-1, *data.shape[1:])
+    coefficients = np.asarray(np.linalg.lstsq(columns * root, sides, rcond=None)[0], dtype=np.float64)
+    return coefficients.reshape(-1, *data.shape[1:])
 
 
 def _correlation(residual: Array) -> float:
-    """1 + 2·Σρ up to the first negative autocorrelation: how many samples count as one."""
+    """Return 1 + 2·Σρ up to the first negative autocorrelation: the number of samples that count as one."""
     length = len(residual)
     spectrum = np.abs(np.fft.rfft(residual - residual.mean(), 2 * length)) ** 2
     rho = np.fft.irfft(spectrum)[: length // 2]
@@ -292,12 +297,15 @@ def _correlation(residual: Array) -> float:
 
 
 def _level(vectors: Array) -> Complex:
-    """Horizontal parts of BVH vectors (x left, y up, z forward) as forward + i·right, so azimuths add as angles."""
+    """Return the horizontal parts of BVH vectors (x left, y up, z forward) as forward + i·right.
+
+    So azimuths add as angles.
+    """
     return vectors[..., 2] - 1j * vectors[..., 0]
 
 
 def _rotate(vectors: Complex, heading: float) -> Complex:
-    """forward + i·right in the capture → north + i·east."""
+    """Rotate forward + i·right in the capture to north + i·east."""
     turned: Complex = vectors * np.exp(1j * heading)
     return turned
 
@@ -308,5 +316,5 @@ def _unit(vectors: Complex) -> Complex:
 
 
 def _wrap(angle: float) -> float:
-    """The same angle within ±π."""
+    """Return the same angle within ±π."""
     return float(np.angle(np.exp(1j * angle)))

@@ -1,6 +1,6 @@
-"""How wrong what a recording states may be: standard deviations, usual for inertial suits, insoles and stated masses.
+"""Uncertainty of what a recording states: standard deviations usual for inertial suits, insoles and stated masses.
 
-``[uncertainty]`` of ``recording.toml`` gives others where somebody knows better.
+``[uncertainty]`` of ``recording.toml`` replaces them where better ones are known.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _MOST: Final = 45.0 * _DEGREE
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Standard deviations of what is stated or measured, before a fit."""
+    """Standard deviations of stated and measured quantities before a fit."""
 
     foot: float = quantity(
         1.5 * _DEGREE, "rad", low=0.0, high=_MOST, source=_SUIT, meaning="constant turn of each foot about each axis"
@@ -68,5 +68,5 @@ class Uncertainty:
     )
     residual_moment: float = quantity(
         20.0, "N m", low=1.0, high=1e4, source="residual reduction, OpenSim",
-        meaning="moment about the pelvis that is left over",
+        meaning="residual moment about the pelvis",
     )  # fmt: skip

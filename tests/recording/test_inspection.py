@@ -19,35 +19,35 @@ def test_figures_of_a_recording(tmp_path: Path) -> None:
     tiny = Tiny()
     tiny.gps = {name: np.delete(column, slice(30, 34)) for name, column in tiny.gps.items()}
     tiny.insoles["left_1_N"][:] = 0.0
-    found = inspect_recording(read_recording(tiny.write(tmp_path)))
-    motion, gps, insoles = found.instruments
+    inspection = inspect_recording(read_recording(tiny.write(tmp_path)))
+    motion, gps, insoles = inspection.instruments
     assert (motion.samples, gps.samples, insoles.samples) == (481, 81, 401)
     assert motion.rate_hz == pytest.approx(60.0, rel=1e-6)
     assert gps.rate_hz == pytest.approx(10.0, rel=1e-6)
-    assert (found.start_s, found.stop_s) == pytest.approx((0.0, 8.0))
-    assert found.mean_speed_mps is not None
+    assert (inspection.start_s, inspection.stop_s) == pytest.approx((0.0, 8.0))
+    assert inspection.mean_speed_mps is not None
     # 8 m/s down the slope, √(1 + (swing·ω)²/2/8²) = 1.02 times that along the path
-    assert found.mean_speed_mps == pytest.approx(8.2, abs=0.3)
-    assert found.dead_cells == ("left_1_N",)
-    for item in found.setting:
+    assert inspection.mean_speed_mps == pytest.approx(8.2, abs=0.3)
+    assert inspection.dead_cells == ("left_1_N",)
+    for item in inspection.setting:
         assert item.given
         assert item.estimate_deg is not None
         assert item.sigma_deg is not None
         assert abs(item.estimate_deg - item.used_deg) < 4.0 * item.sigma_deg
-    assert json.loads(json.dumps(dataclasses.asdict(found)))["name"] == "tiny"
+    assert json.loads(json.dumps(dataclasses.asdict(inspection)))["name"] == "tiny"
 
 
 def test_what_is_estimated_shows_the_uncertainty_that_the_recording_states(tmp_path: Path) -> None:
     toml = TOML.replace("heading_deg = 25.0", "")
     recording = read_recording(Tiny(toml=toml).write(tmp_path))
     slope = dataclasses.replace(recording.slope, estimated=True, sigma_inclination=0.02, sigma_fall_line_azimuth=0.3)
-    found = inspect_recording(dataclasses.replace(recording, slope=slope)).setting
-    assert [item.given for item in found] == [False] * 3
-    assert [item.sigma_deg for item in found] == pytest.approx(np.degrees([0.02, 0.3, recording.heading.sigma]))
-    assert [item.estimate_deg for item in found] == [item.used_deg for item in found]
+    settings = inspect_recording(dataclasses.replace(recording, slope=slope)).setting
+    assert [item.given for item in settings] == [False] * 3
+    assert [item.sigma_deg for item in settings] == pytest.approx(np.degrees([0.02, 0.3, recording.heading.sigma]))
+    assert [item.estimate_deg for item in settings] == [item.used_deg for item in settings]
 
 
-def test_text_says_what_was_done_and_found(tmp_path: Path) -> None:
+def test_text_says_what_was_done_and_estimated(tmp_path: Path) -> None:
     tiny = Tiny(toml=TOML.replace("heading_deg = 25.0", ""))
     tiny.gps = {name: np.delete(column, slice(30, 34)) for name, column in tiny.gps.items()}
     text = format_inspection(inspect_recording(read_recording(tiny.write(tmp_path))))
@@ -56,9 +56,9 @@ def test_text_says_what_was_done_and_found(tmp_path: Path) -> None:
 
 
 def test_text_of_motion_alone(tmp_path: Path) -> None:
-    found = inspect_recording(read_recording(Tiny(toml=TOML.split("[gps]")[0]).write(tmp_path)))
-    assert found.track_length_m is None
-    assert "track" not in format_inspection(found)
+    inspection = inspect_recording(read_recording(Tiny(toml=TOML.split("[gps]")[0]).write(tmp_path)))
+    assert inspection.track_length_m is None
+    assert "track" not in format_inspection(inspection)
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])

@@ -22,7 +22,7 @@ from sssi_exudyn.recording.read import read_recording
 
 
 def caught(folder: Path) -> InputError:
-    """The one clear line a folder gives; every one names a file and a fix."""
+    """Return the one clear line that a folder gives, which names a file and a fix."""
     with pytest.raises(InputError) as info:
         read_recording(folder)
     error = info.value
@@ -34,38 +34,38 @@ def caught(folder: Path) -> InputError:
 
 def test_whole_recording_in_si_units(tmp_path: Path) -> None:
     folder = Tiny().write(tmp_path)
-    found = read_recording(folder)
-    assert found.name == "tiny"
-    assert (found.skier.mass, found.skier.height, found.skier.sex) == (70.0, 1.65, "male")
-    assert (found.equipment.skis, found.equipment.ski_mass) == ("slalom_165", 2.4)
-    assert found.slope.inclination == pytest.approx(np.deg2rad(INCLINATION_DEG))
-    assert found.slope.fall_line_azimuth == pytest.approx(np.deg2rad(AZIMUTH_DEG))
-    assert found.heading.value == pytest.approx(np.deg2rad(HEADING_DEG))
-    assert not found.slope.estimated
-    assert not found.heading.estimated
-    assert found.gps is not None
-    assert found.gps.segment == "Spine2"
-    assert (found.start, found.stop) == pytest.approx((0.0, 8.0))
-    assert found.notices == ()
+    recording = read_recording(folder)
+    assert recording.name == "tiny"
+    assert (recording.skier.mass, recording.skier.height, recording.skier.sex) == (70.0, 1.65, "male")
+    assert (recording.equipment.skis, recording.equipment.ski_mass) == ("slalom_165", 2.4)
+    assert recording.slope.inclination == pytest.approx(np.deg2rad(INCLINATION_DEG))
+    assert recording.slope.fall_line_azimuth == pytest.approx(np.deg2rad(AZIMUTH_DEG))
+    assert recording.heading.value == pytest.approx(np.deg2rad(HEADING_DEG))
+    assert not recording.slope.estimated
+    assert not recording.heading.estimated
+    assert recording.gps is not None
+    assert recording.gps.segment == "Spine2"
+    assert (recording.start, recording.stop) == pytest.approx((0.0, 8.0))
+    assert recording.notices == ()
     digest = hashlib.sha256((folder / "motion.bvh").read_bytes()).hexdigest()
-    assert found.hashes["motion.bvh"] == f"sha256:{digest}"
-    assert set(found.hashes) == {"recording.toml", "motion.bvh", "gps.csv", "insoles.csv"}
-    assert pickle.loads(pickle.dumps(found)).skier == found.skier
+    assert recording.hashes["motion.bvh"] == f"sha256:{digest}"
+    assert set(recording.hashes) == {"recording.toml", "motion.bvh", "gps.csv", "insoles.csv"}
+    assert pickle.loads(pickle.dumps(recording)).skier == recording.skier
 
 
 def test_boots_as_stated(tmp_path: Path) -> None:
     stated = "boot_centre_m = 0.065\nboot_sole_length_m = 0.305\nramp_angle_deg = 1.5"
-    found = read_recording(Tiny(toml=TOML.replace("boot_centre_m = 0.0", stated)).write(tmp_path))
-    gear = found.equipment
+    recording = read_recording(Tiny(toml=TOML.replace("boot_centre_m = 0.0", stated)).write(tmp_path))
+    gear = recording.equipment
     assert (gear.boot_centre, gear.boot_sole_length) == (0.065, 0.305)
     assert gear.ramp_angle == pytest.approx(np.deg2rad(1.5))
-    assert found.notices == ()
+    assert recording.notices == ()
 
 
-def test_boots_that_nobody_stated_are_reported_as_assumed(tmp_path: Path) -> None:
-    found = read_recording(Tiny(toml=TOML.replace("boot_centre_m = 0.0\n", "")).write(tmp_path))
-    assert found.equipment.boot_centre == 0.0
-    assert [notice for notice in found.notices if "boot_centre_m is not given" in notice]
+def test_boots_that_are_not_stated_are_reported_as_assumed(tmp_path: Path) -> None:
+    recording = read_recording(Tiny(toml=TOML.replace("boot_centre_m = 0.0\n", "")).write(tmp_path))
+    assert recording.equipment.boot_centre == 0.0
+    assert [notice for notice in recording.notices if "boot_centre_m is not given" in notice]
 
 
 def test_boot_off_the_foot(tmp_path: Path) -> None:
@@ -76,18 +76,18 @@ def test_boot_off_the_foot(tmp_path: Path) -> None:
 
 def test_instruments_may_be_absent(tmp_path: Path) -> None:
     head = TOML.split("[gps]")[0]
-    found = read_recording(Tiny(toml=head).write(tmp_path))
-    assert found.gps is None
-    assert found.insoles is None
+    recording = read_recording(Tiny(toml=head).write(tmp_path))
+    assert recording.gps is None
+    assert recording.insoles is None
 
 
-def test_time_offsets_move_each_instrument(tmp_path: Path) -> None:
+def test_time_offsets_move_every_instrument(tmp_path: Path) -> None:
     toml = TOML.replace('"gps.csv"', '"gps.csv"\ntime_offset_s = 0.5').replace(
         '"insoles.csv"', '"insoles.csv"\ntime_offset_s = -1.0'
     )
-    found = read_recording(Tiny(toml=toml).write(tmp_path))
-    assert (found.start, found.stop) == pytest.approx((0.5, 7.0))
-    assert any("together cover" in notice for notice in found.notices)
+    recording = read_recording(Tiny(toml=toml).write(tmp_path))
+    assert (recording.start, recording.stop) == pytest.approx((0.5, 7.0))
+    assert any("together cover" in notice for notice in recording.notices)
 
 
 def test_own_ski_file_is_read_from_the_folder_and_hashed(tmp_path: Path) -> None:
@@ -95,23 +95,23 @@ def test_own_ski_file_is_read_from_the_folder_and_hashed(tmp_path: Path) -> None
     (folder / "skis").mkdir()
     own = {"mine": ski_to_table(read_ski("slalom_165", folder))}
     (folder / "skis" / "mine.toml").write_text(tomli_w.dumps(own), encoding="utf-8")
-    found = read_recording(folder)
-    assert found.equipment.skis == "skis/mine.toml"
-    assert "skis/mine.toml" in found.hashes
+    recording = read_recording(folder)
+    assert recording.equipment.skis == "skis/mine.toml"
+    assert "skis/mine.toml" in recording.hashes
 
 
 def with_runs(*names: str) -> str:
     return TOML + f"\n[terrain]\nruns = {list(names)}\n"
 
 
-def test_other_runs_of_the_slope_are_read_beside(tmp_path: Path) -> None:
+def test_other_runs_of_the_slope_are_read_too(tmp_path: Path) -> None:
     other = Tiny(toml=with_runs("../first")).write(tmp_path / "other")  # each names the other
-    found = read_recording(Tiny(toml=with_runs("../other")).write(tmp_path / "first"))
-    assert [run.folder.resolve() for run in found.runs] == [other]
-    assert found.runs[0].runs == ()
-    assert found.elevations is None
-    assert found.hashes["../other/gps.csv"] == found.runs[0].hashes["gps.csv"]
-    assert pickle.loads(pickle.dumps(found)).runs[0].name == "tiny"
+    recording = read_recording(Tiny(toml=with_runs("../other")).write(tmp_path / "first"))
+    assert [run.folder.resolve() for run in recording.runs] == [other]
+    assert recording.runs[0].runs == ()
+    assert recording.elevations is None
+    assert recording.hashes["../other/gps.csv"] == recording.runs[0].hashes["gps.csv"]
+    assert pickle.loads(pickle.dumps(recording)).runs[0].name == "tiny"
 
 
 def north(metres: float) -> dict[str, Array]:
@@ -138,7 +138,7 @@ RUNS: dict[str, tuple[str, str]] = {
 def test_runs_that_show_nothing_of_the_slope_are_refused(tmp_path: Path, fault: str) -> None:
     toml, problem = RUNS[fault]
     Tiny(gps=north(90.0)).write(tmp_path / "near")
-    Tiny(gps=north(250.0)).write(tmp_path / "far")  # the way is 64 m long
+    Tiny(gps=north(250.0)).write(tmp_path / "far")  # the path is 64 m long
     Tiny(toml=TOML.split("[gps]")[0]).write(tmp_path / "blind")
     error = caught(Tiny(toml=toml).write(tmp_path / "run"))
     assert error.place.startswith("[terrain]")
@@ -208,7 +208,7 @@ def test_faulty_settings_are_named_with_place_and_fix(tmp_path: Path, fault: str
     assert problem in str(error)
 
 
-def test_times_in_nanoseconds_leave_one_fix_beside_the_motion(tmp_path: Path) -> None:
+def test_times_in_nanoseconds_leave_one_fix_within_the_motion(tmp_path: Path) -> None:
     folder = Tiny().write(tmp_path / "run")
     table = pd.read_csv(folder / "gps.csv")
     table.assign(time_s=1e9 * table["time_s"]).to_csv(folder / "gps.csv", index=False)

@@ -1,4 +1,4 @@
-"""``[uncertainty]`` of ``recording.toml``: the usual where it says nothing, and one clear line for what is wrong."""
+"""``[uncertainty]`` of ``recording.toml``: usual values where it is silent, and one clear line for each fault."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ def test_the_usual_where_nothing_is_given(folder: Path) -> None:
 
 def test_others_are_taken_in_their_units(folder: Path) -> None:
     add(folder, "foot_deg = 0.5\nmass_kg = 0.0\ndrag_share = 0.3\nresidual_moment_Nm = 35.0")
-    found = read_recording(folder).uncertainty
-    assert found.foot == pytest.approx(np.radians(0.5))
-    assert (found.mass, found.drag, found.residual_moment) == (0.0, 0.3, 35.0)
-    assert found.trunk == Uncertainty().trunk
+    uncertainty = read_recording(folder).uncertainty
+    assert uncertainty.foot == pytest.approx(np.radians(0.5))
+    assert (uncertainty.mass, uncertainty.drag, uncertainty.residual_moment) == (0.0, 0.3, 35.0)
+    assert uncertainty.trunk == Uncertainty().trunk
 
 
 @pytest.mark.parametrize(

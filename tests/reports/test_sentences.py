@@ -47,7 +47,7 @@ def test_the_bad_news_is_said_too(run: StoredRun) -> None:
     shown = with_figures(
         run,
         residual_moment=ResidualMoment(210.0, 93.0, 75.0, 50.0, "bad"),
-        notices=("assumed, since nobody stated it: skier.mass_kg = 75.0",),
+        notices=("assumed, as it was not stated: skier.mass_kg = 75.0",),
     )
     (words,) = sentences([shown])
     rmsd = shown.summary.pressure_ratio.rmsd
@@ -141,8 +141,8 @@ def test_what_every_run_assumes_and_what_holds_of_this_one(run: StoredRun) -> No
     sure = with_figures(run, fit=Fit(method="joint", converged=True), uncertainty=found)
     assert "Skier's mass had to be corrected by 4.2 standard deviations" in lines_of(sure)
     assert "residual alone" not in lines_of(sure)
-    assumed = with_figures(run, notices=("assumed, since nobody stated it: a", "another notice"))
-    assert "assumed, since nobody stated it: a" in lines_of(assumed)
+    assumed = with_figures(run, notices=("assumed, as it was not stated: a", "another notice"))
+    assert "assumed, as it was not stated: a" in lines_of(assumed)
     assert "another notice" not in lines_of(assumed)
     bad = with_figures(run, residual_moment=ResidualMoment(210.0, 40.0, 75.0, 50.0, "bad"))
     assert "(40 N m rms, 210 N m at most) is bad" in lines_of(bad)

@@ -1,1 +1,1 @@
-"""A whole posture from few sensors: attitude, course, a model of how people ski."""
+"""A whole posture from few sensors: attitude, course, and a model of how people ski."""

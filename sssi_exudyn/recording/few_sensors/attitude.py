@@ -1,9 +1,9 @@
-"""How a sensor is turned in space, from its rates and specific force; how it sits on what it is fixed to.
+"""The rotation of a sensor, from its rates and specific force, and its mounting on its segment.
 
 The filter is VQF (Laidig and Seel, Information Fusion 91 (2023) 187), in its offline form, which also estimates the
 gyroscope's bias.  A skier's specific force is not gravity: in a turn it leans with the skier.  So the acceleration
-that the track shows is taken off first.  Heading comes from integrated rates and drifts; what is slow of it is put
-right by the course (``aligned``).
+that the track shows is taken off first.  Heading comes from integrated rates and drifts; the course corrects its slow
+part (``align_sensor``).
 """
 
 from __future__ import annotations
@@ -22,24 +22,26 @@ from sssi_exudyn.core.rotations import nearest_rotation
 from sssi_exudyn.recording.instruments.imu import Imu
 
 DRIFT_SPACING: Final = 15.0
-"""s between the knots of a heading's drift: several turns, so that what a turn does to it is kept."""
+"""Time between the knots of a heading's drift, s: several turns, so that a turn's own effect is kept."""
 _STIFFNESS: Final = 7.0
-"""Skis are 10° from the course for a second; a heading's drift changes by 1.5° more from knot to knot, 0.1 °/s."""
+"""Weight of the drift's bending: skis are 10° from the course for a second, and a heading's drift changes by 1.5° more
+from knot to knot, 0.1 °/s.
+"""
 _ROUNDS: Final = 50
 _SPARSE: Final = 100_000
-"""Entries of a matrix of splines from which sparse products are faster."""
+"""Number of entries of a matrix of splines from which sparse products are faster."""
 _ENOUGH: Final = 0.1
-"""s between samples from which mountings are found."""
+"""Time between the samples from which mountings are estimated, s."""
 
 
 @dataclass(frozen=True)
 class Attitude:
-    """A sensor's rotation over time.
+    """The rotation of a sensor over time.
 
     time : (n,) s;  rotation : (n, 3, 3) sensor → a world with z up whose heading drifts
     yaw_rate : (n,) rad/s about up, left positive, without bias
-    bias : (3,) rad/s of the gyroscope, mean over the run;  bias_sigma : rad/s; both zero where the device gave its own
-        orientation
+    bias : (3,) rad/s of the gyroscope, mean over the run;  bias_sigma : rad/s; both are zero where the device gave its
+        own orientation
     """
 
     time: Array
@@ -54,7 +56,7 @@ def attitude_of(imu: Imu, acceleration: Array | None = None) -> Attitude:
 
     Parameters
     ----------
-    acceleration : (n, 3) m/s² of the sensor in its own axes, where it is known otherwise; it is subtracted from the
+    acceleration : (n, 3) m/s² of the sensor in its own axes, where another source gives it; it is subtracted from the
         specific force, so that gravity is left
     """
     if imu.orientation is not None:
@@ -62,14 +64,14 @@ def attitude_of(imu: Imu, acceleration: Array | None = None) -> Attitude:
         return Attitude(imu.time, rotation, _rate_about_up(rotation, imu.rate), np.zeros(3), 0.0)
     assert imu.force is not None  # its reader asks for one of both
     force = imu.force if acceleration is None else imu.force - acceleration
-    found = offlineVQF(np.ascontiguousarray(imu.rate), np.ascontiguousarray(force), None, imu.step)
-    rotation = Rotation.from_quat(found["quat6D"], scalar_first=True).as_matrix()
+    filtered = offlineVQF(np.ascontiguousarray(imu.rate), np.ascontiguousarray(force), None, imu.step)
+    rotation = Rotation.from_quat(filtered["quat6D"], scalar_first=True).as_matrix()
     return Attitude(
         imu.time,
         rotation,
-        _rate_about_up(rotation, imu.rate - found["bias"]),
-        np.asarray(np.mean(found["bias"], axis=0)),
-        float(np.median(found["biasSigma"])),
+        _rate_about_up(rotation, imu.rate - filtered["bias"]),
+        np.asarray(np.mean(filtered["bias"], axis=0)),
+        float(np.median(filtered["biasSigma"])),
     )
 
 
@@ -78,8 +80,9 @@ def _rate_about_up(rotation: Array, rate: Array) -> Array:
 
 
 def slow_curve(time: Array, values: Array, weights: Array, spacing: float) -> BSpline:
-    """A cubic spline with knots about ``spacing`` s apart through ``values`` (n,) at ``time`` (n,), by weighted least
-    squares; outliers count less (Huber).
+    """Fit a cubic spline with knots about ``spacing`` s apart through ``values`` (n,) at ``time`` (n,).
+
+    The fit is by weighted least squares; outliers count less (Huber).
     """
     pieces = max(1, round(float(time[-1] - time[0]) / spacing))
     inner = np.linspace(time[0], time[-1], pieces + 1)
@@ -90,23 +93,23 @@ def slow_curve(time: Array, values: Array, weights: Array, spacing: float) -> BS
     bending = bend.T @ bend
     robust = np.ones(len(time))
     for _ in range(10):
-        found = solve_spline(columns, values, weights * robust, bending)
-        left = np.abs(values - columns @ found)
+        coefficients = solve_spline(columns, values, weights * robust, bending)
+        left = np.abs(values - columns @ coefficients)
         scale = 1.4826 * float(np.median(left)) + 1e-12  # a perfect fit must not divide by nothing
         robust = np.minimum(1.0, 1.345 * scale / np.maximum(left, 1e-12))
-    return BSpline(knots, found, 3)
+    return BSpline(knots, coefficients, 3)
 
 
 def spline_columns(time: Array, knots: Array) -> Array | csr_array:
-    """The cubic B-splines over ``knots`` (p + 4,) at ``time`` (n,): (n, p), sparse where that is less work."""
+    """Return the cubic B-splines over ``knots`` (p + 4,) at ``time`` (n,): (n, p), sparse where that is less work."""
     columns = csr_array(BSpline.design_matrix(time, knots, 3))
     return columns if columns.shape[0] * columns.shape[1] > _SPARSE else columns.toarray()
 
 
 def solve_spline(columns: Array | csr_array, values: Array, weights: Array, bending: Array) -> Array:
-    """Coefficients c (p,) with least Σ weights·(values − columns·c)² + c·bending·c, by the normal equations.
+    """Return the coefficients c (p,) with least Σ weights·(values − columns·c)² + c·bending·c, by the normal equations.
 
-    ``columns`` (n, p) are sparse where they are many, so that the work grows with n, not with n·p².
+    Many ``columns`` (n, p) are sparse, so that the work grows with n, not with n·p².
     """
     if isinstance(columns, csr_array):
         normal = (columns.T @ columns.multiply(weights[:, None])).toarray() + bending
@@ -119,12 +122,12 @@ def solve_spline(columns: Array | csr_array, values: Array, weights: Array, bend
 
 @dataclass(frozen=True)
 class Alignment:
-    """A segment's rotation as a sensor on it shows it.
+    """The rotation of a segment as a sensor on it shows it.
 
     rotation : (n, 3, 3) segment → level frame
     mounting : (3, 3) segment → sensor, constant over the run
-    drift : rad, the heading's change that was taken out, from least to greatest
-    misfit : rad, root mean square of the angle to what was expected of the segment
+    drift : rad, range of the heading's drift that was taken out
+    misfit : rad, root mean square of the angle to the segment's expected rotation
     """
 
     rotation: Array
@@ -134,49 +137,52 @@ class Alignment:
 
 
 def align_sensor(time: Array, rotation: Array, expected: Array, weights: Array) -> Alignment:
-    """Find how a sensor sits on its segment, and its heading, from how the segment is expected to be on average.
+    """Estimate a sensor's mounting on its segment, and its heading, from the segment's expected mean rotation.
 
-    In ``rotation(t) = turn(a(t)) · expected(t) · mountingᵀ`` the mounting is constant and a(t) slow; both are found in
-    turn by least squares.  What the sensor sees that is faster than a(t), and no constant, stays its own.
+    In ``rotation(t) = turn(a(t)) · expected(t) · mountingᵀ`` the mounting is constant and a(t) slow.  Both are
+    estimated alternately by least squares.  Rotation that is faster than a(t), and not constant, stays as measured.
 
     Parameters
     ----------
     time : (n,) s;  rotation : (n, 3, 3) sensor → a world with z up
-    expected : (n, 3, 3) segment → level frame;  weights : (n,) of the samples, zero where nothing is expected
+    expected : (n, 3, 3) segment → level frame;  weights : (n,) of the samples, zero where no rotation is expected
     """
     every = slice(None, None, max(1, round(_ENOUGH / float(time[1] - time[0]))))
-    at, seen, wanted, weight = time[every], rotation[every], expected[every], weights[every]
+    at, seen, target, weight = time[every], rotation[every], expected[every], weights[every]
     # the first headings: the course's less the sensor's own, whatever its axes are, from where they agree best
-    swing = slow_curve(at, _headings(seen, wanted, weight), weight, DRIFT_SPACING)
+    swing = slow_curve(at, _headings(seen, target, weight), weight, DRIFT_SPACING)
     firsts = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    first = max(firsts, key=lambda c: float(np.linalg.norm(_mean_mounting(swing(at) + c, seen, wanted, weight), "nuc")))
+    first = max(firsts, key=lambda c: float(np.linalg.norm(_mean_mounting(swing(at) + c, seen, target, weight), "nuc")))
     turn = swing(at) + first
     for _ in range(_ROUNDS):
-        mounting = nearest_rotation(_mean_mounting(turn, seen, wanted, weight))
+        mounting = nearest_rotation(_mean_mounting(turn, seen, target, weight))
         # the turn about up that brings what is seen nearest to what is expected, sample by sample
-        cross = wanted @ np.swapaxes(seen @ mounting, -1, -2)
+        cross = target @ np.swapaxes(seen @ mounting, -1, -2)
         best = np.unwrap(np.arctan2(cross[:, 1, 0] - cross[:, 0, 1], cross[:, 0, 0] + cross[:, 1, 1]))
         slow = slow_curve(at, best, weight, DRIFT_SPACING)
         turn = slow(at)
     turn = slow(time)
-    found = _rotations_about_up(turn) @ rotation @ mounting
-    apart = np.linalg.norm(found - expected, axis=(-2, -1)) / np.sqrt(2.0)
+    aligned = _rotations_about_up(turn) @ rotation @ mounting
+    apart = np.linalg.norm(aligned - expected, axis=(-2, -1)) / np.sqrt(2.0)
     misfit = float(np.sqrt(np.average(apart**2, weights=weights)))
-    return Alignment(found, mounting, float(np.ptp(turn)), misfit)
+    return Alignment(aligned, mounting, float(np.ptp(turn)), misfit)
 
 
 def _mean_mounting(turn: Array, rotation: Array, expected: Array, weights: Array) -> Array:
-    """(3, 3) mean of (turn · rotation)ᵀ · expected: near the mounting, the nearer a rotation the better they agree."""
+    """Return the mean (3, 3) of (turn · rotation)ᵀ · expected.
+
+    It is near the mounting; the better the samples agree, the nearer it is to a rotation.
+    """
     return np.asarray(
         np.einsum("n,nji,njk->ik", weights, _rotations_about_up(turn) @ rotation, expected) / weights.sum()
     )
 
 
 def _headings(rotation: Array, expected: Array, weights: Array) -> Array:
-    """(n,) rad: by how much the expected heading and the sensor's differ since the first sample."""
+    """Return the difference (n,) rad of the expected heading and the sensor's since the first sample."""
 
     def heading(matrices: Array) -> Array:
-        """Of the turn about up between neighbours, summed."""
+        """Sum the turns about up between neighbours."""
         step = matrices[1:] @ np.swapaxes(matrices[:-1], -1, -2)
         turned = np.arctan2(step[:, 1, 0] - step[:, 0, 1], step[:, 0, 0] + step[:, 1, 1])
         return np.concatenate([[0.0], np.cumsum(turned)])

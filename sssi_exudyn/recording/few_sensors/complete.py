@@ -1,9 +1,9 @@
-"""A whole capture out of few sensors: what they measured, and a posture for the rest that a skier would have.
+"""A whole capture from few sensors: their measurements, and a skier's plausible posture for the rest.
 
-Course and speed come from the fixes, sharpened by the best yaw rate; edge angles from sensors on skis or boots, else
-from the lean that the turn's radius and speed ask for; the trunk's lean from a sensor on the chest, else from balance.
-Everything else comes from `posture_model`.  `Completed` lists what was measured and what was assumed, with standard
-deviations.
+Course and speed come from the fixes, sharpened by the best yaw rate.  Edge angles come from sensors on skis or boots,
+else from the lean that the turn's radius and speed require.  The trunk's lean comes from a sensor on the chest, else
+from balance.  Everything else comes from `posture_model`.  `Completed` lists what was measured and what was assumed,
+with standard deviations.
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ from sssi_exudyn.recording.instruments.imu import FEET, Barometer, Imu
 from sssi_exudyn.recording.slope_and_heading import SlopeEstimate, estimate_slope
 
 _RATE: Final = 50.0
-"""Hz of the made-up capture's frames, as inertial captures have at least."""
+"""Rate of the completed capture's frames, Hz: the lowest rate of inertial captures."""
 _LONGEST: Final = 2000.0
-"""s of skiing that are completed at once."""
+"""Maximum duration of skiing that is completed at once, s."""
 _EDGE_CUTOFF: Final = 2.0
-"""Hz; edging takes a second, what is faster of a ski is chatter that does not change where it goes."""
+"""Cut-off of edging, Hz; edging takes a second, and faster motion of a ski is chatter that does not change its path."""
 _SWING_CUTOFF: Final = 1.0
-"""Hz of the body's swing over the skis."""
+"""Cut-off of the body's swing over the skis, Hz."""
 _ROUNDS: Final = 3
-"""The antenna swings over the skis, whose course decides how the body leans: three rounds change no angle by 0.1°."""
+"""Rounds of the antenna's swing over the skis, whose course decides the lean: three change no angle by 0.1°."""
 _LARGEST_EDGE: Final = float(np.radians(70.0))
-"""Racers' edge angles; a sensor that shows more has slipped."""
+"""Edge angles of racers, rad; a sensor that shows more has slipped."""
 _RECEIVER_WANDER, _BAROMETER_WANDER = 2.0, 0.5
 """m, as `estimate_slope` counts a height's wandering: 5.7 and 1.4 m from start to end of a run."""
 _LAG_CLEAR: Final = 0.3
-"""Correlation of both turnings below which a lag is not to be believed; it is then left at zero."""
+"""Correlation of both turnings, below which an estimated lag is not reliable and is left at zero."""
 
 _ASSUMED_EDGE: Final = float(np.radians(13.0))
 _MEASURED_EDGE: Final = float(np.radians(4.0))
@@ -72,16 +72,16 @@ class FootSigma:
 
 @dataclass(frozen=True)
 class Completed:
-    """A capture made of few sensors.
+    """A capture made from few sensors.
 
-    bvh : as from a whole capture, its +z axis along the fall line's azimuth
+    bvh : motion as from a whole capture, its +z axis along the fall line's azimuth
     gps : the fixes with the receiver's lag taken off
     measured, assumed : coordinates of the posture, in words
-    sigma : of the feet
-    steered : whether the skis' own heading was measured, not only where they went
-    lag : of the receiver, None where no sensor shows it
-    course, edge, lean, unbalanced : what the posture was solved from and how well it balances, at ``bvh.time``
-    start, stop : s, the skiing
+    sigma : standard deviations of the feet
+    steered : whether the skis' own heading was measured, not only their course
+    lag : lag of the receiver, None where no sensor shows it
+    course, edge, lean, unbalanced : input of the posture's solution, and its balance, at ``bvh.time``
+    start, stop : s, the stretch of skiing
     notes : what was done, in words
     """
 
@@ -102,7 +102,7 @@ class Completed:
 
     @property
     def heading_sigma(self) -> float:
-        """rad by which the skis' mean heading may be off the course's: neither skids alike to both sides."""
+        """Standard deviation, rad, of the skis' mean heading about the course's: no skier skids alike to both sides."""
         return float(np.hypot(_MEAN_STEERING, self.course.sigma))
 
 
@@ -169,16 +169,16 @@ def complete(imus: tuple[Imu, ...], gps: Gps, ground: Ground, body: Body) -> Com
 
 
 _FEWEST_COVERED: Final = 10
-"""Fixes that a barometer has to cover, for its heights to be joined to the receiver's."""
+"""Minimum number of fixes that a barometer has to cover, so that its heights can be joined to the receiver's."""
 _AROUND: Final = 10
-"""Fixes over which the two are laid on each other at an end."""
+"""Number of fixes over which the two are aligned at an end."""
 
 
 def use_barometer_heights(gps: Gps, barometer: Barometer) -> tuple[Gps, tuple[str, ...]]:
-    """The fixes with the barometer's heights, which wander less, where it covers them, and what was done in words.
+    """Replace the fixes' heights by the barometer's, which wander less, and describe the change in words.
 
-    Elsewhere the receiver's heights stay, shifted so that both are the same on average around each end of the
-    barometer's stretch.
+    Outside the barometer's stretch the receiver's heights stay, shifted so that both are the same on average around
+    each end of the stretch.
     """
     inside = (gps.time >= barometer.time[0]) & (gps.time <= barometer.time[-1])
     if np.count_nonzero(inside) < _FEWEST_COVERED:
@@ -197,9 +197,9 @@ def use_barometer_heights(gps: Gps, barometer: Barometer) -> tuple[Gps, tuple[st
 
 
 def ground_of(gps: Gps, barometric: bool) -> SlopeEstimate:
-    """The plane through the track where it is skied.  Raises SssiError where that leads nowhere or uphill.
+    """Fit the plane through the skied track.  Raises SssiError where that leads nowhere or uphill.
 
-    How far heights wander from start to end is the instrument's, not that of a single fix.
+    The heights' wander from start to end is a property of the instrument, not of a single fix.
     """
     first, last = skiing_stretch(gps.time, np.linalg.norm(velocity_of(gps), axis=1))
     inside = (gps.time >= first) & (gps.time <= last)
@@ -207,16 +207,18 @@ def ground_of(gps: Gps, barometric: bool) -> SlopeEstimate:
 
 
 def _best_lag(attitudes: list[Attitude], gps: Gps) -> tuple[int, Lag | None]:
-    """The sensor whose turning agrees best with the course's, and the lag that it shows."""
+    """Return the sensor whose turning agrees best with the course's, and the lag that it shows."""
     velocity = velocity_of(gps)
-    lags = [find_lag(gps.time, velocity, each.time, each.yaw_rate) for each in attitudes]
+    lags = [find_lag(gps.time, velocity, attitude.time, attitude.yaw_rate) for attitude in attitudes]
     best = max(range(len(lags)), key=lambda i: lags[i].correlation)
     return best, lags[best] if lags[best].correlation > _LAG_CLEAR else None
 
 
 def _snow_frames(azimuth: Array, pull: Array, ground: Ground) -> tuple[Array, Array]:
-    """(n, 3, 3) forward, left, normal → level frame for skis that point to ``azimuth`` (n,), and the lean (n,) of the
-    force that the snow has to give for the acceleration ``pull`` (n, 3), level frame; positive to the right.
+    """Return frames of the snow under skis that point to ``azimuth`` (n,), and the lean of the snow's force.
+
+    The frames (n, 3, 3) are forward, left, normal → level frame.  The lean (n,) is that of the force that the snow must
+    give for the acceleration ``pull`` (n, 3), level frame; positive to the right.
     """
     to_left = ground.azimuth - azimuth
     flat = np.stack([np.cos(to_left), np.sin(to_left)], axis=1)
@@ -229,18 +231,17 @@ def _snow_frames(azimuth: Array, pull: Array, ground: Ground) -> tuple[Array, Ar
 
 
 def _segment_attitude(imu: Imu, course: Course, frames: Array, lean: Array, pull: Array) -> Alignment:
-    """How the segment that a sensor sits on is turned, at the course's times.
+    """Estimate the rotation of the segment that a sensor sits on, at the course's times.
 
-    The skier's acceleration ``pull`` (level frame) is taken off before the filter, once it is known how the sensor is
-    turned.
+    The skier's acceleration ``pull`` (level frame) is taken off before the filter, once the sensor's rotation is known.
     """
     share = 0.5 if imu.place in ("chest", "pelvis") else 1.0  # trunks lean less than legs
     expected = frames @ rotation_about_x(share * lean)
     weights = np.minimum(course.speed / 3.0, 1.0) ** 2  # slow skis point anywhere
-    found = align_sensor(course.time, _at(course.time, attitude_of(imu)), expected, weights)
+    aligned = align_sensor(course.time, _at(course.time, attitude_of(imu)), expected, weights)
     if imu.orientation is not None:
-        return found
-    sensor = np.einsum("nij,kj->nik", found.rotation, found.mounting)
+        return aligned
+    sensor = np.einsum("nij,kj->nik", aligned.rotation, aligned.mounting)
     of_sensor = np.einsum("nji,nj->ni", sensor, pull)
     outside = (imu.time < course.time[0]) | (imu.time > course.time[-1])
     known = np.column_stack([np.interp(imu.time, course.time, column) for column in of_sensor.T])
@@ -249,37 +250,40 @@ def _segment_attitude(imu: Imu, course: Course, frames: Array, lean: Array, pull
 
 
 def _at(time: Array, attitude: Attitude) -> Array:
-    """An attitude's rotations at other times."""
+    """Interpolate an attitude's rotations to other times."""
     between = Slerp(attitude.time, Rotation.from_matrix(attitude.rotation))
     return np.asarray(between(np.clip(time, attitude.time[0], attitude.time[-1])).as_matrix())
 
 
 def _steering(feet: list[Alignment | None], frames: Array) -> Array:
-    """(n,) rad clockwise: how much farther the skis point than the course, mean of those that were measured."""
+    """Return by how much farther the skis point than the course, (n,) rad clockwise, mean of the measured skis."""
     seen = [np.swapaxes(frames, -1, -2) @ foot.rotation for foot in feet if foot is not None]
     if not seen:
         return np.zeros(len(frames))
-    turned = np.mean([np.arctan2(each[:, 1, 0], each[:, 0, 0]) for each in seen], axis=0)
+    turned = np.mean([np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]) for rotation in seen], axis=0)
     return -lowpass(turned, _RATE, _EDGE_CUTOFF)
 
 
 def _edges(feet: list[Alignment | None], frames: Array, lean: Array) -> Array:
-    """(n, 2) rad of roll: measured, as the other foot's where one was, else square to the snow's force."""
+    """Return the roll (n, 2) rad: measured, or that of the other foot if measured, or square to the snow's force."""
     seen = [None if foot is None else _roll(foot, frames) for foot in feet]
-    known = [each for each in seen if each is not None]
+    known = [roll for roll in seen if roll is not None]
     other = known[0] if known else lean
-    both = np.stack([other if each is None else each for each in seen], axis=1)
+    both = np.stack([other if roll is None else roll for roll in seen], axis=1)
     return np.clip(lowpass(both, _RATE, _EDGE_CUTOFF), -_LARGEST_EDGE, _LARGEST_EDGE)
 
 
 def _roll(segment: Alignment, frames: Array) -> Array:
-    """(n,) rad of turn about the way of travel, by how far the segment's left axis rises over the snow."""
+    """Return the turn (n,) rad about the direction of travel.
+
+    It follows from the rise of the segment's left axis over the snow.
+    """
     rising = np.einsum("ni,ni->n", frames[:, :, 2], segment.rotation[:, :, 1])
     return np.asarray(np.arcsin(np.clip(rising, -1.0, 1.0)))
 
 
 def _swing(bvh: Bvh, gps: Gps, body: Body, azimuth: float) -> Array:
-    """(n, 2) m/s, north and east: the antenna's velocity over the middle of the skis."""
+    """Return the antenna's velocity (n, 2) m/s, north and east, over the middle of the skis."""
     world = world_rotations(bvh)
     place = joint_positions(bvh, world)
     down = np.array([0.0, -body.ankle_to_ski_base, 0.0])
@@ -294,7 +298,7 @@ def _swing(bvh: Bvh, gps: Gps, body: Body, azimuth: float) -> Array:
 def _sources_of_posture(
     feet: list[Alignment | None], trunk: Array | None, course: Course, lag: Lag | None
 ) -> tuple[tuple[str, ...], tuple[str, ...], FootSigma]:
-    """What of the posture was measured, what was assumed, and the standard deviations of the feet."""
+    """List what of the posture was measured and what was assumed, with the standard deviations of the feet."""
     edged = any(foot is not None for foot in feet)
     measured = ["speed and course: fixes" + (", and a yaw rate between them" if lag is not None else "")]
     assumed = []
@@ -353,10 +357,10 @@ def _describe(
                 f" ± {np.degrees(attitude.bias_sigma):.2f} °/s taken off"
             )
         if imu.place in seen:
-            found = seen[imu.place]
+            alignment = seen[imu.place]
             notes.append(
-                f"{imu.name}: mounting found from the run; what it shows is {np.degrees(found.misfit):.0f}° from what"
-                f" was expected, its heading drifted by {np.degrees(found.drift):.0f}°"
+                f"{imu.name}: mounting estimated from the run; its rotation is {np.degrees(alignment.misfit):.0f}° from"
+                f" the expected one, its heading drifted by {np.degrees(alignment.drift):.0f}°"
             )
     short = float(np.sqrt(np.mean(posture.unbalanced**2)))
     notes.append(f"the posture balances in roll to {short:.3f} m (root mean square)")

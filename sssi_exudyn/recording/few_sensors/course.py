@@ -1,11 +1,11 @@
-"""Where a skier goes, from slow fixes and a fast yaw rate: lag of the receiver's clock, course, speed, acceleration.
+"""The skier's course from slow fixes and a fast yaw rate: lag of the receiver's clock, course, speed, acceleration.
 
-A receiver filters its course and gives it late (a telephone by more than a second); a gyroscope on the body is prompt
-but turns with the body, not with the course.  Both show the same turns: the lag is where they agree best, and
+A receiver filters its course and gives it late, a telephone by more than a second.  A gyroscope on the body is prompt,
+but it turns with the body, not with the course.  Both show the same turns: the lag is where they agree best, and
 
     course(t) = gain · ∫ yaw rate dt + slow(t)
 
-has the fixes' course for what is slow and the gyroscope's for what lies between two fixes.
+follows the fixes in its slow part and the gyroscope between two fixes.
 """
 
 from __future__ import annotations
@@ -25,29 +25,29 @@ from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.slope_and_heading import local_fit
 
 SLOWEST: Final = 1.0
-"""m/s; below it a course is noise and there is no skiing."""
+"""Lowest speed of skiing, m/s; below it a course is noise."""
 _SLOW_SHARE: Final = 0.25
-"""Of the run's high speed (its 95th percentile) below which somebody who skis as fast as that stands or walks."""
+"""Share of the run's high speed (its 95th percentile) below which the skier stands or walks."""
 _REST: Final = 5.0
-"""s for which a skier may be slower on a run."""
+"""Longest time for which a skier may be slower on a run, s."""
 _LAGS: Final = (-1.0, 4.0)
-"""s between which a receiver's lag is sought: telephones filter over up to 2 s, clocks may differ by a second."""
+"""Range of a receiver's lag, s: telephones filter over up to 2 s, clocks may differ by a second."""
 _LAG_STEP: Final = 0.02
 _LEAD: Final = 0.2
-"""s by which the skis turn before the course does where they skid: 0.15 and 0.24 s in recordings with a known lag."""
+"""Lead of skidding skis' turns over the course, s: 0.15 and 0.24 s in recordings with a known lag."""
 _FEWEST: Final = 8
-"""Fixes from which a lag, a gain and an offset are worth finding."""
+"""Minimum number of fixes from which a lag, a gain and an offset are estimated."""
 _SLOW_KNOTS: Final = 3.0
 """Intervals of fixes between the knots of the slow part."""
 _SWING_CUTOFF: Final = 1.0
-"""Hz; turns are slower, what a trunk does faster is not the skis'."""
+"""Cut-off of a trunk's swing, Hz; turns are slower, and the trunk's faster motion is not the skis'."""
 _LEAN_CUTOFF: Final = 0.8
-"""Hz; a body cannot balance faster than that: √(g/l)/2π = 0.5 Hz for a pendulum of a metre."""
+"""Cut-off of the lean, Hz; a body cannot balance faster: √(g/l)/2π = 0.5 Hz for a pendulum of a metre."""
 
 
 @dataclass(frozen=True)
 class Lag:
-    """By how much a receiver's stamps are late, s, its standard deviation, and the correlation of both turnings."""
+    """The lag of a receiver's time stamps, s, its standard deviation, and the correlation of both turnings."""
 
     value: float
     sigma: float
@@ -56,12 +56,12 @@ class Lag:
 
 @dataclass(frozen=True)
 class Course:
-    """The way of the skis at n instants, level.
+    """The course of the skis at n instants, level.
 
     azimuth : (n,) rad clockwise from north, unwrapped;  speed : (n,) m/s over ground
-    acceleration : (n, 3) m/s² east-north-up, the height's left out
-    gain : course's turning over the body's, None without a yaw rate
-    sigma : rad, what the fixes' course and this one differ by
+    acceleration : (n, 3) m/s² east-north-up, without that of the height
+    gain : ratio of the course's turning to the body's, None without a yaw rate
+    sigma : rad, root mean square difference to the fixes' course
     """
 
     time: Array
@@ -73,9 +73,9 @@ class Course:
 
 
 def skiing_stretch(time: Array, speed: Array) -> tuple[float, float]:
-    """First and last time (s) of the longest stretch at a skier's speed, short rests included.
+    """Return the first and last time (s) of the longest stretch at a skier's speed, short rests included.
 
-    Raises SssiError when there is no skiing for five seconds.
+    Raises SssiError when no stretch of skiing lasts five seconds.
     """
     moving = time[speed > max(SLOWEST, _SLOW_SHARE * float(np.percentile(speed, 95.0)))]
     if len(moving) > 1:
@@ -88,19 +88,22 @@ def skiing_stretch(time: Array, speed: Array) -> tuple[float, float]:
 
 
 def velocity_of(gps: Gps) -> Array:
-    """(n, 2) m/s, north and east: the receiver's own speed and course where it gives them, else the track's."""
+    """Return the velocity (n, 2) m/s, north and east, at the fixes.
+
+    It is the receiver's own speed and course where it gives them, else the track's.
+    """
     if gps.speed is not None and gps.course is not None:
         return np.asarray(gps.speed[:, None] * np.stack([np.cos(gps.course), np.sin(gps.course)], axis=1))
-    # as in the estimates of the heading: the window that noise of the fixes asks for, four fixes at least
+    # as in the estimates of the heading: the window that the noise of the fixes requires, four fixes at least
     window = max(0.8 * (float(np.median(gps.sigma)) / 0.02) ** (2.0 / 7.0), 4.0 * float(np.median(np.diff(gps.time))))
     return np.asarray(local_fit(gps.time, gps.enu, window)[1][:, [1, 0]])
 
 
 def find_lag(time: Array, velocity: Array, gyro_time: Array, yaw_rate: Array) -> Lag:
-    """The lag of fixes (n,) s with ``velocity`` (n, 2) m/s behind a yaw rate (m,) rad/s, left positive.
+    """Estimate the lag of fixes (n,) s with ``velocity`` (n, 2) m/s behind a yaw rate (m,) rad/s, left positive.
 
-    From fix to fix the course turns by gain · (the body's turn a lag earlier); the lag is where that leaves least.  Its
-    standard deviation is that of least squares, and what skis that turn before the course add.
+    From fix to fix the course turns by gain · (the body's turn a lag earlier).  The estimate is the lag that leaves the
+    least residual.  Its standard deviation is that of least squares, plus the lead of skis that turn before the course.
     """
     course = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
     turned = np.concatenate([[0.0], np.cumsum(0.5 * (yaw_rate[1:] + yaw_rate[:-1]) * np.diff(gyro_time))])
@@ -115,7 +118,7 @@ def find_lag(time: Array, velocity: Array, gyro_time: Array, yaw_rate: Array) ->
         body = np.diff(np.interp(time - lag, gyro_time, turned))[pairs]
         seen, body = seen - seen.mean(), body - body.mean()
         share = max(0.0, float(body @ seen)) ** 2 / max(float(body @ body) * float(seen @ seen), 1e-12)
-        left[i] = 1.0 - share  # of the course's turning, what a body that turns the same way does not explain
+        left[i] = 1.0 - share  # of the course's turning: not explained by a body that turns in the same direction
         fixes = len(seen)
     if not np.any(np.isfinite(left)):
         raise SssiError(f"fewer than {_FEWEST} fixes of the skiing lie within the sensor's time")
@@ -133,13 +136,13 @@ def find_lag(time: Array, velocity: Array, gyro_time: Array, yaw_rate: Array) ->
 
 
 def fused_course(gps: Gps, velocity: Array, time: Array, yaw_rate: Array | None, gain: float | None = None) -> Course:
-    """Course, speed and acceleration at ``time`` (m,), evenly spaced.
+    """Return course, speed and acceleration at evenly spaced ``time`` (m,).
 
     Parameters
     ----------
     gps : fixes with the lag already taken off;  velocity : (n, 2) m/s north and east at them, of the skis
     yaw_rate : (m,) rad/s about up, left positive; None without a gyroscope
-    gain : of the yaw rate; None: what fits best
+    gain : gain of the yaw rate; None: the best fit
     """
     speed = np.linalg.norm(velocity, axis=1)
     course = np.unwrap(np.arctan2(velocity[:, 1], velocity[:, 0]))
@@ -168,9 +171,9 @@ def fused_course(gps: Gps, velocity: Array, time: Array, yaw_rate: Array | None,
     count = len(knots) - 4
     bend = np.zeros((count - 2, basis.shape[1]))
     bend[:, :count] = 0.1 * np.diff(np.eye(count), 2, axis=0)  # holds the curve where fixes are slow or missing
-    found = solve_spline(basis, known, weight**2, bend.T @ bend)
-    slow = BSpline(knots, found[:count], 3)
-    used = gain if gain is not None else (float(found[count]) if yaw_rate is not None else 0.0)
+    coefficients = solve_spline(basis, known, weight**2, bend.T @ bend)
+    slow = BSpline(knots, coefficients[:count], 3)
+    used = gain if gain is not None else (float(coefficients[count]) if yaw_rate is not None else 0.0)
     azimuth = slow(time) + used * body.sum(axis=1)
     apart = np.interp(at, time, azimuth) - course[inside]
     # a spline through the fixes' speeds, as smooth as turns are

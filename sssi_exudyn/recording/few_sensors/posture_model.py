@@ -1,14 +1,13 @@
-"""A skier's posture from few coordinates: where the skis point, how they are edged, how the body leans to balance.
+"""A skier's posture from few coordinates: the skis' heading, their edge angles, and the lean of the body in balance.
 
-What few sensors measure of a skier is the heading, at best the edge angles and the trunk's lean.  The rest follows from
-how people ski: skis lie on the snow; the boots let a leg bend in the foot's own plane only; the hips stay a hip's width
-apart across the shins; the longer leg, the outside one, has an ordinary flexion; and the body balances in roll: the
-line to the centre of mass from where the load acts, between the skis but nearer to the outside one, points along the
-force that the snow has to give.  What is left is the
-trunk's lean, which is solved for that.
+Few sensors measure a skier's heading, at best also the edge angles and the trunk's lean.  The rest follows from how
+people ski.  Skis lie on the snow.  The boots let a leg bend in the foot's own plane only.  The hips stay a hip's width
+apart across the shins.  The longer leg, the outside one, has an ordinary flexion.  The body balances in roll: the line
+from the point where the load acts to the centre of mass points along the force that the snow must give.  That point
+lies between the skis, nearer to the outside one.  The trunk's lean remains, and is solved for this balance.
 
-Angles about the way of travel are positive to the right, in the frame of the snow: forward (in the snow's plane), left
-of it, normal.  Masses: Winter, Biomechanics and Motor Control of Human Movement (2009), table 4.1.
+Angles about the direction of travel are positive to the right, in the frame of the snow: forward (in the snow's plane),
+left of it, normal.  Masses: Winter, Biomechanics and Motor Control of Human Movement (2009), table 4.1.
 """
 
 from __future__ import annotations
@@ -26,28 +25,29 @@ from sssi_exudyn.recording.instruments.bvh import Bvh
 _HAT, _THIGH, _SHANK, _FOOT = 0.678, 0.100, 0.0465, 0.0145
 """Shares of the body's mass: head, arms and trunk; each thigh, shank and foot."""
 _HAT_PLACE: Final = 0.626
-"""Of the way from hips to shoulders: where head, arms and trunk have their centre of mass."""
+"""Position of the centre of mass of head, arms and trunk, as a share of the line from hips to shoulders."""
 _THIGH_PLACE, _SHANK_PLACE = 0.433, 0.433
-"""Of the way from the upper to the lower joint."""
+"""Positions of the centres of mass, as a share of the line from the upper to the lower joint."""
 
 FLEXION: Final = float(np.radians(45.0))
-"""rad of knee flexion in the outside leg; recreational skiers show 30 to 60°."""
+"""Knee flexion in the outside leg, rad; recreational skiers show 30 to 60°."""
 _OUTSIDE_SHARE: Final = 0.8
-"""Of the load that the outside ski carries in a turn: 0.80 to 0.99 in the published runs."""
+"""Share of the load that the outside ski carries in a turn: 0.80 to 0.99 in the published runs."""
 _OUTSIDE_LOWER: Final = 0.012
-"""m by which the outside ski is lower for it: on snow of 5·10³ N/m^1.5 at each of 50 points of an edge, four fifths and
-one fifth of 900 N press 20 and 8 mm deep."""
+"""Depth of the outside ski below the inside one, m.  On snow of 5·10³ N/m^1.5 at each of 50 points of an edge, four
+fifths and one fifth of 900 N press 20 and 8 mm deep.
+"""
 CLEAR_LEAN: Final = float(np.radians(10.0))
-"""rad of lean at which a skier stands on the outside ski, not on both."""
+"""Lean at which a skier stands on the outside ski, not on both, rad."""
 _HIPS_BEHIND: Final = 0.05
-"""Hips behind the ankles, over body height: an upright stance in boots whose cuffs lean 15 to 20° forward."""
+"""Distance of the hips behind the ankles over body height: an upright stance, boots' cuffs lean 15 to 20° forward."""
 _PELVIS_SHARE: Final = 0.5
-"""Of the edge angle that the pelvis rolls along with the legs."""
+"""Share of the edge angle that the pelvis rolls along with the legs."""
 _BEND: Final = float(np.radians(35.0))
-"""rad; how far the trunk can bend sideways against the pelvis (range of motion of thoracic and lumbar spine)."""
+"""Largest sideways bend of the trunk against the pelvis, rad (range of motion of thoracic and lumbar spine)."""
 _LARGEST_TRUNK_LEAN: Final = float(np.radians(70.0))
 _ARM_FLEXION, _ARM_ABDUCTION, _ELBOW = np.radians([40.0, 25.0, 60.0])
-"""rad: poles held in front."""
+"""Angles of arms that hold the poles in front, rad."""
 
 _TREE: Final = (
     ("Hips", ""),
@@ -78,12 +78,12 @@ _CHAIN: Final = {"UpLeg": "femur", "Leg": "tibia", "Foot": "talus", "Arm": "hume
 
 @dataclass(frozen=True)
 class Coordinates:
-    """What determines a posture at n instants.
+    """The coordinates that determine a posture at n instants.
 
-    snow : (n, 3, 3) forward, left and normal of the skis' way on the snow → level frame
-    edge : (n, 2) rad, left and right ski's turn about the way of travel
-    lean : (n,) rad of the force that the snow has to give, against its normal
-    trunk : (n,) rad of the trunk's turn about the way of travel where it was measured; None: solved for balance
+    snow : (n, 3, 3) forward, left and normal of the skis' path on the snow → level frame
+    edge : (n, 2) rad, left and right ski's turn about the direction of travel
+    lean : (n,) rad of the force that the snow must give, against its normal
+    trunk : (n,) rad of the trunk's turn about the direction of travel where it was measured; None: solved for balance
     """
 
     snow: Array
@@ -99,7 +99,7 @@ class Body:
     height: float
     mass: float
     gear: float
-    """kg of one boot with its ski"""
+    """Mass of one boot with its ski, kg."""
     ankle_to_ski_base: float
 
 
@@ -107,8 +107,8 @@ class Body:
 class SkiingPosture:
     """The solved posture: rotations (n, 3, 3) of the segments to the snow's frame, feet and legs (left, right).
 
-    trunk_lean : (n,) rad, its roll
-    unbalanced : (n,) m by which the force's line through the centre of mass misses where the load acts, to the left
+    trunk_lean : (n,) rad, the trunk's roll
+    unbalanced : (n,) m by which the force's line through the centre of mass misses the load's point, to the left
     """
 
     pelvis: Array
@@ -121,7 +121,7 @@ class SkiingPosture:
 
 
 def solve_posture(at: Coordinates, body: Body) -> SkiingPosture:
-    """The posture that has these coordinates and balances as well as its joints allow."""
+    """Solve for the posture that has these coordinates and balances as well as its joints allow."""
     lengths = _lengths(body.height)
     mean = at.edge.mean(axis=1)
     roll = _PELVIS_SHARE * mean
@@ -161,8 +161,9 @@ def solve_posture(at: Coordinates, body: Body) -> SkiingPosture:
 
 
 def capture_from_posture(posture: SkiingPosture, snow: Array, time: Array, height: float) -> Bvh:
-    """The posture as a motion capture of an average skier of ``height`` (m) would show it; the capture's +z axis is
-    the level frame's forward one.
+    """Return the posture as a motion capture of an average skier of ``height`` (m) would show it.
+
+    The capture's +z axis is the level frame's forward one.
 
     snow : (n, 3, 3) snow's frame → level frame;  time : (n,) s
     """
@@ -216,8 +217,9 @@ def _lengths(height: float) -> _Lengths:
 
 
 def _leg_pitch(along: Array, behind: float, lengths: _Lengths) -> tuple[Array, Array]:
-    """Pitch (n, 2) of thigh and shank in the foot's plane, forward positive, that bring the hip ``along`` m up and
-    ``behind`` m forward of the ankle; a leg that does not reach is straight.
+    """Return the pitch (n, 2) of thigh and shank in the foot's plane, forward positive.
+
+    They bring the hip ``along`` m up and ``behind`` m forward of the ankle; a leg that does not reach is straight.
     """
     thigh, shank = lengths.thigh, lengths.shank
     reach = np.hypot(along, behind)
@@ -231,8 +233,9 @@ def _torso(roll: Array, forward: float) -> Array:
 
 
 def _trunk_pitch(body: Body, lengths: _Lengths, straight: float, behind: float) -> float:
-    """rad by which the trunk leans forward, so that the centre of mass of a skier who stands straight is over the
-    ankles, which is over the middle of the skis.
+    """Return the trunk's forward lean, rad, at which the centre of mass of a straight skier is over the ankles.
+
+    The ankles are over the middle of the skis.
     """
     thigh, shank = _leg_pitch(np.full((1, 2), straight), behind, lengths)
     foot = np.tile(np.eye(3), (1, 2, 1, 1))
@@ -246,8 +249,9 @@ def _trunk_pitch(body: Body, lengths: _Lengths, straight: float, behind: float) 
 
 
 def _centre(legs: _Legs, torso: Array, share: Array, lengths: _Lengths, body: Body) -> Array:
-    """(n, 3) m, the centre of mass of skier, boots and skis from the point between both soles that a load of ``share``
-    (n, 2) on each acts at.
+    """Return the centre of mass (n, 3) m of skier, boots and skis from the point of the load between both soles.
+
+    ``share`` (n, 2) of the load acts on each sole.
     """
     up = np.array([0.0, 0.0, 1.0])
     side = legs.pelvis @ np.array([0.0, 0.5 * lengths.hips, 0.0])
@@ -265,18 +269,18 @@ def _centre(legs: _Legs, torso: Array, share: Array, lengths: _Lengths, body: Bo
 
 
 def _about(axis: str, angles: Array) -> Array:
-    """Rotations (…, 3, 3) about an axis by angles (…)."""
+    """Return rotations (…, 3, 3) about an axis by angles (…)."""
     flat = Rotation.from_euler(axis, np.ravel(angles)[:, None]).as_matrix()
     return np.asarray(flat.reshape(*np.shape(angles), 3, 3))
 
 
 def rotation_about_x(angles: Array) -> Array:
-    """Rotations (n, 3, 3) about the forward axis by ``angles`` (n,), to the right when positive."""
+    """Return rotations (n, 3, 3) about the forward axis by ``angles`` (n,), to the right when positive."""
     return _about("x", angles)
 
 
 def _offsets(height: float) -> tuple[Array, dict[str, Array]]:
-    """OFFSETs (J, 3) m and End Sites of the average skeleton, in BVH axes, arms sideways."""
+    """Return OFFSETs (J, 3) m and End Sites of the average skeleton, in BVH axes, arms sideways."""
     chain = average_geometry(height)
     to_bvh = BODY_FROM_BVH.T
     offsets = np.zeros((len(JOINTS), 3))

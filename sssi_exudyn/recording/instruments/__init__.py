@@ -1,1 +1,1 @@
-"""One reader an instrument: motion capture, GPS, insoles, single inertial sensors."""
+"""Readers of instruments, one per instrument: motion capture, GPS, insoles, single inertial sensors."""

@@ -25,7 +25,7 @@ _SIDES: Final = ("Right", "Left")
 LEGS: Final = tuple(side + part for side in _SIDES for part in ("UpLeg", "Leg", "Foot"))
 _ARMS: Final = tuple(side + part for side in _SIDES for part in ("Shoulder", "Arm", "ForeArm", "Hand"))
 REQUIRED_JOINTS: Final = ("Hips", *LEGS, "Spine", "Spine1", "Spine2", "Neck", "Head", *_ARMS)
-"""Joints every recording must have; ``Neck1``, ``Spine3`` and the fingers may be there."""
+"""Joints that every recording must have; ``Neck1``, ``Spine3`` and the fingers are optional."""
 
 _XSENS_SIDED: Final = {
     "Collar": "Shoulder", "Shoulder": "Arm", "Elbow": "ForeArm", "Wrist": "Hand",
@@ -35,17 +35,17 @@ _XSENS: Final = {
     "Chest": "Spine", "Chest2": "Spine1", "Chest3": "Spine2", "Chest4": "Spine3",
     **{f"{side}{theirs}": f"{side}{ours}" for side in _SIDES for theirs, ours in _XSENS_SIDED.items()},
 }  # fmt: skip
-"""Names that Xsens MVN writes, and what a recording calls the same joints."""
+"""Names of a recording's joints by the names that Xsens MVN writes."""
 _LONGEST_BONE: Final = 1000.0
-"""m between two joints, whatever the unit; bones are held against the skier's height later (``crosscheck``)."""
+"""Largest distance between two joints, m, whatever the unit; ``crosscheck`` judges bones by the skier's height."""
 _FARTHEST: Final = 1e5
-"""m that a capture may place its root from the origin."""
+"""Largest distance of a capture's root from the origin, m."""
 _LARGEST_ANGLE: Final = 1e5
-"""degrees of a channel; unwrapped angles of a run stay below some thousand."""
+"""Largest angle of a channel, degrees; unwrapped angles of a run stay below some thousand."""
 _PREFIX: Final = re.compile(r"[^:_]*[:_]")
 
 _FRAME_TIME: Final = (0.0005, 0.05)
-"""Shortest and longest plausible frame time, s: 20 Hz is the least that still carries the 6 Hz of the filter."""
+"""Shortest and longest plausible frame time, s: 20 Hz is the lowest rate that still carries the filter's 6 Hz."""
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,11 @@ class Bvh:
     names : the J joints, parents before children
     parents : index of each joint's parent; −1 for the root
     offsets : (J, 3) m, each joint's place in its parent's axes
-    end_offsets : (3,) m by the joint that ends there (End Site)
+    end_offsets : (3,) m of each End Site, by the name of its joint
     time : (n,) s on the recording's clock
     rotations : (n, J, 3, 3) local rotations, parent ← joint; the root's are world ← root
     root_position : (n, 3) m; dead reckoning of the capture, not to be used as a measurement
-    notes : what was noticed in the file and did not hinder reading it
+    notes : oddities of the file that do not prevent reading it
     """
 
     names: tuple[str, ...]
@@ -74,7 +74,7 @@ class Bvh:
     notes: tuple[str, ...] = ()
 
     def index(self, name: str) -> int:
-        """The place of a joint in ``names``; raises KeyError for a joint that is not there."""
+        """Return the index of a joint in ``names``; raises KeyError for a joint that is not there."""
         try:
             return self.names.index(name)
         except ValueError:
@@ -99,7 +99,7 @@ def read_bvh(path: Path, time_offset: float = 0.0, renamed: Mapping[str, str] | 
     ----------
     path : the file
     time_offset : s, added to the frames' times (frame 0 is at 0 s in the file)
-    renamed : the recording's name of joints that bear another one in the file (see ``recording_names``)
+    renamed : the recording's names of joints that have another name in the file (see ``recording_names``)
 
     Raises InputError for a truncated file, a frame count that does not match, missing joints, text or NaN in a
     number's place, other axes or units, and a joint of the legs or the pelvis that never moves.
@@ -124,8 +124,9 @@ def read_bvh(path: Path, time_offset: float = 0.0, renamed: Mapping[str, str] | 
 
 
 def recording_names(names: Sequence[str]) -> dict[str, str]:
-    """What a recording calls the joints of a tree: without a prefix that all of them have (``Robot_``, ``mixamorig:``),
-    and Axis Studio's names for Xsens's.  Joints that keep their name are left out.
+    """Return a recording's names for the joints of a tree; joints that keep their name are left out.
+
+    A prefix that all joints have is removed (``Robot_``, ``mixamorig:``), and Xsens's names become Axis Studio's.
     """
     prefixes = {match[0] if (match := _PREFIX.match(name)) else "" for name in names}
     cut = len(prefixes.pop()) if len(prefixes) == 1 else 0
@@ -136,13 +137,15 @@ def recording_names(names: Sequence[str]) -> dict[str, str]:
 
 
 def joint_names(path: Path) -> tuple[str, ...]:
-    """The names of the joints of a BVH file, as they stand there; nothing is checked."""
+    """Return the names of the joints of a BVH file, as they stand there, without any check."""
     words = [line.split() for line in read_text(path).partition("MOTION")[0].split("\n")]
-    return tuple(" ".join(each[1:]) for each in words if each and each[0].upper() in ("ROOT", "JOINT"))
+    return tuple(
+        " ".join(line_words[1:]) for line_words in words if line_words and line_words[0].upper() in ("ROOT", "JOINT")
+    )
 
 
 def world_rotations(bvh: Bvh) -> Array:
-    """(n, J, 3, 3) rotations world ← joint, in BVH axes."""
+    """Return the rotations (n, J, 3, 3) world ← joint, in BVH axes."""
     world = np.empty_like(bvh.rotations)
     for joint, parent in enumerate(bvh.parents):
         local = bvh.rotations[:, joint]
@@ -151,7 +154,7 @@ def world_rotations(bvh: Bvh) -> Array:
 
 
 def joint_positions(bvh: Bvh, world: Array) -> Array:
-    """(n, J, 3) m positions of the joints from the root joint, in the capture's world axes.
+    """Return the positions (n, J, 3) m of the joints from the root joint, in the capture's world axes.
 
     ``world`` is ``world_rotations(bvh)``.
     """
@@ -163,7 +166,7 @@ def joint_positions(bvh: Bvh, world: Array) -> Array:
 
 
 def _read_hierarchy(path: Path, lines: list[str], renamed: Mapping[str, str]) -> tuple[_Tree, int]:
-    """The tree and the number (from 1) of the line ``MOTION``."""
+    """Read the tree and the number (from 1) of the line ``MOTION``."""
     if not lines or lines[0].strip().upper() != "HIERARCHY":
         raise InputError(path, "line 1", "a BVH file starts with HIERARCHY", "export the motion as BVH")
     tree, pending = _Tree(), ""
@@ -242,10 +245,10 @@ def _read_channels(path: Path, number: int, words: list[str]) -> list[str]:
 
 
 def _read_motion_header(path: Path, lines: list[str], motion: int) -> tuple[int, float, int]:
-    """Frame count, frame time (s) and the number of the first line of frames."""
-    found: dict[str, float] = {}
+    """Read frame count, frame time (s) and the number of the first line of frames."""
+    header: dict[str, float] = {}
     number = motion
-    while len(found) < 2:
+    while len(header) < 2:
         number += 1
         if number > len(lines):
             raise InputError(path, f"line {len(lines)}", "the file is truncated", "export the motion again")
@@ -254,12 +257,12 @@ def _read_motion_header(path: Path, lines: list[str], motion: int) -> tuple[int,
             continue
         key, _, value = line.partition(":")
         try:
-            found[{"frames": "frames", "frame time": "frame time"}[key.strip().lower()]] = float(value)
+            header[{"frames": "frames", "frame time": "frame time"}[key.strip().lower()]] = float(value)
         except (KeyError, ValueError):
             raise InputError(
                 path, f"line {number}", f"expected 'Frames:' and 'Frame Time:', found {line[:40]!r}", "export it again"
             ) from None
-    frames, frame_time = found["frames"], found["frame time"]
+    frames, frame_time = header["frames"], header["frame time"]
     if not (2 <= frames <= MAX_LINES and frames == int(frames)):
         raise InputError(path, f"line {motion + 1}", f"{frames:g} frames are no motion", "export the recorded motion")
     if not _FRAME_TIME[0] <= frame_time <= _FRAME_TIME[1]:
@@ -355,7 +358,7 @@ def _check_channel(path: Path, name: str, channel: str, data: Array, limit: floa
 
 
 def _check_constant(path: Path, name: str, constant: list[str], frozen: list[str], notes: list[str]) -> None:
-    """A joint that never moves: an error where it carries the skis, a note elsewhere; fingers may rest."""
+    """Judge a joint that never moves: an error where it carries the skis, a note elsewhere; fingers may rest."""
     if name not in REQUIRED_JOINTS or not constant:
         return
     if len(constant) == 3 and name in ("Hips", *LEGS):
@@ -369,7 +372,7 @@ def _check_constant(path: Path, name: str, constant: list[str], frozen: list[str
 
 
 def _about(axis: int, angle: Array) -> Array:
-    """(n, 3, 3) rotations by ``angle`` (n,) rad about a coordinate axis."""
+    """Return rotations (n, 3, 3) by ``angle`` (n,) rad about a coordinate axis."""
     rotation = np.zeros((*angle.shape, 3, 3))
     one, two = (axis + 1) % 3, (axis + 2) % 3
     rotation[:, axis, axis] = 1.0

@@ -1,6 +1,6 @@
-"""Fixes of a receiver as its file has them: columns of numbers, nothing checked against a skier yet.
+"""Fixes of a receiver as its file has them: columns of numbers, not yet checked for plausibility.
 
-One reader a format.  Degrees and WGS84; time counts in seconds from the first fix, or as the file counts it.
+Each format has one reader.  Units are degrees and WGS84; time counts in seconds from the first fix or as in the file.
 """
 
 from __future__ import annotations
@@ -27,33 +27,34 @@ _PHONE: Final = {
     "seconds_elapsed": "time_s", "latitude": "latitude_deg", "longitude": "longitude_deg", "altitude": "altitude_m",
     "speed": "speed_mps", "bearing": "course_deg", "horizontalAccuracy": "sigma_m",
 }  # fmt: skip
-"""Columns of Sensor Logger's Location.csv."""
+"""Our names of the columns of Sensor Logger's Location.csv."""
 _LOGGED: Final = {
     "t_s": ("time_s", 1.0), "lat": ("latitude_deg", 1.0), "lon": ("longitude_deg", 1.0), "alt_m": ("altitude_m", 1.0),
     "bearing_deg": ("course_deg", 1.0), "course_rad": ("course_deg", 180.0 / np.pi),
     "hacc_m": ("sigma_m", 1.0), "herr_m": ("sigma_m", 1.0),
 }  # fmt: skip
-"""Columns of loggers' tables, ours, and the factor between their units."""
+"""Our names of the columns of loggers' tables, and the factor between their units."""
 _SOMEWHERE: Final = (46.0, 8.0)
-"""Latitude and longitude (°) at which local coordinates are set down; nothing here depends on where a slope lies."""
+"""Latitude and longitude (°) at which local coordinates are placed; a slope's place on Earth has no effect here."""
 _RADIUS: Final = float(np.sqrt(-2.0 * np.log(1.0 - 0.68)))
-"""A telephone's accuracy is the radius around 68 % of fixes (Android, Location.getHorizontalAccuracyMeters), in
-standard deviations of one direction."""
+"""Radius around 68 % of fixes, in standard deviations of one direction: a telephone's accuracy (Android,
+Location.getHorizontalAccuracyMeters).
+"""
 _WORST: Final = 100.0
-"""m; a less exact fix is useless for a run."""
+"""Largest standard deviation of a useful fix, m."""
 
 
 @dataclass(frozen=True)
 class Fixes:
-    """What a file of fixes holds.
+    """The content of a file of fixes.
 
     Attributes
     ----------
     columns : (n,) each: ``REQUIRED`` and those of ``OPTIONAL`` that the receiver wrote; units in the names
-    places : where in the file each fix stands, for messages
+    places : the place in the file of each fix, for messages
     began : UTC of ``time_s`` = 0, s since 1970; None where the file does not have it
-    common_clock : ``time_s`` counts on the recording's clock already
-    notes : what was noticed, in words
+    common_clock : whether ``time_s`` already counts on the recording's clock
+    notes : oddities, in words
     """
 
     columns: dict[str, Array]
@@ -64,8 +65,10 @@ class Fixes:
 
 
 def fixes_csv(path: Path) -> Fixes:
-    """Read ``time_s,latitude_deg,longitude_deg,altitude_m`` and optionally ``speed_mps,course_deg,sigma_m``, or what
-    the telephones' app Sensor Logger writes as ``Location.csv``.
+    """Read a CSV file of fixes.
+
+    Its columns are ``time_s,latitude_deg,longitude_deg,altitude_m`` and optionally ``speed_mps,course_deg,sigma_m``, or
+    those of ``Location.csv`` as the telephones' app Sensor Logger writes it.
 
     Raises InputError for missing columns and for every fault described in ``read_table``.
     """
@@ -88,7 +91,7 @@ def fixes_csv(path: Path) -> Fixes:
 
 
 def _rename_columns(table: Table) -> tuple[Table, tuple[str, ...]]:
-    """A logger's table under our columns' names, ``east_m`` and ``north_m`` as degrees; what was done, in words."""
+    """Rename a logger's columns to ours and convert ``east_m`` and ``north_m`` to degrees; describe it in words."""
     columns = {}
     for name, column in table.columns.items():
         ours, factor = _LOGGED.get(name, (name, 1.0))
@@ -103,7 +106,7 @@ def _rename_columns(table: Table) -> tuple[Table, tuple[str, ...]]:
 
 
 def _fixes_phone(path: Path, table: Table) -> Fixes:
-    """Fixes of a telephone; those without an accuracy, or a poor one, are left out and noted."""
+    """Read the fixes of a telephone; those with a poor or no accuracy are left out and noted."""
     radius = table.columns["horizontalAccuracy"]
     good = (radius > 0.0) & (radius / _RADIUS <= _WORST)
     if np.count_nonzero(good) < 3:

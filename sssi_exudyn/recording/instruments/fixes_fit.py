@@ -16,15 +16,15 @@ from sssi_exudyn.recording.instruments.fixes import Fixes
 from sssi_exudyn.runtime.optional import library
 
 _DEGREES: Final = 180.0 / 2**31
-"""A semicircle, the format's unit of angle."""
+"""Size of a semicircle, the format's unit of angle, in degrees."""
 _EPOCH: Final = 631065600.0
-"""s from 1970 to 1989-12-31, from which the format counts."""
+"""Seconds from 1970 to 1989-12-31, the format's zero of time."""
 _SECONDS: Final = 6.0
-"""of computing; a day's log takes three."""
+"""Limit of computing time, s; a day's log takes three."""
 
 
 def fixes_fit(path: Path) -> Fixes:
-    """Read the records with a place; watches write one a second or fewer.
+    """Read the records with a place; watches write at most one per second.
 
     Raises InputError where the library is missing, the file is damaged, or it holds less than three fixes.
     """
@@ -60,7 +60,7 @@ def fixes_fit(path: Path) -> Fixes:
 
 
 def _row(frame: Any) -> tuple[float, float, float, float, float | None] | None:  # Any: an untyped library's message
-    """time, latitude, longitude (semicircles), altitude, speed of a record; None without time or place."""
+    """Return time, latitude, longitude (semicircles), altitude, speed of a record; None without time or place."""
     value = {
         name: frame.get_value(name, fallback=None, raw_value=name == "timestamp")
         for name in ("timestamp", "position_lat", "position_long", "altitude", "enhanced_altitude", "speed")
@@ -68,10 +68,10 @@ def _row(frame: Any) -> tuple[float, float, float, float, float | None] | None: 
     speed = frame.get_value("enhanced_speed", fallback=None)
     high = value["enhanced_altitude"] if value["enhanced_altitude"] is not None else value["altitude"]
     speed = speed if speed is not None else value["speed"]
-    found = (value["timestamp"], value["position_lat"], value["position_long"], high)
-    if any(each is None for each in found):
+    fix = (value["timestamp"], value["position_lat"], value["position_long"], high)
+    if any(number is None for number in fix):
         return None
-    return (*(float(each) for each in found), None if speed is None else float(speed))  # type: ignore[return-value]
+    return (*(float(number) for number in fix), None if speed is None else float(speed))  # type: ignore[return-value]
 
 
 def _fixes(path: Path, rows: list[Any], places: tuple[str, ...], without: int) -> Fixes:

@@ -1,4 +1,4 @@
-"""Fixes in logs of NMEA 0183 sentences, as receivers send them: GGA, and what RMC and GST add to it."""
+"""Fixes in logs of NMEA 0183 sentences, as receivers send them: GGA, with additions from RMC and GST."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from sssi_exudyn.recording.instruments.fixes import OPTIONAL, Fixes
 from sssi_exudyn.runtime.optional import library
 
 _KNOT: Final = 1852.0 / 3600.0
-"""m/s"""
+"""Size of a knot, m/s."""
 _KINDS: Final = ("GGA", "RMC", "GST")
 _TORN: Final = 0.1
-"""A log of which more than this share of lines is torn is no log of a receiver."""
+"""Share of torn lines above which a log is not that of a receiver."""
 
 
 @dataclass
 class _Log:
-    """The sentences by the time of day they speak of; a fix is begun by its GGA."""
+    """The sentences of a log by the time of day that they state; a GGA begins a fix."""
 
     moments: list[float] = field(default_factory=list)
     lines: list[int] = field(default_factory=list)
@@ -39,7 +39,7 @@ class _Log:
 
 
 def fixes_nmea(path: Path) -> Fixes:
-    """Read a log of sentences; others than GGA, RMC and GST are passed over.
+    """Read a log of sentences; sentences other than GGA, RMC and GST are ignored.
 
     Torn sentences (by their checksum) and those without a fix are left out and noted.
 

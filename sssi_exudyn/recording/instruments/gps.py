@@ -1,7 +1,7 @@
 """Satellite positioning: fixes of one antenna, in local east-north-up coordinates.
 
-One reader a format, chosen by the file's suffix through ``READERS``.  Degrees and WGS84 in the files, metres and
-radians here.
+Each format has one reader, chosen by the file's suffix through ``READERS``.  Files have degrees and WGS84; this module
+has metres and radians.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ _BOUNDS: Final = {
     "sigma_m": (1e-4, 100.0),
 }
 _FASTEST: Final = 75.0
-"""m/s; above the fastest skier (record of speed skiing 255 km/h = 70.8 m/s)."""
+"""Largest speed, m/s; above the fastest skier (record of speed skiing 255 km/h = 70.8 m/s)."""
 _TURN_ACCELERATION: Final = 5.0
-"""m/s²; what a skier's acceleration may be in a gap, for the uncertainty of an interpolated fix."""
+"""Largest acceleration of a skier in a gap, m/s², for the uncertainty of an interpolated fix."""
 _UNITS: Final = {"km/h": 3.6, "mph": 2.237, "knots": 1.944, "feet per second": 3.281}
 
 
 VERTICAL: Final = 1.5
-"""Standard deviation of a fix's height over that of its place, usually (Teunissen and Montenbruck 2017, ch. 21)."""
+"""Usual ratio of the standard deviations of a fix's height and place (Teunissen and Montenbruck 2017, ch. 21)."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Gps:
     offset : (3,) m, the antenna from that joint, in the joint's BVH axes (x left, y up, z forward)
     speed : (n,) m/s over ground where the receiver wrote it
     course : (n,) rad clockwise from north where the receiver wrote it, unwrapped
-    notes : what was done to the data, in words
+    notes : changes of the data, in words
     barometric : whether the heights are a barometer's
     vertical : standard deviation of a height over that of its place
     """
@@ -72,7 +72,7 @@ class Gps:
 
 
 def enu_from(enu: Array, origin: tuple[float, float, float], other: tuple[float, float, float]) -> Array:
-    """(n, 3) m east-north-up from ``other`` (as ``Gps.origin``), of places (n, 3) m from ``origin``."""
+    """Convert places (n, 3) m east-north-up from ``origin`` (as ``Gps.origin``) to east-north-up from ``other``."""
     return np.stack(pymap3d.geodetic2enu(*pymap3d.enu2geodetic(*enu.T, *origin), *other), axis=-1)
 
 
@@ -88,7 +88,7 @@ READERS: Final[dict[str, Callable[[Path], Fixes]]] = {
 class FixReader:
     """A plug-in's reader of a receiver's fixes.
 
-    suffix : of its files, with the dot;  read : of a file, its fixes
+    suffix : suffix of its files, with the dot;  read : function that reads the fixes of a file
 
     Examples
     --------
@@ -106,7 +106,7 @@ def add_fix_reader(reader: FixReader) -> None:
 
 
 def read_fixes(path: Path) -> Fixes:
-    """Fixes as a file has them, by the reader of its suffix; raises InputError for a suffix that has none."""
+    """Read the fixes of a file with the reader of its suffix; raises InputError for a suffix without reader."""
     try:
         reader = READERS[path.suffix.lower()]
     except KeyError:
@@ -118,16 +118,16 @@ def read_fixes(path: Path) -> Fixes:
 
 
 def read_gps(path: Path, *, segment: str, offset: Array, sigma: float | None, time_offset: float = 0.0) -> Gps:
-    """Read fixes with the reader of the file's suffix, checked and with short gaps filled.
+    """Read fixes with the reader of the file's suffix, check them and fill short gaps.
 
     Parameters
     ----------
     path : the file
-    segment, offset : where the antenna sits (see Gps)
+    segment, offset : the antenna's place (see Gps)
     sigma : m, standard deviation of a horizontal fix; the file's own column is preferred to it
     time_offset : s, added to the file's times
 
-    Raises InputError for a suffix without reader, whatever the reader refuses, and the faults described in
+    Raises InputError for a suffix without reader, for anything that the reader refuses, and for the faults described in
     ``gps_from_fixes``.
     """
     return gps_from_fixes(path, read_fixes(path), segment=segment, offset=offset, sigma=sigma, time_offset=time_offset)
@@ -142,7 +142,7 @@ def gps_from_fixes(
     sigma: float | None,
     time_offset: float = 0.0,
 ) -> Gps:
-    """Check fixes, turn them to east-north-up and fix their gaps; parameters are those of ``read_gps``.
+    """Check fixes, convert them to east-north-up and fill their gaps; parameters are those of ``read_gps``.
 
     Raises InputError for coordinates out of range, constant or swapped, time that stands still or runs back, a jump no
     skier can make, a speed in another unit, and a missing standard deviation.
@@ -242,7 +242,7 @@ def _check_rate(path: Path, time: Array, places: tuple[str, ...]) -> None:
 
 
 def _check_travel(path: Path, columns: dict[str, Array], enu: Array, sigma: Array, places: tuple[str, ...]) -> None:
-    """Jumps no skier makes, an antenna at rest, and speeds in another unit."""
+    """Raise InputError for jumps that no skier makes, an antenna at rest, and speeds in another unit."""
     time = columns["time_s"]
     steps, intervals = np.linalg.norm(np.diff(enu[:, :2], axis=0), axis=1), np.diff(time)
     # six sigma of the difference of two fixes: noise alone must not be called a jump
@@ -278,17 +278,20 @@ def _check_travel(path: Path, columns: dict[str, Array], enu: Array, sigma: Arra
 
 
 def _stride(time: Array) -> int:
-    """Samples in a second: over it the noise of fixes no longer lengthens the path much."""
+    """Return the number of samples in a second.
+
+    At that spacing the noise of fixes no longer lengthens the path much.
+    """
     return max(1, round(1.0 / float(np.median(np.diff(time)))))
 
 
 def _linear(clock: Clock, values: Array) -> Array:
-    """Values of the kept samples on the even clock, straight across gaps."""
+    """Interpolate values of the kept samples to the even clock, linearly across gaps."""
     return np.interp(clock.time, clock.time[~clock.bridged], values)
 
 
 def _bridge(clock: Clock, enu: Array) -> Array:
-    """Fixes on the even clock: across a gap a cubic through its neighbourhood, by least squares.
+    """Interpolate fixes to the even clock: across a gap by a cubic through its neighbourhood, by least squares.
 
     A straight line would cut the corner of a turn by a·t²/8 = 0.6 m in a second; a spline through the last two noisy
     fixes would swing.

@@ -1,8 +1,8 @@
 """Single sensors on ski, boot or body: angular rate, specific force and, where the device fuses them, orientation.
 
-A file has one line a sample: ``time_s``; ``rate_x_radps``, ``rate_y_radps``, ``rate_z_radps``; and of
+A file has one line per sample: ``time_s``; ``rate_x_radps``, ``rate_y_radps``, ``rate_z_radps``; and at least one of
 ``acceleration_x_mps2`` … (specific force, gravity's reaction included) and ``orientation_w`` … ``orientation_z``
-(quaternion, sensor to a world whose z is up) at least one.  Axes are the sensor's own, however it was mounted.
+(quaternion, sensor to a world whose z is up).  Axes are the sensor's own, however it was mounted.
 """
 
 from __future__ import annotations
@@ -19,32 +19,32 @@ from sssi_exudyn.io.bounds import MAX_SENSOR, check_samples
 from sssi_exudyn.io.table import Clock, Table, bridge_gaps, check_time, read_table
 
 PLACES: Final = ("left_ski", "right_ski", "left_boot", "right_boot", "chest", "pelvis", "pocket")
-"""Where a sensor may sit.  In a pocket it turns with the body, but its mounting is unknown."""
+"""Places where a sensor may sit.  In a pocket it turns with the body, but its mounting is unknown."""
 FEET: Final = {"left": ("left_ski", "left_boot"), "right": ("right_ski", "right_boot")}
-"""The places that move rigidly with each foot."""
+"""Places that move rigidly with each foot."""
 _RATE: Final = tuple(f"rate_{axis}_radps" for axis in "xyz")
 _FORCE: Final = tuple(f"acceleration_{axis}_mps2" for axis in "xyz")
 _ORIENTATION: Final = tuple(f"orientation_{part}" for part in "wxyz")
 _SLOWEST: Final = 5.0
-"""Hz; below it turns of two seconds are hardly seen."""
+"""Minimum rate of a sensor, Hz; below it turns of two seconds hardly show."""
 _FASTEST_RATE: Final = 70.0
-"""rad/s; beyond the widest range of gyroscopes in use, 4000 °/s.  Numbers in °/s usually pass it."""
+"""Largest angular rate, rad/s, beyond all gyroscopes in use (4000 °/s); numbers in °/s usually exceed it."""
 _FALL: Final = (0.5 * GRAVITY, 3.0 * GRAVITY)
-"""m/s² between which the median of the specific force of anything worn on a run lies."""
+"""Range, m/s², of the median specific force of anything that is worn on a run."""
 _PRESSURE: Final = (3e4, 1.1e5)
-"""Pa: the top of the highest mountain, the lowest valley."""
+"""Range of pressures outdoors, Pa: the top of the highest mountain, the lowest valley."""
 
 
 @dataclass(frozen=True)
 class Imu:
-    """One sensor's channels, evenly sampled; axes are the sensor's own.
+    """The channels of one sensor, evenly sampled; axes are the sensor's own.
 
-    name : the file's;  place : where it sits, one of ``PLACES``
+    name : name of the file;  place : where the sensor sits, one of ``PLACES``
     time : (n,) s on the recording's clock
     rate : (n, 3) rad/s
     force : (n, 3) m/s² specific force, None where it was not recorded
     orientation : (n, 4) unit quaternions (w, x, y, z), sensor → a world with z up, None where the device gives none
-    notes : what was done to the data, in words
+    notes : changes of the data, in words
     """
 
     name: str
@@ -57,13 +57,13 @@ class Imu:
 
     @property
     def step(self) -> float:
-        """s between samples."""
+        """Time between samples, s."""
         return float(self.time[1] - self.time[0])
 
 
 @dataclass(frozen=True)
 class Barometer:
-    """Air pressure: (n,) s on the recording's clock and (n,) Pa."""
+    """The air pressure: (n,) s on the recording's clock and (n,) Pa."""
 
     time: Array
     pressure: Array
@@ -71,7 +71,7 @@ class Barometer:
 
     @property
     def altitude(self) -> Array:
-        """(n,) m above the first sample, by the international standard atmosphere (ISO 2533)."""
+        """Altitude (n,) m above the first sample, by the international standard atmosphere (ISO 2533)."""
         height = 44330.8 * (1.0 - (self.pressure / 101325.0) ** 0.190263)
         return np.asarray(height - height[0])
 
@@ -80,7 +80,7 @@ def read_imu(path: Path, place: str, time_offset: float = 0.0) -> Imu:
     """Read a sensor's file; ``time_offset`` (s) is added to its times.
 
     Raises InputError for missing columns, time that runs back, samples too far apart, rates in degrees, forces in g, a
-    channel that never changes, and what ``read_table`` finds.
+    channel that never changes, and the faults of ``read_table``.
     """
     path = Path(path)
     table = read_table(path)
@@ -119,8 +119,9 @@ def read_imu(path: Path, place: str, time_offset: float = 0.0) -> Imu:
 
 
 def check_channels(table: Table) -> None:
-    """Raise InputError for rates in degrees, forces in g or without gravity, and channels that never change, of those
-    of a sensor's channels that ``table`` has.
+    """Raise InputError for faulty channels among a sensor's channels that ``table`` has.
+
+    Faults are rates in degrees, forces in g or without gravity, and channels that never change.
     """
     _check_rates(table)
     for name in (*_RATE, *_FORCE):
@@ -176,14 +177,14 @@ def _columns(table: Table, names: tuple[str, ...]) -> Array:
 
 
 def _at(times: Array, time: Array, clock: Clock, values: Array) -> Array:
-    """Kept ``values`` (n, d) at ``times`` (m,), by straight lines."""
+    """Interpolate kept ``values`` (n, d) to ``times`` (m,), linearly."""
     return np.column_stack([np.interp(times, time[clock.keep], column[clock.keep]) for column in values.T])
 
 
 def _without_sign_jumps(path: Path, table: Table) -> Array:
-    """Quaternions (n, 4) without jumps of sign."""
-    found = _columns(table, _ORIENTATION)
-    size = np.linalg.norm(found, axis=1)
+    """Return the quaternions (n, 4) without jumps of sign."""
+    quaternions = _columns(table, _ORIENTATION)
+    size = np.linalg.norm(quaternions, axis=1)
     bad = np.abs(size - 1.0) > 0.05  # four decimals leave 1e-4; beyond some percent it is something else
     if np.any(bad):
         first = int(np.argmax(bad))
@@ -193,8 +194,8 @@ def _without_sign_jumps(path: Path, table: Table) -> Array:
             f"a quaternion of length {size[first]:.3g}",
             "give unit quaternions, w first",
         )
-    flips = np.where(np.sum(found[1:] * found[:-1], axis=1) < 0.0, -1.0, 1.0)
-    return np.asarray(found * np.concatenate([[1.0], np.cumprod(flips)])[:, None])
+    flips = np.where(np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0.0, -1.0, 1.0)
+    return np.asarray(quaternions * np.concatenate([[1.0], np.cumprod(flips)])[:, None])
 
 
 def _check_rates(table: Table) -> None:

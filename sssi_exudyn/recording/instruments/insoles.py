@@ -16,15 +16,15 @@ from sssi_exudyn.io.table import Table, bridge_gaps, check_time, read_table
 
 _CELL: Final = re.compile(r"(left|right)_([0-9]{1,4})_N")
 _SHARE_STUCK: Final = 0.2
-"""A cell that stays on one value for this share of the run, while its foot is loaded, is dead."""
+"""Share of the run for which a dead cell stays on one value while its foot is loaded."""
 
 _LARGEST_FORCE: Final = 2e4
-"""N on one foot or cell; ten times what racers reach."""
+"""Largest force on one foot or cell, N; ten times what racers reach."""
 
 
 @dataclass(frozen=True)
 class Insoles:
-    """Forces under both feet.
+    """The forces under both feet.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Insoles:
     left, right : (n,) N, the sum of each foot's living cells
     left_cells, right_cells : (n, c) N, all cells in the order of their numbers, dead ones too
     dead_cells : names of the cells that are not in the sums
-    notes : what was done to the data, in words
+    notes : changes of the data, in words
     """
 
     time: Array
@@ -86,24 +86,24 @@ def read_insoles(path: Path, time_offset: float = 0.0) -> Insoles:
 
 
 def is_insoles(path: Path) -> bool:
-    """Whether a CSV file's header has columns of forces under feet."""
+    """Return whether a CSV file's header has columns of forces under feet."""
     names = [name.strip() for name in read_text(path).partition("\n")[0].split(",")]
     return any(_CELL.fullmatch(name) or name in ("left_N", "right_N") for name in names)
 
 
 def _cell_names(table: Table) -> tuple[list[str], list[str]]:
-    """The columns of the left and the right foot, by cell number."""
+    """Return the columns of the left and the right foot, by cell number."""
     place = "header"
     if "time_s" not in table.columns:
         raise InputError(table.file, place, "column time_s is missing", "name the column of times time_s")
     if "left_N" in table.columns and "right_N" in table.columns:
         return ["left_N"], ["right_N"]
-    found: dict[str, list[tuple[int, str]]] = {"left": [], "right": []}
+    cells: dict[str, list[tuple[int, str]]] = {"left": [], "right": []}
     for name in table.columns:
         match = _CELL.fullmatch(name)
         if match:
-            found[match[1]].append((int(match[2]), name))
-    left, right = ([name for _, name in sorted(found[foot])] for foot in ("left", "right"))
+            cells[match[1]].append((int(match[2]), name))
+    left, right = ([name for _, name in sorted(cells[foot])] for foot in ("left", "right"))
     if not left or len(left) != len(right):
         raise InputError(
             table.file,
@@ -115,7 +115,7 @@ def _cell_names(table: Table) -> tuple[list[str], list[str]]:
 
 
 def _check_forces(path: Path, table: Table, names: list[str], values: Array) -> None:
-    """Raise InputError for a force no foot exerts."""
+    """Raise InputError for a force that no foot exerts."""
     sample, cell = np.unravel_index(int(np.argmax(np.abs(values))), values.shape)
     if abs(values[sample, cell]) > _LARGEST_FORCE:
         raise InputError(
@@ -134,7 +134,7 @@ def _check_forces(path: Path, table: Table, names: list[str], values: Array) -> 
 
 
 def _dead(path: Path, names: list[str], values: Array) -> tuple[str, ...]:
-    """Names of the cells that stay on one value while the foot's other cells move; ``values`` (n, c) N."""
+    """Return the names of cells that stay on one value while the foot's other cells move; ``values`` (n, c) N."""
     total = values.sum(axis=1)
     dead = []
     for name, cell in zip(names, values.T, strict=True):
@@ -153,7 +153,7 @@ def _dead(path: Path, names: list[str], values: Array) -> tuple[str, ...]:
 
 
 def _longest_rest(values: Array) -> tuple[int, int]:
-    """First and past-the-last sample of the longest stretch of one value."""
+    """Return the first and past-the-last sample of the longest stretch of one value."""
     edges = np.r_[0, np.flatnonzero(np.diff(values) != 0.0) + 1, len(values)]
     longest = int(np.argmax(np.diff(edges)))
     return int(edges[longest]), int(edges[longest + 1])

@@ -1,4 +1,4 @@
-"""Load cells in the poles: the force along each shaft, and when a pole was planted."""
+"""Load cells in the poles: the force along each shaft, and the times of pole plants."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from sssi_exudyn.io.table import bridge_gaps, check_time, read_table
 
 COLUMNS: Final = ("left_N", "right_N")
 MOST_PLANTS: Final = 60
-"""Plants of a run that act in its model: the strongest."""
+"""Maximum number of plants of a run that act in its model: the strongest."""
 _LARGEST_FORCE: Final = 1e3
-"""N along a pole; ten times what plants at transitions reach."""
+"""Largest force along a pole, N; ten times what plants at transitions reach."""
 _PRESSED: Final = 15.0
-"""N above which a pole is planted: one of 0.25 kg that swings at twice gravity shows 5 N."""
+"""Force above which a pole is planted, N: a pole of 0.25 kg that swings at twice gravity shows 5 N."""
 _SHORTEST: Final = 0.03
-"""s of a plant, and of the pause between two."""
+"""Minimum duration of a plant, and of the pause between two, s."""
 _DRIFT: Final = 5.0
-"""N of a cell that rests, from which on a note says so."""
+"""Force of a resting cell from which on a note reports it, N."""
 
 
 @dataclass(frozen=True)
 class Poles:
-    """Forces along both poles.
+    """The forces along both poles.
 
     time : (n,) s on the recording's clock, rising
-    left, right : (n,) N, pressed is positive, counted from what the cell shows at rest
-    notes : what was done to the data, in words
+    left, right : (n,) N, pressed is positive, counted from the cell's reading at rest
+    notes : changes of the data, in words
     """
 
     time: Array
@@ -60,7 +60,7 @@ def read_poles(path: Path, time_offset: float = 0.0) -> Poles:
     ----------
     time_offset : s, added to the file's times
 
-    What a cell shows at rest, its median, is taken off.  Raises InputError for missing columns, time that stands still
+    A cell's reading at rest, its median, is subtracted.  Raises InputError for missing columns, time that stands still
     or runs back, forces that no pole bears, and a cell that shows one value all the time.
     """
     path = Path(path)
@@ -91,16 +91,16 @@ def read_poles(path: Path, time_offset: float = 0.0) -> Poles:
 
 
 def plants_of(poles: Poles) -> tuple[Plant, ...]:
-    """When each pole was planted, in order of time; of more than ``MOST_PLANTS`` the strongest."""
-    found = [
+    """Return the plants of both poles in order of time; the strongest if there are more than ``MOST_PLANTS``."""
+    plants = [
         plant for side, force in ((1, poles.left), (-1, poles.right)) for plant in _plants(side, poles.time, force)
     ]
-    strongest = sorted(found, key=lambda plant: plant.impulse, reverse=True)[:MOST_PLANTS]
+    strongest = sorted(plants, key=lambda plant: plant.impulse, reverse=True)[:MOST_PLANTS]
     return tuple(sorted(strongest, key=lambda plant: plant.start))
 
 
 def _plants(side: int, time: Array, force: Array) -> list[Plant]:
-    """Stretches above ``_PRESSED``, from and to where the force is gone, close ones joined."""
+    """Return the stretches above ``_PRESSED``, extended to where the force ends, with close ones joined."""
     pressed = np.r_[False, force > _PRESSED, False]
     edges = np.flatnonzero(pressed[1:] != pressed[:-1])
     spans: list[list[int]] = []

@@ -1,4 +1,4 @@
-"""Few sensors instead of a capture: read, put in order, and made a whole posture of, against a run that is known."""
+"""Few sensors instead of a capture: they are read, checked and completed to a whole posture, against a known run."""
 
 from __future__ import annotations
 
@@ -42,51 +42,54 @@ def in_a_pocket(whole: Recording, tmp_path_factory: pytest.TempPathFactory) -> P
 
 
 def off_deg(made: Recording, whole: Recording, joint: str) -> tuple[float, float]:
-    """Standard deviations (°) of a joint's heading and roll against the truth; a constant is a sensor's mounting."""
+    """Return the standard deviations (°) of a joint's heading and roll against the truth.
+
+    A constant offset is a sensor's mounting and does not count.
+    """
     time = made.bvh.time
     wrong = [a - b for a, b in zip(truth(made, joint, time), truth(whole, joint, time), strict=True)]
-    heading, roll = (float(np.degrees(np.std(each))) for each in wrong)
+    heading, roll = (float(np.degrees(np.std(error))) for error in wrong)
     return heading, roll
 
 
-def test_a_mounting_and_a_drifting_heading_are_found_together() -> None:
+def test_a_mounting_and_a_drifting_heading_are_estimated_together() -> None:
     time = np.arange(0.0, 40.0, 0.1)
     roll, heading = np.radians(40.0) * np.sin(1.7 * time), np.radians(35.0) * np.cos(1.7 * time)
     expected = Rotation.from_euler("ZX", np.stack([heading, roll], axis=1))
     mounting = Rotation.from_euler("xyz", [0.4, -0.9, 2.2])
     drift = Rotation.from_rotvec(np.radians(0.3) * time[:, None] * [0.0, 0.0, 1.0] + [0.0, 0.0, 1.3])
     seen = drift * expected * mounting.inv()
-    found = align_sensor(time, seen.as_matrix(), expected.as_matrix(), np.ones(len(time)))
-    apart = Rotation.from_matrix(found.rotation) * expected.inv()
+    alignment = align_sensor(time, seen.as_matrix(), expected.as_matrix(), np.ones(len(time)))
+    apart = Rotation.from_matrix(alignment.rotation) * expected.inv()
     # 50 rounds of a contraction; tilts alone separate a mounting from the first heading
     assert np.degrees(np.max(apart.magnitude())) < 1.0
-    # of a heading that swings by ±35° a little is taken for drift at the ends
-    assert np.degrees(found.drift) == pytest.approx(12.0, abs=3.0)
+    # at the ends a little of a heading that swings by ±35° counts as drift
+    assert np.degrees(alignment.drift) == pytest.approx(12.0, abs=3.0)
 
 
-def test_the_gyroscopes_bias_is_found_at_rest() -> None:
+def test_the_gyroscopes_bias_is_estimated_at_rest() -> None:
     rng = np.random.default_rng(3)
     time = np.arange(0.0, 20.0, 0.02)
     bias = np.radians([0.8, -0.4, 0.6])
     rate = bias + rng.normal(0.0, 0.005, (len(time), 3))
     force = np.array([3.0, -2.0, 9.1]) + rng.normal(0.0, 0.05, (len(time), 3))
-    found = attitude_of(Imu("still", "pocket", time, rate, force, None))
+    attitude = attitude_of(Imu("still", "pocket", time, rate, force, None))
     # white noise of 0.3 °/s over 500 independent samples, the mean of an estimate that took a second to settle
-    np.testing.assert_allclose(found.bias, bias, atol=np.radians(0.06))
-    assert abs(float(np.mean(found.yaw_rate))) < np.radians(0.1)
+    np.testing.assert_allclose(attitude.bias, bias, atol=np.radians(0.06))
+    assert abs(float(np.mean(attitude.yaw_rate))) < np.radians(0.1)
 
 
-def test_the_lag_of_fixes_behind_a_yaw_rate_is_found() -> None:
+def test_the_lag_of_fixes_behind_a_yaw_rate_is_estimated() -> None:
     time = np.arange(0.0, 60.0, 0.02)
     rate = 0.8 * np.sin(1.5 * time) + 0.3 * np.sin(0.4 * time + 1.0)
     course = -np.cumsum(rate) * 0.02
     fixes = np.arange(4.0, 56.0)
     late = np.interp(fixes - 1.37, time, course)
     velocity = 7.0 * np.stack([np.cos(late), np.sin(late)], axis=1)
-    found = find_lag(fixes, velocity, time, 0.7 * rate)
+    lag = find_lag(fixes, velocity, time, 0.7 * rate)
     # a parabola through steps of 0.02 s, and half a sample of the integrated rate
-    assert found.value == pytest.approx(1.37, abs=0.02)
-    assert found.correlation > 0.999
+    assert lag.value == pytest.approx(1.37, abs=0.02)
+    assert lag.correlation > 0.999
     with pytest.raises(SssiError, match="fewer than 8 fixes"):
         find_lag(fixes[:6], velocity[:6], time, rate)
 
@@ -116,7 +119,7 @@ def test_the_receivers_lag_is_taken_off(on_skis: Recording) -> None:
     # skis that skid turn before the course does, which looks like more lag
     assert on_skis.completed.lag.value == pytest.approx(LAG, abs=2.0 * on_skis.completed.lag.sigma)
     assert any("lag the sensors" in notice for notice in on_skis.notices)
-    # what is left of it is uncertain by as much as it was found
+    # the remaining lag is as uncertain as the estimate
     assert on_skis.uncertainty.clock == on_skis.completed.lag.sigma
 
 
@@ -124,7 +127,7 @@ def test_a_telephone_in_a_pocket_makes_a_whole_motion(whole: Recording, in_a_poc
     made = read_recording(in_a_pocket)
     heading, roll = off_deg(made, whole, "LeftFoot")
     assert made.completed is not None
-    # what is assumed has to be within what is stated of it
+    # assumed angles must lie within their stated standard deviations
     assert np.radians(heading) < made.completed.sigma.yaw
     assert np.radians(roll) < made.completed.sigma.roll
     assert any("edge angle" in line for line in made.completed.assumed)

@@ -23,7 +23,7 @@ LEANS = np.radians(np.linspace(-45.0, 45.0, 13))
 
 
 def postures(edge: Array, lean: Array) -> tuple[Array, Array]:
-    """World rotations (n, J, 3, 3) and places (n, J, 3) m from the hips, snow's frame, body axes."""
+    """Return world rotations (n, J, 3, 3) and places (n, J, 3) m from the hips, snow's frame, body axes."""
     snow = np.tile(np.eye(3), (len(lean), 1, 1))
     solved = solve_posture(Coordinates(snow, np.stack([edge, edge], axis=1), lean), BODY)
     bvh = capture_from_posture(solved, snow, np.arange(len(lean)) / 50.0, HEIGHT)
@@ -32,7 +32,7 @@ def postures(edge: Array, lean: Array) -> tuple[Array, Array]:
 
 
 def soles(world: Array, place: Array) -> Array:
-    """(n, 2, 3) m, left and right."""
+    """Return the places (n, 2, 3) m of the soles, left and right."""
     feet = [JOINTS.index(side + "Foot") for side in ("Left", "Right")]
     return np.stack([place[:, foot] - BASE * world[:, foot, :, 2] for foot in feet], axis=1)
 
@@ -75,16 +75,16 @@ def test_the_centre_of_mass_of_de_leva_stands_where_the_force_needs_it(steeper_d
     load = share[:, None] * under[:, 0] + (1.0 - share)[:, None] * under[:, 1]
     arm = centre - load
     # two tables of segments' masses (Winter, de Leva) and the head's and arms' own places differ by 3 cm
-    # where the trunk bends as far as it can, the posture says itself by how much it is out of balance
+    # where the trunk bends as far as it can, the posture itself reports by how much it is out of balance
     snow = np.tile(np.eye(3), (len(LEANS), 1, 1))
     missed = solve_posture(Coordinates(snow, np.stack([edge, edge], axis=1), LEANS), BODY).unbalanced
-    wanted = arm[:, 2] * np.tan(LEANS) - missed
-    np.testing.assert_allclose(-arm[:, 1], wanted, atol=0.04)
+    expected = arm[:, 2] * np.tan(LEANS) - missed
+    np.testing.assert_allclose(-arm[:, 1], expected, atol=0.04)
     assert np.max(np.abs(missed)) < 0.1
 
 
 def _centre_of_mass(world: Array, place: Array) -> Array:
-    """(n, 3) m with de Leva's masses on the captured joints, boots and bindings on the feet."""
+    """Return the centre of mass (n, 3) m: de Leva's masses on the captured joints, boots and bindings on the feet."""
     geometry = average_geometry(HEIGHT)
     inertias = body_inertia(geometry, MASS, "male", boot_mass=1.9, binding_mass=2.4)
     names = {

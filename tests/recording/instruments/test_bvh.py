@@ -1,4 +1,4 @@
-"""The BVH reader: rotations in any channel order, both Axis Studio skeletons, and files that are broken."""
+"""The BVH reader: rotations in any channel order, both Axis Studio skeletons, and broken files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fixes of receivers, watches and telephones: the same track from each, and files that are broken."""
+"""Fixes of receivers, watches and telephones: the same track from each, and broken files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from sssi_exudyn.recording.instruments.gps import read_fixes
 
 
 def track(step: int = 1) -> Columns:
-    """Every ``step``-th of the tiny recording's fixes, ten a second."""
+    """Return every ``step``-th of the tiny recording's fixes, ten per second."""
     return {name: column[::step] for name, column in motion()[1].items()}
 
 
@@ -37,49 +37,49 @@ FORMATS: dict[str, tuple[str | bytes, Columns, float, float]] = {
 @pytest.mark.parametrize("name", FORMATS)
 def test_every_format_gives_the_track(tmp_path: Path, name: str) -> None:
     content, expected, degrees, metres = FORMATS[name]
-    found = read_fixes(write(tmp_path, name, content))
-    np.testing.assert_allclose(found.columns["time_s"], expected["time_s"] - expected["time_s"][0], atol=1e-6)
+    fixes = read_fixes(write(tmp_path, name, content))
+    np.testing.assert_allclose(fixes.columns["time_s"], expected["time_s"] - expected["time_s"][0], atol=1e-6)
     for angle in ("latitude_deg", "longitude_deg"):
-        np.testing.assert_allclose(found.columns[angle], expected[angle], atol=degrees)
-    np.testing.assert_allclose(found.columns["altitude_m"], expected["altitude_m"], atol=metres)
-    assert found.began == pytest.approx(START.timestamp(), abs=1e-6)
-    assert not found.common_clock
-    assert len(found.places) == len(expected["time_s"])
+        np.testing.assert_allclose(fixes.columns[angle], expected[angle], atol=degrees)
+    np.testing.assert_allclose(fixes.columns["altitude_m"], expected["altitude_m"], atol=metres)
+    assert fixes.began == pytest.approx(START.timestamp(), abs=1e-6)
+    assert not fixes.common_clock
+    assert len(fixes.places) == len(expected["time_s"])
 
 
 def test_nmea_speed_course_and_spread(tmp_path: Path) -> None:
-    found = read_fixes(write(tmp_path, "track.nmea", nmea(track(), knots=8.0, course=160.0))).columns
-    assert found["speed_mps"] == pytest.approx(8.0 * 1852.0 / 3600.0)
-    assert found["course_deg"] == pytest.approx(160.0)
-    assert found["sigma_m"] == pytest.approx(np.hypot(0.03, 0.04) / np.sqrt(2.0))
+    columns = read_fixes(write(tmp_path, "track.nmea", nmea(track(), knots=8.0, course=160.0))).columns
+    assert columns["speed_mps"] == pytest.approx(8.0 * 1852.0 / 3600.0)
+    assert columns["course_deg"] == pytest.approx(160.0)
+    assert columns["sigma_m"] == pytest.approx(np.hypot(0.03, 0.04) / np.sqrt(2.0))
 
 
-def test_nmea_torn_and_lost_sentences_are_left_out_and_said(tmp_path: Path) -> None:
+def test_nmea_torn_and_lost_sentences_are_left_out_and_noted(tmp_path: Path) -> None:
     lines = nmea(track()).split("\r\n")
     lines[40] = lines[40][:30]
     lines[80] = lines[80].replace("E,4,", "E,0,").rsplit("*", 1)[0]
     lines[80] += f"*{int(np.bitwise_xor.reduce(np.frombuffer(lines[80][1:].encode(), np.uint8))):02X}"
-    found = read_fixes(write(tmp_path, "track.nmea", "\n".join(lines)))
-    assert len(found.places) == len(track()["time_s"]) - 2
-    assert any("1 torn" in note for note in found.notes)
-    assert any("1 sentence(s) without a fix" in note for note in found.notes)
+    fixes = read_fixes(write(tmp_path, "track.nmea", "\n".join(lines)))
+    assert len(fixes.places) == len(track()["time_s"]) - 2
+    assert any("1 torn" in note for note in fixes.notes)
+    assert any("1 sentence(s) without a fix" in note for note in fixes.notes)
 
 
 def test_fit_speed_and_records_without_a_place(tmp_path: Path) -> None:
-    found = read_fixes(write(tmp_path, "watch.fit", fit(track(10), speed=8.1)))
-    assert found.columns["speed_mps"] == pytest.approx(8.1)
-    assert found.places[0] == "record 2"
-    assert any("1 record(s) without a fix" in note for note in found.notes)
+    fixes = read_fixes(write(tmp_path, "watch.fit", fit(track(10), speed=8.1)))
+    assert fixes.columns["speed_mps"] == pytest.approx(8.1)
+    assert fixes.places[0] == "record 2"
+    assert any("1 record(s) without a fix" in note for note in fixes.notes)
 
 
 def test_phone_accuracy_is_a_radius_and_poor_fixes_go(tmp_path: Path) -> None:
-    found = read_fixes(write(tmp_path, "Location.csv", phone(track(), radius=4.5)))
+    fixes = read_fixes(write(tmp_path, "Location.csv", phone(track(), radius=4.5)))
     rng = np.random.default_rng(1)
-    scattered = np.linalg.norm(found.columns["sigma_m"][0] * rng.standard_normal((100_000, 2)), axis=1)
+    scattered = np.linalg.norm(fixes.columns["sigma_m"][0] * rng.standard_normal((100_000, 2)), axis=1)
     # of 100 000 the share within the radius is known to ± 0.0015 (one sigma)
     assert np.mean(scattered < 4.5) == pytest.approx(0.68, abs=0.005)
-    assert found.places[0] == "line 3"
-    assert any("1 fix(es) of poor" in note for note in found.notes)
+    assert fixes.places[0] == "line 3"
+    assert any("1 fix(es) of poor" in note for note in fixes.notes)
 
 
 def spoil_fit(change: Callable[[bytearray], None]) -> bytes:

@@ -1,4 +1,4 @@
-"""Readers of fixes: east-north-up, gaps, units, and files that are broken."""
+"""Readers of fixes: east-north-up, gaps, units, and broken files."""
 
 from __future__ import annotations
 
@@ -56,11 +56,11 @@ def test_east_north_up_against_the_ellipsoids_radii(tmp_path: Path) -> None:
         "longitude_deg": np.rad2deg(lon + east / ((normal + alt) * np.cos(lat))),
         "altitude_m": alt + up,
     }
-    found = read(write_csv(tmp_path, columns))
+    gps = read(write_csv(tmp_path, columns))
     # nine digits of a degree are 0.1 mm; the earth's curve over 50 m lowers by 0.2 mm and, as the height changes by
     # 10 m, stretches 40 m by 0.06 mm
-    np.testing.assert_allclose(found.enu, np.column_stack([east, north, up]), atol=5e-4)
-    assert found.origin == pytest.approx((46.8, 9.8, 2000.0))
+    np.testing.assert_allclose(gps.enu, np.column_stack([east, north, up]), atol=5e-4)
+    assert gps.origin == pytest.approx((46.8, 9.8, 2000.0))
 
 
 def test_gpx_and_csv_agree(tmp_path: Path) -> None:
@@ -77,41 +77,41 @@ def test_optional_columns_are_read_in_si(tmp_path: Path) -> None:
     columns["course_deg"] = (np.linspace(350.0, 370.0, count)) % 360.0
     columns["sigma_m"] = np.linspace(0.02, 0.05, count)
     columns["satellites"] = np.full(count, 12.0)
-    found = read(write_csv(tmp_path, columns), sigma=None)
-    assert found.speed is not None
-    assert found.course is not None
-    assert found.speed[0] == 8.1
-    assert np.all(np.diff(found.course) > 0.0)  # unwrapped over north
-    assert np.ptp(found.course) == pytest.approx(np.deg2rad(20.0), abs=1e-6)  # four digits in the file
-    assert found.sigma[-1] == 0.05
-    assert any("satellites" in note for note in found.notes)
+    gps = read(write_csv(tmp_path, columns), sigma=None)
+    assert gps.speed is not None
+    assert gps.course is not None
+    assert gps.speed[0] == 8.1
+    assert np.all(np.diff(gps.course) > 0.0)  # unwrapped over north
+    assert np.ptp(gps.course) == pytest.approx(np.deg2rad(20.0), abs=1e-6)  # four digits in the file
+    assert gps.sigma[-1] == 0.05
+    assert any("satellites" in note for note in gps.notes)
 
 
-def test_short_gap_is_bridged_and_said(tmp_path: Path) -> None:
+def test_short_gap_is_bridged_and_noted(tmp_path: Path) -> None:
     whole = read(write_csv(tmp_path, motion(noise=0.0)[1]))
     columns = {name: np.delete(column, slice(30, 35)) for name, column in motion(noise=0.0)[1].items()}
-    found = read(write_csv(tmp_path, columns))
-    np.testing.assert_allclose(found.time, whole.time, atol=1e-9)
+    gps = read(write_csv(tmp_path, columns))
+    np.testing.assert_allclose(gps.time, whole.time, atol=1e-9)
     # a straight line would cut the turn's corner by a·t²/8 = 3.7 m/s²·(0.6 s)²/8 = 0.17 m; a curve must do far better
-    np.testing.assert_allclose(found.enu, whole.enu, atol=0.04)
-    assert np.all(found.sigma[30:35] > 0.1)  # ½·5 m/s²·(0.3 s)²
-    assert np.all(np.delete(found.sigma, slice(30, 35)) == 0.02)
-    assert any("interpolated" in note and "2.90 to 3.50" in note for note in found.notes)
+    np.testing.assert_allclose(gps.enu, whole.enu, atol=0.04)
+    assert np.all(gps.sigma[30:35] > 0.1)  # ½·5 m/s²·(0.3 s)²
+    assert np.all(np.delete(gps.sigma, slice(30, 35)) == 0.02)
+    assert any("interpolated" in note and "2.90 to 3.50" in note for note in gps.notes)
 
 
 def test_long_gap_splits_and_the_longest_part_stays(tmp_path: Path) -> None:
     columns = {name: np.delete(column, slice(20, 45)) for name, column in motion()[1].items()}
-    found = read(write_csv(tmp_path, columns))
-    assert found.time[0] == pytest.approx(4.5)
-    assert found.time[-1] == pytest.approx(8.0)
-    assert any("split" in note for note in found.notes)
+    gps = read(write_csv(tmp_path, columns))
+    assert gps.time[0] == pytest.approx(4.5)
+    assert gps.time[-1] == pytest.approx(8.0)
+    assert any("split" in note for note in gps.notes)
 
 
 def test_slow_receiver_has_no_gaps(tmp_path: Path) -> None:
     columns = {name: column[::10] for name, column in motion()[1].items()}
-    found = read(write_csv(tmp_path, columns))
-    assert len(found.time) == 9
-    assert found.notes == ()
+    gps = read(write_csv(tmp_path, columns))
+    assert len(gps.time) == 9
+    assert gps.notes == ()
 
 
 def put(name: str, row: int, value: float) -> Callable[[Columns], Columns]:

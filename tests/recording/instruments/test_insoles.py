@@ -1,4 +1,4 @@
-"""The insole reader: any number of cells, dead cells, gaps, and files that are broken."""
+"""The insole reader: any number of cells, dead cells, gaps, and broken files."""
 
 from __future__ import annotations
 
@@ -22,42 +22,42 @@ def write(folder: Path, columns: Columns) -> Path:
 @pytest.mark.parametrize("cells", [1, 4, 16])
 def test_totals_are_the_sums_of_any_number_of_cells(tmp_path: Path, cells: int) -> None:
     columns = loads(cells)
-    found = read_insoles(write(tmp_path, columns), time_offset=-1.0)
+    insoles = read_insoles(write(tmp_path, columns), time_offset=-1.0)
     expected = sum(columns[f"right_{cell}_N"] for cell in range(1, cells + 1))
-    np.testing.assert_allclose(found.right, expected, atol=1e-4 * cells)  # four digits a cell in the file
-    assert found.left_cells.shape == (len(columns["time_s"]), cells)
-    assert found.time[0] == -1.0
-    assert found.dead_cells == ()
-    assert found.notes == ()
+    np.testing.assert_allclose(insoles.right, expected, atol=1e-4 * cells)  # four digits a cell in the file
+    assert insoles.left_cells.shape == (len(columns["time_s"]), cells)
+    assert insoles.time[0] == -1.0
+    assert insoles.dead_cells == ()
+    assert insoles.notes == ()
 
 
 def test_cells_are_ordered_by_number_not_by_column(tmp_path: Path) -> None:
     columns = loads(16)
     names = sorted(columns, key=lambda name: (name != "time_s", name))  # left_1, left_10, left_11, …
-    found = read_insoles(write(tmp_path, {name: columns[name] for name in names}))
-    np.testing.assert_allclose(found.left_cells[:, 9], columns["left_10_N"], atol=1e-4)
+    insoles = read_insoles(write(tmp_path, {name: columns[name] for name in names}))
+    np.testing.assert_allclose(insoles.left_cells[:, 9], columns["left_10_N"], atol=1e-4)
 
 
 def test_totals_alone(tmp_path: Path) -> None:
     columns = loads(4)
     left = sum(columns[f"left_{cell}_N"] for cell in range(1, 5))
     right = sum(columns[f"right_{cell}_N"] for cell in range(1, 5))
-    found = read_insoles(write(tmp_path, {"time_s": columns["time_s"], "left_N": left, "right_N": right}))
-    np.testing.assert_allclose(found.left, left, atol=1e-4)
-    assert found.left_cells.shape[1] == 1
+    insoles = read_insoles(write(tmp_path, {"time_s": columns["time_s"], "left_N": left, "right_N": right}))
+    np.testing.assert_allclose(insoles.left, left, atol=1e-4)
+    assert insoles.left_cells.shape[1] == 1
 
 
 @pytest.mark.parametrize("value", [0.0, 123.0])
 def test_dead_cell_is_listed_and_left_out(tmp_path: Path, value: float) -> None:
     columns = loads(4)
     columns["left_3_N"][:] = value
-    found = read_insoles(write(tmp_path, columns))
-    assert found.dead_cells == ("left_3_N",)
-    np.testing.assert_allclose(found.left, sum(columns[f"left_{cell}_N"] for cell in (1, 2, 4)), atol=1e-3)
-    assert any("left_3_N" in note for note in found.notes)
+    insoles = read_insoles(write(tmp_path, columns))
+    assert insoles.dead_cells == ("left_3_N",)
+    np.testing.assert_allclose(insoles.left, sum(columns[f"left_{cell}_N"] for cell in (1, 2, 4)), atol=1e-3)
+    assert any("left_3_N" in note for note in insoles.notes)
 
 
-def test_cell_that_dies_on_the_way_is_dead(tmp_path: Path) -> None:
+def test_cell_that_dies_during_the_run_is_dead(tmp_path: Path) -> None:
     columns = loads(4)
     columns["right_2_N"][150:] = 0.0
     assert read_insoles(write(tmp_path, columns)).dead_cells == ("right_2_N",)
@@ -72,14 +72,14 @@ def test_cells_of_a_lifted_foot_are_alive(tmp_path: Path) -> None:
 
 def test_short_gap_is_interpolated_and_long_one_splits(tmp_path: Path) -> None:
     columns = {name: np.delete(column, slice(20, 30)) for name, column in loads(4).items()}
-    found = read_insoles(write(tmp_path, columns))
-    assert len(found.time) == len(loads(4)["time_s"])
-    assert np.allclose(np.diff(found.time), 0.02)
-    assert any("interpolated" in note for note in found.notes)
+    insoles = read_insoles(write(tmp_path, columns))
+    assert len(insoles.time) == len(loads(4)["time_s"])
+    assert np.allclose(np.diff(insoles.time), 0.02)
+    assert any("interpolated" in note for note in insoles.notes)
     columns = {name: np.delete(column, slice(20, 120)) for name, column in loads(4).items()}
-    found = read_insoles(write(tmp_path, columns))
-    assert found.time[0] == pytest.approx(2.4)
-    assert any("split" in note for note in found.notes)
+    insoles = read_insoles(write(tmp_path, columns))
+    assert insoles.time[0] == pytest.approx(2.4)
+    assert any("split" in note for note in insoles.notes)
 
 
 def dead_foot(columns: Columns) -> Columns:

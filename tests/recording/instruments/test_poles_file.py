@@ -1,4 +1,4 @@
-"""Load cells in poles: what is read of them, and what is wrong with them."""
+"""Load cells in poles: the plants that they show, and the faults of their files."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ TIME = np.arange(0.0, 8.0, 0.01)
 
 
 def push(start: float, stop: float, most: float) -> Array:
-    """N: up and down as ½(1 − cos)."""
+    """Return the force, N, of a push up and down as ½(1 − cos)."""
     share = np.clip((TIME - start) / (stop - start), 0.0, 1.0)
     return 0.5 * most * (1.0 - np.cos(2.0 * np.pi * share))
 
 
 def cells() -> Columns:
-    """The left pole planted twice, the right one once, while its cell rests at −8 N."""
+    """Return columns of a left pole that is planted twice, and a right one once, whose cell rests at −8 N."""
     return {
         "time_s": TIME.copy(),
         "left_N": push(1.0, 1.3, 90.0) + push(5.0, 5.2, 60.0),
@@ -41,10 +41,10 @@ def write(folder: Path, columns: Columns) -> Path:
 
 
 def test_plants_as_they_were(tmp_path: Path) -> None:
-    found = read_poles(write(tmp_path, cells()), time_offset=0.5)
-    assert found.time[0] == 0.5
-    assert [note for note in found.notes if "right_N shows -8 N at rest" in note]
-    plants = plants_of(found)
+    poles = read_poles(write(tmp_path, cells()), time_offset=0.5)
+    assert poles.time[0] == 0.5
+    assert [note for note in poles.notes if "right_N shows -8 N at rest" in note]
+    plants = plants_of(poles)
     assert [plant.side for plant in plants] == [1, -1, 1]
     for plant, (start, stop, most) in zip(plants, [(1.0, 1.3, 90.0), (3.0, 3.4, 120.0), (5.0, 5.2, 60.0)], strict=True):
         # to a sample of 10 ms
@@ -55,17 +55,17 @@ def test_plants_as_they_were(tmp_path: Path) -> None:
 def test_poles_that_only_swing_were_not_planted(tmp_path: Path) -> None:
     columns = cells()
     columns["left_N"] = 6.0 * np.sin(9.0 * TIME) + 2.0 * np.maximum(np.sin(9.0 * TIME), 0.0)
-    found = plants_of(read_poles(write(tmp_path, columns)))
-    assert [plant.side for plant in found] == [-1]
+    plants = plants_of(read_poles(write(tmp_path, columns)))
+    assert [plant.side for plant in plants] == [-1]
 
 
 def test_of_many_plants_the_strongest(tmp_path: Path) -> None:
     columns = cells()
     columns["left_N"] = np.sum([push(0.1 * k, 0.1 * k + 0.06, 50.0 + k) for k in range(75)], axis=0)
-    found = plants_of(read_poles(write(tmp_path, columns)))
-    assert len(found) == MOST_PLANTS
-    assert min(plant.impulse for plant in found) > 0.5 * 0.06 * 60.0
-    assert [plant.start for plant in found] == sorted(plant.start for plant in found)
+    plants = plants_of(read_poles(write(tmp_path, columns)))
+    assert len(plants) == MOST_PLANTS
+    assert min(plant.impulse for plant in plants) > 0.5 * 0.06 * 60.0
+    assert [plant.start for plant in plants] == sorted(plant.start for plant in plants)
 
 
 def no_column(columns: Columns) -> None:
