@@ -1,1 +1,1 @@
-"""Recordings out of files of other formats."""
+"""Recordings made from files of other formats."""

@@ -1,4 +1,4 @@
-"""What files do not hold of a run."""
+"""Facts of a run that files do not hold."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Answers:
-    """What files do not hold, in the units of ``recording.toml``; None where it is not known.
+    """Facts that files do not hold, in the units of ``recording.toml``; None where unknown.
 
-    The command line has an option of the same name for each, such as ``--mass-kg``.  What is usual is assumed for
-    skier, equipment, the receiver's place and its exactness, and reported as assumed (``importing.defaults``).
+    The command line has an option of the same name for each, such as ``--mass-kg``.  Usual values are assumed for
+    skier, equipment, the receiver's place and its accuracy, and reported as assumed (``importing.defaults``).
 
     Attributes
     ----------
@@ -19,7 +19,7 @@ class Answers:
     antenna_joint, antenna_offset_m : the joint the receiver moves with, and its place in that joint's axes (x left,
         y up, z forward)
     gps_sigma_m : standard deviation of a horizontal fix
-    gps_offset_s : how long after the capture's first frame the first fix was taken
+    gps_offset_s : time of the first fix after the capture's first frame
 
     Examples
     --------

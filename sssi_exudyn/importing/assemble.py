@@ -1,8 +1,8 @@
-"""Files as instruments and apps write them, made into a recording's folder.
+"""A recording's folder made from files of instruments and apps.
 
-What no file holds (who skied, on what, where the antenna sat) comes as ``Answers``.  What nobody states is assumed as
-usual and reported as assumed.  Clocks, and a slope without fixes, are not: they are an InputError that names the option
-to give.  The folder appears only once it reads as a recording.
+Facts that no file holds (who skied, on what, where the antenna sat) come as ``Answers``.  Unstated ones get usual
+values, which are reported as assumed.  Clocks, and a slope without fixes, are never assumed: they give an InputError
+that names the missing option.  The folder appears only once it reads as a recording.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ _OF_FIXES: Final = ("antenna_joint", "antenna_offset_m", "gps_sigma_m")
 _DAY: Final = 86400.0
 _LONGEST_NOTE: Final = 500
 _DIGITS: Final = {"time_s": 6, "latitude_deg": 9, "longitude_deg": 9}
-"""Of the columns of fixes; nine of a degree are 0.1 mm.  Others have four."""
+"""Decimals of the columns of fixes; nine of a degree are 0.1 mm.  Other columns have four."""
 
 
 @dataclass(frozen=True)
 class _Sources:
-    """Which file holds what."""
+    """The file of each kind of data."""
 
     motion: Path | None
     gps: Path | None
@@ -56,26 +56,27 @@ class _Sources:
 
     @property
     def first(self) -> Path:
-        """What an error about what no file holds speaks of."""
+        """File that an error names where no file holds the needed fact."""
         return self.motion or self.sensors[0][1]
 
     def of(self, name: str) -> Path | None:
-        """The source of a file of the recording."""
+        """Return the source of a file of the recording."""
         return {MOTION: self.motion, GPS: self.gps, INSOLES: self.insoles, POLES: self.poles}.get(name)
 
 
 def option_of(name: str) -> str:
-    """How the command line calls an answer."""
+    """Return the command line's option for an answer."""
     return "--" + name.replace("_", "-")
 
 
 def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Recording:
-    """Make the recording folder ``out`` out of ``files``: one motion capture, and where there are, one file of fixes,
-    one of insoles and one of load cells in the poles, recognised by suffix and header; or, instead of the capture,
-    single sensors' files, each given with its place (``import_sensors``).
+    """Make the recording folder ``out`` from ``files``, recognised by suffix and header.
 
-    Raises InputError for files that no reader takes, two of a kind, whatever a reader refuses, answers that are
-    missing, an ``out`` that holds a recording already, and what ``read_recording`` refuses of the result.
+    The files are one motion capture and at most one file each of fixes, insoles and load cells in the poles.  Instead
+    of the capture they may be single sensors' files, each with its place (``sensor_logs.split_place``).
+
+    Raises InputError for files without a reader, two of a kind, whatever a reader refuses, missing answers, an ``out``
+    that holds a recording already, and what ``read_recording`` refuses of the result.
     """
     sources = _sort_sources(files)
     with folder_lock(out), clear_errors(out):
@@ -96,24 +97,24 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
 
 
 def _sort_sources(files: Sequence[Path]) -> _Sources:
-    found: dict[str, Path] = {}
+    paths: dict[str, Path] = {}
     sensors = tuple(one for one in map(split_place, files) if one is not None)
     for path in files:
         if split_place(path) is not None:
             continue
         kind = _kind(path)
-        if kind in found:
-            raise InputError(path, "", f"a second file of {kind}, after {found[kind]}", "give one of a kind")
-        found[kind] = path
-    if sensors and "motion" in found:
-        raise InputError(found["motion"], "", "there are single sensors as well", "give one or the other")
+        if kind in paths:
+            raise InputError(path, "", f"a second file of {kind}, after {paths[kind]}", "give one of a kind")
+        paths[kind] = path
+    if sensors and "motion" in paths:
+        raise InputError(paths["motion"], "", "there are single sensors as well", "give one or the other")
     if sensors:
-        if "poles" in found:
-            raise InputError(found["poles"], "", "forces of poles need a motion capture", "leave them out, or add one")
-        return _Sources(None, found.get("fixes"), found.get("insoles"), None, sensors)
-    if "motion" not in found:
+        if "poles" in paths:
+            raise InputError(paths["poles"], "", "forces of poles need a motion capture", "leave them out, or add one")
+        return _Sources(None, paths.get("fixes"), paths.get("insoles"), None, sensors)
+    if "motion" not in paths:
         raise InputError(files[0], "", "no file holds a motion capture", f"add one: {', '.join(MOTION_READERS)}")
-    return _Sources(found["motion"], found.get("fixes"), found.get("insoles"), found.get("poles"))
+    return _Sources(paths["motion"], paths.get("fixes"), paths.get("insoles"), paths.get("poles"))
 
 
 def _kind(path: Path) -> str:
@@ -182,15 +183,16 @@ def _write(made: Path, sources: _Sources, answers: Answers) -> None:
 
 
 def _with_usual(answers: Answers, sources: _Sources, fixes: Fixes | None) -> tuple[Answers, tuple[str, ...]]:
-    """The answers with what is usual where there are none, and the names of those.  A sensor alone, with fixes, is a
-    telephone, and the receiver is in it.
+    """Fill the answers with usual values; return them and the names of the assumed ones.
+
+    A single sensor, with fixes, is a telephone, and the receiver is in it.
     """
     places = {place for place, _ in sources.sensors if place in IMU_PLACES}
     usual = {**USUAL, **(OF_TELEPHONES.get(min(places), {}) if len(places) == 1 else {})}
     if answers.antenna_joint is not None:
-        usual["antenna_offset_m"] = (0.0, 0.0, 0.0)  # at the joint that is named, not where another's would be
+        usual["antenna_offset_m"] = (0.0, 0.0, 0.0)  # at the joint that is named, not at another joint's usual place
     kept = fixes is not None and "sigma_m" in fixes.columns
-    posed = () if sources.motion is not None else ("boot_centre_m",)  # a posture that is assumed stands over its ankles
+    posed = () if sources.motion is not None else ("boot_centre_m",)  # an assumed posture stands over its ankles
     unused = posed + (() if fixes is not None else _OF_FIXES) + (("gps_sigma_m",) if kept else ())
     assumed = tuple(name for name in usual if getattr(answers, name) is None and name not in unused)
     return replace(answers, **{name: usual[name] for name in assumed}), assumed
@@ -248,7 +250,7 @@ def _csv(columns: dict[str, Array]) -> str:
 
 
 def _read_back(made: Path, sources: _Sources) -> Recording:
-    """The recording, read as any other; an error speaks of the file that the user gave."""
+    """Read the recording like any other; an error names the file that the user gave."""
     try:
         return read_recording(made)
     except InputError as error:

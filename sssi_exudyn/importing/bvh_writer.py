@@ -1,4 +1,4 @@
-"""A capture written as BVH, in the form that recordings hold: centimetres, degrees, channels about y, x and z."""
+"""A writer of captures as BVH, in the form that recordings hold: centimetres, degrees, channels about y, x and z."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from sssi_exudyn.recording.instruments.bvh import Bvh
 
 _ROTATIONS: Final = "Yrotation Xrotation Zrotation"
 _DIGITS: Final = "%.6f"
-"""Of a degree and of a centimetre: far below what any capture resolves."""
+"""Format of degrees and centimetres: far finer than any capture resolves."""
 
 
 def bvh_text(bvh: Bvh) -> str:
-    """The file's text.  Frames are written at even steps: the mean of ``bvh.time``."""
+    """Return the file's text.  Frames are written at even steps: the mean of ``bvh.time``."""
     order: list[int] = []
     lines = ["HIERARCHY"]
     _write_joint(bvh, 0, "", lines, order)
@@ -30,7 +30,7 @@ def bvh_text(bvh: Bvh) -> str:
 
 
 def _write_joint(bvh: Bvh, joint: int, indent: str, lines: list[str], order: list[int]) -> None:
-    """The joint and all below it; ``order`` gathers in which order their channels stand."""
+    """Add the lines of the joint and of all below it; ``order`` collects the order of their channels."""
     order.append(joint)
     name = bvh.names[joint]
     channels = f"CHANNELS 3 {_ROTATIONS}" if indent else f"CHANNELS 6 Xposition Yposition Zposition {_ROTATIONS}"
@@ -54,7 +54,7 @@ def _offset(offset: Array) -> str:
 
 
 def _degrees(rotation: Array) -> Array:
-    """(n, 3) degrees about y, x, z of rotations (n, 3, 3)."""
+    """Return the angles (n, 3) in degrees about y, x, z of rotations (n, 3, 3)."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # at gimbal lock one angle is free: any choice is the rotation
         return np.asarray(Rotation.from_matrix(rotation).as_euler("YXZ", degrees=True))

@@ -1,6 +1,6 @@
 """Points of C3D files, read in a process of its own: the library is native code, and files are untrusted.
 
-Run as a module it reads the file it is given and writes an ``.npz`` to stdout.
+As a program, this module reads the file in its argument and writes an ``.npz`` to stdout.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from sssi_exudyn.runtime.optional import library
 from sssi_exudyn.runtime.posix import pages, posix_module
 
 _MEMORY: Final = 600_000_000
-"""bytes of address space beyond what the process has at its start"""
+"""Maximum address space, bytes, beyond what the process has at its start."""
 _SECONDS: Final = 8
-"""of computing"""
+"""Maximum computing time, s."""
 _PATIENCE: Final = 60
-"""s, on a machine that has other work too"""
+"""Maximum waiting time, s, on a machine that has other work too."""
 _UNITS: Final = {"mm": 0.001, "cm": 0.01, "m": 1.0}
 
 
 @dataclass(frozen=True)
 class Points:
-    """Labelled points.
+    """The labelled points of a file.
 
-    rate : Hz; names : labels as in the file, subject's prefix cut; places : (n, p, 3) m, NaN where a point is lost
-    sizes : the subject's measures that were kept with it (group PROCESSING), in the unit of the places: m
+    rate : Hz; names : labels as in the file, without the subject's prefix; places : (n, p, 3) m, NaN for a lost point
+    sizes : the subject's measures in the file (group PROCESSING), in the unit of the places: m
     """
 
     rate: float
@@ -48,7 +48,7 @@ class Points:
 def read_points(path: Path) -> Points:
     """Read a C3D file.  Raises InputError where the library is missing, or the file is damaged or without points."""
     library("ezc3d", path)
-    read_bytes(path)  # missing, empty or too large: refused as any file
+    read_bytes(path)  # refuses a missing, empty or too large file
     paths = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     try:
         done = subprocess.run(
@@ -58,11 +58,11 @@ def read_points(path: Path) -> Points:
             check=False,
             env=os.environ | {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"},
         )
-        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as found:
-            rate, unit = float(found["rate"]), str(found["unit"])
-            names = tuple(str(name) for name in found["names"])
-            places = np.asarray(found["places"], dtype=np.float64)
-            sizes = dict(zip(found["size_names"].tolist(), found["sizes"].tolist(), strict=True))
+        with np.load(io.BytesIO(done.stdout), allow_pickle=False) as archive:
+            rate, unit = float(archive["rate"]), str(archive["unit"])
+            names = tuple(str(name) for name in archive["names"])
+            places = np.asarray(archive["places"], dtype=np.float64)
+            sizes = dict(zip(archive["size_names"].tolist(), archive["sizes"].tolist(), strict=True))
     except (subprocess.TimeoutExpired, ValueError, OSError, EOFError, KeyError):
         raise InputError(path, "", "damaged, or no C3D file", "export the capture again") from None
     if unit not in _UNITS:
@@ -86,7 +86,7 @@ def _limit() -> None:
 
 
 def _child(path: str) -> None:
-    """Read ``path`` within bounds of time and memory; what is in it to stdout."""
+    """Read ``path`` within bounds of time and memory and write its content to stdout."""
     _limit()
     file = library("ezc3d", Path(path)).c3d(path)
     point = file["parameters"]["POINT"]

@@ -1,4 +1,4 @@
-"""Segments that stand somehow in space, made into a capture: one tree of joints for every source of segments."""
+"""One tree of joints for every source of segments: a capture made from segments' rotations in space."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ TREE: Final[tuple[tuple[str, str], ...]] = (
         )
     ),
 )
-"""Joint, and the joint that carries it; parents before children."""
+"""Joints and the joint that carries each; parents before children."""
 _TRUNK: Final = ("Spine", "Spine1", "Spine2", "Neck", "LeftShoulder", "RightShoulder")
-"""Joints that move with the trunk, of which these sources know no parts."""
+"""Joints that move with the trunk, whose parts these sources do not distinguish."""
 
 
 def capture_of(
@@ -50,18 +50,18 @@ def capture_of(
     ends: Mapping[str, Array],
     notes: tuple[str, ...],
 ) -> Bvh:
-    """The capture of segments, at even steps.
+    """Make a capture from segments, at even steps.
 
     Parameters
     ----------
-    path : for messages
+    path : file that messages name
     time : (n,) s, rising
     rotation : joint → (n, 3, 3) of the segment it moves, in a level world: body axes, zero when standing with the arms
         hanging; "Spine" stands for the whole trunk
     place : joint → (3,) m in the segment that carries it; zero where there is none
     ends : joint → (3,) m, the far end of its segment in that segment
 
-    Raises InputError where no stretch without a long gap is there.
+    Raises InputError where no stretch is free of long gaps.
     """
     world = {
         name: BODY_FROM_BVH.T
@@ -90,8 +90,9 @@ def capture_of(
 
 
 def trunk_places(neck: Array) -> dict[str, Array]:
-    """Places of the trunk's joints above the lumbar one for a base of the neck at ``neck`` (3,) m from it: the parts
-    are equal, and the collar bones begin at the neck.
+    """Return the places of the trunk's joints above the lumbar one, for a base of the neck at ``neck`` (3,) m from it.
+
+    The parts are equal, and the collar bones begin at the neck.
     """
     third = neck / 3.0
     return {name: third for name in _TRUNK if name != "Spine"}

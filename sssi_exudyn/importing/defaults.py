@@ -1,4 +1,4 @@
-"""What an import takes for given where nobody says it, and the file in which somebody may."""
+"""Usual values that an import assumes for unstated facts, and the file in which a user may state them."""
 
 from __future__ import annotations
 
@@ -26,14 +26,15 @@ USUAL: Final[dict[str, Any]] = {
     "antenna_offset_m": (0.0, 0.1, -0.16),
     "gps_sigma_m": 3.0,
 }
-"""An adult of medium size on slalom skis, in boots whose soles are 0.32 m long and begin 0.09 m behind the ankle; a
-receiver in a vest between the shoulders, and what a receiver of one frequency is exact to."""
+"""Usual answers: an adult of medium size on slalom skis, in boots whose soles are 0.32 m long and begin 0.09 m behind
+the ankle; a receiver of one frequency, with its accuracy, in a vest between the shoulders.
+"""
 OF_TELEPHONES: Final[dict[str, dict[str, Any]]] = {
     "pocket": {"antenna_joint": "Hips", "antenna_offset_m": (0.0, 0.0, 0.12)},
     "pelvis": {"antenna_joint": "Hips", "antenna_offset_m": (0.0, 0.0, -0.12)},
     "chest": {"antenna_joint": "Spine2", "antenna_offset_m": (0.0, 0.1, 0.14)},
 }
-"""Where the receiver of a telephone sits, by where that is: on the front of hip or chest, or in a belt behind."""
+"""Place of a telephone's receiver by the telephone's place: on the front of hip or chest, or in a belt behind."""
 PLACES: Final = {
     "mass_kg": ("skier", "mass_kg"),
     "height_m": ("skier", "height_m"),
@@ -46,38 +47,39 @@ PLACES: Final = {
     "antenna_offset_m": ("gps", "offset_m"),
     "gps_sigma_m": ("gps", "sigma_m"),
 }
-"""Table and key of each in ``recording.toml``."""
+"""Table and key of each answer in ``recording.toml``."""
 UNCERTAIN: Final = {"mass_kg": {"mass_kg": 12.0}, "antenna_offset_m": {"antenna_m": 0.15}}
-"""How wrong they may then be (``[uncertainty]``): adults' masses, places of receivers in vests, belts and rucksacks."""
+"""Standard deviations of assumed answers (``[uncertainty]``): adults' masses, and receivers in vests, belts, rucksacks.
+"""
 
 
 def read_defaults(path: Path) -> Answers:
-    """Answers of a TOML file, by the names of ``Answers``.
+    """Read the answers of a TOML file, by the names of ``Answers``.
 
     Raises InputError for unknown names and for values of another kind.
     """
     table = read_toml(path)
     kinds = {entry.name: str(entry.type) for entry in fields(Answers)}
     check_keys(table, kinds, path, "")
-    found: dict[str, Any] = {}
+    answers: dict[str, Any] = {}
     for name, value in table.items():
         number = isinstance(value, int | float) and not isinstance(value, bool)
         if kinds[name].startswith("str"):
             if not isinstance(value, str):
                 raise InputError(path, name, f"{value!r} is not a text", f'write {name} = "…"')
-            found[name] = value
+            answers[name] = value
         elif kinds[name].startswith("float"):
             if not number:
                 raise InputError(path, name, f"{value!r} is not a number", "give it without quotes")
-            found[name] = float(value)
+            answers[name] = float(value)
         else:
             if not isinstance(value, list) or len(value) != 3 or not all(isinstance(x, int | float) for x in value):
                 raise InputError(path, name, f"{value!r} is not three numbers", "write [left, up, forward] in m")
-            found[name] = tuple(float(x) for x in value)
-    return Answers(**found)
+            answers[name] = tuple(float(x) for x in value)
+    return Answers(**answers)
 
 
 def fill(answers: Answers, others: Answers) -> Answers:
-    """The answers, and where they have none, those of ``others``."""
+    """Return the answers, completed by those of ``others``."""
     missing = [entry.name for entry in fields(Answers) if getattr(answers, entry.name) is None]
     return replace(answers, **{name: getattr(others, name) for name in missing})

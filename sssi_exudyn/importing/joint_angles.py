@@ -32,13 +32,13 @@ _PELVIS: Final = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
 _KNEES: Final = ("knee_angle_r", "knee_angle_l")
 _NEEDED: Final = (
     *_PELVIS,
-    *(f"hip_{way}_{side}" for side, _ in SIDES for way in ("flexion", "adduction", "rotation")),
+    *(f"hip_{movement}_{side}" for side, _ in SIDES for movement in ("flexion", "adduction", "rotation")),
     *_KNEES,
     *(f"ankle_angle_{side}" for side, _ in SIDES),
-    *(f"lumbar_{way}" for way in ("extension", "bending", "rotation")),
+    *(f"lumbar_{movement}" for movement in ("extension", "bending", "rotation")),
 )
 _LARGEST: Final = 20.0
-"""rad; angles beyond three turns are no angles of a skier."""
+"""Largest angle, rad; a skier's angles stay below three turns."""
 
 _SEGMENT: Final = {
     "Hips": "pelvis",
@@ -53,14 +53,14 @@ _SEGMENT: Final = {
         )
     },
 }  # fmt: skip
-"""The chain's segment that moves with each joint."""
+"""Segment of the chain that moves with each joint."""
 
 
 def read_joint_angles(path: Path, height: float | None) -> Bvh:
     """Read a table of coordinates; lengths are those of an average adult of ``height`` (m).
 
     Raises InputError for a missing height, whatever ``read_storage`` refuses, missing coordinates of legs, pelvis and
-    trunk, angles beyond reason, and time that stands still or runs back.
+    trunk, angles beyond three turns, and time that stands still or runs back.
     """
     if height is None:
         raise InputError(path, "", "no file holds --height-m, and angles have no lengths", "give this option")
@@ -94,7 +94,7 @@ def read_joint_angles(path: Path, height: float | None) -> Bvh:
 
 
 def _chain_coordinates(path: Path, angles: dict[str, Array], count: int) -> tuple[Array, tuple[str, ...]]:
-    """(n, 31) coordinates of the chain, and what was assumed."""
+    """Return the chain's coordinates (n, 31), and the assumptions in words."""
     q = np.zeros((count, len(COORDINATES)))
     for name, values in angles.items():
         q[:, COORDINATE[name]] = values
@@ -114,7 +114,7 @@ def _chain_coordinates(path: Path, angles: dict[str, Array], count: int) -> tupl
 
 
 def _lengths(geometry: Geometry) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Places of the joints in the segments that carry them, and far ends of the segments (m)."""
+    """Return the places of the joints in the segments that carry them, and far ends of the segments (m)."""
     of = {name: np.asarray(geometry.joint_in_parent[i]) for name, i in SEGMENT.items()}
     end = {name: np.asarray(geometry.segment_end[i]) for name, i in SEGMENT.items()}
     place, ends = {"Spine": of["torso"], **trunk_places(of["head"])}, {"Head": end["head"]}

@@ -1,4 +1,4 @@
-"""A folder of many runs, imported in one go: every run a recording, and one table of all of them."""
+"""Import of a folder of many runs: every run becomes a recording, and one table lists all of them."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from sssi_exudyn.recording.recording import FILE, Recording
 from sssi_exudyn.runtime.progress import Stage
 
 TABLE: Final = "recordings.csv"
-"""Every run with how its import went."""
+"""Name of the table of every run and the outcome of its import."""
 _MOST: Final = 10_000
-"""Runs of a folder at most."""
+"""Maximum number of runs in a folder."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class ImportedRun:
     recording : its folder in ``out``
     status : "imported", "there already" or "failed"
     error : why it failed
-    assumed : what nobody stated and was taken as usual
+    assumed : facts that were not stated, with the usual values assumed for them
     notes : all other notices
     """
 
@@ -53,11 +53,13 @@ class ImportedRun:
 
 
 def import_many(folder: Path, out: Path, answers: Answers, stage: Stage | None = None) -> list[ImportedRun]:
-    """Import every run in ``folder`` into a folder of its own in ``out``; a row a run, also in ``out/recordings.csv``.
+    """Import every run in ``folder`` into a folder of its own in ``out``.
+
+    Returns one row per run, which ``out/recordings.csv`` holds too.
 
     A run is a folder with its files, or the files of one name in ``folder`` itself (``run_07.mvnx`` and
-    ``run_07.gpx``).  A file named after a sensor's place (``left_ski.csv``) is that sensor's.  One run's fault stops no
-    other; runs that are there already are left as they are.
+    ``run_07.gpx``).  A file named after a sensor's place (``left_ski.csv``) is that sensor's.  A faulty run does not
+    stop the others; runs that exist already stay as they are.
 
     Raises InputError where there is no run, or where ``out`` cannot be written.
     """
@@ -79,22 +81,22 @@ def _failed(rows: Sequence[ImportedRun]) -> int:
 
 
 def _runs_in(folder: Path) -> dict[str, list[Path]]:
-    """The files of every run, by its name."""
-    found: dict[str, list[Path]] = {}
+    """Return the files of every run, by its name."""
+    runs: dict[str, list[Path]] = {}
     for path in sorted(folder.iterdir()):
         if path.is_dir() and not path.name.startswith("."):
             files = list(_usable(path))
             if files:
-                found[path.name] = files
+                runs[path.name] = files
     for path in _usable(folder):
-        found.setdefault(path.name.partition(".")[0], []).append(path)
-    if len(found) > _MOST:
-        raise InputError(folder, "", f"{len(found)} runs, more than {_MOST}", "import some of them")
-    return found
+        runs.setdefault(path.name.partition(".")[0], []).append(path)
+    if len(runs) > _MOST:
+        raise InputError(folder, "", f"{len(runs)} runs, more than {_MOST}", "import some of them")
+    return runs
 
 
 def _usable(folder: Path) -> Iterator[Path]:
-    """The files that a reader takes, those of single sensors with their place before the name."""
+    """Yield the files that a reader takes; files of single sensors have their place before the name."""
     for path in sorted(folder.iterdir()):
         if path.is_file() and path.suffix.lower() in (*MOTION_READERS, *READERS):
             place = path.stem.lower()

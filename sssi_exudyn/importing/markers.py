@@ -1,8 +1,8 @@
 """Optical capture: the markers of the conventional gait model (Plug-in Gait's full body) in a C3D file.
 
-Pelvis, hips, knees, ankles and trunk as the model has them (Davis et al. 1991; Vicon, Plug-in Gait model details), the
-hips' centres after Harrington et al. (2007), doi:10.1016/j.jbiomech.2006.02.003.  Feet point from heel to toe marker
-and turn about the ankle's axis; upper arms turn about the axis their bent elbow shows.
+Pelvis, hips, knees, ankles and trunk follow the model (Davis et al. 1991; Vicon, Plug-in Gait model details).  The
+hips' centres follow Harrington et al. (2007), doi:10.1016/j.jbiomech.2006.02.003.  Feet point from heel to toe marker
+and turn about the ankle's axis; upper arms turn about the axis that their bent elbow shows.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from sssi_exudyn.recording.instruments.bvh import Bvh
 _TRUNK: Final = ("CLAV", "STRN", "C7", "T10", "LASI", "RASI", "LFHD", "RFHD", "LBHD", "RBHD")
 _SIDED: Final = ("THI", "KNE", "TIB", "ANK", "HEE", "TOE", "SHO", "ELB", "WRA", "WRB", "FIN")
 _MARKER: Final = 0.014
-"""m; the usual diameter, where the file does not hold it."""
+"""Usual diameter of a marker, m, where the file does not hold it."""
 _SHOULDER: Final = 0.05
-"""m from the acromion's marker down to the shoulder's centre: a usual "shoulder offset" of Plug-in Gait."""
+"""Distance from the acromion's marker down to the shoulder's centre, m: a usual "shoulder offset" of Plug-in Gait."""
 _STRAIGHT: Final = 0.1
-"""Sine of the elbow's flexion from which on its axis is taken from both bones rather than from the wrist."""
+"""Sine of the elbow's flexion above which its axis comes from both bones rather than from the wrist."""
 _WIDTHS: Final = (0.02, 0.2)
 
 Places = dict[str, Array]
@@ -36,8 +36,8 @@ Places = dict[str, Array]
 def read_markers(path: Path, height: float | None) -> Bvh:
     """Read a C3D file; ``height`` (m) is the skier's, for the top of the head and the hands.
 
-    Frames in which a marker is lost are gaps.  Raises InputError for a missing height, whatever ``read_points``
-    refuses, missing markers, missing widths of knees and ankles, and a skier who does not stand up.
+    Frames without all markers are gaps.  Raises InputError for a missing height, whatever ``read_points`` refuses,
+    missing markers, missing widths of knees and ankles, and a skier who does not stand up.
     """
     if height is None:
         raise InputError(path, "", "no file holds --height-m", "give this option")
@@ -61,7 +61,7 @@ def read_markers(path: Path, height: float | None) -> Bvh:
 
 
 def _markers(path: Path, points: Points) -> tuple[Places, Array, tuple[str, ...]]:
-    """Places (n, 3) m of the markers that are needed, in the frames that have all of them, and those frames' times."""
+    """Return places (n, 3) m of the needed markers, in the frames that have all of them, with times and notes."""
     back = ("SACR",) if "SACR" in points.names else ("LPSI", "RPSI")
     needed = [*_TRUNK, *back, *(side + name for side in "LR" for name in _SIDED)]
     missing = [name for name in needed if name not in points.names]
@@ -84,7 +84,7 @@ def _markers(path: Path, points: Points) -> tuple[Places, Array, tuple[str, ...]
 
 
 def _upright(path: Path, at: Places) -> Places:
-    """The places with z up: laboratories have y or z up."""
+    """Return the places with z up; laboratories have y or z up."""
     rise = np.mean(at["C7"] - 0.5 * (at["LANK"] + at["RANK"]), axis=0)
     axis = int(np.argmax(np.abs(rise)))
     if axis == 0 or rise[axis] < 0.7 * np.linalg.norm(rise):
@@ -95,20 +95,23 @@ def _upright(path: Path, at: Places) -> Places:
 
 
 def _reach(path: Path, points: Points, part: str) -> dict[str, float]:
-    """From the marker's centre to the joint's: half the joint's width and the marker's radius (m), by side."""
-    found = {}
+    """Return the distance (m) from the marker's centre to the joint's, by side.
+
+    It is half the joint's width and the marker's radius.
+    """
+    reach = {}
     for letter in "LR":
         name = f"{letter}{part}Width"
         width = points.sizes.get(name)
         if width is None or not _WIDTHS[0] < width < _WIDTHS[1]:
             problem = "is missing" if width is None else f"{width:.3g} m is no width of a joint"
             raise InputError(path, f"PROCESSING:{name}", problem, "measure it, and export it with the subject")
-        found[letter] = 0.5 * (width + points.sizes.get("MarkerDiameter", _MARKER))
-    return found
+        reach[letter] = 0.5 * (width + points.sizes.get("MarkerDiameter", _MARKER))
+    return reach
 
 
 def _trunk(at: Places) -> tuple[Places, Places]:
-    """Rotations of pelvis, trunk and head, and the places of hips, lumbar joint and base of the neck."""
+    """Return rotations of pelvis, trunk and head, and the places of hips, lumbar joint and base of the neck."""
     front = 0.5 * (at["LASI"] + at["RASI"])
     pelvis = _axes_y_x(at["LASI"] - at["RASI"], front - at["back"])
     width = float(np.median(np.linalg.norm(at["LASI"] - at["RASI"], axis=1)))
@@ -161,7 +164,7 @@ def _arm(at: Places, letter: str, word: str, rotation: Places, joint: Places, ti
 
 
 def _lengths(rotation: Places, joint: Places, tips: Places, height: float) -> tuple[Places, Places]:
-    """Mean places of the joints in the segments that carry them, and far ends of the segments (m)."""
+    """Return mean places of the joints in the segments that carry them, and far ends of the segments (m)."""
 
     def mean_place(carrier: str, name: str, places: Places) -> Array:
         return mean_in(rotation[carrier], joint[carrier], places[name])
@@ -179,8 +182,9 @@ def _lengths(rotation: Places, joint: Places, tips: Places, height: float) -> tu
 
 
 def _chord(inner: Array, marker: Array, wand: Array, reach: float) -> Array:
-    """The joint's centre: ``reach`` from its marker, at a right angle to the bone from ``inner``, in the plane of inner
-    centre, marker and wand, away from the wand; all (n, 3) m.
+    """Return the joint's centre (n, 3) m, ``reach`` from its marker, at a right angle to the bone from ``inner``.
+
+    It lies in the plane of inner centre, marker and wand, away from the wand; all are (n, 3) m.
     """
     bone = marker - inner
     length = np.maximum(np.linalg.norm(bone, axis=1, keepdims=True), 1e-9)
@@ -196,7 +200,7 @@ def _unit(vectors: Array) -> Array:
 
 
 def _axes_y_x(y: Array, x: Array) -> Array:
-    """(n, 3, 3) with y along the first, x towards the second."""
+    """Return axes (n, 3, 3) with y along the first vector and x towards the second."""
     y = _unit(y)
     z = _unit(np.cross(x, y))
     return np.stack([np.cross(y, z), y, z], axis=-1)

@@ -1,4 +1,4 @@
-"""Motion captures of any format, as a recording holds them; one reader a format, chosen by the file's suffix."""
+"""Motion captures of any format, as a recording holds them; each format has one reader, chosen by the file's suffix."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Read = tuple[Bvh, float | None]
 
 
 def read_motion(path: Path, height: float | None) -> Read:
-    """The capture, and the UTC of its time 0 (s since 1970; None where the file does not have it).
+    """Read the capture and the UTC of its time 0 (s since 1970; None where the file does not have it).
 
     Parameters
     ----------
-    height : m, the skier's; needed by formats that hold angles without lengths
+    height : height of the skier, m; needed by formats that hold angles without lengths
 
     Raises InputError for a suffix without reader and whatever the reader refuses.
     """
@@ -35,7 +35,7 @@ def read_motion(path: Path, height: float | None) -> Read:
 
 
 def _bvh(path: Path, _height: float | None) -> Read:
-    """A BVH file under whatever names Axis Studio, Axis Neuron or Xsens give the joints."""
+    """Read a BVH file with the joint names of Axis Studio, Axis Neuron or Xsens."""
     names = joint_names(path)
     renamed = recording_names(names)
     bvh = read_bvh(path, renamed=renamed)
@@ -78,9 +78,9 @@ MOTION_READERS: Final[dict[str, Callable[[Path, float | None], Read]]] = {
 class MotionReader:
     """A plug-in's reader of motion captures.
 
-    suffix : of its files, with the dot
-    read : of a file and the skier's height (m, None where it is not known), the capture and the UTC of its time 0 (s
-        since 1970, None where the file does not have it)
+    suffix : suffix of its files, with the dot
+    read : function of a file and the skier's height (m, None where unknown) that returns the capture and the UTC of its
+        time 0 (s since 1970, None where the file does not have it)
 
     Examples
     --------

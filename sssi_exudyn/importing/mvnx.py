@@ -29,19 +29,19 @@ JOINT_OF_SEGMENT: Final = {
     "Pelvis": "Hips", "L5": "Spine", "L3": "Spine1", "T12": "Spine2", "T8": "Spine3", "Neck": "Neck", "Head": "Head",
     **{f"{side}{xsens}": f"{side}{ours}" for side in ("Right", "Left") for xsens, ours in _SIDED.items()},
 }  # fmt: skip
-"""Xsens's segments, and the joint at which each begins, under a recording's name."""
+"""Joint, under a recording's name, at which each of Xsens's segments begins."""
 _ENDS: Final = {
     "Head": "pTopOfHead", "RightHand": "pRightTopOfHand", "LeftHand": "pLeftTopOfHand",
     "RightToe": "pRightToe", "LeftToe": "pLeftToe",
 }  # fmt: skip
 _LATEST: Final = 10**14
-"""ms since 1970, beyond the year 5000."""
+"""Latest time, ms since 1970, beyond the year 5000."""
 _RATES: Final = (20.0, 2000.0)
 
 
 @dataclass
 class _Parts:
-    """What has been read of the file so far."""
+    """The content of the file that has been read so far."""
 
     rate: float = 0.0
     segments: list[str] = field(default_factory=list)
@@ -58,8 +58,8 @@ def read_mvnx(path: Path) -> tuple[Bvh, float | None]:
 
     Returns the capture and the UTC of its first frame (s since 1970; None where the file does not have it).
 
-    Raises InputError for XML that ``elements`` refuses, missing segments, joints or frames, quaternions that are none,
-    and frames out of order.
+    Raises InputError for XML that ``elements`` refuses, missing segments, joints or frames, quaternions that are not of
+    unit length, and frames out of order.
     """
     parts = _Parts()
     for element in elements(path, ("segment", "joint", "frame"), heads=("subject",)):
@@ -152,11 +152,14 @@ def _assemble(path: Path, parts: _Parts) -> Bvh:
 
 
 def _tree(path: Path, parts: _Parts) -> tuple[list[str], tuple[int, ...], Array, dict[str, Array]]:
-    """Segments, parents before children; index of each one's parent; offsets (J, 3) m and end sites, in BVH axes."""
+    """Return segments, parents before children, with the index of each parent, offsets (J, 3) m and end sites.
+
+    Vectors are in BVH axes.
+    """
     names, parents, offsets = ["Pelvis"], [-1], [np.zeros(3)]
-    left = [ends for ends in parts.joints if ends[1].partition("/")[0] in JOINT_OF_SEGMENT]
-    while left:
-        ready = [ends for ends in left if ends[0].partition("/")[0] in names]
+    pending = [ends for ends in parts.joints if ends[1].partition("/")[0] in JOINT_OF_SEGMENT]
+    while pending:
+        ready = [ends for ends in pending if ends[0].partition("/")[0] in names]
         if not ready:
             break
         for inner, outer in ready:
@@ -166,7 +169,7 @@ def _tree(path: Path, parts: _Parts) -> tuple[list[str], tuple[int, ...], Array,
             names.append(child)
             parents.append(names.index(parent))
             offsets.append(parts.points[inner] - parts.points[outer])
-        left = [ends for ends in left if ends not in ready]
+        pending = [ends for ends in pending if ends not in ready]
     if len(names) != len(JOINT_OF_SEGMENT):
         lost = [name for name in JOINT_OF_SEGMENT if name not in names]
         raise InputError(path, "joints", f"nothing connects {', '.join(lost)}", "export the capture with its joints")
@@ -179,7 +182,7 @@ def _tree(path: Path, parts: _Parts) -> tuple[list[str], tuple[int, ...], Array,
 
 
 def _floats(path: Path, place: str, text: str | None, count: int) -> Array:
-    """``count`` finite numbers; raises InputError otherwise."""
+    """Return ``count`` finite numbers; raises InputError otherwise."""
     try:
         values = np.array((text or "").split(None, count)[: count + 1], dtype=float)
     except ValueError:

@@ -12,11 +12,13 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.io.table import bridge_gaps
 
 _EVEN: Final = 1e-9
-"""s by which frames may stand beside the even clock and stay as they are: in it nothing turns by a digit of a file."""
+"""Distance from the even clock within which frames stay as they are, s: nothing turns by a file's last digit in it."""
 
 
 def even_frames(path: Path, time: Array, rotations: Array, root: Array) -> tuple[Array, Array, Array, tuple[str, ...]]:
-    """Frames at even steps: short gaps bridged, of a run that long gaps split the longest part (see ``bridge_gaps``).
+    """Resample frames at even steps, with short gaps bridged.
+
+    Of a run that long gaps split, the longest part is kept (see ``bridge_gaps``).
 
     Parameters
     ----------
@@ -24,7 +26,7 @@ def even_frames(path: Path, time: Array, rotations: Array, root: Array) -> tuple
     rotations : (n, J, 3, 3)
     root : (n, 3) m
 
-    Returns time, rotations and root at even steps, and what was done, in words.  Raises InputError where no stretch is
+    Returns time, rotations and root at even steps, and the changes in words.  Raises InputError where no stretch is
     long enough.
     """
     clock = bridge_gaps(path, time, 3 * rotations.shape[1])

@@ -1,10 +1,10 @@
 """Loggers' tables of single sensors, made into the files of a recording of few sensors.
 
 A file is given with its place, ``left_ski=imu_left.csv``, ``barometer=baro.csv`` or ``insoles=foot.csv``.  Columns are
-known by the names that loggers give them: ``t_s``, ``seconds_elapsed`` or ``Time``, ``ax … az``, ``gx … gz``,
-``Gyroscope x``, ``Acceleration x``, ``qw … qz``, or ``x``, ``y``, ``z`` in a file that is called after its instrument.
-A unit in brackets may follow.  Other columns, text among them, are left out.  Gyroscope and accelerometer may be two
-files of one place.
+recognised by the names that loggers give them: ``t_s``, ``seconds_elapsed`` or ``Time``, ``ax … az``, ``gx … gz``,
+``Gyroscope x``, ``Acceleration x``, ``qw … qz``, or ``x``, ``y``, ``z`` in a file named after its instrument.  A unit
+in brackets may follow.  Other columns, text among them, are left out.  Gyroscope and accelerometer may be two files of
+one place.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _NAMES: Final = {
     **{f"q{part}": f"orientation_{part}" for part in "wxyz"},
 }
 _BY_FILE: Final = {"gyro": _RATE, "accel": _FORCE}
-"""What ``x``, ``y`` and ``z`` are, by a word in the file's name."""
+"""Channels behind ``x``, ``y`` and ``z``, by a word in the file's name."""
 _CHANNELS: Final = ("time_s", "acceleration_", "rate_", "orientation_", "pressure_")
 _UNITS: Final = {
     "time_s": ("s",),
@@ -46,7 +46,7 @@ _UNITS: Final = {
     "rate": ("rad/s",),
     "pressure": ("hPa", "mbar"),
 }
-"""The units that a column's brackets may name."""
+"""Units that a column's brackets may name."""
 _SIDES: Final = {"L": "left", "R": "right"}
 
 
@@ -55,7 +55,7 @@ class Log:
     """A sensor's table under the names of a recording.
 
     place : where the sensor sits;  began : UTC of ``time_s`` = 0, s since 1970, None where the file does not have it
-    notes : what was noticed, in words
+    notes : oddities, in words
     """
 
     place: str
@@ -65,16 +65,16 @@ class Log:
 
 
 def split_place(file: Path) -> tuple[str, Path] | None:
-    """A place and the file of its sensor, where they are written as ``PLACE=FILE``; None for a file alone."""
+    """Split ``PLACE=FILE`` into a place and the file of its sensor; return None for a file alone."""
     place, is_placed, name = str(file).partition("=")
     return (place, Path(name)) if is_placed and place in (*PLACES, BAROMETER, PRESSURE) else None
 
 
 def read_logs(files: Sequence[tuple[str, Path]]) -> list[Log]:
-    """The sensors of every (place, file) but pressure cells, one a place: gyroscope and accelerometer that are two
-    files are put together.
+    """Read the sensors of every (place, file) except pressure cells, one per place.
 
-    Raises InputError for two sensors on one place and for faulty files, with the place in the file that was given.
+    A gyroscope and an accelerometer in two files are joined.  Raises InputError for two sensors on one place and for
+    faulty files, with the place in the file that was given.
     """
     logs: dict[str, Log] = {}
     for place, path in files:
@@ -88,10 +88,10 @@ def read_logs(files: Sequence[tuple[str, Path]]) -> list[Log]:
 
 
 def write_sensors(logs: Sequence[Log], folder: Path) -> dict[str, Any]:
-    """Write ``sensors/<place>.csv`` for every log into ``folder``; the tables ``[[sensors]]`` and ``[barometer]`` of
-    its ``recording.toml``.
+    """Write ``sensors/<place>.csv`` for every log into ``folder``.
 
-    Clocks are those of the first log, where files know the time of day.  Raises InputError for faulty channels.
+    Returns the tables ``[[sensors]]`` and ``[barometer]`` of its ``recording.toml``.  Clocks are those of the first
+    log, where files know the time of day.  Raises InputError for faulty channels.
     """
     (folder / "sensors").mkdir()
     sensors: list[dict[str, Any]] = []
@@ -114,11 +114,12 @@ def write_sensors(logs: Sequence[Log], folder: Path) -> dict[str, Any]:
 
 
 def write_pressure(path: Path, folder: Path, mass: float) -> None:
-    """Write ``insoles.csv`` of a pressure logger's counts: ``t_s,side`` (L or R) and a column a cell, named
-    ``…_adc``, feet in turn.
+    """Write ``insoles.csv`` from a pressure logger's counts.
 
-    Counts are no newtons: they are scaled so that all cells together carry the skier's weight (``mass`` kg) on average,
-    which leaves the share between the feet as the cells have it.  Raises InputError for other tables.
+    Its columns are ``t_s,side`` (L or R) and one per cell, named ``…_adc``; the feet alternate.
+
+    Counts are not newtons.  They are scaled so that all cells together carry the skier's weight (``mass`` kg) on
+    average, which keeps the cells' share between the feet.  Raises InputError for other tables.
     """
     lines = _cells(path)
     names = [name.strip() for name in lines[0][1]]
@@ -158,7 +159,10 @@ def write_pressure(path: Path, folder: Path, mass: float) -> None:
 
 
 def _cells(path: Path) -> list[tuple[int, list[str]]]:
-    """The cells of every line that is not empty, with its number.  Raises InputError for more than any run has."""
+    """Return the cells of every line that is not empty, with its number.
+
+    Raises InputError for more cells than any run has.
+    """
     lines = [(number, line) for number, line in enumerate(read_text(path).split("\n"), 1) if line.strip()]
     widest = 1 + max(line.count(",") for _, line in lines)
     if widest > MAX_COLUMNS:
@@ -168,14 +172,14 @@ def _cells(path: Path) -> list[tuple[int, list[str]]]:
 
 
 def _read_log(place: str, path: Path) -> Log:
-    """A logger's table; samples that repeat a time are left out."""
+    """Read a logger's table; samples that repeat a time are left out."""
     lines = _cells(path)
     header = [name.strip().strip('"') for name in lines[0][1]]
     names = [_channel(path, name) for name in header]
     used = [column for column, name in enumerate(names) if name.startswith(_CHANNELS)]
     if "time_s" not in names or len(used) < 2:
-        found = ", ".join(header)
-        raise InputError(path, "header", f"no time and channels among {found}", "name them t_s, ax … az, gx … gz")
+        listed = ", ".join(header)
+        raise InputError(path, "header", f"no time and channels among {listed}", "name them t_s, ax … az, gx … gz")
     for number, words in lines:
         if len(words) != len(names):
             raise InputError(
@@ -197,7 +201,7 @@ def _read_log(place: str, path: Path) -> Log:
 
 
 def _channel(path: Path, written: str) -> str:
-    """A recording's name for a column, or the name that is written; raises InputError for another unit."""
+    """Return a recording's name for a column, or the written name; raises InputError for another unit."""
     name, _, unit = (part.strip(" )") for part in written.partition("("))
     axes = [of for word, of in _BY_FILE.items() if word in path.stem.lower()]
     channel = axes[0][name] if len(axes) == 1 and name in axes[0] else _NAMES.get(name, name)
@@ -209,15 +213,15 @@ def _channel(path: Path, written: str) -> str:
 
 def _check_whole(log: Log) -> None:
     """Raise InputError for a gyroscope or an accelerometer alone."""
-    found = log.table.columns.keys()
-    missing = "rates" if _RATE["x"] not in found else "acceleration" if len(found) == 1 + len(_RATE) else ""
+    channels = log.table.columns.keys()
+    missing = "rates" if _RATE["x"] not in channels else "acceleration" if len(channels) == 1 + len(_RATE) else ""
     if missing and log.place != BAROMETER:
         fix = f"add the other instrument's file as {log.place}=FILE too"
         raise InputError(log.table.file, "header", f"it holds no {missing}", fix)
 
 
 def _together(one: Log, other: Log) -> Log:
-    """Two files of one sensor as one: the accelerometer's values at the gyroscope's times, by straight lines."""
+    """Join two files of one sensor: the accelerometer's values are interpolated linearly to the gyroscope's times."""
     first, second = (one, other) if _RATE["x"] in one.table.columns else (other, one)
     rates, forces = first.table, second.table
     path = other.table.file

@@ -1,4 +1,4 @@
-"""From files to a recording's folder: what is asked for, and that nothing is left of an import that fails."""
+"""From files to a recording's folder: the options that are required, and that a failed import leaves nothing behind."""
 
 from __future__ import annotations
 
@@ -36,16 +36,18 @@ def files(folder: Path, tiny: Tiny | None = None) -> list[Path]:
 def test_imported_recording_is_the_recording(tmp_path: Path) -> None:
     sources = files(tmp_path)
     made = import_recording(sources, tmp_path / "out", ANSWERS)
-    asked, found = read_recording(tmp_path / "raw"), read_recording(tmp_path / "out")
-    assert (found.skier, found.equipment, found.slope) == (asked.skier, asked.equipment, asked.slope)
-    assert found.heading.value == asked.heading.value
+    original, imported = read_recording(tmp_path / "raw"), read_recording(tmp_path / "out")
+    assert (imported.skier, imported.equipment, imported.slope) == (original.skier, original.equipment, original.slope)
+    assert imported.heading.value == original.heading.value
     assert made.folder == tmp_path / "out"
-    order = [found.bvh.index(name) for name in asked.bvh.names]
-    np.testing.assert_allclose(found.bvh.rotations[:, order], asked.bvh.rotations, atol=3e-8)  # six digits of a degree
-    assert found.gps is not None
-    assert asked.gps is not None
-    np.testing.assert_allclose(found.gps.enu, asked.gps.enu, atol=1e-4)  # nine digits of a degree
-    assert found.insoles is not None
+    order = [imported.bvh.index(name) for name in original.bvh.names]
+    np.testing.assert_allclose(
+        imported.bvh.rotations[:, order], original.bvh.rotations, atol=3e-8
+    )  # six digits of a degree
+    assert imported.gps is not None
+    assert original.gps is not None
+    np.testing.assert_allclose(imported.gps.enu, original.gps.enu, atol=1e-4)  # nine digits of a degree
+    assert imported.insoles is not None
     assert {path.name for path in (tmp_path / "out").iterdir()} == {*FILES, "recording.toml", ".lock"}
 
 
@@ -56,26 +58,26 @@ def test_forces_of_poles_are_known_by_the_files_name(tmp_path: Path) -> None:
     rows = [f"{t:.2f},{pressed[i]:.1f},{0.4 + 0.1 * (i % 2):.1f}" for i, t in enumerate(time)]
     poles = tmp_path / "Poles_run1.csv"
     poles.write_text("time_s,left_N,right_N\n" + "\n".join(rows) + "\n", encoding="utf-8")
-    found = import_recording([*sources, poles], tmp_path / "out", ANSWERS)
-    assert found.poles is not None
-    assert found.insoles is not None
-    assert found.poles.left.max() == pytest.approx(79.5)  # counted from rest
+    imported = import_recording([*sources, poles], tmp_path / "out", ANSWERS)
+    assert imported.poles is not None
+    assert imported.insoles is not None
+    assert imported.poles.left.max() == pytest.approx(79.5)  # counted from rest
     assert {path.name for path in (tmp_path / "out").iterdir()} == {*FILES, "poles.csv", "recording.toml", ".lock"}
     poles.write_text("time_s,left_N,right_N\n0.0,x,1.0\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"Poles_run1\.csv"):
         import_recording([*sources, poles], tmp_path / "other", ANSWERS)
 
 
-def test_what_nobody_says_is_assumed_and_said_to_be(tmp_path: Path) -> None:
-    found = import_recording(files(tmp_path), tmp_path / "out", Answers(mass_kg=70.0))
-    (words,) = [notice for notice in found.notices if notice.startswith("assumed")]
+def test_unstated_facts_are_assumed_and_reported_as_assumed(tmp_path: Path) -> None:
+    imported = import_recording(files(tmp_path), tmp_path / "out", Answers(mass_kg=70.0))
+    (words,) = [notice for notice in imported.notices if notice.startswith("assumed")]
     for name in ("skier.height_m = 1.75", "equipment.skis = slalom_165", "gps.segment = Spine2", "gps.sigma_m = 3.0"):
         assert name in words
     assert "mass" not in words.replace("ski_mass", "").replace("boot_mass", "")
-    assert found.uncertainty.antenna == 0.15  # a place that nobody measured
-    assert found.uncertainty.mass == Uncertainty().mass
+    assert imported.uncertainty.antenna == 0.15  # a place that was not measured
+    assert imported.uncertainty.mass == Uncertainty().mass
     again = read_recording(tmp_path / "out")
-    assert again.notices == found.notices
+    assert again.notices == imported.notices
     with pytest.raises(SystemExit) as end:
         main(["inspect", str(tmp_path / "out"), "--json"])
     assert end.value.code == 0
@@ -85,7 +87,7 @@ def test_a_list_of_assumptions_that_names_nothing_is_refused(tmp_path: Path) -> 
     import_recording(files(tmp_path), tmp_path / "out", Answers())
     path = tmp_path / "out" / "recording.toml"
     text = path.read_text(encoding="utf-8")
-    for wrong in ("skier.mass_pounds", "skier", "nobody.mass_kg"):
+    for wrong in ("skier.mass_pounds", "skier", "owner.mass_kg"):
         path.write_text(text.replace('"skier.mass_kg"', f'"{wrong}"'), encoding="utf-8")
         with pytest.raises(InputError, match="is nowhere in this file"):
             read_recording(tmp_path / "out")
@@ -101,11 +103,11 @@ def test_defaults_come_before_what_is_usual_and_answers_before_defaults(
         main([*command, "--height-m", "1.66"])
     assert end.value.code == 0
     assert "assumed" in capsys.readouterr().out
-    found = read_recording(tmp_path / "out")
-    assert (found.skier.mass, found.skier.height, found.skier.sex) == (81.0, 1.66, "female")
-    assert found.gps is not None
-    assert not np.any(found.gps.offset)
-    assert found.uncertainty.antenna == Uncertainty().antenna
+    imported = read_recording(tmp_path / "out")
+    assert (imported.skier.mass, imported.skier.height, imported.skier.sex) == (81.0, 1.66, "female")
+    assert imported.gps is not None
+    assert not np.any(imported.gps.offset)
+    assert imported.uncertainty.antenna == Uncertainty().antenna
 
 
 @pytest.mark.parametrize(
@@ -128,8 +130,8 @@ def test_notes_of_the_readers_are_kept(tmp_path: Path) -> None:
     tiny = Tiny()
     tiny.gps["satellites"] = np.full(len(tiny.gps["time_s"]), 9.0)
     made = tiny.write(tmp_path / "tiny")
-    found = import_recording([made / "motion.bvh", made / "gps.csv"], tmp_path / "out", ANSWERS)
-    assert any("columns not used: satellites" in notice for notice in found.notices)
+    imported = import_recording([made / "motion.bvh", made / "gps.csv"], tmp_path / "out", ANSWERS)
+    assert any("columns not used: satellites" in notice for notice in imported.notices)
     assert any("satellites" in notice for notice in read_recording(tmp_path / "out").notices)
 
 
@@ -228,13 +230,13 @@ def test_clocks_that_files_do_not_share_are_asked_for(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no file holds --gps-offset-s;"):
         import_recording([motion, log], tmp_path / "out", answers)
     import_recording([motion, log], tmp_path / "out", replace(answers, gps_offset_s=0.25))
-    found, asked = read_recording(tmp_path / "out"), read_gps(csv, segment="Spine2", offset=OFFSET, sigma=0.02)
-    assert found.gps is not None
-    np.testing.assert_allclose(found.gps.time, asked.time + 0.25, atol=1e-6)  # microseconds are written
-    np.testing.assert_allclose(found.gps.enu, asked.enu, atol=1.5e-3)  # the log's altitude has millimetres
+    imported, original = read_recording(tmp_path / "out"), read_gps(csv, segment="Spine2", offset=OFFSET, sigma=0.02)
+    assert imported.gps is not None
+    np.testing.assert_allclose(imported.gps.time, original.time + 0.25, atol=1e-6)  # microseconds are written
+    np.testing.assert_allclose(imported.gps.enu, original.enu, atol=1.5e-3)  # the log's altitude has millimetres
 
 
-def test_clocks_that_files_share_are_laid_on_each_other(tmp_path: Path) -> None:
+def test_clocks_that_files_share_are_aligned(tmp_path: Path) -> None:
     motion, csv, _ = files(tmp_path)
     tiny = read_bvh(motion)
     ours = [JOINT_OF_SEGMENT[name].replace("Spine3", "Spine2").replace("ToeBase", "Foot") for name, *_ in SEGMENTS]
@@ -244,9 +246,11 @@ def test_clocks_that_files_share_are_laid_on_each_other(tmp_path: Path) -> None:
     capture.write_text(mvnx(world, began=START.timestamp() - 0.25), encoding="utf-8")
     answers = replace(ANSWERS, gps_sigma_m=None)  # the log has it
     import_recording([capture, log], tmp_path / "out", answers)
-    found, asked = read_recording(tmp_path / "out"), read_gps(csv, segment="Spine2", offset=OFFSET, sigma=0.02)
-    assert found.gps is not None
-    np.testing.assert_allclose(found.gps.time, asked.time + 0.25, atol=6e-4)  # the capture's clock has milliseconds
+    imported, original = read_recording(tmp_path / "out"), read_gps(csv, segment="Spine2", offset=OFFSET, sigma=0.02)
+    assert imported.gps is not None
+    np.testing.assert_allclose(
+        imported.gps.time, original.time + 0.25, atol=6e-4
+    )  # the capture's clock has milliseconds
 
     capture.write_text(mvnx(world, began=START.timestamp() - 1e8), encoding="utf-8")
     with pytest.raises(InputError, match=r"fixes begin 1157 days after the capture; give --gps-offset-s"):

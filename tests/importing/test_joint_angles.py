@@ -26,8 +26,8 @@ def write(folder: Path, text: str) -> Path:
 @pytest.mark.parametrize(("degrees", "extends"), [(True, False), (False, True)])
 def test_segments_stand_as_the_chain_has_them(tmp_path: Path, degrees: bool, extends: bool) -> None:
     q = chain_coordinates()
-    found, _ = read_motion(write(tmp_path, mot(q, degrees=degrees, extends=extends)), HEIGHT)
-    (tmp_path / "again.bvh").write_text(bvh_text(found), encoding="utf-8")
+    bvh, _ = read_motion(write(tmp_path, mot(q, degrees=degrees, extends=extends)), HEIGHT)
+    (tmp_path / "again.bvh").write_text(bvh_text(bvh), encoding="utf-8")
     capture = capture_in_body_axes(read_bvh(tmp_path / "again.bvh"))
     poses = forward_kinematics(average_geometry(HEIGHT), q, 0.0)
     pelvis, origin = poses.rotation[:, 0], poses.origin[:, 0]
@@ -41,10 +41,10 @@ def test_segments_stand_as_the_chain_has_them(tmp_path: Path, degrees: bool, ext
     np.testing.assert_allclose(capture.pelvis, pelvis, atol=2e-7)
 
 
-def test_arms_may_be_missing_and_it_is_said(tmp_path: Path) -> None:
+def test_arms_may_be_missing_and_it_is_noted(tmp_path: Path) -> None:
     arms = tuple(name for name in PRESCRIBED if name.startswith(("arm", "elbow", "pro_sup", "wrist")))
-    found, _ = read_motion(write(tmp_path, mot(chain_coordinates(), without=arms)), HEIGHT)
-    assert any("arm_flex_r" in note and "taken as zero" in note for note in found.notes)
+    bvh, _ = read_motion(write(tmp_path, mot(chain_coordinates(), without=arms)), HEIGHT)
+    assert any("arm_flex_r" in note and "taken as zero" in note for note in bvh.notes)
 
 
 FAULTS: dict[str, tuple[Callable[[str], str], str]] = {

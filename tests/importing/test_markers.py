@@ -1,4 +1,4 @@
-"""Markers of optical capture: the posture they were put on comes back."""
+"""Markers of optical capture: the posture that placed them comes back."""
 
 from __future__ import annotations
 
@@ -39,18 +39,20 @@ def worst_deg(one: Array, other: Array) -> float:
 
 def test_posture_comes_back(tmp_path: Path, poses: Poses) -> None:
     write_c3d(tmp_path / "run.c3d", marker_places(poses, HEIGHT), RATE, prefix="skier:")
-    found = read(tmp_path / "run.c3d")
+    capture = read(tmp_path / "run.c3d")
     pelvis = poses.rotation[:, 0]
-    assert worst_deg(found.pelvis, pelvis) < 0.01  # single precision in the file: 1e-7 of a metre on 0.2 m
+    assert worst_deg(capture.pelvis, pelvis) < 0.01  # single precision in the file: 1e-7 of a metre on 0.2 m
     for joint, segment in SEGMENTS.items():
         of = SEGMENT[segment]
         relative = np.swapaxes(pelvis, -1, -2) @ poses.rotation[:, of]
         # an upper arm's turn about itself is seen through the elbow and, by a tenth, through the forearm
-        assert worst_deg(found.rotation[:, found.bvh.index(joint)], relative) < (8.0 if "Arm" in joint else 0.01), joint
+        assert worst_deg(capture.rotation[:, capture.bvh.index(joint)], relative) < (8.0 if "Arm" in joint else 0.01), (
+            joint
+        )
     for joint, segment in (("LeftLeg", "tibia_l"), ("RightFoot", "talus_r")):
         hips = 0.5 * (poses.origin[:, SEGMENT["femur_l"]] + poses.origin[:, SEGMENT["femur_r"]])
         place = np.einsum("nji,nj->ni", pelvis, poses.origin[:, SEGMENT[segment]] - hips)
-        np.testing.assert_allclose(found.place[:, found.bvh.index(joint)], place, atol=1e-5)  # single precision
+        np.testing.assert_allclose(capture.place[:, capture.bvh.index(joint)], place, atol=1e-5)  # single precision
 
 
 def test_laboratories_with_y_up(tmp_path: Path, poses: Poses) -> None:
@@ -64,10 +66,10 @@ def test_lost_markers_are_gaps(tmp_path: Path, poses: Poses) -> None:
     places = marker_places(poses, HEIGHT)
     places["LTOE"][50:54] = np.nan
     write_c3d(tmp_path / "run.c3d", places, RATE)
-    found, _ = read_motion(tmp_path / "run.c3d", HEIGHT)
-    assert len(found.time) == COUNT
-    assert any("4 frame(s) in which a marker is lost" in note for note in found.notes)
-    assert any("interpolated" in note for note in found.notes)
+    bvh, _ = read_motion(tmp_path / "run.c3d", HEIGHT)
+    assert len(bvh.time) == COUNT
+    assert any("4 frame(s) in which a marker is lost" in note for note in bvh.notes)
+    assert any("interpolated" in note for note in bvh.notes)
 
 
 def fails(path: Path, height: float | None = HEIGHT) -> str:

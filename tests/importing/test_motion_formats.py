@@ -1,4 +1,4 @@
-"""Captures of other formats: the same orientations and places as in the file, and files that are broken."""
+"""Captures of other formats: the same orientations and places as in the file, and broken files."""
 
 from __future__ import annotations
 
@@ -40,28 +40,28 @@ def write(folder: Path, name: str, text: str) -> Path:
 
 
 def read_xsens(folder: Path, **how: list[int]) -> tuple[Bvh, Array]:
-    """A capture through an MVNX file, and the orientations that were written."""
+    """Read a capture through an MVNX file; return it and the orientations that were written."""
     count = len(how["index"]) if how else 90
     written = orientations(count)
     return read_motion(write(folder, "run.mvnx", mvnx(written, **how)), None)[0], written
 
 
 def test_mvnx_keeps_orientations_and_places(tmp_path: Path) -> None:
-    found, written = read_xsens(tmp_path)
-    world = world_rotations(found)
-    place = joint_positions(found, world)
+    bvh, written = read_xsens(tmp_path)
+    world = world_rotations(bvh)
+    place = joint_positions(bvh, world)
     expected = {"Pelvis": np.zeros((len(written), 3))}
     for number, (name, *_) in enumerate(SEGMENTS):
-        at = found.index(JOINT_OF_SEGMENT[name])
+        at = bvh.index(JOINT_OF_SEGMENT[name])
         # quaternions have six digits
         np.testing.assert_allclose(rotation_from_bvh(world[:, at]), written[:, number], atol=3e-6)
         if PARENTS[name]:
-            parent = [each for each, *_ in SEGMENTS].index(PARENTS[name])
+            parent = [segment for segment, *_ in SEGMENTS].index(PARENTS[name])
             expected[name] = expected[PARENTS[name]] + written[:, parent] @ PLACES[name]
         # a chain of seven segments of 0.4 m, each turned by 3e-6
         x, y, z = expected[name].T
         np.testing.assert_allclose(place[:, at], np.column_stack([y, z, x]), atol=1e-5)
-    np.testing.assert_allclose(found.time, np.arange(90) / RATE, atol=1e-12)
+    np.testing.assert_allclose(bvh.time, np.arange(90) / RATE, atol=1e-12)
 
 
 def test_mvnx_says_when_it_began(tmp_path: Path) -> None:
@@ -69,18 +69,18 @@ def test_mvnx_says_when_it_began(tmp_path: Path) -> None:
     assert began == pytest.approx(BEGAN, abs=6e-4)  # whole milliseconds in the file
 
 
-def test_lost_frames_are_turned_across_and_said(tmp_path: Path) -> None:
+def test_lost_frames_are_interpolated_and_noted(tmp_path: Path) -> None:
     whole = orientations(90)
     kept = [number for number in range(90) if number not in (40, 41)]
     path = write(tmp_path, "run.mvnx", mvnx(whole[kept], index=kept))
-    found, _ = read_motion(path, None)
-    assert len(found.time) == 90
-    at = found.index("Hips")
-    turned = rotation_from_bvh(found.rotations[:, at])[40:42]
+    bvh, _ = read_motion(path, None)
+    assert len(bvh.time) == 90
+    at = bvh.index("Hips")
+    turned = rotation_from_bvh(bvh.rotations[:, at])[40:42]
     apart = Rotation.from_matrix(np.swapaxes(turned, -1, -2) @ whole[40:42, 0]).magnitude()
     # an acceleration of 0.5 rad · (4 rad/s)² in each axis over a gap of 0.05 s leaves 14 rad/s² · (0.05 s)²/8
     assert np.max(apart) < 0.005
-    assert any("interpolated" in note for note in found.notes)
+    assert any("interpolated" in note for note in bvh.notes)
 
 
 MVNX_FAULTS: dict[str, tuple[Callable[[str], str], str, str]] = {
@@ -126,12 +126,12 @@ def test_broken_mvnx_is_one_clear_line(tmp_path: Path, fault: str) -> None:
 
 
 def test_written_bvh_reads_back(tmp_path: Path) -> None:
-    found, _ = read_xsens(tmp_path)
-    again = read_bvh(write(tmp_path, "again.bvh", bvh_text(found)))
-    order = [again.index(name) for name in found.names]
-    np.testing.assert_allclose(again.rotations[:, order], found.rotations, atol=3e-8)  # six digits of a degree
-    np.testing.assert_allclose(again.offsets[order], found.offsets, atol=1e-8)  # six digits of a centimetre
-    np.testing.assert_allclose(again.time, found.time, atol=1e-7)  # nine digits a step, 90 steps
+    bvh, _ = read_xsens(tmp_path)
+    again = read_bvh(write(tmp_path, "again.bvh", bvh_text(bvh)))
+    order = [again.index(name) for name in bvh.names]
+    np.testing.assert_allclose(again.rotations[:, order], bvh.rotations, atol=3e-8)  # six digits of a degree
+    np.testing.assert_allclose(again.offsets[order], bvh.offsets, atol=1e-8)  # six digits of a centimetre
+    np.testing.assert_allclose(again.time, bvh.time, atol=1e-7)  # nine digits a step, 90 steps
 
 
 def test_xsens_bvh_gets_the_recordings_names_and_loses_its_t_pose(tmp_path: Path) -> None:
@@ -142,20 +142,20 @@ def test_xsens_bvh_gets_the_recordings_names_and_loses_its_t_pose(tmp_path: Path
     path = write(tmp_path, "run.bvh", text.replace("!", ""))
     with pytest.raises(InputError, match="let sssi import rename them"):
         read_bvh(path)
-    found, began = read_motion(path, None)
+    bvh, began = read_motion(path, None)
     assert began is None
-    assert set(found.names) == set(whole.names)
-    order = [found.index(name) for name in whole.names]
-    np.testing.assert_allclose(found.rotations[:, order], whole.rotations[1:], atol=3e-8)  # six digits of a degree
-    assert found.time[0] == 0.0
-    assert any("T-pose" in note for note in found.notes)
+    assert set(bvh.names) == set(whole.names)
+    order = [bvh.index(name) for name in whole.names]
+    np.testing.assert_allclose(bvh.rotations[:, order], whole.rotations[1:], atol=3e-8)  # six digits of a degree
+    assert bvh.time[0] == 0.0
+    assert any("T-pose" in note for note in bvh.notes)
 
 
 @pytest.mark.parametrize("prefix", ["Robot_", "mixamorig:", "skier1:"])
 def test_a_common_prefix_of_joints_goes(tmp_path: Path, prefix: str) -> None:
     text = Tiny().bvh().replace("ROOT ", f"ROOT {prefix}").replace("JOINT ", f"JOINT {prefix}")
-    found, _ = read_motion(write(tmp_path, "run.bvh", text), None)
-    assert found.names == read_bvh(write(tmp_path, "plain.bvh", Tiny().bvh())).names
+    bvh, _ = read_motion(write(tmp_path, "run.bvh", text), None)
+    assert bvh.names == read_bvh(write(tmp_path, "plain.bvh", Tiny().bvh())).names
 
 
 def test_unknown_suffix_names_those_that_are_read(tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ def whole() -> Recording:
 
 @pytest.fixture
 def logs(whole: Recording, tmp_path: Path) -> dict[str, Path]:
-    """What two loggers and a telephone would have written, text columns among the numbers."""
+    """Write the files of two loggers and a telephone, with text columns among the numbers."""
     made = {}
     for seed, place in enumerate(("left_ski", "right_ski")):
         one = strapped(whole, place, seed)
@@ -96,7 +96,7 @@ def test_loggers_tables_become_a_recording(whole: Recording, logs: dict[str, Pat
     assert made.gps.origin[0] == pytest.approx(46.0, abs=0.01)  # local coordinates are set down somewhere
 
 
-def test_what_is_given_twice_or_lacks_channels_is_told(logs: dict[str, Path], tmp_path: Path) -> None:
+def test_repeated_places_and_missing_channels_are_reported(logs: dict[str, Path], tmp_path: Path) -> None:
     twice = [*named(logs, "left_ski"), Path(f"left_ski={logs['right_ski']}")]
     with pytest.raises(InputError, match="a sensor on 'left_ski' already"):
         import_recording(twice, tmp_path / "twice", ANSWERS)
@@ -106,7 +106,10 @@ def test_what_is_given_twice_or_lacks_channels_is_told(logs: dict[str, Path], tm
 
 
 def apart(log: Path, folder: Path, header: str, began: float = 1.7e9) -> list[Path]:
-    """The log as an app writes it that has a file an instrument; the accelerometer begins later, and at other times."""
+    """Write the log as an app with one file per instrument does.
+
+    The accelerometer begins later, and samples at other times.
+    """
     table = pd.read_csv(log)
     gyro, accel = table[["t_s", "gx", "gy", "gz(rad/s)"]], table[["t_s", "ax", "ay", "az(m/s2)"]]
     time = accel.t_s.to_numpy()[20:-20:2] + 0.003
@@ -172,13 +175,13 @@ def test_files_of_an_app_share_its_clock(logs: dict[str, Path], whole: Recording
         import_recording([Path(f"pocket={logs['left_ski']}"), files[-1]], tmp_path / "asked", ANSWERS)
 
 
-def test_what_does_not_make_one_sensor_is_told(logs: dict[str, Path], tmp_path: Path) -> None:
+def test_files_that_do_not_make_one_sensor_are_reported(logs: dict[str, Path], tmp_path: Path) -> None:
     gyro, accel = apart(logs["left_ski"], tmp_path, "by file")
 
     def refusal(*files: Path) -> str:
-        with pytest.raises(InputError) as found:
+        with pytest.raises(InputError) as caught:
             read_logs([("pocket", path) for path in files])
-        return str(found.value)
+        return str(caught.value)
 
     assert "Gyroscope.csv: header: it holds no acceleration; add the other instrument's file as pocket=FILE too" in (
         refusal(gyro)
@@ -215,7 +218,7 @@ def test_a_barometer_and_pressure_cells_come_along(logs: dict[str, Path], tmp_pa
 
 
 def counts(path: Path, dead: str | None) -> None:
-    """A pressure logger's lines: feet in turn, load that shifts between them every two seconds."""
+    """Write a pressure logger's lines: the feet alternate, and the load shifts between them every two seconds."""
     rng = np.random.default_rng(2)
     time = np.arange(0.0, 16.0, 0.025)
     side = np.where(np.arange(len(time)) % 2 == 0, "L", "R")
@@ -228,13 +231,13 @@ def counts(path: Path, dead: str | None) -> None:
     table.to_csv(path, index=False)
 
 
-def test_counts_of_pressure_cells_carry_the_weight_and_the_dead_one_is_found(tmp_path: Path) -> None:
+def test_counts_of_pressure_cells_carry_the_weight_and_dead_cells_are_listed(tmp_path: Path) -> None:
     counts(tmp_path / "foot.csv", dead="heel_adc")
     write_pressure(tmp_path / "foot.csv", tmp_path, 70.0)
-    found = read_insoles(tmp_path / "insoles.csv")
-    assert found.dead_cells == ("right_2_N",)
-    assert np.mean(found.left + found.right) == pytest.approx(70.0 * GRAVITY, rel=1e-6)
+    insoles = read_insoles(tmp_path / "insoles.csv")
+    assert insoles.dead_cells == ("right_2_N",)
+    assert np.mean(insoles.left + insoles.right) == pytest.approx(70.0 * GRAVITY, rel=1e-6)
     # right foot's one cell against left foot's two
-    assert np.mean(found.right) / np.mean(found.left) == pytest.approx(0.5, abs=0.05)
+    assert np.mean(insoles.right) / np.mean(insoles.left) == pytest.approx(0.5, abs=0.05)
     with pytest.raises(InputError, match="no counts of cells"):
         write_pressure(tmp_path / "insoles.csv", tmp_path, 70.0)
