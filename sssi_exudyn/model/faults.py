@@ -1,6 +1,6 @@
-"""What instruments get wrong, each fault one class: written once, seen by simulation, fit and diagnosis alike.
+"""Faults of instruments, one class per fault: written once and used by simulation, fit and diagnosis alike.
 
-A fault of the capture moves what is simulated, one of the GPS or the insoles only what the instrument reports of it.
+A fault of the capture changes the simulated motion; a fault of the GPS or the insoles changes only their readings.
 A late GPS clock and a misaligned capture are numbers that every model has: ``start.clock_offset`` and
 ``start.heading_offset``.
 """
@@ -25,7 +25,7 @@ _CHOICE: Final = "chosen: beyond what instruments in working order show"
 
 @dataclass(frozen=True)
 class Sensor(ABC):
-    """A fault of an instrument: its name in files, and where its formula comes from."""
+    """A fault of an instrument, with its name in files and the source of its formula."""
 
     name: ClassVar[str]
     sources: ClassVar[tuple[str, ...]]
@@ -37,19 +37,22 @@ class GpsSensor(Sensor):
 
     @abstractmethod
     def offset(self, time: Array) -> Array:
-        """(n, 3) m, level frame: reported minus true place of fixes at ``time`` (n,) s."""
+        """Return the reported minus the true place (n, 3) m, level frame, of fixes at ``time`` (n,) s."""
 
 
 @dataclass(frozen=True)
 class CaptureSensor(Sensor):
-    """A fault of the motion capture, or of what is known of its mounting."""
+    """A fault of the motion capture, or an error in its stated mounting."""
 
     def yaw(self, time: Array) -> Array:
-        """(n,) rad: by how much the whole capture has to be turned to the left at ``time`` (n,) s, a straight line."""
+        """Return the angle (n,) rad by which the whole capture has to be turned to the left at ``time`` (n,) s.
+
+        It is a straight line in time.
+        """
         return np.zeros(np.shape(time))
 
     def lever(self) -> Array:
-        """(3,) m: the antenna's true place less the assumed one, in the frame of its segment."""
+        """Return the antenna's true place less the assumed one, (3,) m, in the frame of its segment."""
         return np.zeros(3)
 
 
@@ -59,12 +62,12 @@ class InsoleSensor(Sensor):
 
     @abstractmethod
     def reading(self, sole: Array) -> Array:
-        """(n, 2) N reported of the force square to the soles ``sole`` (n, 2) N, left and right."""
+        """Return the reported forces (n, 2) N for the forces ``sole`` (n, 2) N square to the soles, left and right."""
 
 
 @dataclass(frozen=True)
 class GpsJump(GpsSensor):
-    """Fixes that are displaced for a while: a wrong ambiguity, a reflection.
+    """Fixes that are displaced for a while by a wrong ambiguity or a reflection.
 
     Formula: reported = true + (x, y)   for t0 ≤ t < t1
     """
@@ -74,8 +77,8 @@ class GpsJump(GpsSensor):
 
     x: float = quantity(0.0, "m", low=-50.0, high=50.0, source=_CHOICE, meaning="displacement down the fall line")
     y: float = quantity(0.0, "m", low=-50.0, high=50.0, source=_CHOICE, meaning="displacement to the left")
-    t0: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it begins")
-    t1: float = quantity(2.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it ends")
+    t0: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="time at which it begins")
+    t1: float = quantity(2.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="time at which it ends")
 
     def offset(self, time: Array) -> Array:
         inside = (time >= self.t0) & (time < self.t1)
@@ -84,7 +87,7 @@ class GpsJump(GpsSensor):
 
 @dataclass(frozen=True)
 class HeadingDrift(CaptureSensor):
-    """A capture whose heading turns away slowly, as magnetometers disturbed by steel and gyroscopes do.
+    """A capture whose heading slowly turns away, as that of gyroscopes and of magnetometers disturbed by steel does.
 
     Formula: yaw = rate·(t − t_ref)
     """
@@ -92,8 +95,10 @@ class HeadingDrift(CaptureSensor):
     name: ClassVar[str] = "heading_drift"
     sources: ClassVar[tuple[str, ...]] = ("Roetenberg et al., IEEE Trans. Neural Syst. Rehabil. Eng. 13 (2005) 395",)
 
-    rate: float = quantity(0.0, "rad/s", low=-0.1, high=0.1, source=_CHOICE, meaning="turn a second, to the left")
-    t_ref: float = quantity(0.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when it is right")
+    rate: float = quantity(0.0, "rad/s", low=-0.1, high=0.1, source=_CHOICE, meaning="turn per second, to the left")
+    t_ref: float = quantity(
+        0.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="time at which the heading is right"
+    )
 
     def yaw(self, time: Array) -> Array:
         return np.asarray(self.rate * (np.asarray(time) - self.t_ref))
@@ -101,7 +106,7 @@ class HeadingDrift(CaptureSensor):
 
 @dataclass(frozen=True)
 class LeverArm(CaptureSensor):
-    """An antenna that does not sit where the recording has it.
+    """An antenna that does not sit at its assumed place.
 
     Formula: place = assumed + (forward, left, up)   in the frame of the segment that carries it
     """
@@ -119,7 +124,7 @@ class LeverArm(CaptureSensor):
 
 @dataclass(frozen=True)
 class InsoleGain(InsoleSensor):
-    """Insoles whose calibration has gone, each by its own factor.
+    """Insoles with wrong calibrations, each by its own factor.
 
     Formula: reported = (1 + left, 1 + right)·true
     """
@@ -128,7 +133,7 @@ class InsoleGain(InsoleSensor):
     sources: ClassVar[tuple[str, ...]] = ("Nakazato et al., Sports Biomech. 10 (2011) 326: errors to 40 % on skis",)
 
     left: float = quantity(0.0, "1", low=-0.9, high=2.0, source=_CHOICE, meaning="relative error of the left gain")
-    right: float = quantity(0.0, "1", low=-0.9, high=2.0, source=_CHOICE, meaning="of the right gain")
+    right: float = quantity(0.0, "1", low=-0.9, high=2.0, source=_CHOICE, meaning="relative error of the right gain")
 
     def reading(self, sole: Array) -> Array:
         return np.asarray(sole * [1.0 + self.left, 1.0 + self.right])
@@ -136,7 +141,7 @@ class InsoleGain(InsoleSensor):
 
 @dataclass(frozen=True)
 class BootCuff(InsoleSensor):
-    """A share of the load that the boot's cuff takes past the sole.
+    """A share of the load that goes through the boot's cuff and not through the sole.
 
     Formula: reported = (1 − share)·true
     """
@@ -151,16 +156,16 @@ class BootCuff(InsoleSensor):
 
 
 SENSORS: Final[tuple[type[Sensor], ...]] = (GpsJump, HeadingDrift, LeverArm, InsoleGain, BootCuff)
-"""The list of them, written out."""
+"""List of all faults, written out."""
 
 
 def values_of(sensor: Sensor) -> dict[str, float]:
-    """The declared numbers of a fault, by name."""
+    """Return the declared numbers of a fault, by name."""
     return {name: getattr(sensor, name) for name in quantities(sensor)}
 
 
 def read_sensor(name: str, values: Mapping[str, object], file: str | Path, place: str) -> Sensor:
-    """The fault ``name`` with numbers as read from ``file`` at ``place``.
+    """Return the fault ``name`` with the numbers read from ``file`` at ``place``.
 
     Raises InputError for an unknown name, an unknown number, or one outside its bounds.
     """
@@ -172,7 +177,7 @@ def read_sensor(name: str, values: Mapping[str, object], file: str | Path, place
 
 
 def gps_offset(sensors: Iterable[Sensor], time: Array) -> Array:
-    """(n, 3) m, level frame: what all GPS faults add to fixes at ``time`` (n,)."""
+    """Return the sum (n, 3) m, level frame, that all GPS faults add to fixes at ``time`` (n,)."""
     total = np.zeros((len(time), 3))
     for sensor in sensors:
         if isinstance(sensor, GpsSensor):
@@ -181,7 +186,7 @@ def gps_offset(sensors: Iterable[Sensor], time: Array) -> Array:
 
 
 def antenna_shift(sensors: Iterable[Sensor]) -> Array:
-    """(3,) m: the antenna's place less the assumed one, by all faults."""
+    """Return the antenna's place less the assumed one, (3,) m, by all faults."""
     total = np.zeros(3)
     for sensor in sensors:
         if isinstance(sensor, CaptureSensor):
@@ -190,7 +195,7 @@ def antenna_shift(sensors: Iterable[Sensor]) -> Array:
 
 
 def insole_readings(sensors: Iterable[Sensor], sole: Array) -> Array:
-    """(n, 2) N that the insoles report of the forces ``sole`` (n, 2) square to the soles."""
+    """Return the insoles' readings (n, 2) N of the forces ``sole`` (n, 2) square to the soles."""
     for sensor in sensors:
         if isinstance(sensor, InsoleSensor):
             sole = sensor.reading(sole)

@@ -1,4 +1,4 @@
-"""The model of a recorded skier before anything is fitted."""
+"""The model of a recorded skier before any fit."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ from sssi_exudyn.recording.slope_and_heading import COARSE
 
 
 def model_of(recording: Recording, motion: Motion) -> Model:
-    """The paper's model of a recorded skier, with default friction, started from the GPS, and with the pole plants that
-    load cells felt.
+    """Return the paper's model of a recorded skier.
+
+    It has default friction, starts from the GPS, and has the pole plants that load cells felt.
     """
     model = Model(
         name=recording.name,
@@ -42,10 +43,10 @@ def model_of(recording: Recording, motion: Motion) -> Model:
 
 
 def planted_poles(recording: Recording, motion: Motion) -> tuple[PlantedPole, ...]:
-    """The pole plants that the recording's load cells felt within the motion; none without.
+    """Return the pole plants that the recording's load cells felt within the motion; none without load cells.
 
-    Each has the felt impulse, in the felt time.  How far the tip is ahead of the hand when it is set follows from the
-    hand's height over the snow and the pole's length.
+    Each plant has its measured impulse and times.  The tip's distance ahead of the hand, when the pole is set, follows
+    from the hand's height over the snow and the pole's length.
     """
     plants = () if recording.poles is None else plants_of(recording.poles)
     about = quantities(PlantedPole)
@@ -61,54 +62,56 @@ def planted_poles(recording: Recording, motion: Motion) -> tuple[PlantedPole, ..
     soles = ankles + np.stack([poses.rotation[:, foot] @ down for foot in FEET], axis=1)
     snow = soles[..., 2].min(axis=1)
     length, most = recording.equipment.pole_length, about["ahead"].high
-    found = []
+    poles = []
     for plant, hand, ground in zip(within, hands, snow, strict=True):
         height = hand[0 if plant.side > 0 else 1, 2] - ground
         ahead = float(np.sqrt(max(length**2 - height**2, 0.0)))
         press = 2.0 * plant.impulse / (plant.stop - plant.start)  # the mean of its course is half of its largest
-        found.append(
+        poles.append(
             PlantedPole(press, plant.start, plant.stop, min(ahead, most), length=length, side=float(plant.side))
         )
-    return tuple(found)
+    return tuple(poles)
 
 
 _FAR = 6.0
-"""Of the median distance of the first fixes from a line through them: one normal error in a billion is beyond."""
+"""Limit of a fix's distance from a line through the first fixes, in medians: one normal error in a billion is beyond.
+"""
 _MOST_FAR = 2
-"""Of the first fixes that may be far off."""
+"""Number of the first fixes that may be far off."""
 VELOCITY_SIGMA = 0.5
-"""m/s by which a guessed velocity is uncertain at least."""
+"""Lowest standard deviation of a guessed velocity, m/s."""
 _FIRST = 1.2
-"""s of fixes from which place and velocity at the start are guessed; long against the noise, short against a turn."""
+"""Duration of the fixes for the guess of the start, s; long against the noise, short against a turn."""
 _FINE = 0.05
-"""m; noise of fixes through which a cubic leaves half a metre a second at their end."""
+"""Noise of fixes, m, at which a cubic through them is wrong by half a metre per second at its end."""
 _ACCELERATION, _TURN = 4.0, 1.0
-"""m/s² of a skier along each axis, and s after which it is another: half a turn."""
+"""Standard deviation of a skier's acceleration along each axis, m/s², and its correlation time, s: half a turn."""
 _SPEED = 15.0
-"""m/s along each axis, before anything is measured."""
+"""Standard deviation of a skier's velocity along each axis before any measurement, m/s."""
 _SMOOTHED = 6.0
-"""s of coarse fixes about the start; those farther away say nothing of it."""
+"""Duration of the coarse fixes about the start, s; those farther away say nothing of it."""
 _CELL, _MOST_CELLS = 0.1, 500
-"""s in which an acceleration is one, longer where there would be more of them: fixes may be hours apart."""
+"""Duration of a constant acceleration, s, and their greatest number; they are longer where fixes are hours apart."""
 
 
 def first_guess(gps: Gps, motion: Motion, inclination: float, azimuth: float) -> Start:
-    """Place and velocity of the antenna at the motion's start, from a cubic through the first fixes (about 0.3 m/s in
-    a turn); a receiver's own speed and course are taken where its fixes are too coarse to be differentiated, and where
-    it has none they are smoothed.
+    """Guess the antenna's place and velocity at the motion's start, from a cubic through the first fixes.
+
+    The velocity is good to about 0.3 m/s in a turn.  Where fixes are too coarse to be differentiated, the receiver's
+    own speed and course are taken; without these, the fixes are smoothed.
     """
     return guess_with_error(gps, motion, inclination, azimuth)[0]
 
 
 def guess_with_error(gps: Gps, motion: Motion, inclination: float, azimuth: float) -> tuple[Start, float]:
-    """``first_guess``, and the standard deviation (m/s) of each component of its velocity."""
+    """Return ``first_guess`` and the standard deviation (m/s) of each component of its velocity."""
     slope, sigma = gps.enu @ slope_to_enu(inclination, azimuth), float(np.median(gps.sigma))
     if sigma > COARSE and gps.speed is not None and gps.course is not None:
         f, l, speed, course = (  # noqa: E741
             float(np.interp(motion.start, gps.time, values))
             for values in (slope[:, 0], slope[:, 1], gps.speed, gps.course)
         )
-        # over ground; down the slope the way is longer
+        # over ground; down the slope the path is longer
         along = speed * np.cos(course - azimuth) / np.cos(inclination)
         start = Start(f=f, l=l, velocity_f=float(along), velocity_l=float(-speed * np.sin(course - azimuth)))
         return start, VELOCITY_SIGMA
@@ -124,8 +127,10 @@ def guess_with_error(gps: Gps, motion: Motion, inclination: float, azimuth: floa
 
 
 def _smooth_motion(time: Array, place: Array, sigma: Array) -> tuple[Array, float]:
-    """(2, 2) place and velocity at time zero, most probable by places (n, 2) m at ``time`` (n,) s with noise of
-    ``sigma`` (n,) m, and the velocity's standard deviation: a skier's acceleration is a process with a memory.
+    """Return the most probable place and velocity (2, 2) at time zero, and the velocity's standard deviation.
+
+    They follow from places (n, 2) m at ``time`` (n,) s with noise of ``sigma`` (n,) m.  A skier's acceleration is a
+    process with exponential correlation.
 
     Source: Rasmussen and Williams 2006, ch. 2, with the process integrated twice.
     """
@@ -146,11 +151,11 @@ def _smooth_motion(time: Array, place: Array, sigma: Array) -> tuple[Array, floa
 
 
 def _smooth_line(time: Array, place: Array, sigma: float) -> Array:
-    """(order + 1, 2) coefficients of a cubic, or less of few, by least squares through places (n, 2) m at ``time`` (n,)
-    s, but for single ones that are far off for fixes of ``sigma`` (m).
+    """Return the coefficients (order + 1, 2) of a cubic, or a lower order for few places, by least squares.
 
-    These are found by least trimmed squares: the curve that is best when it may leave out two places, of all ways to
-    leave out two.  One that is far off at the end would bend any curve that has to heed it.
+    It goes through places (n, 2) m at ``time`` (n,) s, without single places that are far off for fixes of ``sigma``
+    (m).  Least trimmed squares detect these: of all curves that leave out two places, the best one decides.  A place
+    that is far off at the end would bend any curve that includes it.
     Source: Rousseeuw, J. Am. Stat. Assoc. 79 (1984) 871.
     """
     order = min(3, max(1, len(time) - 3))
@@ -163,7 +168,7 @@ def _smooth_line(time: Array, place: Array, sigma: float) -> Array:
     left_out = min(_MOST_FAR, len(time) - order - 3)
     if left_out <= 0:
         return fit(everything)
-    ways = [np.setdiff1d(everything, out) for out in combinations(range(len(time)), left_out)]
-    best = min(ways, key=lambda kept: float(np.sum((place[kept] - powers[kept] @ fit(kept)) ** 2)))
+    subsets = [np.setdiff1d(everything, out) for out in combinations(range(len(time)), left_out)]
+    best = min(subsets, key=lambda kept: float(np.sum((place[kept] - powers[kept] @ fit(kept)) ** 2)))
     apart = np.linalg.norm(place - powers @ fit(best), axis=1)
     return fit(np.flatnonzero(apart <= _FAR * max(float(np.median(apart)), sigma)))

@@ -1,4 +1,4 @@
-"""What holds the skier's heading on snow that edges cut."""
+"""The skier's heading on snow that edges cut: prescribed, held by a spring, or free."""
 
 from __future__ import annotations
 
@@ -20,27 +20,32 @@ HEADING_MODES: Final[tuple[HeadingMode, ...]] = ("replay", "track", "free")
 class Heading:
     """The heading of the whole skier about gravity.
 
-    mode : ``replay``, the captured one; ``track``, held to the captured one by a spring and a damper; ``free``, what
-        snow and air make of it
+    mode : ``replay``, the captured heading; ``track``, held to the captured one by a spring and a damper; ``free``, the
+        result of the forces of snow and air
     """
 
     mode: HeadingMode = "replay"
     stiffness: float = quantity(
         500.0, "N m/rad", low=1.0, high=1e6,
         source="estimate: a capture's heading is off by some 3 degrees, and posture and snow disagree by some 30 N m",
-        meaning="of the spring to the captured heading, in track",
+        meaning="stiffness of the spring to the captured heading, in track",
     )  # fmt: skip
     damping_ratio: float = quantity(
-        0.7, "1", low=0.0, high=2.0, source="estimate", meaning="of the critical, of the damper beside that spring"
+        0.7,
+        "1",
+        low=0.0,
+        high=2.0,
+        source="estimate",
+        meaning="share of critical damping, of the damper with that spring",
     )
 
     @property
     def is_found(self) -> bool:
-        """Whether it may differ from the captured one."""
+        """Whether the heading may differ from the captured one."""
         return self.mode != "replay"
 
     def held(self) -> Heading:
-        """The same for fits: what nothing holds is held by the spring, or any misfit could be a heading."""
+        """Return the heading for fits: a free one is held by the spring, or it could explain any misfit."""
         return replace(self, mode="track") if self.mode == "free" else self
 
 
@@ -48,7 +53,7 @@ REPLAY: Final = Heading()
 
 
 def check_heading(heading: Heading, terms: Sequence[Term], file: str | Path = "heading", place: str = "") -> None:
-    """Raise InputError where the heading is to be found on snow that does not turn a ski."""
+    """Raise InputError where the heading is free or held by a spring on snow that does not turn a ski."""
     if heading.is_found and not is_carved(terms):
         problem = f"{heading.mode}: friction at the foot has no yaw moment that could decide the heading"
         raise InputError(file, place, problem, "use snow that edges cut, or replay")

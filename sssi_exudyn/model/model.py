@@ -1,6 +1,6 @@
-"""A model: skier, skis, slope, force terms and how the run starts.  Pure data; what simulates it is elsewhere.
+"""A model as pure data: skier, skis, slope, force terms and the start of the run.
 
-``model.toml`` holds a model whole, so that it can be run again without the recording's other files.
+``model.toml`` holds a whole model, so that it can be run again without the recording's other files.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Start:
-    """Where, how fast and how turned the run starts; fitted along because no instrument gives it exactly."""
+    """Place, velocity and heading offset at the run's start, fitted because no instrument gives them exactly."""
 
     f: float = quantity(0.0, "m", low=-1e5, high=1e5, source="GPS", meaning="the antenna's place down the slope")
     l: float = quantity(0.0, "m", low=-1e5, high=1e5, source="GPS", meaning="the antenna's place to the left")  # noqa: E741
@@ -54,13 +54,13 @@ class Start:
         0.0, "rad", low=-0.35, high=0.35, source="prior of 1 degree", meaning="turn of the whole capture about gravity"
     )
     clock_offset: float = quantity(
-        0.0, "s", low=-3.0, high=3.0, source="known in most recordings", meaning="how much the GPS clock is late"
+        0.0, "s", low=-3.0, high=3.0, source="known in most recordings", meaning="lag of the GPS clock"
     )
 
 
 @dataclass(frozen=True)
 class Solver:
-    """How the equations of motion are integrated (Exudyn's implicit generalised-α method)."""
+    """Settings of the integration of the equations of motion (Exudyn's implicit generalised-α method)."""
 
     step: float = quantity(1.0 / 150.0, "s", low=1e-4, high=0.02, source=_CHOICE, meaning="longest time step")
     elements: int = quantity(50, "1", low=10, high=200, source="paper 2.2.2", meaning="beam elements of a ski")
@@ -68,10 +68,10 @@ class Solver:
         0.8, "1", low=0.0, high=0.95, source=_CHOICE, meaning="numerical damping: 1 none, 0 most"
     )
     relative_tolerance: float = quantity(
-        1e-4, "1", low=1e-10, high=1e-2, source=_CHOICE, meaning="Newton's, of the first residual"
+        1e-4, "1", low=1e-10, high=1e-2, source=_CHOICE, meaning="tolerance of Newton's method, of the first residual"
     )
     absolute_tolerance: float = quantity(
-        1e-4, "1", low=1e-9, high=1e-1, source=_CHOICE, meaning="Newton's, of the residual"
+        1e-4, "1", low=1e-9, high=1e-1, source=_CHOICE, meaning="tolerance of Newton's method, of the residual"
     )
 
 
@@ -81,10 +81,10 @@ class Model:
 
     inclination, fall_line_azimuth : rad
     terms : the laws that act, in the order in which their forces are reported
-    sensors : what the recording's instruments get wrong
+    sensors : faults of the recording's instruments
     surface : the snow's heights over the slope's plane; None for the plane
-    posture : what is added to the captured posture; None for nothing
-    heading : what holds the skier's heading, on snow that edges cut
+    posture : correction of the captured posture; None for none
+    heading : treatment of the skier's heading on snow that edges cut
 
     Examples
     --------
@@ -112,7 +112,7 @@ class Model:
         return f"<Model {one_line(self.name)}: {parts}; {np.degrees(self.inclination):.1f}° steep>"
 
     def term(self, name: str) -> Term:
-        """The term of that name.  Raises KeyError when the model has none."""
+        """Return the term of that name.  Raises KeyError when the model has none."""
         for term in self.terms:
             if term.name == name:
                 return term
@@ -121,47 +121,49 @@ class Model:
     @property
     def friction(self) -> AnisotropicFriction:
         """The friction of the snow."""
-        found = self.term(AnisotropicFriction.name)
-        assert isinstance(found, AnisotropicFriction)
-        return found
+        friction = self.term(AnisotropicFriction.name)
+        assert isinstance(friction, AnisotropicFriction)
+        return friction
 
     def value(self, name: str) -> float:
-        """A declared number by its name, ``friction.mu_t`` or ``start.velocity_f``; a second term of one name is
-        ``name#2``.  What is uncertain of the snow surface is ``surface.mode_1`` and so on.
+        """Return a declared number by its name, ``friction.mu_t`` or ``start.velocity_f``.
+
+        A second term of one name is ``name#2``.  The snow surface's amounts of modes are ``surface.mode_1`` and so on.
         """
         owner, _, key = name.partition(".")
         part = self.owner(owner)
         return float(np.real(part.amounts[mode_index(key)]) if isinstance(part, Surface) else getattr(part, key))
 
     def about(self, name: str) -> Quantity:
-        """What is declared of the number of that name: unit, least and greatest value, meaning."""
+        """Return the declaration of the number of that name: unit, least and greatest value, meaning."""
         owner, _, key = name.partition(".")
         part = self.owner(owner)
         return replace(_MODE, name=key) if isinstance(part, Surface) else quantities(part)[key]
 
     def bounds(self, name: str) -> tuple[float, float]:
-        """Least and greatest value that the number of that name may have."""
+        """Return the least and greatest value that the number of that name may have."""
         about = self.about(name)
         return about.low, about.high
 
     def capture_yaw(self, time: Array) -> Array:
-        """(n,) rad: by how much the capture is turned to the left at ``time`` (n,) s: the heading offset and what the
-        capture's faults add to it, a straight line in time.
+        """Return the angle (n,) rad by which the capture is turned to the left at ``time`` (n,) s.
+
+        It is the heading offset and the contribution of the capture's faults, a straight line in time.
         """
         faults = [sensor.yaw(time) for sensor in self.sensors if isinstance(sensor, CaptureSensor)]
         return np.asarray(sum(faults, np.full(np.shape(time), self.start.heading_offset)))
 
     def snow(self, places: Array) -> tuple[Array, Array]:
-        """Heights (n,) m of the snow over the slope's plane at places (n, ≥ 2) m, and its slopes there (n, 2)."""
-        found = np.array(
+        """Return heights (n,) m of the snow over the slope's plane and its slopes (n, 2) at places (n, ≥ 2) m."""
+        ground = np.array(
             [terrain_height(FloatMath(), self.terms, *place) for place in places[:, :2].tolist()], dtype=np.float64
         )
         if self.surface is not None:
-            found = found + self.surface.at(places)[:, :3]
-        return found[:, 0], found[:, 1:]
+            ground = ground + self.surface.at(places)[:, :3]
+        return ground[:, 0], ground[:, 1:]
 
     def with_values(self, values: Mapping[str, complex]) -> Model:
-        """The same model with other values of declared numbers, by their names; a complex one carries a derivative.
+        """Return the model with other values of declared numbers, by their names; a complex one carries a derivative.
 
         Raises KeyError for an unknown name.
         """
@@ -183,37 +185,37 @@ class Model:
         return changed
 
     def with_heading(self, mode: HeadingMode | None) -> Model:
-        """The same model with that heading; its own where it is None."""
+        """Return the model with that heading, or with its own if it is None."""
         return self if mode is None else replace(self, heading=replace(self.heading, mode=mode))
 
     def without(self, owners: Iterable[str]) -> Model:
-        """The same model without the terms and sensors of those names; a further one of a kind is ``name#2``.
+        """Return the model without the terms and sensors of those names; a further one of a kind is ``name#2``.
 
         Raises KeyError for an unknown one.
         """
         gone = [self.owner(name) for name in owners]
         return replace(
             self,
-            terms=tuple(term for term in self.terms if not any(term is each for each in gone)),
-            sensors=tuple(sensor for sensor in self.sensors if not any(sensor is each for each in gone)),
+            terms=tuple(term for term in self.terms if not any(term is part for part in gone)),
+            sensors=tuple(sensor for sensor in self.sensors if not any(sensor is part for part in gone)),
         )
 
     def owner(self, name: str) -> Term | Start | Sensor | Surface:
-        """The term, sensor, start or surface of that name.  Raises KeyError for an unknown one."""
+        """Return the term, sensor, start or surface of that name.  Raises KeyError for an unknown one."""
         if name == "start":
             return self.start
         if name == "surface" and self.surface is not None:
             return self.surface
         kind, _, count = name.partition("#")
         parts: tuple[Term | Sensor, ...] = (*self.terms, *self.sensors)
-        found = [part for part in parts if part.name == kind]
-        if len(found) < int(count or 1):
+        matches = [part for part in parts if part.name == kind]
+        if len(matches) < int(count or 1):
             raise KeyError(f"the model has no term {name!r}; it has {', '.join(term.name for term in self.terms)}")
-        return found[int(count or 1) - 1]
+        return matches[int(count or 1) - 1]
 
 
 def mode_index(key: str) -> int:
-    """Which mode of a surface ``mode_1``, ``mode_2`` … is.  Raises KeyError for another name."""
+    """Return the index of the mode that ``mode_1``, ``mode_2`` … names.  Raises KeyError for another name."""
     kind, _, count = key.partition("_")
     if kind != "mode" or not count.isdecimal() or int(count) < 1:
         raise KeyError(f"a surface has no number {key!r}; its numbers are mode_1, mode_2 …")
@@ -221,14 +223,14 @@ def mode_index(key: str) -> int:
 
 
 def along_snow(model: Model, feet: Array, velocity: Array, foot_velocity: Array, share: Array) -> float:
-    """The pelvis' speed along the normal (m/s) with which its feet keep their depth.
+    """Return the pelvis' speed along the normal (m/s) with which its feet keep their depth.
 
     Parameters
     ----------
-    feet : (2, 3) m, where they are
-    velocity : (3,) m/s of the pelvis; only what is along the slope counts
-    foot_velocity : (2, 3) m/s, the feet's against the pelvis
-    share : (2,) what each foot counts, its share of the load
+    feet : (2, 3) m, their places
+    velocity : (3,) m/s of the pelvis; only its part along the slope counts
+    foot_velocity : (2, 3) m/s of the feet, relative to the pelvis
+    share : (2,) weight of each foot, its share of the load
     """
     slopes = model.snow(feet)[1]
     rising = np.sum(slopes * (velocity[:2] + foot_velocity[:, :2]), axis=1)

@@ -37,13 +37,13 @@ _KEYS: Final = {
     "start": (*(name for name in quantities(Start) if name != "heading_offset"), "heading_offset_deg"),
     "solver": tuple(quantities(Solver)),
 }
-"""The keys of tables that are always there; the others' readers check their own."""
+"""Keys of the tables that are always there; the readers of other tables check their own."""
 _MOST_PARTS: Final = 100
-"""Terms, or sensors, of a model."""
+"""Maximum number of terms, or of sensors, in a model."""
 
 
 def model_to_dict(model: Model) -> dict[str, Any]:
-    """The model as nested plain data, as ``model.toml`` holds it; angles in degrees, units in the keys' names."""
+    """Return the model as nested plain data, as ``model.toml`` holds it; angles in degrees, units in the keys."""
     start = asdict(model.start)
     start["heading_offset_deg"] = float(np.degrees(start.pop("heading_offset")))
     surface = {} if model.surface is None else {"surface": surface_to_dict(model.surface)}
@@ -74,13 +74,16 @@ def model_to_dict(model: Model) -> dict[str, Any]:
 
 
 def model_files(model: Model) -> dict[str, bytes]:
-    """The files beside ``model.toml`` that it names, by name: the snow surface's heights, the posture's correction."""
+    """Return the files next to ``model.toml`` that it names, by name.
+
+    They hold the snow surface's heights and the posture's correction.
+    """
     files = {} if model.surface is None else {SURFACE: surface_bytes(model.surface)}
     return files if model.posture is None else {**files, POSTURE: correction_bytes(model.posture)}
 
 
 def read_model(path: Path) -> Model:
-    """A model from ``model.toml``; a ski or a surface given by a file is sought beside it.
+    """Read a model from ``model.toml``; files of a ski or a surface are looked for in its folder.
 
     Raises InputError for whatever is missing, unknown or outside its bounds.
     """
@@ -99,7 +102,7 @@ def read_model(path: Path) -> Model:
         return table(name).get(key)
 
     def radians(name: str, key: str) -> object:
-        """The angle, where it is a number; ``build_checked`` refuses anything else."""
+        """Return the angle, where it is a number; ``build_checked`` refuses anything else."""
         value = number(name, key)
         return np.radians(value).item() if isinstance(value, int | float) else value
 
@@ -169,10 +172,10 @@ def read_model(path: Path) -> Model:
 
 
 def _tables(data: Settings, name: str, path: Path) -> list[Settings]:
-    """The tables ``[[name]]``; raises InputError for anything else, and for more than any model has."""
-    found = data.get(name, [])
-    if not isinstance(found, list) or not all(isinstance(entry, dict) for entry in found):
+    """Return the tables ``[[name]]``; raises InputError for anything else, and for more than any model has."""
+    tables = data.get(name, [])
+    if not isinstance(tables, list) or not all(isinstance(entry, dict) for entry in tables):
         raise InputError(path, f"[[{name}]]", "these must be tables", f"write [[{name}]] with name and numbers below")
-    if len(found) > _MOST_PARTS:
-        raise InputError(path, f"[[{name}]]", f"{len(found)} of them, more than any model has", "leave some out")
-    return found
+    if len(tables) > _MOST_PARTS:
+        raise InputError(path, f"[[{name}]]", f"{len(tables)} of them, more than any model has", "leave some out")
+    return tables

@@ -1,1 +1,1 @@
-"""From motion capture to the prescribed joint angles of the chain."""
+"""The prescribed joint angles of the chain, from motion capture."""

@@ -1,8 +1,8 @@
-"""From a captured skeleton (BVH) to the chain: where the joints lie, and which angles bring it to the captured pose.
+"""From a captured skeleton (BVH) to the chain: the joints' places, and the angles that reproduce the captured pose.
 
-The capture has three angles in every joint, the chain only those that a skier in boots has, so its angles are a
-weighted least-squares fit (`limb`).  What the skis see comes first, the foot's orientation and place relative to the
-pelvis: the standard deviations below weigh the deviations.
+The capture has three angles in every joint, the chain only those that a skier in boots has.  So the chain's angles are
+a weighted least-squares fit (`limb_angles`).  The foot's orientation and place relative to the pelvis come first, since
+they move the ski: the standard deviations below weigh the deviations.
 """
 
 from __future__ import annotations
@@ -38,22 +38,23 @@ CAPTURED_BY: Final[dict[str, str]] = {
         )
     },
 }
-"""The captured joint that moves with each segment (``Spine3`` is the torso's where the tree has one)."""
+"""Captured joint that moves with each segment (``Spine3`` is the torso's where the tree has one)."""
 
 _FOOT_SIGMA: Final[Array] = np.radians([0.1, 0.1, 0.03])
-"""Roll (edge angle), pitch, yaw of the foot: 0.1° of edge is asked for; 0.1° of a ski's heading steers a run of 150 m
-0.3 m aside, so yaw is held closer."""
+"""Roll (edge angle), pitch, yaw of the foot, rad.  The edge angle needs 0.1°.  Yaw is held closer, since 0.1° of a
+ski's heading steers a run of 150 m 0.3 m aside.
+"""
 _PLACE_SIGMA: Final = 0.001
-"""m; at 2 cm of penetration 1 mm of height changes a ski's load by 7 %, F ~ depth^1.5."""
+"""Standard deviation of the foot's place, m; at a depth of 2 cm 1 mm changes a ski's load by 7 %, F ~ depth^1.5."""
 _LEG_SIGMA: Final[Array] = np.radians([3.0, 3.0, 3.0])
-"""Thigh and shank: only to keep a straight leg's angles determined."""
+"""Standard deviations of thigh and shank, rad, only to keep a straight leg's angles determined."""
 _ARM_SIGMA: Final[Array] = np.radians([1.0, 1.0, 1.0])
-"""Upper arm, forearm and hand count alike: they carry mass and little else."""
+"""Standard deviations of upper arm, forearm and hand, rad, equal because they carry mass and little else."""
 _UNMEASURED: Final[Array] = np.full(3, np.inf)
 _LUMBAR_SIGMA: Final = 0.05
-"""m; how far the functional lumbar joint may lie from the anatomical one where the motion does not show it."""
+"""Distance, m, of the functional lumbar joint from the anatomical one where the motion does not determine it."""
 _TOE_LENGTH: Final = 0.2 * 0.152
-"""Toes over body height: a foot of 0.152 (Drillis & Contini 1966), of which the toes are a fifth."""
+"""Length of the toes over body height: a foot of 0.152 (Drillis & Contini 1966), of which the toes are a fifth."""
 
 
 @dataclass(frozen=True)
@@ -71,11 +72,11 @@ class Capture:
     place: Array
 
     def joint(self, segment: str) -> int:
-        """Index of the captured joint that moves with the segment."""
+        """Return the index of the captured joint that moves with the segment."""
         return self.bvh.index(_captured_by(self.bvh, segment))
 
     def point(self, joint: str, offset: Array) -> Array:
-        """(n, 3) m in the pelvis' frame: the point ``offset`` (3,) m from a captured joint, in its BVH axes."""
+        """Return the point (n, 3) m in the pelvis' frame, ``offset`` (3,) m from a captured joint in its BVH axes."""
         at = self.bvh.index(joint)
         arm = hanging_from_t_pose(joint).T @ BODY_FROM_BVH @ offset
         return np.asarray(self.place[:, at] + self.rotation[:, at] @ arm)
@@ -86,7 +87,7 @@ def _captured_by(bvh: Bvh, segment: str) -> str:
 
 
 def segment_of_joint(bvh: Bvh, joint: str) -> str:
-    """The segment that a captured joint, also a finger, a collar bone or a vertebra, moves with.
+    """Return the segment that a captured joint, also a finger, a collar bone or a vertebra, moves with.
 
     Raises KeyError for a joint that the tree does not have.
     """
@@ -100,7 +101,10 @@ def segment_of_joint(bvh: Bvh, joint: str) -> str:
 
 
 def hanging_from_t_pose(name: str) -> Array:
-    """T-pose axes ← anatomical axes: a hanging arm is a right angle below the T-pose; other joints: identity."""
+    """Return the rotation (3, 3) from anatomical axes to T-pose axes.
+
+    A hanging arm is a right angle below the T-pose; for other joints it is the identity.
+    """
     for _, word, left in _SIDES:
         if name.startswith(word) and any(part in name for part in ("Arm", "ForeArm", "Hand")):
             return np.asarray(Rotation.from_euler("x", left * np.pi / 2).as_matrix())
@@ -108,7 +112,7 @@ def hanging_from_t_pose(name: str) -> Array:
 
 
 def capture_in_body_axes(bvh: Bvh) -> Capture:
-    """The capture's segments relative to its pelvis; the root's position (dead reckoning) is left out."""
+    """Return the capture's segments relative to its pelvis; the root's position (dead reckoning) is left out."""
     world_bvh = world_rotations(bvh)
     world = rotation_from_bvh(world_bvh)
     place = joint_positions(bvh, world_bvh) @ BODY_FROM_BVH.T
@@ -119,7 +123,10 @@ def capture_in_body_axes(bvh: Bvh) -> Capture:
 
 
 def _far_end(bvh: Bvh, joint: int) -> Array:
-    """The farthest point (3,) m beyond a joint in the zero pose, in body axes: finger tip, vertex, ball of the foot."""
+    """Return the farthest point (3,) m beyond a joint in the zero pose, in body axes.
+
+    It is a finger tip, the vertex or the ball of the foot.
+    """
     reach = np.zeros((len(bvh.names), 3))
     ends = [np.zeros(3)]
     beyond = {joint}
@@ -133,12 +140,12 @@ def _far_end(bvh: Bvh, joint: int) -> Array:
 
 
 def mean_in(rotation: Array, origin: Array, place: Array) -> Array:
-    """Mean place (3,) of points (n, 3), seen from a moving frame."""
+    """Return the mean place (3,) of points (n, 3), seen from a moving frame."""
     return np.asarray(np.mean(np.swapaxes(rotation, -1, -2) @ (place - origin)[..., None], axis=0)[:, 0])
 
 
 def lumbar_joint(capture: Capture) -> Array:
-    """The one lumbar joint that best stands for the captured spine: its place (3,) m in the pelvis.
+    """Return the place (3,) m in the pelvis of the one lumbar joint that best represents the captured spine.
 
     The spine's top moves as p = j + R s, R the torso's rotation against the pelvis; j and s (3,) m are the
     least-squares solution over the run (a functional joint centre), with the anatomical lumbosacral joint as prior.
@@ -160,12 +167,14 @@ def lumbar_joint(capture: Capture) -> Array:
 
 
 def skier_geometry(capture: Capture, height: float, ankle_to_ski_base: float) -> Geometry:
-    """The skier's lengths: limbs from the capture's offsets, points on the torso from their mean place over the run.
+    """Return the skier's lengths.
 
-    Shoulders and head move a little on the captured torso (collar bones, neck); the chain has them fixed where they
-    were on average.  What the capture bends knees and ankles out of their hinges' plane, constantly (crooked shanks,
-    sensors strapped on askew), becomes the constant attitude of ankle and subtalar joint: left out, the feet would be
-    some degrees and centimetres wrong.  What varies of it, the chain's hinges cannot follow.
+    Limbs come from the capture's offsets, points on the torso from their mean place over the run.
+
+    Shoulders and head move a little on the captured torso (collar bones, neck); the chain fixes them at their mean
+    place.  The capture may bend knees and ankles constantly out of their hinges' plane (crooked shanks, askew sensors).
+    This bend becomes the constant attitude of ankle and subtalar joint; without it the feet would be wrong by some
+    degrees and centimetres.  The chain's hinges cannot follow its changes.
 
     height, ankle_to_ski_base : m
     """
@@ -203,9 +212,9 @@ def skier_geometry(capture: Capture, height: float, ankle_to_ski_base: float) ->
 
 
 def _hinge_attitude(axis: Axis, inner: Array, outer: Array) -> Array:
-    """The constant (3, 3) that a hinge leaves between two captured segments (n, 3, 3): inner⁻¹ outer = turn · constant.
+    """Return the constant (3, 3) that a hinge leaves between captured segments: inner⁻¹ outer = turn · constant.
 
-    The mean, over the run, of what remains of the joint's rotation when the part about the hinge's axis is taken off.
+    It is the mean, over the run, of the joint's rotation (n, 3, 3) without the part about the hinge's axis.
     """
     relative = np.swapaxes(inner, -1, -2) @ outer
     turn = Rotation.from_rotvec(turn_about(axis, relative)[:, None] * np.array(axis)).as_matrix()
@@ -253,7 +262,7 @@ def _arm(capture: Capture, side: str) -> Limb:
 
 
 def chain_angles(capture: Capture, geometry: Geometry, level_from_capture: Array) -> Array:
-    """The 28 prescribed angles (n, 28) rad, in the order of `chain.PRESCRIBED`, continuous over time.
+    """Return the 28 prescribed angles (n, 28) rad, in the order of `chain.PRESCRIBED`, continuous over time.
 
     level_from_capture : (3, 3) the capture's level frame → level frame along the fall line
     """

@@ -1,6 +1,6 @@
-"""A correction of the captured posture: what is added to the skier's angles, slowly changing.
+"""A correction of the captured posture: slowly changing angles that are added to the skier's.
 
-A fit finds it where the capture's errors show in the track, the soles' loads or the balance of the skier.
+A fit estimates it where the capture's errors show in the track, the soles' loads or the balance of the skier.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from sssi_exudyn.motion.motion import Motion, greville_abscissae
 
 @dataclass(frozen=True)
 class PostureCorrection:
-    """Angles to add to the coordinates ``chain.PRESCRIBED``.
+    """Angles that are added to the coordinates ``chain.PRESCRIBED``.
 
     time : (k,) s, increasing, k ≥ 2;  angles : (k, 28) rad, a cubic spline over time, constant beyond its ends
     """
@@ -27,7 +27,7 @@ class PostureCorrection:
     angles: Array
 
     def at(self, time: Array) -> Array:
-        """(n, 28) rad at ``time`` (n,) s."""
+        """Return the angles (n, 28) rad at ``time`` (n,) s."""
         return np.asarray(CubicSpline(self.time, self.angles)(np.clip(time, self.time[0], self.time[-1])))
 
     @property
@@ -37,16 +37,16 @@ class PostureCorrection:
         return hashlib.sha256(np.ascontiguousarray(table, dtype="<f8").tobytes()).hexdigest()
 
     def rms(self) -> dict[str, float]:
-        """rad, root mean square over time of each coordinate that is corrected."""
-        found = np.sqrt(np.mean(self.angles**2, axis=0))
-        return {name: float(value) for name, value in zip(PRESCRIBED, found, strict=True) if value > 0.0}
+        """Return the root mean square over time, rad, of each coordinate that is corrected."""
+        sizes = np.sqrt(np.mean(self.angles**2, axis=0))
+        return {name: float(value) for name, value in zip(PRESCRIBED, sizes, strict=True) if value > 0.0}
 
 
 def correct_posture(motion: Motion, correction: PostureCorrection | None) -> Motion:
-    """The motion with the correction added; itself where there is none.
+    """Return the motion with the correction added, or the motion itself where there is none.
 
-    A spline whose coefficients are a slow function at the knots' averages (Greville's abscissae) is that function, but
-    for (spacing of the knots / time over which it changes)².
+    A spline whose coefficients are a slow function at the knots' averages (Greville's abscissae) is that function, up
+    to (spacing of the knots / time over which it changes)².
     """
     if correction is None:
         return motion

@@ -1,4 +1,4 @@
-"""A posture correction on disk: ``[posture]`` of ``model.toml``, and its angles in a Parquet file beside it."""
+"""A posture correction on disk: ``[posture]`` of ``model.toml``, and its angles in a Parquet file next to it."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ FILE: Final = "posture_correction.parquet"
 _KEYS: Final = ("file", "sha256")
 _COLUMNS: Final = ("time_s", *(f"{name}_rad" for name in PRESCRIBED))
 _MOST: Final = 1.6
-"""rad; what is corrected by more was no capture."""
+"""Largest correction, rad; a posture that needs more was not captured."""
 
 
 def correction_to_dict(correction: PostureCorrection) -> dict[str, Any]:
-    """The table ``[posture]``; the angles are ``correction_bytes``."""
+    """Return the table ``[posture]``; the angles are ``correction_bytes``."""
     return {"file": FILE, "sha256": correction.digest}
 
 
 def correction_bytes(correction: PostureCorrection) -> bytes:
-    """The angles to add to the captured ones, one row an instant, as a Parquet file."""
+    """Return the angles to add to the captured ones, one row per instant, as a Parquet file."""
     import pandas as pd  # here: most uses of a model need no table
 
     table = pd.DataFrame(np.column_stack([correction.time, correction.angles]), columns=list(_COLUMNS))
@@ -39,22 +39,22 @@ def correction_bytes(correction: PostureCorrection) -> bytes:
 
 
 def read_correction(table: Settings, path: Path) -> PostureCorrection:
-    """The correction that ``[posture]`` of the file ``path`` names.
+    """Read the correction that ``[posture]`` of the file ``path`` names.
 
-    Raises InputError for unknown keys, and for a file that is missing, no such table, or not the one that the model was
-    written with.
+    Raises InputError for unknown keys, and for a file that is missing, not such a table, or not the one that the model
+    was written with.
     """
     check_keys(table, _KEYS, path, "[posture]")
     file = inside(path.parent, text_of(table, "file", path, "[posture]"), path, "[posture] file")
-    found = read_parquet(file, _COLUMNS)
-    if len(found) < 2:
+    frame = read_parquet(file, _COLUMNS)
+    if len(frame) < 2:
         raise InputError(file, "", "fewer than two instants", "take the file that the model was written with")
-    check_time(file, found, MAX_DURATION, strict=True)
-    check_finite(file, found, _COLUMNS)
-    angles = found[list(_COLUMNS[1:])].to_numpy(dtype=float)
+    check_time(file, frame, MAX_DURATION, strict=True)
+    check_finite(file, frame, _COLUMNS)
+    angles = frame[list(_COLUMNS[1:])].to_numpy(dtype=float)
     if np.max(np.abs(angles)) > _MOST:
         raise InputError(file, "", f"an angle is corrected by more than {_MOST:g} rad", "give radians")
-    correction = PostureCorrection(found["time_s"].to_numpy(dtype=float), angles)
+    correction = PostureCorrection(frame["time_s"].to_numpy(dtype=float), angles)
     if table.get("sha256", correction.digest) != correction.digest:
         raise InputError(
             file, "", "not the correction that the model was written with", f"take it away from {path.name}: sha256"

@@ -1,4 +1,4 @@
-"""The prescribed motion of a recorded run, and how well the chain repeats the capture."""
+"""The prescribed motion of a recorded run, and the chain's agreement with the capture."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from sssi_exudyn.recording.recording import Recording
 
 
 def motion_from_recording(recording: Recording, cutoff_hz: float = 6.0) -> Motion:
-    """The prescribed motion of a recorded run.
+    """Return the prescribed motion of a recorded run.
 
-    The capture's joint rotations are filtered (4th-order zero-lag Butterworth, −3 dB at ``cutoff_hz``; rotations, not
-    angles, so that captures near gimbal lock do no harm), the chain is fitted to them frame by frame, and quintic
-    splines are laid through the angles at the frames' times.
+    The capture's joint rotations are filtered (4th-order zero-lag Butterworth, −3 dB at ``cutoff_hz``).  Rotations are
+    filtered, not angles, so that captures near gimbal lock do no harm.  The chain is fitted to them frame by frame, and
+    quintic splines are laid through the angles at the frames' times.
 
     Raises ValueError for a cut-off of half the frame rate or more.
     """
@@ -54,14 +54,14 @@ def motion_from_recording(recording: Recording, cutoff_hz: float = 6.0) -> Motio
 
 
 def _pelvis_frame(poses: Poses) -> tuple[Array, Array]:
-    """Rotations (n, 21, 3, 3) and origins (n, 21, 3) relative to the pelvis."""
+    """Return rotations (n, 21, 3, 3) and origins (n, 21, 3) relative to the pelvis."""
     back = np.swapaxes(poses.rotation[:, :1], -1, -2)
     origin = poses.origin - poses.origin[:, :1]
     return back @ poses.rotation, (back @ origin[..., None])[..., 0]
 
 
 def _antenna(gps: Gps, capture: Capture, poses: Poses) -> Antenna:
-    """The antenna on the chain: where the capture has it on average, seen from the segment that carries it."""
+    """Return the antenna on the chain: its mean place in the capture, seen from the segment that carries it."""
     segment = SEGMENT[segment_of_joint(capture.bvh, gps.segment)]
     rotation, origin = _pelvis_frame(poses)
     return Antenna(segment, mean_in(rotation[:, segment], origin[:, segment], capture.point(gps.segment, gps.offset)))
@@ -74,10 +74,10 @@ def _rms(x: Array) -> float:
 def _round_trip(
     raw: Capture, filtered: Capture, geometry: Geometry, poses: Poses, slope_from_capture: Array
 ) -> tuple[RoundTrip, ...]:
-    """The agreement of poses (n, …) with the capture, recorded and filtered, segment by segment.
+    """Compare poses (n, …) with the capture, recorded and filtered, segment by segment.
 
-    The chain holds the head fixed on the torso, in its mean attitude of the run: its row is the deviation from that.
-    Top of the spine and head are no joints of the chain; their mean place on the torso stands for them.
+    The chain holds the head fixed on the torso, in its mean attitude of the run; its row is the deviation from that.
+    Top of the spine and head are not joints of the chain; their mean place on the torso represents them.
     """
     rotation, origin = _pelvis_frame(poses)
     rows = []
@@ -109,7 +109,7 @@ def _round_trip(
 
 
 def round_trip_table(motion: Motion) -> list[dict[str, str | float]]:
-    """The round trip as rows for people: segment and captured joint, angles in degrees, places in millimetres."""
+    """Return the round trip as rows for people: segment and captured joint, angles in degrees, places in mm."""
     return [
         {
             "segment": row.segment,

@@ -1,7 +1,7 @@
-"""The forces of poles: they act at the hands, not on the centre of mass.
+"""The forces of poles, which act at the hands and not on the centre of mass.
 
-A skier whose posture is prescribed moves the same wherever a force takes hold of him; the moments of his joints, the
-moment about his pelvis and the force's power do not.
+A skier whose posture is prescribed moves the same wherever a force acts on him.  The place of the force changes the
+moments of his joints, the moment about his pelvis and the force's power.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from sssi_exudyn.motion.motion import Motion, relative_poses
 class Hands:
     """Both hands, left and right, where they grip the poles, at n instants, relative to the pelvis, slope frame.
 
-    place, velocity : (n, 2, 3) m, m/s;  jacobian : (n, 2, 3, 28) m a rad of each prescribed coordinate
+    place, velocity : (n, 2, 3) m, m/s;  jacobian : (n, 2, 3, 28) m/rad by each prescribed coordinate
     """
 
     place: Array
@@ -32,12 +32,12 @@ class Hands:
 
 
 def use_poles(terms: Sequence[Term]) -> bool:
-    """Whether a force acts at a hand."""
+    """Return whether a force acts at a hand."""
     return any(isinstance(term, BodyTerm) and any(term.at_hands()) for term in terms)
 
 
 def hands_at(motion: Motion, time: Array) -> Hands:
-    """The hands of a posture at ``time`` (n,) s."""
+    """Return the hands of a posture at ``time`` (n,) s."""
     poses, moving = relative_poses(motion, time)
     grips = np.stack([GRIP * motion.geometry.segment_end[hand] for hand in HANDS])
     at = list(HANDS)
@@ -48,10 +48,13 @@ def hands_at(motion: Motion, time: Array) -> Hands:
 
 
 def pole_forces(terms: Sequence[Term], time: Array, com: Array, com_velocity: Array) -> Array:
-    """(n, 2, 3) N of the poles on the hands, for a centre of mass at com (n, 3) m with com_velocity (n, 3) m/s."""
+    """Return the forces (n, 2, 3) N of the poles on the hands.
+
+    The centre of mass is at ``com`` (n, 3) m with ``com_velocity`` (n, 3) m/s.
+    """
     state = BodyState(time, com[:, 0], com[:, 1], tuple(com_velocity.T))
-    found = np.zeros((len(time), 2, 3))
+    forces = np.zeros((len(time), 2, 3))
     for hand, force in enumerate(hand_forces(ArrayMath(), terms, state)):
         for axis, part in enumerate(force):
-            found[:, hand, axis] = part
-    return found
+            forces[:, hand, axis] = part
+    return forces

@@ -1,7 +1,7 @@
-"""The angles of a limb from captured poses: weighted least squares, all frames at once.
+"""The angles of a limb from captured poses, by weighted least squares for all frames at once.
 
-For the joints of a limb with angles θ the residual stacks, each over its standard deviation, the rotation vectors
-log(R_modelᵀ R_captured) of the segments and the difference of places of the last joint.  Gauss-Newton solves
+For the joints of a limb with angles θ the residual stacks the rotation vectors log(R_modelᵀ R_captured) of the segments
+and the difference of places of the last joint, each over its standard deviation.  Gauss-Newton solves
 (JᵀJ) Δθ = −Jᵀr frame by frame in one batch; J is analytic.
 """
 
@@ -18,11 +18,11 @@ from sssi_exudyn.core.frames import Array
 
 _ITERATIONS: Final = 50
 _STEP: Final = 0.5
-"""rad; longest step of an angle, so that a wild frame does not jump to another branch."""
+"""Longest step of an angle, rad, so that a wild frame does not jump to another branch."""
 _CONVERGED: Final = 1e-12
-"""rad"""
+"""Step below which the iteration has converged, rad."""
 _DAMPING: Final = 1e-12
-"""Added to JᵀJ, relative to its mean diagonal: in gimbal lock two columns are parallel, one direction undetermined."""
+"""Damping added to JᵀJ, relative to its mean diagonal: in gimbal lock one direction is undetermined."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class LimbPose:
 
 @dataclass(frozen=True)
 class Limb:
-    """A chain of k joints with c angles in all, and what was captured of it in n frames, in its base segment's frame.
+    """A chain of k joints with c angles in all, and its captured poses in n frames, in its base segment's frame.
 
     offset : (k, 3) m, each joint in its parent's frame
     rotation : (n, k, 3, 3) captured, segment → base
@@ -55,13 +55,13 @@ class Limb:
     place_sigma: float = 1.0
 
     def by_segment(self, angles: Array) -> dict[str, Array]:
-        """Angles (…, c) by segment, (…, c_segment)."""
+        """Return the angles (…, c) by segment, (…, c_segment)."""
         ends = np.cumsum([len(joint.rotations) for joint in self.joints])[:-1]
         parts = np.split(angles, ends, axis=-1)
         return {joint.segment: part for joint, part in zip(self.joints, parts, strict=True)}
 
     def pose(self, angles: Array) -> LimbPose:
-        """The limb's pose for angles (n, c)."""
+        """Return the limb's pose for angles (n, c)."""
         current, place = np.broadcast_to(np.eye(3), (len(angles), 3, 3)), np.zeros((len(angles), 3))
         rotation, origin, axes = [], [], []
         parts = self.by_segment(angles).values()
@@ -78,9 +78,9 @@ class Limb:
 
 
 def tait_bryan(rotation: Array, axes: tuple[int, int, int]) -> Array:
-    """Angles (…, 3) with R = R_i(a) R_j(b) R_k(c), for three different axes; the middle one in [−π/2, π/2].
+    """Return the angles (…, 3) with R = R_i(a) R_j(b) R_k(c), for three different axes; the middle one in [−π/2, π/2].
 
-    The last angles are taken from what remains after the first, so the triple gives R also in gimbal lock.
+    The last angles come from the rotation that remains after the first, so the triple gives R also in gimbal lock.
     """
     i, j, k = axes
     parity = 1.0 if (j - i) % 3 == 1 else -1.0
@@ -94,7 +94,7 @@ def tait_bryan(rotation: Array, axes: tuple[int, int, int]) -> Array:
 
 
 def unwrap_angles(angles: Array) -> Array:
-    """Tait-Bryan angles (n, 3) without jumps: each frame takes the equivalent triple nearest to the frame before.
+    """Remove jumps from Tait-Bryan angles (n, 3): each frame takes the equivalent triple nearest to the frame before.
 
     (a, b, c) and (a + π, π − b, c + π) are the same rotation, as are angles that differ by whole turns.
     """
@@ -108,20 +108,26 @@ def unwrap_angles(angles: Array) -> Array:
 
 
 def ball_joint_angles(joint: Joint, rotation: Array) -> Array:
-    """The three angles (n, 3) of a joint with three rotations from its rotation (n, 3, 3), continuous over time."""
+    """Return the three angles (n, 3) of a joint with three rotations from its rotation (n, 3, 3).
+
+    They are continuous over time.
+    """
     directions = np.array([axis for _, axis in joint.rotations])
     first, second, third = (int(index) for index in np.argmax(np.abs(directions), axis=1))
     return unwrap_angles(tait_bryan(rotation, (first, second, third)) * directions.sum(axis=1))
 
 
 def turn_about(axis: Axis, rotation: Array) -> Array:
-    """The part (n,) rad about ``axis`` of rotations (n, 3, 3), continuous over time: what a hinge makes of them."""
+    """Return the part (n,) rad about ``axis`` of rotations (n, 3, 3), continuous over time.
+
+    It is the angle of a hinge with that axis.
+    """
     quaternion = Rotation.from_matrix(rotation).as_quat()
     return np.asarray(np.unwrap(2.0 * np.arctan2(quaternion[:, :3] @ np.array(axis), quaternion[:, 3])))
 
 
 def _first_guess(limb: Limb) -> Array:
-    """Joint by joint: all of a ball joint's rotation, of a hinge's the part about its axis."""
+    """Guess the angles joint by joint: all of a ball joint's rotation, of a hinge's the part about its axis."""
     current = np.broadcast_to(np.eye(3), limb.rotation[:, 0].shape)
     parts = []
     for joint, attitude, captured in zip(limb.joints, limb.attitude, np.moveaxis(limb.rotation, 1, 0), strict=True):
@@ -139,13 +145,16 @@ def _first_guess(limb: Limb) -> Array:
 
 
 def _log(rotation: Array) -> Array:
-    """Rotation vectors (…, 3) of rotations (…, 3, 3)."""
+    """Return the rotation vectors (…, 3) of rotations (…, 3, 3)."""
     flat = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_rotvec()
     return np.asarray(flat.reshape(*rotation.shape[:-2], 3))
 
 
 def _log_jacobian(vector: Array) -> Array:
-    """(…, 3, 3) change of log(exp(ε) R) with ε, for vector = log R: 1 − r×/2 + r×²/12, next term r⁴/720."""
+    """Return the derivative (…, 3, 3) of log(exp(ε) R) by ε, for vector = log R.
+
+    It is 1 − r×/2 + r×²/12; the next term is r⁴/720.
+    """
     x, y, z = np.moveaxis(vector, -1, 0)
     zero = np.zeros_like(x)
     cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*vector.shape, 3)
@@ -153,7 +162,7 @@ def _log_jacobian(vector: Array) -> Array:
 
 
 def _residual(limb: Limb, angles: Array) -> tuple[Array, Array]:
-    """Residual (n, m) and its Jacobian (n, m, c)."""
+    """Return the residual (n, m) and its Jacobian (n, m, c)."""
     pose = limb.pose(angles)
     transposed = np.swapaxes(pose.rotation, -1, -2)
     weight = 1.0 / limb.rotation_sigma
@@ -173,7 +182,7 @@ def _residual(limb: Limb, angles: Array) -> tuple[Array, Array]:
 
 
 def fit_angles(limb: Limb) -> Array:
-    """The angles (n, c) rad that bring the limb closest to what was captured, measured in its standard deviations."""
+    """Return the angles (n, c) rad that bring the limb closest to its capture, measured in standard deviations."""
     angles = _first_guess(limb)
     for _ in range(_ITERATIONS):
         residual, jacobian = _residual(limb, angles)

@@ -14,7 +14,7 @@ from sssi_exudyn.core.frames import Array, cross
 from sssi_exudyn.recording.few_sensors.complete import FootSigma
 
 _DEGREE: Final = 5
-"""Quintic: angles have four continuous derivatives, so inertia forces have no kinks at the knots."""
+"""Degree of the splines: quintic, so four derivatives are continuous and inertia forces have no kinks at the knots."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Antenna:
 
 @dataclass(frozen=True)
 class RoundTrip:
-    """How well one segment of the chain, rebuilt from the 28 angles, agrees with the capture over all frames.
+    """The agreement of one segment of the chain, rebuilt from the 28 angles, with the capture over all frames.
 
     segment, joint : the chain's segment and the captured joint that moves with it
     filtered_rms, filtered_max : angle between rebuilt and captured orientation in space, rad, the capture filtered
@@ -51,10 +51,10 @@ class Motion:
     """The skier's geometry and prescribed angles; plain arrays, so it crosses process boundaries.
 
     geometry : lengths of the chain
-    inclination : of the slope, rad
+    inclination : inclination of the slope, rad
     knots, coefficients : (m,) s and (m − 6, 28) rad, quintic B-splines of the coordinates `chain.PRESCRIBED`
-    antenna : where the GPS antenna sits; None without a GPS
-    round_trip : agreement with the capture, one row a captured segment
+    antenna : place of the GPS antenna; None without a GPS
+    round_trip : agreement with the capture, one row per captured segment
     start, stop : the part of the clock that all instruments cover, s
     foot_sigma : standard deviations of the feet where most of the posture was assumed; None for a whole capture
     """
@@ -70,15 +70,16 @@ class Motion:
     foot_sigma: FootSigma | None = None
 
     def evaluate(self, time: Array) -> tuple[Array, Array, Array]:
-        """Angles, rates and accelerations, each (…, 28) rad, rad/s, rad/s², at ``time`` (…) s."""
+        """Return angles, rates and accelerations, each (…, 28) rad, rad/s, rad/s², at ``time`` (…) s."""
         spline = BSpline.construct_fast(self.knots, self.coefficients, _DEGREE)
         return spline(time), spline(time, nu=1), spline(time, nu=2)
 
 
 def spline_motion(geometry: Geometry, inclination: float, time: Array, angles: Array) -> Motion:
-    """A motion through ``angles`` (n, 28) rad at increasing ``time`` (n,) s, n ≥ 6; without antenna and round trip.
+    """Make a motion through ``angles`` (n, 28) rad at increasing ``time`` (n,) s, n ≥ 6.
 
-    The third and fourth derivatives are zero at both ends, so the ends do not swing.
+    It has neither antenna nor round trip.  The third and fourth derivatives are zero at both ends, so the ends do not
+    swing.
     """
     # Any: scipy takes a list of conditions at each end, its stubs do not know it.
     ends: Any = [(3, np.zeros(len(PRESCRIBED))), (4, np.zeros(len(PRESCRIBED)))]
@@ -87,7 +88,10 @@ def spline_motion(geometry: Geometry, inclination: float, time: Array, angles: A
 
 
 def relative_poses(motion: Motion, time: Array) -> tuple[Poses, Rates]:
-    """Poses and rates of all segments in the slope frame at ``time`` (…), with the pelvis' origin held at zero."""
+    """Return poses and rates of all segments in the slope frame at ``time`` (…).
+
+    The pelvis' origin is held at zero.
+    """
     free = np.zeros((*np.shape(time), 3))
     q, qd, qdd = (np.concatenate([free, part], axis=-1) for part in motion.evaluate(time))
     poses = forward_kinematics(motion.geometry, q, motion.inclination)
@@ -95,7 +99,9 @@ def relative_poses(motion: Motion, time: Array) -> tuple[Poses, Rates]:
 
 
 def antenna_offset(motion: Motion, time: Array) -> tuple[Array, Array]:
-    """The antenna's place (…, 3) m and velocity (…, 3) m/s from the pelvis' origin, slope frame, at ``time`` (…) s.
+    """Return the antenna's place (…, 3) m and velocity (…, 3) m/s at ``time`` (…) s.
+
+    Both count from the pelvis' origin, in the slope frame.
 
     Raises ValueError when the motion has no antenna.
     """
@@ -108,7 +114,7 @@ def antenna_offset(motion: Motion, time: Array) -> tuple[Array, Array]:
 
 
 def antenna_carrier(motion: Motion, time: Array) -> tuple[Array, Array]:
-    """Rotation (…, 3, 3) to the slope frame and spin (…, 3) rad/s of the segment that carries the antenna.
+    """Return rotation (…, 3, 3) to the slope frame and spin (…, 3) rad/s of the segment that carries the antenna.
 
     Raises ValueError when the motion has no antenna.
     """
@@ -119,8 +125,7 @@ def antenna_carrier(motion: Motion, time: Array) -> tuple[Array, Array]:
 
 
 def turn_motion(motion: Motion, yaw: Callable[[Array], Array]) -> Motion:
-    """The same motion turned about gravity by ``yaw`` ((n,) s → (n,) rad), a straight line in time, to the left when
-    positive.
+    """Turn a motion about gravity by ``yaw`` ((n,) s → (n,) rad), a straight line in time, positive to the left.
 
     A spline whose coefficients lie on a line over their knots' averages (Greville's abscissae) is that line.
     """
@@ -130,5 +135,5 @@ def turn_motion(motion: Motion, yaw: Callable[[Array], Array]) -> Motion:
 
 
 def greville_abscissae(motion: Motion) -> Array:
-    """(m − 6,) s: the time that each coefficient of the motion's splines stands for."""
+    """Return the times (m − 6,) s that the coefficients of the motion's splines stand for."""
     return np.asarray(np.convolve(motion.knots[1:-1], np.full(_DEGREE, 1.0 / _DEGREE), mode="valid"))

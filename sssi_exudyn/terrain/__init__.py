@@ -1,1 +1,1 @@
-"""The snow surface where it is no plane: its representation, and its estimate from heights."""
+"""The snow surface where it is not a plane: its representation, and its estimate from heights."""

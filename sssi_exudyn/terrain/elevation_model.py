@@ -1,6 +1,6 @@
 """Heights of the ground from an elevation model: a GeoTIFF or an ESRI ASCII grid in any projection.
 
-Only the cells around the places that are asked for are read, whatever the file's size.
+Only the cells around the requested places are read, whatever the file's size.
 """
 
 from __future__ import annotations
@@ -21,30 +21,31 @@ from sssi_exudyn.core.text import one_line
 from sssi_exudyn.runtime.optional import library
 
 DRIVERS: Final = {".tif": "GTiff", ".tiff": "GTiff", ".asc": "AAIGrid"}
-"""GDAL's names of the formats that are read, by suffix; no other driver sees the file."""
+"""GDAL's names of the readable formats, by suffix; no other driver sees the file."""
 LARGEST: Final = 1_000_000_000
-"""Bytes of a file that is opened."""
+"""Maximum size of a file that is opened, bytes."""
 CELLS: Final = 4_000_000
-"""Cells that are read at most, and cells a block of the file may have: 16 MB."""
+"""Maximum number of cells that are read, and of cells in a block of the file: 16 MB."""
 _AROUND: Final = 8
-"""Cells around the outermost place: what the spline feels of the border falls to a quarter with each."""
+"""Number of cells around the outermost place: the border's effect on the spline falls to a quarter with each cell."""
 _FEET: Final = ("ft", "feet", "foot", "us_survey_foot", "us-ft")
 _HIGHEST: Final = 9000.0
-"""m, of any ground; feet written as metres are mostly beyond it, or steeper than any slope."""
+"""Greatest height of any ground, m; feet written as metres are mostly beyond it, or steeper than any slope."""
 
 
 Sample = Callable[[Array, Array, int], Array]
-"""Heights (n,) in m over the file's own datum at latitudes and longitudes (n,) in degrees (WGS84).  Between cells the
-heights are a cubic spline.  The first so many places have to be covered; the others take the nearest cell's height
-beyond the border."""
+"""Function that returns heights (n,) m over the file's own datum at latitudes and longitudes (n,) in degrees (WGS84).
+Between cells the heights are a cubic spline.  Its last argument is the number of first places that must be covered;
+the others take the nearest cell's height beyond the border.
+"""
 
 
 @contextmanager
 def open_elevations(path: Path) -> Iterator[Sample]:
     """Open a file for heights at places.
 
-    Raises InputError, with file, place and fix, for a file that is none of the two formats, is too large, has no
-    coordinate system, counts in feet, does not cover the places or has a hole there.
+    Raises InputError, with file, place and fix, for a file of another format, that is too large, has no coordinate
+    system, counts in feet, does not cover the places or has a hole there.
     """
     rasterio = library("rasterio", path)
     driver = DRIVERS.get(path.suffix.lower())
@@ -71,8 +72,8 @@ def open_elevations(path: Path) -> Iterator[Sample]:
 def _sample(path: Path, dataset: Any, latitude: Array, longitude: Array, needed: int) -> Array:
     place = _pixels(path, dataset, latitude, longitude)
     size = np.array([dataset.height, dataset.width])
-    way = place[:, :needed]
-    if not np.all(np.isfinite(place)) or np.any(way < 0.0) or np.any(way > (size - 1)[:, None]):
+    covered = place[:, :needed]
+    if not np.all(np.isfinite(place)) or np.any(covered < 0.0) or np.any(covered > (size - 1)[:, None]):
         raise InputError(
             path, "", "does not cover the whole run", "take a larger piece, or check its coordinate system"
         )
@@ -85,9 +86,9 @@ def _sample(path: Path, dataset: Any, latitude: Array, longitude: Array, needed:
 
 
 def _pixels(path: Path, dataset: Any, latitude: Array, longitude: Array) -> Array:
-    """(2, n) row and column of the places, counted from the middle of the first cell."""
+    """Return row and column (2, n) of the places, counted from the middle of the first cell."""
     if dataset.crs is None:
-        raise InputError(path, "", "no coordinate system", "put its .prj file beside it, or export a GeoTIFF")
+        raise InputError(path, "", "no coordinate system", "put its .prj file next to it, or export a GeoTIFF")
     unit = (dataset.units[0] or "").lower()
     if any(name in unit.split() or unit.startswith(name) for name in _FEET):
         raise InputError(path, "band 1", f"heights in {one_line(unit)[:40]}", "convert the heights to metres")
@@ -98,7 +99,7 @@ def _pixels(path: Path, dataset: Any, latitude: Array, longitude: Array) -> Arra
 
 
 def _read_cells(path: Path, dataset: Any, low: Array, high: Array) -> Array:
-    """The heights of the cells from ``low`` to before ``high`` (2,), row and column."""
+    """Read the heights of the cells from ``low`` to before ``high`` (2,), row and column."""
     if max(np.prod([int(n) for n in shape], dtype=object) for shape in dataset.block_shapes) > CELLS:
         raise InputError(path, "band 1", f"blocks of more than {CELLS} cells", "write it in tiles (TILED=YES)")
     if np.prod(high - low) > CELLS:

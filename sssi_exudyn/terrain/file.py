@@ -1,4 +1,4 @@
-"""A snow surface on disk: ``[surface]`` of ``model.toml``, and its heights in an NPY file beside it."""
+"""A snow surface on disk: ``[surface]`` of ``model.toml``, and its heights in an NPY file next to it."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from sssi_exudyn.terrain.surface import MOST_MODES, Surface
 FILE: Final = "surface.npy"
 _MOST_BYTES: Final = 50_000_000
 _FARTHEST: Final = 100.0 * MAX_DURATION
-"""m from the frame's origin; nobody skis faster than 100 m/s."""
+"""Greatest distance from the frame's origin, m; no one skis faster than 100 m/s."""
 _MOST_AMOUNT: Final = 10.0
 _HIGHEST: Final = 1e4
-"""m over the slope's plane."""
+"""Greatest height over the slope's plane, m."""
 
 
 @dataclass(frozen=True)
@@ -35,14 +35,16 @@ class _Grid:
     origin_l: float = quantity(
         0.0, "m", low=-_FARTHEST, high=_FARTHEST, source="100 m/s", meaning="place of the first node to the left"
     )
-    spacing: float = quantity(2.0, "m", low=0.1, high=50.0, source="any grid of a slope", meaning="between nodes")
+    spacing: float = quantity(
+        2.0, "m", low=0.1, high=50.0, source="any grid of a slope", meaning="distance between nodes"
+    )
 
 
 _KEYS: Final = ("file", "sha256", "amounts", *(key_of(about) for about in quantities(_Grid).values()))
 
 
 def surface_to_dict(surface: Surface) -> dict[str, Any]:
-    """The table ``[surface]``; the heights are ``surface_bytes``."""
+    """Return the table ``[surface]``; the heights are ``surface_bytes``."""
     return {
         "file": FILE,
         "sha256": surface.digest,
@@ -54,17 +56,17 @@ def surface_to_dict(surface: Surface) -> dict[str, Any]:
 
 
 def surface_bytes(surface: Surface) -> bytes:
-    """Mean, deviation and modes, (2 + k, nf, nl) m, as an NPY file."""
+    """Return mean, deviation and modes, (2 + k, nf, nl) m, as an NPY file."""
     stream = io.BytesIO()
     np.save(stream, surface.grids, allow_pickle=False)
     return stream.getvalue()
 
 
 def read_surface(table: Settings, path: Path) -> Surface:
-    """The surface that ``[surface]`` of the file ``path`` names.
+    """Read the surface that ``[surface]`` of the file ``path`` names.
 
-    Raises InputError for unknown keys, numbers out of bounds, a file that is missing, too large or no such array, or
-    one that is not the file the table was written with.
+    Raises InputError for unknown keys, for numbers out of bounds, and for a file that is missing, too large, not such
+    an array, or not the one that the table was written with.
     """
     check_keys(table, _KEYS, path, "[surface]")
     place = _Grid(**numbers_of(_Grid, table, path, "[surface]"))
@@ -88,7 +90,7 @@ def read_surface(table: Settings, path: Path) -> Surface:
 
 
 def _read_grid(path: Path) -> Array:
-    """(2 + k, nf, nl) m from an NPY file, whose header is checked before anything is made room for."""
+    """Read a grid (2 + k, nf, nl) m from an NPY file; its header is checked before memory is taken."""
     content = read_bytes(path, _MOST_BYTES)
     stream = io.BytesIO(content)
     wrong = InputError(path, "", "no grid of heights", "write it with numpy.save: (2 + modes, nf, nl) numbers")

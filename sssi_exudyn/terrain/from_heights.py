@@ -1,13 +1,13 @@
-"""The snow surface from heights measured along the way: a Gaussian process over the slope's plane.
+"""The snow surface from heights measured along the path: a Gaussian process over the slope's plane.
 
     y_i = h(x_i) + c + g·x_i + e(t_i) + w_i
 
-h is a process over the plane with waves of all lengths, a sum of Matérn 5/2 processes; c and g are the height's origin
-and the plane's own error, known beforehand to within ``OFFSET`` and ``TILT``; e is the receiver's slow error
-(exponential correlation over ``noise.correlation_time``) and w what is independent from fix to fix.  The waves'
-amplitude is the one that makes the heights most probable, with a weak prior.  Single fixes that are far off count less
-(``core.noise.tail_weight``).  Heights of other runs on the slope join them; each run has an origin c
-and a slow error e of its own.
+h is a process over the plane with waves of all lengths, a sum of Matérn 5/2 processes.  c and g are the height's origin
+and the plane's own error, with prior standard deviations ``OFFSET`` and ``TILT``.  e is the receiver's slow error
+(exponential correlation over ``noise.correlation_time``), and w is the error that is independent from fix to fix.  The
+waves' amplitude makes the heights most probable, with a weak prior.  Single fixes that are far off count less
+(``core.noise.tail_weight``).  Heights of other runs on the slope are included; each run has an origin c and a slow
+error e of its own.
 
 Source: Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to 2.30 and 4.17.
 """
@@ -27,52 +27,53 @@ from sssi_exudyn.core.noise import ExponentialNoise, Scale, tail_weight, uneven_
 from sssi_exudyn.terrain.surface import MOST_MODES, Surface, surface_over
 
 OFFSET: Final = 10.0
-"""m to which the height's origin is known."""
+"""Prior standard deviation of the height's origin, m."""
 TILT: Final = float(np.radians(1.0))
-"""rad to which the inclination and the cross slope are known, as a stated slope is."""
+"""Prior standard deviation of inclination and cross slope, rad, as of a stated slope."""
 AMPLITUDE: Final = (0.3, 1.0)
-"""m, by which a groomed slope usually leaves its plane, and the standard deviation of its logarithm."""
+"""Usual deviation of a groomed slope from its plane, m, and the standard deviation of its logarithm."""
 WAVES: Final = ((0.33, 6.0), (0.67, 15.0), (1.33, 40.0))
-"""Amplitude of the waves of an ordinary slope over its own, and length (m): waves of each length make slopes alike."""
+"""Share of the slope's amplitude in its waves, and their length (m): waves of each length make slopes alike."""
 STEEPNESS: Final = float(np.sqrt(5.0 / 3.0 * sum((share / length) ** 2 for share, length in WAVES)))
-"""1/m, root mean square slope of such waves for a metre of amplitude (of Matérn 5/2, √(5/3)/length)."""
+"""Root mean square slope of such waves per metre of amplitude, 1/m (of Matérn 5/2, √(5/3)/length)."""
 _AMPLITUDES: Final = (0.003, 5.0)
 SHORT: Final = 0.5
 """Share of the noise that is independent from fix to fix."""
 LEAST: Final = 4
-"""Heights that a surface takes."""
+"""Minimum number of heights for a surface."""
 _ROUNDS: Final = 10
 _TOLERANCE: Final = 0.05
-"""Of the amplitude's logarithm."""
+"""Tolerance of the amplitude's logarithm."""
 _SETTLED: Final = 0.05
-"""Change of a weight that is none."""
+"""Change of a weight below which the weights have settled."""
 _MOST: Final = 500
-"""Heights at most; more are averaged by neighbours.  With other runs, the run at hand has half of them."""
+"""Maximum number of heights; more are averaged by neighbours.  With other runs, the run at hand has half of them."""
 _POOR, _OF_POOR = 0.3, 100
-"""m, a height's standard deviation from which on heights tell little of waves, and modes at most there: loads alone
-have to find them, and with 183 modes a search had not settled after 14 rounds, mu_n off by three standard errors.
+"""Standard deviation, m, above which heights show little of waves, and the maximum number of modes there.  Loads alone
+must determine them: with 183 modes a search had not settled after 14 rounds, and mu_n was off by three standard errors.
 """
 TILTS: Final = 2
-"""Modes of such a process that come first, the plane's tilt along and across the slope."""
+"""Number of first modes of such a process: the plane's tilt along and across the slope."""
 _EXACT: Final = 0.001
-"""m to which a surface's modes are found from its own heights."""
+"""Accuracy of a surface's modes from its own heights, m."""
 _APART: Final = 1.0
-"""m over which a slope is taken from heights."""
+"""Distance over which a slope is taken from heights, m."""
 _MOST_ALONG: Final = 300
-"""Places along the way from which modes are found."""
+"""Maximum number of places along the path from which modes are computed."""
 _SECOND: Final = 1.0
-"""s over which a way's velocity is taken."""
+"""Duration over which the path's velocity is taken, s."""
 _STANDING: Final = 0.1
-"""m/s below which a way has no direction."""
+"""Speed, m/s, below which a path has no direction."""
 _SPACING: Final = 2.0
-"""m between nodes: the shortest length is met with 2.5 nodes."""
+"""Distance between nodes, m: the shortest wave has 2.5 nodes."""
 _MARGIN: Final = 15.0
-"""m around the way: skis, a track that is missed by metres, and nodes enough that the border is not felt."""
+"""Margin around the path, m: for skis, a track that is off by metres, and enough nodes that the border has no effect.
+"""
 
 
 @dataclass(frozen=True)
 class Heights:
-    """Heights of the snow, measured.
+    """Measured heights of the snow.
 
     time : (n,) s, rising;  places : (n, 2) m, f and l;  height : (n,) m over the slope's plane
     sigma : (n,) m of each;  noise : the receiver's slow error, for a height of the median sigma
@@ -88,24 +89,25 @@ class Heights:
 
     @property
     def all_places(self) -> Array:
-        """(m, 2) m of all runs' heights, those of the run at hand first."""
+        """Places (m, 2) m of all runs' heights, those of the run at hand first."""
         return np.concatenate([run.places for run in (self, *self.others)])
 
     @property
     def all_heights(self) -> Array:
-        """(m,) m, likewise."""
+        """Heights (m,) m of all runs, those of the run at hand first."""
         return np.concatenate([run.height for run in (self, *self.others)])
 
     @property
     def all_sigmas(self) -> Array:
-        """(m,) m, likewise."""
+        """Standard deviations (m,) m of all runs' heights, those of the run at hand first."""
         return np.concatenate([run.sigma for run in (self, *self.others)])
 
 
 @dataclass(frozen=True)
 class Noticed:
-    """What the other instruments would notice of a surface, root mean square over the run; infinite where there is
-    none.
+    """Smallest effects of a surface that the other instruments would notice, root mean square over the run.
+
+    They are infinite where there is no such instrument.
 
     place : m of the track;  speed : m/s of it;  lift : m/s² by which the snow throws the skier up
     tilt : rad across the way, by which one ski is higher than the other
@@ -121,8 +123,8 @@ class Noticed:
 class Estimate:
     """The posterior of the surface.
 
-    amplitude : m of the process
-    weight : (m,) of each height, those of the run at hand first; 1 for an ordinary one
+    amplitude : amplitude of the process, m
+    weight : (m,) weight of each height, those of the run at hand first; 1 for an ordinary one
     """
 
     heights: Heights
@@ -136,26 +138,28 @@ class Estimate:
         return factor, cho_solve((factor, True), self.heights.all_heights)
 
     def _cross(self, places: Array) -> Array:
-        """(k, m) covariance of the surface at ``places`` (k, 2) with all heights; their origins are no part of it."""
+        """Return the covariance (k, m) of the surface at ``places`` (k, 2) with all heights, without their origins."""
         return self._prior(places, self.heights.all_places)
 
     def _prior(self, a: Array, b: Array) -> Array:
-        """(m, n) m²: covariance beforehand of the surface at places (m, 2) and (n, 2)."""
+        """Return the prior covariance (m, n) m² of the surface at places (m, 2) and (n, 2)."""
         return _of_surface(a, b, self.amplitude)
 
     def mean(self, places: Array) -> Array:
-        """(m,) m over the slope's plane at ``places`` (m, 2), up to a constant."""
+        """Return the mean height (m,) m over the slope's plane at ``places`` (m, 2), up to a constant."""
         return np.asarray(self._cross(places) @ self._solved[1])
 
     def covariance(self, places: Array) -> Array:
-        """(m, m) m² of the surface at ``places`` (m, 2), relative to their mean height."""
+        """Return the covariance (m, m) m² of the surface at ``places`` (m, 2), relative to their mean height."""
         cross = self._cross(places)
-        found = self._prior(places, places) - cross @ cho_solve((self._solved[0], True), cross.T)
+        posterior = self._prior(places, places) - cross @ cho_solve((self._solved[0], True), cross.T)
         level = np.eye(len(places)) - 1.0 / len(places)
-        return np.asarray(level @ found @ level)
+        return np.asarray(level @ posterior @ level)
 
     def surface(self, empty: Surface, noticed: Noticed | None = None) -> Surface:
-        """The mean as a spline on the nodes of ``empty``, with its leading modes; its height at the first place is 0.
+        """Return the mean as a spline on the nodes of ``empty``, with its leading modes.
+
+        Its height at the first place is 0.
 
         noticed : modes of which the other instruments would notice less are left out
         """
@@ -171,13 +175,15 @@ class Estimate:
         )
 
     def process(self, empty: Surface, noticed: Noticed) -> tuple[Surface, Array, Array, Array]:
-        """The mean as a spline on the nodes of ``empty``, its modes those of the surface before any height was known,
-        relative to the first place; places (p, 2) along the way and around it, how the modes' amounts follow from a
-        surface's heights there, (k, p), and how these follow from the measured ones of all runs, (p, m).
+        """Return the mean as a spline on the nodes of ``empty``, with the prior's modes and maps to their amounts.
 
-        The first two modes are the plane's tilt, the others the leading ones, in standard deviations, of a process
-        with waves of all lengths in what the other instruments notice of it: loads tell of short waves, and the track
-        of slopes across the way, which no height along it shows.  What they leave of the mean is kept as it is.
+        The modes are relative to the first place.  Further results are places (p, 2) along the path and around it, the
+        map (k, p) from a surface's heights there to the modes' amounts, and the map (p, m) from the measured heights
+        of all runs to those heights.
+
+        The first two modes are the plane's tilt.  The others are the leading ones, in standard deviations, of a
+        process with waves of all lengths, ranked by their effect on the other instruments.  Loads show short waves.
+        The track shows slopes across the path, which no height along it does.  The rest of the mean is kept.
         """
         nodes, first = empty.nodes(), self.heights.places[:1]
         places, table = self._noticed(noticed)
@@ -187,12 +193,12 @@ class Estimate:
         mixed = table.T @ (shapes / sizes)
 
         def modes(at: Array, covariance: Array) -> Array:
-            """(k, n) m at places (n, 2), where the waves' covariance with those at ``places`` is (n, p)."""
+            """Return modes (k, n) m at places (n, 2), from the waves' covariance (n, p) with those at ``places``."""
             return np.column_stack([TILT * at, covariance @ mixed]).T
 
-        # amounts are known from heights to within an origin and the waves that are left out
-        beside = OFFSET**2 + _EXACT**2 * np.eye(len(places))
-        known = cholesky(_with_tilt(waves, places, places) + beside, lower=True)
+        # heights determine amounts up to an origin and the waves that are left out
+        unknown = OFFSET**2 + _EXACT**2 * np.eye(len(places))
+        known = cholesky(_with_tilt(waves, places, places) + unknown, lower=True)
         follow = cho_solve((known, True), modes(places, waves).T).T
         on_nodes, at_first = (modes(at, _of_waves(at, places, self.amplitude)) for at in (nodes, first))
         shown = on_nodes - at_first
@@ -209,26 +215,29 @@ class Estimate:
         return surface, places, np.asarray(follow), np.asarray(smooth)
 
     def _leading(self, covariance: Array) -> tuple[Array, Array]:
-        """Standard deviations (k,) and directions (r, k) of the covariance (r, r) of what is noticed, largest first."""
-        found, shapes = np.linalg.eigh(covariance)
+        """Return the leading standard deviations (k,) and directions (r, k) of a covariance (r, r), largest first.
+
+        The covariance is that of the effects on the other instruments.
+        """
+        variances, shapes = np.linalg.eigh(covariance)
         most = MOST_MODES if np.median(self.heights.sigma) < _POOR else _OF_POOR
-        strong = np.flatnonzero(found > 1.0)[::-1][:most]
-        return np.sqrt(found[strong]), shapes[:, strong]
+        strong = np.flatnonzero(variances > 1.0)[::-1][:most]
+        return np.sqrt(variances[strong]), shapes[:, strong]
 
     def _deviation(self, nodes: Array) -> Array:
-        """(n,) m, standard deviation at ``nodes`` (n, 2) relative to the mean height along the way."""
-        with_way, along_way = self._cross(nodes), self._cross(self.heights.places)
-        cross = with_way - along_way.mean(axis=0)
+        """Return the standard deviation (n,) m at ``nodes`` (n, 2), relative to the mean height along the path."""
+        with_path, along_path = self._cross(nodes), self._cross(self.heights.places)
+        cross = with_path - along_path.mean(axis=0)
         own = self.amplitude**2 * sum(share**2 for share, _ in WAVES) + TILT**2 * np.sum(nodes**2, axis=1)
         count = len(self.heights.time)
-        prior = own - 2.0 * with_way[:, :count].mean(axis=1) + along_way[:, :count].mean()
+        prior = own - 2.0 * with_path[:, :count].mean(axis=1) + along_path[:, :count].mean()
         explained = np.sum(cross * cho_solve((self._solved[0], True), cross.T).T, axis=1)
         return np.asarray(np.sqrt(np.maximum(prior - explained, 0.0)))
 
     def _modes(self, nodes: Array, noticed: Noticed) -> Array:
-        """(k, n) m at ``nodes`` (n, 2): the posterior's Karhunen–Loève modes in what is noticed of them.
+        """Return the posterior's Karhunen–Loève modes (k, n) m at ``nodes`` (n, 2).
 
-        The modes are those of all that is noticed; what they are elsewhere follows by regression.
+        The modes are those of the effects on the other instruments; their heights at the nodes follow by regression.
         """
         around, table = self._noticed(noticed)
         measured = table @ self._cross(around)
@@ -238,10 +247,10 @@ class Estimate:
         return np.asarray((covariance @ shapes / sizes).T)
 
     def _noticed(self, noticed: Noticed) -> tuple[Array, Array]:
-        """Places (p, 2) m along the way and around it, and what is noticed, (r, p), of a surface's heights there.
+        """Return places (p, 2) m along the path and around it, and the effects (r, p) of a surface's heights there.
 
-        A slope's change pulls with g along it: once integrated that changes the speed, twice the place, up to what
-        another start makes up for.  Along the way a wave throws the skier up, v² times its curvature.
+        A slope's change pulls with g along it.  Its integral changes the speed, and its double integral the place, up
+        to the part that another start explains.  Along the path a wave throws the skier up, v² times its curvature.
         """
         some = slice(None, None, -(-len(self.heights.time) // _MOST_ALONG))
         places, time, velocity = self.heights.places[some], self.heights.time[some], _velocities(self.heights)[some]
@@ -253,8 +262,8 @@ class Estimate:
         once, none = _integral(time), np.zeros((count, count))
         rows = []
         for least, integrated, order in ((noticed.place, once @ once, 1), (noticed.speed, once, 0)):
-            each = _without_start(time, integrated, order) * (GRAVITY / (_APART * least))
-            rows += [[-each, each, none, none, *[none] * 3], [none, none, -each, each, *[none] * 3]]
+            effect = _without_start(time, integrated, order) * (GRAVITY / (_APART * least))
+            rows += [[-effect, effect, none, none, *[none] * 3], [none, none, -effect, effect, *[none] * 3]]
         thrown = np.diag(speed[:, 0] ** 2 / (_APART**2 * noticed.lift))
         rows.append([*[none] * 4, thrown, thrown, -2.0 * thrown])
         to_f, to_l = (np.diag(share / (_APART * noticed.tilt)) for share in (-ahead[:, 1], ahead[:, 0]))
@@ -264,13 +273,14 @@ class Estimate:
 
 
 def level_surface(heights: Heights) -> Surface:
-    """A level surface over the way and around it."""
+    """Return a level surface over the path and around it."""
     return surface_over(heights.places, _SPACING, _MARGIN)
 
 
 def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:
-    """The posterior of the surface from its heights; ``usual`` (m) is by how much such a surface leaves the plane, or
-    whatever else the heights count from.
+    """Estimate the posterior of the surface from its heights.
+
+    ``usual`` (m) is the usual deviation of such a surface from the plane, or from whatever else the heights count from.
 
     Raises ValueError for fewer heights than ``LEAST``.
     """
@@ -278,12 +288,12 @@ def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:
         raise ValueError(f"fewer than {LEAST} heights make no surface")
     heights = _bounded_heights(heights)
     bounds = tuple(np.log(_AMPLITUDES))
-    # weighed before anything is sought: waves short enough to follow single fixes would explain them
+    # weighed before the search: waves short enough to follow single fixes would explain them
     weight = _weights(Estimate(heights, usual, np.ones(len(heights.all_heights))))
     for _ in range(_ROUNDS):
         objective = partial(_minus_log_posterior, heights, weight, usual)
-        found = minimize_scalar(objective, bounds=bounds, method="bounded", options={"xatol": _TOLERANCE})
-        estimate = Estimate(heights, float(np.exp(found.x)), weight)
+        optimum = minimize_scalar(objective, bounds=bounds, method="bounded", options={"xatol": _TOLERANCE})
+        estimate = Estimate(heights, float(np.exp(optimum.x)), weight)
         again = _weights(estimate)
         if np.max(np.abs(again - weight)) < _SETTLED:
             break
@@ -292,7 +302,7 @@ def estimate_surface(heights: Heights, usual: float = AMPLITUDE[0]) -> Estimate:
 
 
 def _integral(time: Array) -> Array:
-    """(n, n) s: what comes of rates at ``time`` (n,) until then, by trapezoids."""
+    """Return the operator (n, n) s that integrates rates at ``time`` (n,) by trapezoids."""
     step = np.diff(time)
     once = np.zeros((len(time), len(time)))
     once[1:, :-1] += np.tril(np.broadcast_to(0.5 * step, (len(step), len(step))))
@@ -301,13 +311,16 @@ def _integral(time: Array) -> Array:
 
 
 def _without_start(time: Array, operator: Array, order: int) -> Array:
-    """(n, n) an operator less what another place at the start, and for ``order`` 1 another speed, make up for."""
+    """Return an operator (n, n) less the part that another place at the start explains.
+
+    For ``order`` 1 it is less the part of another speed too.
+    """
     line = np.vander(time - time.mean(), order + 1)
     return np.asarray(operator - line @ np.linalg.lstsq(line, operator, rcond=None)[0])
 
 
 def _velocities(heights: Heights) -> Array:
-    """(n, 2) m/s along the way, over a second: single fixes may be far off."""
+    """Return the velocity (n, 2) m/s along the path, over a second, since single fixes may be far off."""
     ahead, behind = heights.time + 0.5 * _SECOND, heights.time - 0.5 * _SECOND
     ahead, behind = (np.clip(at, heights.time[0], heights.time[-1]) for at in (ahead, behind))
     moved = [
@@ -319,48 +332,48 @@ def _velocities(heights: Heights) -> Array:
 def _minus_log_posterior(heights: Heights, weight: Array, usual: float, log: float) -> float:
     factor = cholesky(_covariance(heights, float(np.exp(log)), weight), lower=True)
     whitened = np.linalg.solve(factor, heights.all_heights)
-    beforehand = ((log - np.log(usual)) / AMPLITUDE[1]) ** 2
-    return float(0.5 * whitened @ whitened + np.sum(np.log(np.diag(factor))) + 0.5 * beforehand)
+    prior = ((log - np.log(usual)) / AMPLITUDE[1]) ** 2
+    return float(0.5 * whitened @ whitened + np.sum(np.log(np.diag(factor))) + 0.5 * prior)
 
 
 def _covariance(heights: Heights, amplitude: float, weight: Array) -> Array:
-    """(m, m) m² of all heights by surface and tilt, which runs share, and by what each run has of its own."""
+    """Return the covariance (m, m) m² of all heights: surface and tilt, which runs share, and each run's own errors."""
     own = block_diag(*(_own_errors(run) for run in (heights, *heights.others)))
     independent = np.diag((SHORT * heights.all_sigmas) ** 2 / weight)
     return np.asarray(_of_surface(heights.all_places, heights.all_places, amplitude) + own + independent)
 
 
 def _own_errors(heights: Heights) -> Array:
-    """(n, n) m² of one run's heights by their origin and the receiver's slow error."""
+    """Return the covariance (n, n) m² of one run's heights by their origin and the receiver's slow error."""
     noise = replace(heights.noise, correlation_time=max(heights.noise.correlation_time, 1e-9))
-    # fixes that say they are less sure are off together
+    # fixes with a larger stated sigma are off together
     stated = heights.sigma / np.median(heights.sigma)
     return OFFSET**2 + uneven_covariance(heights.time, noise, Scale(stated, stated))
 
 
 def _of_surface(a: Array, b: Array, amplitude: float) -> Array:
-    """(m, n) m²: covariance beforehand of the surface, with the plane's tilt, at places (m, 2) and (n, 2)."""
+    """Return the prior covariance (m, n) m² of the surface, with the plane's tilt, at places (m, 2) and (n, 2)."""
     return _with_tilt(_of_waves(a, b, amplitude), a, b)
 
 
 def _with_tilt(waves: Array, a: Array, b: Array) -> Array:
-    """(m, n) m²: covariance of ``waves`` (m, n) with the plane's tilt added."""
+    """Return the covariance of ``waves`` (m, n) m² with the plane's tilt added."""
     return np.asarray(waves + TILT**2 * a @ b.T)
 
 
 def _of_waves(a: Array, b: Array, amplitude: float) -> Array:
-    """(m, n) m²: covariance beforehand of waves of all lengths at places (m, 2) and (n, 2)."""
+    """Return the prior covariance (m, n) m² of waves of all lengths at places (m, 2) and (n, 2)."""
     return np.asarray(sum(_matern(a, b, share * amplitude, length) for share, length in WAVES))
 
 
 def _matern(a: Array, b: Array, amplitude: float, length: float) -> Array:
-    """(m, n) m², Matérn 5/2 (Rasmussen and Williams 4.17)."""
+    """Return the Matérn 5/2 covariance (m, n) m² (Rasmussen and Williams 4.17)."""
     gap = np.linalg.norm(a[:, None] - b[None], axis=2) * (np.sqrt(5.0) / length)
     return np.asarray(amplitude**2 * (1.0 + gap + gap**2 / 3.0) * np.exp(-gap))
 
 
 def _weights(estimate: Estimate) -> Array:
-    """(n,) what each height counts, from how far it is from what all others predict for it."""
+    """Return the weight (n,) of each height, from its distance to the prediction by all others."""
     inverse = cho_solve((estimate._solved[0], True), np.eye(len(estimate.weight)))
     # Rasmussen and Williams 5.12: residual and variance of a value left out
     residual, variance = estimate._solved[1] / np.diag(inverse), 1.0 / np.diag(inverse)
@@ -370,7 +383,7 @@ def _weights(estimate: Estimate) -> Array:
 
 
 def _bounded_heights(heights: Heights) -> Heights:
-    """Heights averaged until there are no more than ``_MOST`` of all runs together."""
+    """Average heights until all runs together have no more than ``_MOST``."""
     if not heights.others:
         return _binned(heights, _MOST)
     half = _MOST // 2
@@ -379,7 +392,7 @@ def _bounded_heights(heights: Heights) -> Heights:
 
 
 def _binned(heights: Heights, most: int) -> Heights:
-    """Neighbours of one run averaged until there are no more than ``most``."""
+    """Average neighbours of one run until there are no more than ``most``."""
     n = len(heights.time)
     if n <= most:
         return heights

@@ -1,4 +1,4 @@
-"""A snow surface along a way: height, its band, and how steep the snow is."""
+"""A snow surface along a path: height, its band, and the steepness of the snow."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from sssi_exudyn.terrain.surface import Surface
 
 @dataclass(frozen=True)
 class Profile:
-    """The surface at n places of a way.
+    """The surface at n places of a path.
 
-    distance : (n,) m along the way, over the slope's plane;  height : (n,) m over the plane
-    band : (n,) m, standard deviation of the height, relative to its mean along the way
+    distance : (n,) m along the path, over the slope's plane;  height : (n,) m over the plane
+    band : (n,) m, standard deviation of the height, relative to its mean along the path
     inclination : (n,) rad of the snow against the horizontal
     """
 
@@ -27,8 +27,9 @@ class Profile:
 
 @dataclass(frozen=True)
 class SurfaceFigures:
-    """The snow surface along the way: heights over the slope's plane, one standard deviation of them (median), and how
-    steep the snow is; of how many runs the heights are.
+    """The snow surface along the path, from the heights of ``runs`` runs.
+
+    The figures are heights over the slope's plane, their standard deviation (median), and the inclination of the snow.
     """
 
     lowest_m: float
@@ -41,22 +42,22 @@ class SurfaceFigures:
 
 
 def profile_along(surface: Surface, places: Array, inclination: float) -> Profile:
-    """The surface at ``places`` (n, ≥ 2) m in the slope frame, on a plane of that inclination (rad)."""
-    way = np.asarray(places[:, :2], dtype=np.float64)
-    patch = surface.at(way)
+    """Return the surface at ``places`` (n, ≥ 2) m in the slope frame, on a plane of that inclination (rad)."""
+    path = np.asarray(places[:, :2], dtype=np.float64)
+    patch = surface.at(path)
     up = -gravity_in_slope(inclination) / GRAVITY
-    normal = np.column_stack([-patch[:, 1:3], np.ones(len(way))])
+    normal = np.column_stack([-patch[:, 1:3], np.ones(len(path))])
     cosine = normal @ up / np.linalg.norm(normal, axis=1)
     return Profile(
-        distance=np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))]),
+        distance=np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))]),
         height=patch[:, 0],
-        band=surface.deviation_at(way),
+        band=surface.deviation_at(path),
         inclination=np.arccos(np.clip(cosine, -1.0, 1.0)),
     )
 
 
 def surface_figures(surface: Surface, places: Array, inclination: float, runs: int) -> SurfaceFigures:
-    """The figures of ``profile_along``, of a surface from the heights of so many runs."""
+    """Return the figures of ``profile_along`` for a surface from the heights of so many runs."""
     profile = profile_along(surface, places, inclination)
     steep = np.degrees(profile.inclination)
     return SurfaceFigures(

@@ -1,8 +1,8 @@
 """A snow surface: heights over the slope's plane on a regular grid, and a bicubic spline through them.
 
-The spline's coefficients are SciPy's (``scipy.ndimage.spline_filter``), mirrored at the borders; beyond them the
-surface goes on level, at the border's height.  Contact sees it under each ski as its second-order patch about the ski's
-middle: height, two slopes, three curvatures.  Over waves of 5 m and more the patch is within 0.2 mm of height for every
+The spline's coefficients are SciPy's (``scipy.ndimage.spline_filter``), mirrored at the borders.  Beyond them the
+surface continues level, at the border's height.  Contact uses the surface's second-order patch about the middle of each
+ski: height, two slopes, three curvatures.  Over waves of 5 m and more the patch is within 0.2 mm of height for every
 metre of a ski of 1.65 m (tests/terrain/test_surface.py).
 """
 
@@ -20,14 +20,16 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
 
 PATCH = 6
-"""Numbers of a patch: h (m), ∂h/∂f, ∂h/∂l (1), ∂²h/∂f², ∂²h/∂f∂l, ∂²h/∂l² (1/m)."""
+"""Count of the numbers of a patch: h (m), ∂h/∂f, ∂h/∂l (1), ∂²h/∂f², ∂²h/∂f∂l, ∂²h/∂l² (1/m)."""
 MOST_MODES: Final = 240
-"""Of a hill of 180 m some 200 are noticed; without half of them the others shook loads as much as insoles are off."""
+"""Maximum number of modes.  A hill of 180 m has some 200 noticeable ones; without half of them the others disturbed the
+loads as much as insoles are off.
+"""
 
 
 @njit(cache=True, error_model="numpy")
 def weights(t):
-    """The four cubic B-splines that reach a place between two nodes, 0 ≤ t ≤ 1, and their derivatives by t."""
+    """Return the four cubic B-splines that reach a place between two nodes, 0 ≤ t ≤ 1, and their derivatives by t."""
     s = 1.0 - t
     value = (
         s * s * s / 6.0,
@@ -42,8 +44,9 @@ def weights(t):
 
 @njit(cache=True, error_model="numpy")
 def cell(count, x):
-    """Where a place x (nodes) is among ``count`` nodes: the node before it, the share of the way to the next, and
-    whether it is within the borders.
+    """Locate a place x (nodes) among ``count`` nodes.
+
+    Returns the node before it, the share of the distance to the next, and whether the place is within the borders.
     """
     inside = 0.0 < x < count - 1.0
     x = min(max(x, 0.0), count - 1.0)
@@ -53,7 +56,7 @@ def cell(count, x):
 
 @njit(cache=True, error_model="numpy")
 def grid_patch(coefficients, origin, spacing, f, l):  # noqa: E741  the slope frame's name of the axis
-    """Height, slopes and curvatures at one place of a spline: ``PATCH`` numbers.
+    """Return height, slopes and curvatures at one place of a spline: ``PATCH`` numbers.
 
     coefficients : (nf + 2, nl + 2), with one mirrored row or column beyond each border
     """
@@ -65,10 +68,10 @@ def grid_patch(coefficients, origin, spacing, f, l):  # noqa: E741  the slope fr
     for m in range(4):
         c, c1, c2 = 0.0, 0.0, 0.0
         for n in range(4):
-            each = coefficients[i + m, j + n]
-            c += b[n] * each
-            c1 += b1[n] * each
-            c2 += b2[n] * each
+            node = coefficients[i + m, j + n]
+            c += b[n] * node
+            c1 += b1[n] * node
+            c2 += b2[n] * node
         h += a[m] * c
         h_f += a1[m] * c
         h_l += a[m] * c1
@@ -82,7 +85,7 @@ def grid_patch(coefficients, origin, spacing, f, l):  # noqa: E741  the slope fr
 
 @njit(cache=True, error_model="numpy")
 def patch_under(surface, f, l):  # noqa: E741
-    """The patch about a place, with the place: (f, l, h, ∂h/∂f, ∂h/∂l, ∂²h/∂f², ∂²h/∂f∂l, ∂²h/∂l²).
+    """Return the patch about a place, with the place: (f, l, h, ∂h/∂f, ∂h/∂l, ∂²h/∂f², ∂²h/∂f∂l, ∂²h/∂l²).
 
     surface : ``SnowGrid``
     """
@@ -94,7 +97,7 @@ def patch_under(surface, f, l):  # noqa: E741
 
 @njit(cache=True, error_model="numpy")
 def on_change(patch, x, y):
-    """Height and slopes of a patch (``PATCH`` numbers) x and y (m) away from its middle."""
+    """Return height and slopes of a patch (``PATCH`` numbers) x and y (m) away from its middle."""
     slope_f = patch[3] * x + patch[4] * y
     slope_l = patch[4] * x + patch[5] * y
     height = patch[0] + (patch[1] + 0.5 * slope_f) * x + (patch[2] + 0.5 * slope_l) * y
@@ -103,16 +106,16 @@ def on_change(patch, x, y):
 
 @njit(cache=True, error_model="numpy")
 def on_patch(under, f, l):  # noqa: E741
-    """Height and slopes at a place near a patch, as ``patch_under`` gives it."""
+    """Return height and slopes at a place near a patch, as ``patch_under`` gives it."""
     return on_change(under[2:], f - under[0], l - under[1])
 
 
 @njit(cache=True, error_model="numpy")
 def patch_changes(surface, f, l, changes):  # noqa: E741
-    """Fill the first two rows of ``changes`` (≥ 2, ``PATCH``): what changes of the patch at a place that stays while
-    the patch's middle moves along f and along l.
+    """Fill the first two rows of ``changes`` (≥ 2, ``PATCH``): the patch's change as its middle moves along f and l.
 
-    Heights and slopes of a second-order patch change by its third derivatives alone.
+    The place at which the patch is evaluated does not move.  There, heights and slopes of a second-order patch change
+    by the third derivatives alone.
     """
     coefficients, spacing = surface.coefficients, surface.spacing
     i, u, inside_u = cell(coefficients.shape[0] - 2, (f - surface.origin[0]) / spacing)
@@ -123,11 +126,11 @@ def patch_changes(surface, f, l, changes):  # noqa: E741
     fff, ffl, fll, lll = 0.0, 0.0, 0.0, 0.0
     for m in range(4):
         for n in range(4):
-            each = coefficients[i + m, j + n]
-            fff += third[m] * b[n] * each
-            ffl += a2[m] * b1[n] * each
-            fll += a1[m] * b2[n] * each
-            lll += a[m] * third[n] * each
+            node = coefficients[i + m, j + n]
+            fff += third[m] * b[n] * node
+            ffl += a2[m] * b1[n] * node
+            fll += a1[m] * b2[n] * node
+            lll += a[m] * third[n] * node
     by_f = 1.0 / spacing if inside_u else 0.0
     by_l = 1.0 / spacing if inside_w else 0.0
     fff, ffl, fll, lll = fff * by_f**3, ffl * by_f * by_f * by_l, fll * by_f * by_l * by_l, lll * by_l**3
@@ -138,31 +141,34 @@ def patch_changes(surface, f, l, changes):  # noqa: E741
 
 
 @njit(cache=True, error_model="numpy")
-def patches(coefficients, origin, spacing, places, found):
-    """``grid_patch`` at each of places (n, 2) into found (n, ``PATCH``)."""
+def patches(coefficients, origin, spacing, places, out):
+    """Write ``grid_patch`` at each of places (n, 2) into ``out`` (n, ``PATCH``)."""
     for k in range(places.shape[0]):
-        each = grid_patch(coefficients, origin, spacing, places[k, 0], places[k, 1])
+        patch = grid_patch(coefficients, origin, spacing, places[k, 0], places[k, 1])
         for c in range(6):
-            found[k, c] = each[c]
+            out[k, c] = patch[c]
 
 
 def spline_coefficients(heights: Array) -> Array:
-    """(…, nf + 2, nl + 2) m of the bicubic splines through heights (…, nf, nl), mirrored by one beyond each border."""
+    """Return the coefficients (…, nf + 2, nl + 2) m of the bicubic splines through heights (…, nf, nl).
+
+    They are mirrored by one beyond each border.
+    """
     flat = np.asarray(heights, dtype=np.float64).reshape(-1, *heights.shape[-2:])
-    padded = [np.pad(spline_filter(each, order=3, mode="mirror"), 1, mode="reflect") for each in flat]
+    padded = [np.pad(spline_filter(grid, order=3, mode="mirror"), 1, mode="reflect") for grid in flat]
     shape = (*heights.shape[:-2], heights.shape[-2] + 2, heights.shape[-1] + 2)
     return np.ascontiguousarray(np.reshape(padded, shape))
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """Heights over the slope's plane, in the slope frame, with what is uncertain of them.
+    """Heights over the slope's plane, in the slope frame, with their uncertainty.
 
     origin : (f, l) m of the first node;  spacing : m between nodes
     mean : (nf, nl) m at the nodes, at least 2 by 2
-    deviation : (nf, nl) m, standard deviation there, relative to the mean height along the way
-    modes : (k, nf, nl) m by which the heights differ from the mean, each with its number of standard deviations
-    amounts : (k,) those numbers
+    deviation : (nf, nl) m, standard deviation there, relative to the mean height along the path
+    modes : (k, nf, nl) m, shapes by which the heights may differ from the mean
+    amounts : (k,) number of standard deviations of each mode
     """
 
     origin: tuple[float, float]
@@ -174,17 +180,17 @@ class Surface:
 
     @cached_property
     def heights(self) -> Array:
-        """(nf, nl) m at the nodes."""
+        """Heights (nf, nl) m at the nodes."""
         return np.asarray(self.mean + np.tensordot(np.array(self.amounts), self.modes, axes=1))
 
     @cached_property
     def coefficients(self) -> Array:
-        """(nf + 2, nl + 2) m of the heights' spline."""
+        """Coefficients (nf + 2, nl + 2) m of the heights' spline."""
         return spline_coefficients(self.heights)
 
     @cached_property
     def mode_coefficients(self) -> Array:
-        """(k, nf + 2, nl + 2) m of the modes' splines."""
+        """Coefficients (k, nf + 2, nl + 2) m of the modes' splines."""
         return spline_coefficients(self.modes)
 
     @cached_property
@@ -195,7 +201,7 @@ class Surface:
 
     @property
     def grids(self) -> Array:
-        """(2 + k, nf, nl) m: mean, deviation and modes."""
+        """Grids (2 + k, nf, nl) m: mean, deviation and modes."""
         return np.concatenate([self.mean[None], self.deviation[None], self.modes])
 
     @property
@@ -204,30 +210,33 @@ class Surface:
         return tuple(f"surface.mode_{k + 1}" for k in range(len(self.amounts)))
 
     def with_amount(self, mode: int, amount: complex) -> Surface:
-        """The same with another number of standard deviations of one mode.  Raises IndexError where there is none."""
+        """Return the surface with another number of standard deviations of one mode.
+
+        Raises IndexError where there is no such mode.
+        """
         amounts = list(self.amounts)
         amounts[mode] = amount
         return replace(self, amounts=tuple(amounts))
 
     def at(self, places: Array) -> Array:
-        """(n, ``PATCH``): height, slopes and curvatures at ``places`` (n, 2), f and l in m."""
-        found = np.empty((len(places), PATCH))
+        """Return (n, ``PATCH``) height, slopes and curvatures at ``places`` (n, 2), f and l in m."""
+        out = np.empty((len(places), PATCH))
         places = np.ascontiguousarray(places[:, :2], dtype=np.float64)
-        patches(self.coefficients, np.array(self.origin), self.spacing, places, found)
-        return found
+        patches(self.coefficients, np.array(self.origin), self.spacing, places, out)
+        return out
 
     def deviation_at(self, places: Array) -> Array:
-        """(n,) m: standard deviation of the height at ``places`` (n, 2)."""
+        """Return the standard deviation (n,) m of the height at ``places`` (n, 2)."""
         return replace(self, mean=self.deviation, modes=self.modes[:0], amounts=()).at(places)[:, 0]
 
     def nodes(self) -> Array:
-        """(nf·nl, 2) m, the places of the nodes, row by row."""
+        """Return the places (nf·nl, 2) m of the nodes, row by row."""
         f, l = (start + self.spacing * np.arange(n) for start, n in zip(self.origin, self.mean.shape, strict=True))  # noqa: E741
         return np.stack(np.meshgrid(f, l, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def surface_over(places: Array, spacing: float, margin: float) -> Surface:
-    """A level surface whose nodes reach ``margin`` (m) beyond all of ``places`` (n, 2)."""
+    """Return a level surface whose nodes reach ``margin`` (m) beyond all of ``places`` (n, 2)."""
     low, high = places.min(axis=0) - margin, places.max(axis=0) + margin
     counts = np.maximum(np.ceil((high - low) / spacing).astype(int) + 1, 2)
     return Surface((float(low[0]), float(low[1])), spacing, np.zeros(counts), np.zeros(counts), np.zeros((0, *counts)))

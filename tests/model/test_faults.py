@@ -62,10 +62,10 @@ def test_corrected_fixes_are_where_the_antenna_was() -> None:
     model = model.with_values({"start.clock_offset": 0.2})
     gps = recording.gps
     assert gps is not None
-    found = correct_fixes(gps, model)
-    assert np.allclose(gps.time - found.time, 0.2)
+    corrected = correct_fixes(gps, model)
+    assert np.allclose(gps.time - corrected.time, 0.2)
     jumped = (gps.time >= 3.0) & (gps.time < 4.0)
-    moved = np.linalg.norm(gps.enu - found.enu, axis=1)
+    moved = np.linalg.norm(gps.enu - corrected.enu, axis=1)
     np.testing.assert_allclose(moved[jumped], np.hypot(0.5, 0.2), rtol=1e-12)  # rounding
     assert not np.any(moved[~jumped])
 

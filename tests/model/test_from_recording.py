@@ -1,4 +1,4 @@
-"""The model before a fit: where a run is guessed to begin."""
+"""The model before a fit: the guess of the start of a run."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from sssi_exudyn.recording.instruments.gps import Gps
 
 
 def coarse(gps: Gps, seed: int, sigma: float) -> Gps:
-    """Every second fix, off by ``sigma`` (m), from a receiver that gives no speed."""
+    """Return every second fix, off by ``sigma`` (m), from a receiver that gives no speed."""
     enu = gps.enu[::2] + np.random.default_rng(seed).normal(0.0, sigma, gps.enu[::2].shape)
     return replace(gps, time=gps.time[::2], enu=enu, sigma=np.full(len(enu), sigma), speed=None, course=None)
 
@@ -32,7 +32,7 @@ def test_fixes_that_are_far_off_do_not_bend_the_first_guess(far: tuple[int, ...]
     assert np.hypot(guess.velocity_f - usual.velocity_f, guess.velocity_l - usual.velocity_l) < 0.6
 
 
-def test_coarse_fixes_are_smoothed_as_well_as_is_said() -> None:
+def test_coarse_fixes_are_smoothed_as_well_as_stated() -> None:
     """A cubic through 1.2 s of fixes that are 2 m off is wrong by 20 m/s."""
     recording, motion = bundled("intermediate")
     gps, slope = recording.gps, recording.slope
@@ -46,7 +46,7 @@ def test_coarse_fixes_are_smoothed_as_well_as_is_said() -> None:
     assert 0.6 < np.sqrt(np.mean(np.square(apart))) < 1.5
 
 
-def test_a_straight_way_is_guessed_as_it_is() -> None:
+def test_a_straight_path_is_guessed_exactly() -> None:
     recording, motion = bundled("intermediate")
     gps, slope = recording.gps, recording.slope
     assert gps is not None
@@ -63,7 +63,7 @@ def test_a_straight_way_is_guessed_as_it_is() -> None:
 
 @pytest.mark.long(seconds=10)
 def test_a_fit_to_coarse_fixes_without_speeds_is_not_lost() -> None:
-    """From a velocity of 24 m/s across the slope it ended 11 m off, with friction at its bounds."""
+    """A start with 24 m/s across the slope would end 11 m off, with friction at its bounds."""
     recording, motion = bundled("intermediate")
     assert recording.gps is not None
     rough = replace(recording, gps=coarse(recording.gps, 3, 2.0))

@@ -21,7 +21,7 @@ KNEE = PRESCRIBED.index("knee_angle_l")
 
 
 def correction() -> PostureCorrection:
-    """2° of the left knee, swelling over two seconds."""
+    """Return a correction of the left knee by up to 2°, swelling over two seconds."""
     time = np.linspace(0.0, 6.0, 61)
     angles = np.zeros((61, len(PRESCRIBED)))
     angles[:, KNEE] = np.radians(2.0) * np.sin(np.pi * time / 2.0) ** 2
@@ -38,8 +38,8 @@ def test_the_angles_are_added() -> None:
 
 
 def test_beyond_its_ends_it_stays() -> None:
-    found = correction().at(np.array([-1.0, 7.0]))
-    np.testing.assert_allclose(found, correction().angles[[0, -1]], atol=1e-12)
+    angles = correction().at(np.array([-1.0, 7.0]))
+    np.testing.assert_allclose(angles, correction().angles[[0, -1]], atol=1e-12)
 
 
 def test_its_size_by_coordinate() -> None:
@@ -48,7 +48,7 @@ def test_its_size_by_coordinate() -> None:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """A model with a correction, written."""
+    """Write a model with a correction."""
     model = replace(a_run().model, posture=correction())
     (tmp_path / "model.toml").write_text(tomli_w.dumps(model_to_dict(model)))
     for name, content in model_files(model).items():
@@ -57,10 +57,10 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_a_model_keeps_it(folder: Path) -> None:
-    found = read_model(folder / "model.toml").posture
-    assert found is not None
-    np.testing.assert_array_equal(found.angles, correction().angles)
-    assert found.digest == correction().digest
+    posture = read_model(folder / "model.toml").posture
+    assert posture is not None
+    np.testing.assert_array_equal(posture.angles, correction().angles)
+    assert posture.digest == correction().digest
 
 
 def test_another_file_is_refused(folder: Path) -> None:

@@ -47,7 +47,7 @@ _MOVED_BY = {
 
 
 def captured(angles: Array, geometry: Geometry) -> Bvh:
-    """The BVH of a perfect capture of the chain: zero is the T-pose, the spine bends at its root only."""
+    """Return the BVH of a perfect capture of the chain: zero is the T-pose, the spine bends at its root only."""
     names = tuple(_TREE)
     parents = tuple(-1 if parent is None else names.index(parent) for parent in _TREE.values())
     q = np.hstack([np.zeros((len(angles), 3)), angles])
@@ -84,7 +84,7 @@ def captured(angles: Array, geometry: Geometry) -> Bvh:
 
 
 def skiing(seconds: float, hertz: float = 0.4) -> Array:
-    """(n, 28) rad: a smooth movement in a skier's range, knees well beyond 90°, every coordinate busy."""
+    """Return a smooth movement (n, 28) rad in a skier's range, knees well beyond 90°, every coordinate busy."""
     t = np.arange(round(seconds * RATE)) / RATE
     rng = np.random.default_rng(3)
     middle = {"hip_flexion": 60.0, "knee_angle": 85.0, "ankle_angle": 20.0, "lumbar_extension": -25.0,
@@ -99,7 +99,7 @@ def skiing(seconds: float, hertz: float = 0.4) -> Array:
 
 
 def recorded(bvh: Bvh, heading: float = 0.0, azimuth: float = 0.0, gps: Gps | None = None) -> Recording:
-    """A recording around a capture, on a slope of 16°."""
+    """Return a recording around a capture, on a slope of 16°."""
     return Recording(
         name="made up",
         note="",
@@ -127,11 +127,11 @@ def test_angles_that_the_chain_has_are_recovered(geometry: Geometry) -> None:
     angles = skiing(3.0)
     assert np.degrees(angles[:, PRESCRIBED.index("knee_angle_r")].max()) > 110.0
     capture = capture_in_body_axes(captured(angles, geometry))
-    found_geometry = skier_geometry(capture, HEIGHT, geometry.ankle_to_ski_base)
+    estimated = skier_geometry(capture, HEIGHT, geometry.ankle_to_ski_base)
     # 1e-9 m, 1e-9 rad: what remains of Gauss-Newton at a perfect fit is rounding, amplified by the weights.
-    np.testing.assert_allclose(found_geometry.joint_in_parent, geometry.joint_in_parent, atol=1e-9)
-    np.testing.assert_allclose(found_geometry.segment_end, geometry.segment_end, atol=1e-9)
-    np.testing.assert_allclose(chain_angles(capture, found_geometry, np.eye(3)), angles, atol=1e-9)
+    np.testing.assert_allclose(estimated.joint_in_parent, geometry.joint_in_parent, atol=1e-9)
+    np.testing.assert_allclose(estimated.segment_end, geometry.segment_end, atol=1e-9)
+    np.testing.assert_allclose(chain_angles(capture, estimated, np.eye(3)), angles, atol=1e-9)
 
 
 def test_t_pose_is_ninety_degrees_of_abduction(geometry: Geometry) -> None:
@@ -211,7 +211,7 @@ def test_motion_pickles(geometry: Geometry) -> None:
 
 
 def gain(hertz: float) -> float:
-    """Amplitude ratio of the filter for a sine, away from the ends."""
+    """Return the amplitude ratio of the filter for a sine, away from the ends."""
     t = np.arange(1200) / RATE
     wave = np.exp(2j * np.pi * hertz * t)
     out = lowpass(wave.real, RATE, 6.0) + 1j * lowpass(wave.imag, RATE, 6.0)
@@ -275,7 +275,7 @@ def test_angles_continue_over_half_turns() -> None:
 
 
 def inclined(bvh: Bvh, knee: float, ankle: float) -> Bvh:
-    """The capture with constant out-of-plane inclinations (rad) of both shanks and feet, as loose straps give."""
+    """Incline both shanks and feet of the capture out of plane by constant angles (rad), as loose straps do."""
     rotations = bvh.rotations.copy()
     for word, sense in (("Right", 1.0), ("Left", -1.0)):
         for joint, angle in (("Leg", knee), ("Foot", ankle)):
@@ -336,8 +336,8 @@ def test_no_antenna_without_gps(geometry: Geometry) -> None:
 
 def test_every_captured_joint_belongs_to_a_segment(geometry: Geometry) -> None:
     bvh = captured(np.zeros((2, len(PRESCRIBED))), geometry)
-    found = {name: segment_of_joint(bvh, name) for name in bvh.names}
-    assert found == _MOVED_BY
+    segments = {name: segment_of_joint(bvh, name) for name in bvh.names}
+    assert segments == _MOVED_BY
     with pytest.raises(KeyError):
         segment_of_joint(bvh, "Tail")
 

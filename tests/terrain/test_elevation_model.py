@@ -1,4 +1,4 @@
-"""Elevation models in files: heights where they are known, and one line for what cannot be used."""
+"""Elevation models in files: heights where they are known, and one line for each unusable file."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from sssi_exudyn.terrain.elevation_model import open_elevations
 rasterio = pytest.importorskip("rasterio")
 
 EAST, NORTH = 500_000.0, 5_200_000.0
-"""m in UTM zone 32: on its middle meridian, 9° E."""
+"""Place in UTM zone 32, m, on its middle meridian, 9° E."""
 LATITUDE = 46.95304
-"""degrees of that northing, to a metre."""
+"""Latitude of that northing, degrees, to a metre."""
 
 
 def height_at(east: Array, north: Array) -> Array:
@@ -25,7 +25,7 @@ def height_at(east: Array, north: Array) -> Array:
 
 
 def write(path: Path, **options: Any) -> Path:
-    """80 by 60 cells of 2 m, the north-west corner at the place above."""
+    """Write 80 by 60 cells of 2 m, the north-west corner at the place above."""
     rows, columns = np.mgrid[0:80, 0:60]
     cells = height_at(2.0 * (columns + 0.5), -2.0 * (rows + 0.5)).astype("float32")
     cells[options.pop("hole", (slice(0), slice(0)))] = -9999.0
@@ -45,7 +45,7 @@ def write(path: Path, **options: Any) -> Path:
 
 
 def places(east: Array, north: Array) -> tuple[Array, Array]:
-    """Latitude and longitude of places counted from the corner (m)."""
+    """Return latitude and longitude of places counted from the corner (m)."""
     from rasterio.warp import transform
 
     longitude, latitude = transform("EPSG:32632", "EPSG:4326", list(EAST + east), list(NORTH + north))
@@ -57,7 +57,7 @@ def sample_elevations(path: Path, latitude: Array, longitude: Array, needed: int
         return sample(latitude, longitude, needed)
 
 
-def way() -> tuple[Array, Array]:
+def track() -> tuple[Array, Array]:
     s = np.linspace(0.0, 1.0, 40)
     return 20.0 + 60.0 * s, -20.0 - 100.0 * s
 
@@ -66,14 +66,14 @@ def way() -> tuple[Array, Array]:
 def test_heights_are_those_of_the_ground(tmp_path: Path, name: str) -> None:
     options = {"driver": "AAIGrid"} if name.endswith(".asc") else {}
     path = write(tmp_path / name, **options)
-    found = sample_elevations(path, *places(*way()), 40)
+    heights = sample_elevations(path, *places(*track()), 40)
     # a cubic spline of cells of 2 m over waves of 126 m: 1e-5 m; heights of 2000 m as float32: 1e-4 m
-    np.testing.assert_allclose(found, height_at(*way()), atol=3e-4)
+    np.testing.assert_allclose(heights, height_at(*track()), atol=3e-4)
 
 
 def test_only_the_run_has_to_be_covered(tmp_path: Path) -> None:
     path = write(tmp_path / "dem.tif")
-    east, north = way()
+    east, north = track()
     latitude, longitude = places(np.append(east, -30.0), np.append(north, -50.0))
     assert np.all(np.isfinite(sample_elevations(path, latitude, longitude, 40)))
     with pytest.raises(InputError, match="does not cover the whole run"):
@@ -92,7 +92,7 @@ def test_only_the_run_has_to_be_covered(tmp_path: Path) -> None:
 def test_what_cannot_be_used_is_refused(tmp_path: Path, options: dict[str, Any], problem: str) -> None:
     path = write(tmp_path / "dem.tif", **options)
     with pytest.raises(InputError, match=problem):
-        sample_elevations(path, *places(*way()), 40)
+        sample_elevations(path, *places(*track()), 40)
 
 
 def test_heights_in_feet_are_refused(tmp_path: Path) -> None:
@@ -100,7 +100,7 @@ def test_heights_in_feet_are_refused(tmp_path: Path) -> None:
     with rasterio.open(path, "r+") as dataset:
         dataset.units = ["ft"]
     with pytest.raises(InputError, match="heights in ft; convert"):
-        sample_elevations(path, *places(*way()), 40)
+        sample_elevations(path, *places(*track()), 40)
 
 
 def test_a_grid_of_another_size_than_it_says_is_refused_cheaply(tmp_path: Path) -> None:
@@ -110,11 +110,11 @@ def test_a_grid_of_another_size_than_it_says_is_refused_cheaply(tmp_path: Path) 
         encoding="ascii",
     )
     with pytest.raises(InputError, match=r"dem\.asc"):
-        sample_elevations(path, *places(*way()), 40)
+        sample_elevations(path, *places(*track()), 40)
 
 
 def test_what_is_no_grid_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "dem.tif"
     path.write_bytes(b"II*\0" + bytes(range(256)) * 4)
     with pytest.raises(InputError, match="no readable elevation model"):
-        sample_elevations(path, *places(*way()), 40)
+        sample_elevations(path, *places(*track()), 40)

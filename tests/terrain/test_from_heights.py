@@ -1,4 +1,4 @@
-"""The surface's posterior against what it is by definition, and against surfaces that are known."""
+"""The surface's posterior against its definition, and against known surfaces."""
 
 from __future__ import annotations
 
@@ -13,35 +13,38 @@ from sssi_exudyn.terrain.from_heights import WAVES, Estimate, Heights, Noticed, 
 from sssi_exudyn.terrain.surface import Surface
 
 SIGMA = 0.03
-"""m, a fix's height by RTK."""
+"""Standard deviation of a fix's height by RTK, m."""
 
 
-def way(seconds: float = 16.0, rate: float = 10.0) -> tuple[Array, Array]:
-    """Times (n,) s and places (n, 2) m of linked turns at 10 m/s, 5 m to either side."""
+def track(seconds: float = 16.0, rate: float = 10.0) -> tuple[Array, Array]:
+    """Return times (n,) s and places (n, 2) m of linked turns at 10 m/s, 5 m to either side."""
     time = np.arange(0.0, seconds, 1.0 / rate)
     return time, np.stack([10.0 * time, 5.0 * np.sin(1.5 * time)], axis=1)
 
 
 def matern(places: Array, amplitude: float, length: float) -> Array:
-    """(n, n) m²: covariance of waves of one length."""
+    """Return the covariance (n, n) m² of waves of one length."""
     gap = np.linalg.norm(places[:, None] - places[None], axis=2) * np.sqrt(5.0) / length
     return np.asarray(amplitude**2 * (1.0 + gap + gap**2 / 3.0) * np.exp(-gap))
 
 
 def prior(places: Array) -> Array:
-    """(n, n) m²: waves of three lengths, 0.3 m as the usual amplitude, and the plane's tilt."""
+    """Return the covariance (n, n) m² of waves of three lengths and of the plane's tilt.
+
+    The usual amplitude is 0.3 m.
+    """
     waves = matern(places, 0.099, 6.0) + matern(places, 0.201, 15.0) + matern(places, 0.399, 40.0)
     return np.asarray(waves + np.radians(1.0) ** 2 * places @ places.T)
 
 
 def hill(rng: np.random.Generator, places: Array, amplitude: float, length: float) -> Array:
-    """(n,) m, waves of one length."""
+    """Draw heights (n,) m of waves of one length."""
     covariance = matern(places, amplitude, length)
     return np.asarray(np.linalg.cholesky(covariance + 1e-10 * np.eye(len(places))) @ rng.normal(size=len(places)))
 
 
 def measured(rng: np.random.Generator, height: Array, time: Array, places: Array) -> Heights:
-    """Heights with the receiver's slow error over 3 s and what is independent."""
+    """Return heights with the receiver's slow error over 3 s and an independent error."""
     noise = ExponentialNoise(SIGMA, 3.0)
     slow = np.zeros(len(time))
     decay = np.exp(-np.diff(time) / noise.correlation_time)
@@ -53,15 +56,15 @@ def measured(rng: np.random.Generator, height: Array, time: Array, places: Array
     )
 
 
-def spline(found: Estimate) -> Surface:
-    return found.surface(level_surface(found.heights))
+def spline(estimate: Estimate) -> Surface:
+    return estimate.surface(level_surface(estimate.heights))
 
 
 def test_the_posterior_is_a_normal_density_conditioned() -> None:
     rng = np.random.default_rng(4)
-    time, places = way(3.0, 5.0)
+    time, places = track(3.0, 5.0)
     heights = measured(rng, hill(rng, places, 0.3, 15.0), time, places)
-    found = Estimate(heights, 0.3, np.ones(len(time)))
+    estimate = Estimate(heights, 0.3, np.ones(len(time)))
     at = places[::4] + 0.7
     # the same from the joint covariance of heights and surface, written out
     every = np.concatenate([places, at])
@@ -70,15 +73,15 @@ def test_the_posterior_is_a_normal_density_conditioned() -> None:
     joint[:n, :n] += 100.0 + SIGMA**2 * np.exp(-np.abs(time[:, None] - time) / 3.0) + 0.25 * SIGMA**2 * np.eye(n)
     gain = np.linalg.solve(joint[:n, :n], joint[:n, n:]).T
     # 100 m² of the origin's variance against millimetres: 1e-16·100/1e-4
-    np.testing.assert_allclose(found.mean(at), gain @ heights.height, atol=1e-8)
+    np.testing.assert_allclose(estimate.mean(at), gain @ heights.height, atol=1e-8)
     covariance = joint[n:, n:] - gain @ joint[:n, n:]
     level = np.eye(len(at)) - 1.0 / len(at)
-    np.testing.assert_allclose(found.covariance(at), level @ covariance @ level, atol=1e-9)
+    np.testing.assert_allclose(estimate.covariance(at), level @ covariance @ level, atol=1e-9)
 
 
 def test_other_runs_have_origins_and_receivers_of_their_own() -> None:
     rng = np.random.default_rng(3)
-    time, places = way(3.0, 5.0)
+    time, places = track(3.0, 5.0)
     true = hill(rng, np.concatenate([places, places + [0.0, 4.0]]), 0.3, 15.0)
     first, second = (
         measured(rng, height, time, place)
@@ -86,7 +89,7 @@ def test_other_runs_have_origins_and_receivers_of_their_own() -> None:
     )
     heights = replace(first, others=(replace(second, height=second.height + 8.0),))
     n = len(time)
-    found = Estimate(heights, 0.3, np.ones(2 * n))
+    estimate = Estimate(heights, 0.3, np.ones(2 * n))
     at = places[::4] + [0.0, 2.0]
     every = np.concatenate([heights.all_places, at])
     joint = prior(every)
@@ -94,41 +97,41 @@ def test_other_runs_have_origins_and_receivers_of_their_own() -> None:
     joint[:n, :n] += own
     joint[n : 2 * n, n : 2 * n] += own
     gain = np.linalg.solve(joint[: 2 * n, : 2 * n], joint[: 2 * n, 2 * n :]).T
-    np.testing.assert_allclose(found.mean(at), gain @ heights.all_heights, atol=1e-8)
+    np.testing.assert_allclose(estimate.mean(at), gain @ heights.all_heights, atol=1e-8)
     alone = Estimate(first, 0.3, np.ones(n))
-    assert np.all(np.diag(found.covariance(at)) < np.diag(alone.covariance(at)))
+    assert np.all(np.diag(estimate.covariance(at)) < np.diag(alone.covariance(at)))
 
 
 def test_heights_of_many_runs_are_bounded() -> None:
     rng = np.random.default_rng(6)
-    time, places = way(60.0, 20.0)
+    time, places = track(60.0, 20.0)
     run = measured(rng, np.zeros(len(time)), time, places)
     heights = estimate_surface(replace(run, others=(run, run, run))).heights
     assert len(heights.all_heights) <= 500
-    assert [len(each.time) for each in heights.others] == [83, 83, 83]
+    assert [len(other.time) for other in heights.others] == [83, 83, 83]
 
 
 @pytest.mark.long
 def test_bands_hold_the_truth_as_often_as_they_say() -> None:
-    time, places = way()
+    time, places = track()
     inside, total = 0, 0
     for seed in range(25):
         rng = np.random.default_rng(seed)
         true = hill(rng, places, rng.uniform(0.1, 0.6), rng.uniform(8.0, 30.0))
-        found = estimate_surface(measured(rng, true, time, places))
+        estimate = estimate_surface(measured(rng, true, time, places))
         some = places[::16]
-        error = found.mean(some) - true[::16]
+        error = estimate.mean(some) - true[::16]
         error -= error.mean()
-        inside += int(np.sum(np.abs(error) < 1.645 * np.sqrt(np.diag(found.covariance(some)))))
+        inside += int(np.sum(np.abs(error) < 1.645 * np.sqrt(np.diag(estimate.covariance(some)))))
         total += len(some)
     # 250 errors, of which some 100 are independent: 90 ± 3 % (one standard deviation); amplitude and length are not
     # integrated over, which costs a few per cent
     assert 0.82 <= inside / total <= 0.97
 
 
-def test_an_inclination_stated_wrong_is_found() -> None:
+def test_a_wrong_stated_inclination_is_corrected() -> None:
     rng = np.random.default_rng(2)
-    time, places = way()
+    time, places = track()
     tilt = np.tan(np.radians(0.6))
     surface = spline(estimate_surface(measured(rng, tilt * places[:, 0], time, places)))
     end = surface.at(places)[-1, 0]
@@ -138,47 +141,47 @@ def test_an_inclination_stated_wrong_is_found() -> None:
 
 def test_single_fixes_that_are_far_off_move_it_little() -> None:
     rng = np.random.default_rng(7)
-    time, places = way()
+    time, places = track()
     clean = measured(rng, hill(rng, places, 0.3, 20.0), time, places)
     spoilt = clean.height.copy()
     off = rng.choice(len(time), 6, replace=False)
     spoilt[off] += rng.choice([-1.0, 1.0], 6) * 0.4
     reference = spline(estimate_surface(clean)).at(places)[:, 0]
-    found = estimate_surface(Heights(time, places, spoilt, clean.sigma, clean.noise))
-    moved = spline(found).at(places)[:, 0] - reference
+    estimate = estimate_surface(Heights(time, places, spoilt, clean.sigma, clean.noise))
+    moved = spline(estimate).at(places)[:, 0] - reference
     # the band of a surface from whole fixes is 0.03 m; unweighed, one such fix moves its place by 0.1 m
     assert np.max(np.abs(moved - moved.mean())) < SIGMA
-    assert set(off) == set(np.flatnonzero(found.weight < 0.3))
+    assert set(off) == set(np.flatnonzero(estimate.weight < 0.3))
 
 
 def test_a_plane_stays_one() -> None:
     rng = np.random.default_rng(5)
-    time, places = way()
-    found = spline(estimate_surface(measured(rng, np.zeros(len(time)), time, places))).at(places)[:, 0]
-    assert np.std(found) < SIGMA
+    time, places = track()
+    heights = spline(estimate_surface(measured(rng, np.zeros(len(time)), time, places))).at(places)[:, 0]
+    assert np.std(heights) < SIGMA
 
 
 def test_long_tracks_are_averaged() -> None:
     rng = np.random.default_rng(6)
-    time, places = way(60.0, 20.0)
+    time, places = track(60.0, 20.0)
     true = hill(rng, places, 0.3, 20.0)
-    found = estimate_surface(measured(rng, true, time, places))
-    assert len(found.heights.time) == 500
-    error = spline(found).at(places)[:, 0] - true
+    estimate = estimate_surface(measured(rng, true, time, places))
+    assert len(estimate.heights.time) == 500
+    error = spline(estimate).at(places)[:, 0] - true
     assert np.std(error) < 1.5 * SIGMA
 
 
 def test_too_few_heights_are_refused() -> None:
-    time, places = way(0.3)
+    time, places = track(0.3)
     with pytest.raises(ValueError, match="fewer than 4"):
         estimate_surface(Heights(time, places, np.zeros(3), np.full(3, SIGMA), ExponentialNoise(SIGMA, 1.0)))
 
 
 def test_modes_are_what_the_heights_leave_open_of_the_track() -> None:
-    # across the way nothing is measured: surfaces drawn from the process, less the mean of their heights' posterior,
+    # across the path nothing is measured: surfaces drawn from the process, less the mean of their heights' posterior,
     # move a skier by what the modes hold
     rng = np.random.default_rng(8)
-    time, places = way()
+    time, places = track()
     estimate = Estimate(measured(rng, np.zeros(len(time)), time, places), 0.3, np.ones(len(time)))
     noise = 0.02
     surface = estimate.surface(level_surface(estimate.heights), Noticed(noise))
@@ -195,15 +198,15 @@ def test_modes_are_what_the_heights_leave_open_of_the_track() -> None:
     line = np.kron(np.eye(2), np.stack([np.ones(len(time)), time], axis=1))
     level = np.eye(2 * len(time)) - line @ np.linalg.pinv(line)
     moves = 9.81 * level @ twice @ twice
-    before, after = (np.trace(moves @ each @ moves.T) / len(time) for each in (whole, rest))
+    before, after = (np.trace(moves @ part @ moves.T) / len(time) for part in (whole, rest))
     # what is left over: each mode that was left out is below the noise, and there are fewer than twenty of note; the
     # spline's nodes of 2 m and rectangles for trapezoids take a part of the first
     assert after < 0.02 * before
 
 
 def a_poor_receiver(seed: int) -> tuple[Array, Array, Estimate]:
-    """Times (n,) s, places (n, 2) m, and the surface from heights that are off by a metre."""
-    time, places = way()
+    """Return times (n,) s, places (n, 2) m, and the surface from heights that are off by a metre."""
+    time, places = track()
     count = len(time)
     height = np.random.default_rng(seed).normal(0.0, 1.0, count)
     heights = Heights(time, places, height, np.full(count, 1.0), ExponentialNoise(1.0, 3.0))
@@ -221,7 +224,7 @@ def test_modes_hold_what_throws_the_skier_up() -> None:
     second = np.hstack([np.eye(count), np.eye(count), -2.0 * np.eye(count)]) * (speed**2)[:, None]
 
     def left_over(noticed: Noticed) -> float:
-        """Share of the lift's variance that the modes do not hold."""
+        """Return the share of the lift's variance that the modes do not hold."""
         surface = estimate.surface(level_surface(estimate.heights), noticed)
         by_modes = np.stack([replace(surface, mean=mode).at(around)[:, 0] for mode in surface.modes], axis=1)
         whole = second @ estimate.covariance(around) @ second.T
@@ -235,7 +238,7 @@ def test_modes_hold_what_throws_the_skier_up() -> None:
 
 
 def test_modes_hold_how_much_higher_one_ski_is() -> None:
-    # slopes across the way, as of surfaces drawn from the process
+    # slopes across the path, as of surfaces drawn from the process
     time, places, estimate = a_poor_receiver(9)
     velocity = np.stack([np.full(len(time), 10.0), 7.5 * np.cos(1.5 * time)], axis=1)
     across = np.stack([-velocity[:, 1], velocity[:, 0]], axis=1) / np.linalg.norm(velocity, axis=1)[:, None]
@@ -243,7 +246,7 @@ def test_modes_hold_how_much_higher_one_ski_is() -> None:
     tilt = np.hstack([np.eye(len(time)), -np.eye(len(time))])
 
     def left_over(noticed: Noticed) -> float:
-        """rad, root mean square, of the tilt that the modes do not hold."""
+        """Return the root mean square, rad, of the tilt that the modes do not hold."""
         surface = estimate.surface(level_surface(estimate.heights), noticed)
         by_modes = np.stack([replace(surface, mean=mode).at(around)[:, 0] for mode in surface.modes], axis=1)
         whole = tilt @ estimate.covariance(around) @ tilt.T
@@ -258,8 +261,8 @@ def test_modes_hold_how_much_higher_one_ski_is() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_surface_of_the_process_is_one_of_usual_amounts(seed: int) -> None:
-    # what modes that are left out leave over along the way, and the heights' origin, must not be taken for waves
-    time, places = way()
+    # the effect of omitted modes along the path, and the heights' origin, must not be taken for waves
+    time, places = track()
     rng = np.random.default_rng(seed)
     amplitude = 0.4
     height = np.sum([hill(rng, places, share * amplitude, length) for share, length in WAVES], axis=0)
@@ -268,7 +271,7 @@ def test_a_surface_of_the_process_is_one_of_usual_amounts(seed: int) -> None:
         level_surface(heights), Noticed(0.002, lift=0.02, tilt=0.001)
     )
     amounts = np.array(surface.amounts)
-    # each has variance one beforehand: a mean square of 50 is 1.0 within 0.6, three sigma; what is unknown lessens it
+    # each has variance one a priori: a mean square of 50 is 1.0 within 0.6, three sigma; what is unknown lessens it
     assert 0.4 < np.mean(amounts[:50] ** 2) < 1.6
     assert np.max(np.abs(amounts)) < 4.0
     # the surface's own heights give the amounts back, but of waves that are short for nodes 2 m apart

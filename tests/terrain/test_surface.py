@@ -1,4 +1,4 @@
-"""The surface's spline against functions whose derivatives are known, its borders, and the patch under a ski."""
+"""The surface's spline against functions with known derivatives, its borders, and the patch under a ski."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.terrain.surface import PATCH, Surface, surface_over
 
 WAVE = 2.0 * np.pi / np.array([30.0, 17.0])
-"""1/m, a wave of 30 m down the slope and 17 m across."""
+"""Wave numbers, 1/m, of a wave of 30 m down the slope and 17 m across."""
 
 
 def hill(places: Array) -> Array:
-    """(n, PATCH) of h = cos(k·x)."""
+    """Return the patches (n, PATCH) of h = cos(k·x)."""
     phase = places @ WAVE
     c, s = np.cos(phase), np.sin(phase)
     k, q = WAVE
@@ -35,8 +35,8 @@ def inside(count: int = 200) -> Array:
 
 def test_nodes_are_met() -> None:
     surface = sampled(2.0)
-    found = surface.at(surface.nodes())[:, 0]
-    np.testing.assert_allclose(found, surface.heights.ravel(), atol=1e-12)  # rounding of the spline's filter
+    heights = surface.at(surface.nodes())[:, 0]
+    np.testing.assert_allclose(heights, surface.heights.ravel(), atol=1e-12)  # rounding of the spline's filter
 
 
 @pytest.mark.parametrize(("column", "order"), [(0, 4), (1, 3), (2, 3), (3, 2), (4, 2), (5, 2)])
@@ -49,15 +49,15 @@ def test_values_and_derivatives_converge_at_the_splines_order(column: int, order
 
 def test_derivatives_are_those_of_the_height() -> None:
     surface, places, step = sampled(2.0), inside(), 1e-4
-    found = surface.at(places)
+    patches = surface.at(places)
     for axis in range(2):
         move = step * np.eye(2)[axis]
         ahead, behind = surface.at(places + move), surface.at(places - move)
         # rounding of a difference: 1e-16/1e-4; its own error: third derivatives of 0.05 times 1e-8
-        np.testing.assert_allclose((ahead - behind)[:, 0] / (2 * step), found[:, 1 + axis], atol=2e-9)
+        np.testing.assert_allclose((ahead - behind)[:, 0] / (2 * step), patches[:, 1 + axis], atol=2e-9)
         # the second derivative has kinks at the nodes, which a step may straddle
         by_slopes = (ahead - behind)[:, 1:3] / (2 * step)
-        np.testing.assert_allclose(by_slopes, found[:, [3 + axis, 4 + axis]], atol=5e-6)
+        np.testing.assert_allclose(by_slopes, patches[:, [3 + axis, 4 + axis]], atol=5e-6)
 
 
 def test_beyond_the_border_it_goes_on_level() -> None:

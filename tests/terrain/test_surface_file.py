@@ -1,4 +1,4 @@
-"""A surface written beside a model is read back bit for bit; what is no surface is refused with one line."""
+"""A surface written next to a model is read back bit for bit; a file that is no surface is refused with one line."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def test_another_surface_is_another_model() -> None:
     hill = on_hill()
     assert hill.surface is not None
     keys = {
-        fingerprint(model_to_dict(each))
-        for each in (
+        fingerprint(model_to_dict(variant))
+        for variant in (
             hill,
             replace(hill, surface=None),
             hill.with_values({"surface.mode_1": 0.5}),
@@ -114,9 +114,9 @@ def test_wrong_numbers_are_refused(tmp_path: Path, line: str, place: str) -> Non
     lines = path.read_text(encoding="utf-8").split("\n")
     begin = lines.index("[surface]")
     end = len(lines)
-    kept = [each for each in lines[begin:end] if not each.startswith(f"{key} =")]
+    kept = [entry for entry in lines[begin:end] if not entry.startswith(f"{key} =")]
     if key == "amounts":  # an array over several lines
-        kept = [each for each in kept if not each.strip().startswith(("0.0", "-1.5", "]"))]
+        kept = [entry for entry in kept if not entry.strip().startswith(("0.0", "-1.5", "]"))]
     path.write_text("\n".join([*lines[:begin], *kept, line, ""]), encoding="utf-8")
     with pytest.raises(InputError, match=rf"model\.toml.*{place}"):
         read_model(path)

@@ -46,7 +46,7 @@ _ROUNDS: Final = 3
 _LARGEST_EDGE: Final = float(np.radians(70.0))
 """Edge angles of racers, rad; a sensor that shows more has slipped."""
 _RECEIVER_WANDER, _BAROMETER_WANDER = 2.0, 0.5
-"""m, as `estimate_slope` counts a height's wandering: 5.7 and 1.4 m from start to end of a run."""
+"""Wander of a height, m, as `estimate_slope` counts it: 5.7 and 1.4 m from start to end of a run."""
 _LAG_CLEAR: Final = 0.3
 """Correlation of both turnings, below which an estimated lag is not reliable and is left at zero."""
 
