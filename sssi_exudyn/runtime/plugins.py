@@ -48,7 +48,7 @@ class Plugin:
         return {"name": self.name, "digest": self.digest}
 
 
-_by_module: dict[str, Plugin] = {}
+LOADED: dict[str, Plugin] = {}
 """Plug-ins by the modules that were loaded."""
 
 
@@ -85,8 +85,8 @@ def _load_file(path: Path) -> tuple[Plugin, list[object]]:
             if not isinstance(error, Exception | SystemExit):
                 raise
             raise InputError(path, _line_of(error, path), f"{type(error).__name__}: {error}", "correct it") from error
-    _by_module.pop(name, None)  # the last one stands last
-    _by_module[name] = plugin
+    LOADED.pop(name, None)  # the last one stands last
+    LOADED[name] = plugin
     return plugin, _offered(module)
 
 
@@ -108,10 +108,10 @@ def _load_package(name: str) -> tuple[Plugin, list[object]]:
             raise InputError(
                 name, entry.name, f"{type(error).__name__}: {error}", "ask the package's author"
             ) from error
-        _by_module[entry.module] = plugin
+        LOADED[entry.module] = plugin
         defined = getattr(offered[-1], "__module__", None)
         if isinstance(defined, str) and not _is_own(defined):
-            _by_module[defined] = plugin
+            LOADED[defined] = plugin
     return plugin, offered
 
 
@@ -147,7 +147,7 @@ def origin_of(cls: type) -> Plugin | None:
     module = cls.__module__
     if _is_own(module):
         return None
-    known = _by_module.get(module)
+    known = LOADED.get(module)
     return known or Plugin(module, _code_hash(cls))
 
 
@@ -197,7 +197,7 @@ def tables_of(settings: Mapping[str, Any], path: Path) -> tuple[Plugin, ...]:
 def require(needed: Iterable[Plugin], path: Path) -> None:
     """Raise InputError where a plug-in that the file ``path`` needs is not loaded, or is another than it was."""
     for plugin in needed:
-        loaded = [candidate for candidate in _by_module.values() if candidate.name == plugin.name]
+        loaded = [candidate for candidate in LOADED.values() if candidate.name == plugin.name]
         if not loaded:
             problem = f"this needs the plug-in {plugin.name!r}, which is not loaded"
             fix = f"if you trust its code, name it: --plugin {plugin.name}"
@@ -212,4 +212,4 @@ def note(cls: type) -> Plugin:
     plugin = origin_of(cls)
     if plugin is None:
         raise InputError(cls.__qualname__, "", "this class is the program's own", "define a class of your own")
-    return _by_module.setdefault(cls.__module__, plugin)
+    return LOADED.setdefault(cls.__module__, plugin)

@@ -110,7 +110,7 @@ class Noticed:
     They are infinite where there is no such instrument.
 
     place : m of the track;  speed : m/s of it;  lift : m/s² by which the snow throws the skier up
-    tilt : rad across the way, by which one ski is higher than the other
+    tilt : rad across the path, by which one ski is higher than the other
     """
 
     place: float

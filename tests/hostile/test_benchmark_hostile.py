@@ -29,7 +29,7 @@ def sources() -> list[Path]:
 
 def test_nothing_in_the_package_unpickles_or_executes_what_it_reads() -> None:
     """Generated force laws are the one text that is run: see ``contact.codegen.compiled`` and its folder."""
-    found = []
+    violations = []
     # conformance.py pickles terms that it has made itself, as a sweep sends them to its workers
     files = [path for path in sources() if path.suffix == ".py" and path.name != "conformance.py"]
     assert len(files) > 150  # the model folders behind their links too
@@ -52,13 +52,13 @@ def test_nothing_in_the_package_unpickles_or_executes_what_it_reads() -> None:
                 for name in names
                 if name.split(".")[0] in UNSAFE or name in ("eval", "exec", "compile", "read_pickle", "allow_pickle")
             ]
-            found += [f"{path.name}:{getattr(node, 'lineno', 0)} {name}" for name in bad]
-    assert found == []
+            violations += [f"{path.name}:{getattr(node, 'lineno', 0)} {name}" for name in bad]
+    assert violations == []
 
 
 @pytest.fixture
 def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """A worker's state; the numbers of the cases that were made."""
+    """Set a worker's state; return the numbers of the cases that were made."""
     numbers: list[int] = []
 
     def make(index: int, planned: tuple[str, str, int], _bases: object, _seed: int) -> Made:
@@ -84,7 +84,7 @@ def test_a_made_case_is_kept_as_its_answer_and_made_again(tmp_path: Path, made: 
 
 
 class Shell:
-    """What a pickle may do."""
+    """A pickle that runs a command."""
 
     def __reduce__(self) -> tuple[object, ...]:
         return os.mkdir, ("pwned",)
@@ -122,13 +122,13 @@ NAMES = ("../stray", "/stray", "..", ".", "", "a/../..", "a\0b", "a\x1b[31m", "x
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_names_of_known_answers_are_folders_beside_them(
+def test_names_of_known_answers_are_folders_next_to_them(
     tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(commands, "diagnose", lambda *_, **__: pytest.fail("nothing may be diagnosed"))
     folder = tmp_path / "in" / "deep"
-    for each in ("good", "a/b", ".hidden"):
-        (folder / each).mkdir(parents=True)
+    for good in ("good", "a/b", ".hidden"):
+        (folder / good).mkdir(parents=True)
     (folder / "link").symlink_to(tmp_path)
     (folder / "truth.json").write_text(json.dumps({"good": {"name": "none"}, name: {"name": "none"}}))
     with pytest.raises(InputError, match="no recording of that name") as info:

@@ -1,4 +1,4 @@
-"""Every file that was ever found to cost too much, or to end in a fault of the program; each is one clear line."""
+"""Every file that once cost too much, or ended in a fault of the program; each is now refused in one clear line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tiny import Tiny
 
 @pytest.fixture(scope="module", autouse=True)
 def _imported(tmp_path_factory: pytest.TempPathFactory) -> None:
-    """Every module is there before a case is forked off, and none is imported again in each."""
+    """Import every module before a case is forked off, so that no case imports it again."""
     folder = Tiny().write(tmp_path_factory.mktemp("whole"))
     for imports in ([], ["motion.bvh", "gps.csv"]):
         read_any(folder, imports, folder / "out", bool(imports))
@@ -24,5 +24,5 @@ def _imported(tmp_path_factory: pytest.TempPathFactory) -> None:
 )
 def test_a_hostile_file_is_refused_in_one_clear_line(tmp_path: Path, bomb: Bomb) -> None:
     folder = bomb.write(tmp_path / "in")
-    found = run_limited(lambda: read_any(folder, list(bomb.imports), tmp_path / "out", bool(bomb.imports)))
-    assert found.verdict == "refused" or (bomb.taken and found.verdict == "taken"), found
+    outcome = run_limited(lambda: read_any(folder, list(bomb.imports), tmp_path / "out", bool(bomb.imports)))
+    assert outcome.verdict == "refused" or (bomb.taken and outcome.verdict == "taken"), outcome

@@ -1,4 +1,4 @@
-"""Caches that someone else filled: of results, which are made anew, and of generated code, which is not run."""
+"""Caches that someone else filled: results are computed again, and generated code is not run."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ import stat
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
+from docs_script import module_from
 
-from sssi_exudyn.contact.codegen import compiled
+from sssi_exudyn.contact.codegen.compiled import compile_kernel
 from sssi_exudyn.runtime.cache import Cache, fingerprint
 from sssi_exudyn.runtime.private_folder import cache_folder
 
@@ -31,7 +33,7 @@ def saved(**arrays: object) -> bytes:
 
 
 def bomb() -> bytes:
-    """Two gigabytes of zeros in two megabytes, announced as a tenth of that would be."""
+    """Return two gigabytes of zeros in two megabytes, announced as a tenth of that."""
     content = io.BytesIO()
     with (
         zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as parts,
@@ -76,34 +78,34 @@ OTHERS: dict[str, dict[str, np.ndarray]] = {
 
 
 @pytest.mark.parametrize("name", ENTRIES)
-def test_a_poisoned_entry_is_made_anew(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_poisoned_entry_is_made_again(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     entry = ENTRIES[name]
     (tmp_path / "cache").mkdir()
     (tmp_path / "cache" / f"{KEY}.npz").write_bytes(entry() if callable(entry) else entry)
-    check_made_anew(Cache(tmp_path / "cache"))
+    check_made_again(Cache(tmp_path / "cache"))
     assert not (tmp_path / "pwned").exists()
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_so_is_one_with_other_arrays(tmp_path: Path, name: str) -> None:
+def test_an_entry_with_other_arrays_is_made_again(tmp_path: Path, name: str) -> None:
     Cache(tmp_path).put(KEY, OTHERS[name])
-    check_made_anew(Cache(tmp_path))
+    check_made_again(Cache(tmp_path))
 
 
-def test_so_is_one_that_another_user_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_entry_of_another_user_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path / "another user"))
     Cache(tmp_path).put(KEY, {"time": np.arange(4.0), "antenna": np.zeros((4, 3))})
     monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path / "this user"))
-    check_made_anew(Cache(tmp_path))
+    check_made_again(Cache(tmp_path))
 
 
-def check_made_anew(cache: Cache) -> None:
-    """The right arrays are made, and kept."""
-    found = cache.get_or_make(KEY, right, SHAPES)
-    np.testing.assert_array_equal(found["antenna"], np.ones((4, 3)))
+def check_made_again(cache: Cache) -> None:
+    """Check that the right arrays are made, and kept."""
+    arrays = cache.get_or_make(KEY, right, SHAPES)
+    np.testing.assert_array_equal(arrays["antenna"], np.ones((4, 3)))
     again = cache.get_or_make(KEY, lambda: pytest.fail("the right entry is kept"), SHAPES)
-    np.testing.assert_array_equal(again["time"], found["time"])
+    np.testing.assert_array_equal(again["time"], arrays["time"])
 
 
 def test_a_pipe_in_place_of_an_entry_is_not_waited_for(tmp_path: Path) -> None:
@@ -161,7 +163,9 @@ def test_a_folder_that_others_may_write_is_not_run_from(
     assert stat.S_IMODE(cache_folder().stat().st_mode) == 0o700
 
 
-def test_neither_is_that_of_another_user_nor_a_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_of_another_user_or_behind_a_link_is_not_run_from(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     own = tmp_path / "own"
     own.mkdir(mode=0o700)
     (tmp_path / "link").symlink_to(own)
@@ -173,14 +177,18 @@ def test_neither_is_that_of_another_user_nor_a_link(tmp_path: Path, monkeypatch:
     assert cache_folder() != own
 
 
-def test_code_that_was_put_beside_is_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    source = "x = 1\n"
+def template(path: Path) -> ModuleType:
+    """Return a template of a kernel, a module with one number, written to ``path``."""
+    path.write_text("number = 1\n", encoding="utf-8")
+    return module_from(path)
+
+
+def test_code_that_others_may_write_is_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shared = tmp_path / "shared"
     shared.mkdir()
     monkeypatch.setenv("SSSI_CACHE_DIR", str(shared))
-    name = Path(str(compiled._module(source + "# first\n").__file__)).name
-    assert (shared / name).exists()
+    assert Path(str(compile_kernel(template(tmp_path / "first.py")).__file__)).is_relative_to(shared)
     shared.chmod(0o777)
-    module = compiled._module(source)
-    assert not Path(str(module.__file__)).is_relative_to(shared)
-    assert module.x == 1
+    kernel = compile_kernel(template(tmp_path / "second.py"))
+    assert not Path(str(kernel.__file__)).is_relative_to(shared)
+    assert kernel.number == 1

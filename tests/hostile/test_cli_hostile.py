@@ -1,4 +1,4 @@
-"""The command line where the world around it is odd: streams closed or of other encodings, interrupts, odd --out."""
+"""The command line in odd surroundings: streams closed or of other encodings, interrupts, odd --out."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ MODULE = [sys.executable, "-m", "sssi_exudyn"]
 
 
 def sssi(arguments: Sequence[str], shell: str = "", **environment: str) -> subprocess.CompletedProcess[bytes]:
-    """``sssi`` with those arguments; ``shell`` is what a shell would write behind them."""
+    """Run ``sssi`` with those arguments; ``shell`` is text that a shell would have after them."""
     command = ["sh", "-c", f'"$@" {shell}', "sh", *MODULE, *arguments]
     env = {name: value for name, value in os.environ.items() if not name.startswith(("LC_", "LANG"))}
     return subprocess.run(command, check=False, capture_output=True, env=env | environment, timeout=120)
 
 
 def end_of(arguments: Sequence[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
-    """Exit status and stderr of the command, within this process."""
+    """Return exit status and stderr of the command, run within this process."""
     with pytest.raises(SystemExit) as end:
         cli.main(arguments)
     assert isinstance(end.value.code, int)
@@ -38,7 +38,10 @@ def end_of(arguments: Sequence[str], capsys: pytest.CaptureFixture[str]) -> tupl
 
 @pytest.fixture(scope="module")
 def without_fixes(recording: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The recording without GPS, for processes: the snow under fixes takes most of what ``sssi inspect`` computes."""
+    """Return the recording without GPS, for tests in other processes.
+
+    The snow under fixes takes most of the time of ``sssi inspect``.
+    """
     folder = Path(shutil.copytree(recording, tmp_path_factory.mktemp("without") / "tiny"))
     path = folder / "recording.toml"
     before, _, fixes = path.read_text(encoding="utf-8").partition("[gps]\n")
@@ -134,7 +137,7 @@ program.start()
 
 @pytest.mark.parametrize("after", [0.0, 0.1, 0.3, 0.6, 1.0])
 def test_an_interrupt_at_any_time_shows_no_traceback_of_the_program(after: float, tmp_path: Path) -> None:
-    """Before Python has come to the program at all, the traceback is Python's own."""
+    """Before Python has reached the program at all, the traceback is Python's own."""
     script = "import sssi_exudyn.__main__ as m, sys; sys.stderr.write('!'); sys.stderr.flush(); m.start()"
     command = [sys.executable, "-c", script, "diagnose", "missing", "--out", str(tmp_path)]
     process = subprocess.Popen(command, stdout=-3, stderr=subprocess.PIPE)

@@ -17,11 +17,11 @@ QUICK, MANY = 30, 2000
 
 @pytest.mark.long
 def test_a_few_mutated_files_give_one_clear_line(tmp_path: Path) -> None:
-    found = fuzz(QUICK, seed=7, keep=tmp_path / "keep")
-    assert found.findings == []
-    assert found.counts["refused"] > QUICK // 3  # else nothing was mutated
-    assert found.counts["taken"] + found.counts["refused"] == QUICK
-    assert found.memory[0] < LIMIT_BYTES
+    tally = fuzz(QUICK, seed=7, keep=tmp_path / "keep")
+    assert tally.findings == []
+    assert tally.counts["refused"] > QUICK // 3  # else nothing was mutated
+    assert tally.counts["taken"] + tally.counts["refused"] == QUICK
+    assert tally.memory[0] < LIMIT_BYTES
 
 
 def test_the_judge_sees_a_recording_that_leads_out_of_its_folder(tmp_path: Path) -> None:
@@ -38,8 +38,8 @@ def test_the_judge_sees_a_recording_that_leads_out_of_its_folder(tmp_path: Path)
 
 @pytest.mark.slow
 def test_many_mutated_files_give_one_clear_line(tmp_path: Path) -> None:
-    found = fuzz(MANY, seed=int(os.environ.get("FUZZ_SEED", "1")), keep=tmp_path / "keep")
-    assert found.findings == []
+    tally = fuzz(MANY, seed=int(os.environ.get("FUZZ_SEED", "1")), keep=tmp_path / "keep")
+    assert tally.findings == []
 
 
 @pytest.mark.slow
@@ -51,7 +51,7 @@ def test_many_mutated_files_give_one_clear_line(tmp_path: Path) -> None:
 def test_hypothesis_finds_no_recording_that_is_not_answered_clearly(
     tmp_path: Path, file: str, seeds: list[int]
 ) -> None:
-    """Shrinks a finding to the fewest mutations."""
+    """Hypothesis shrinks a finding to the fewest mutations."""
     folder = Tiny().write(tmp_path / "case" / "in")
     data = (folder / file).read_bytes()
     for seed in seeds:

@@ -1,4 +1,4 @@
-"""Models, skis, benches, sweeps and muscles from others: whatever their files hold is one clear line."""
+"""Models, skis, benches, sweeps and muscles from others: every fault in their files gives one clear line."""
 
 from __future__ import annotations
 
@@ -109,8 +109,8 @@ def test_every_toml_is_read_within_bounds(tmp_path: Path, kind: str, text: str) 
         "sweep": lambda: read_sweep(tmp_path / "sweep.toml"),
         "ski": lambda: read_ski("ski.toml", tmp_path),
     }
-    found = run_limited(readers[kind])
-    assert found.verdict == "refused", found
+    outcome = run_limited(readers[kind])
+    assert outcome.verdict == "refused", outcome
 
 
 @pytest.mark.parametrize("kind", ["model", "sweep", "osim"])
@@ -126,9 +126,9 @@ def test_markup_that_evades_a_search_for_long_tags(tmp_path: Path, shape: str) -
     path = tmp_path / "model.osim"
     text = osim_example.version_3().replace("</Model>", shape.format(">a" * 4_000_000) + "</Model>")
     path.write_text(text, encoding="utf-8")
-    found = run_limited(lambda: read_osim(path))
-    assert found.verdict == "refused", found
-    assert found.seconds < 5.0, found  # of computing: read anew with every piece, 8 MB would be minutes
+    outcome = run_limited(lambda: read_osim(path))
+    assert outcome.verdict == "refused", outcome
+    assert outcome.seconds < 5.0, outcome  # of computing: read again with every piece, 8 MB would take minutes
 
 
 def test_a_ski_that_is_heavier_than_with_its_binding(tmp_path: Path) -> None:

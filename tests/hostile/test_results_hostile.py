@@ -1,6 +1,6 @@
-"""Result folders from other people: whatever they hold, the answer is one clear line, in bounded memory.
+"""Result folders from other people: every fault in them gives one clear line, in bounded memory.
 
-The report, the muscles and the validation read them.
+The readers are the report, the muscles and the validation.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Spoil = Callable[[Path], object]
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A result with all its files, and every module imported."""
+    """Write a result with all its files, and import every module."""
     folder = tmp_path_factory.mktemp("whole") / "result"
     run = a_run(6.0, 25.0)
     half = pd.DataFrame({"time_s": [0.0, 1.0], "measured_mps": [9.0, 9.5], "predicted_mps": [9.1, 9.4]})
@@ -113,7 +113,7 @@ def many_columns(folder: Path) -> None:
 
 
 def page_bomb(folder: Path) -> None:
-    """A column of one text of 300 MB, which is 30 kB on disk."""
+    """Write a column of one text of 300 MB, which is 30 kB on disk."""
     table = pq.read_table(folder / "series.parquet").slice(0, 1)
     text = pa.array([b"\0" * 300_000_000]).cast(pa.string())
     table = table.set_column(table.schema.get_field_index("turn_side"), "turn_side", text)
@@ -122,7 +122,7 @@ def page_bomb(folder: Path) -> None:
 
 
 def beyond_the_texts(folder: Path) -> None:
-    """A row that points to the sixth text where there is one."""
+    """Write a row that points to the sixth text where there is one."""
     table = pq.read_table(folder / "series.parquet").slice(0, 1)
     side = pa.DictionaryArray.from_arrays(pa.array([5], pa.int32()), pa.array(["left"]), safe=False)
     pq.write_table(
@@ -131,7 +131,7 @@ def beyond_the_texts(folder: Path) -> None:
 
 
 def two_names(folder: Path) -> None:
-    """A letter of a column's name is damaged in one of the places where it stands."""
+    """Damage a letter of a column's name in one of its places."""
     path = folder / "measured.parquet"
     before, name, between, again, after = re.split(b"(gps_east_m)", path.read_bytes(), maxsplit=2)
     path.write_bytes(before + name + between + again.replace(b"east", b"eXst") + after)
@@ -226,10 +226,10 @@ def test_a_hostile_result_is_refused_in_one_clear_line(result: Path, name: str) 
     spoil, expected = CASES[name]
     spoil(result)
     out = result.parent / "page.html"
-    found = run_limited(lambda: report([result], out))
-    assert found.verdict == "refused", found
-    assert expected in found.text
-    assert found.text.startswith(str(result))
+    outcome = run_limited(lambda: report([result], out))
+    assert outcome.verdict == "refused", outcome
+    assert expected in outcome.text
+    assert outcome.text.startswith(str(result))
     assert not out.exists()
 
 
@@ -240,7 +240,7 @@ MUSCLES: dict[str, tuple[Spoil, str]] = {
     "no moment": (in_series(lambda t: t.drop(columns="knee_angle_r_moment_Nm")), "knee_angle_r_moment_Nm"),
     "infinite moment": (in_series(column("knee_angle_r_moment_Nm", np.inf)), "larger than any quantity"),
     "texts": (in_series(column("pelvis_east_m", "much")), "in place of numbers"),
-    "a model of nobody": (text("model.toml", "mass = 1"), "model.toml"),
+    "another model": (text("model.toml", "mass = 1"), "model.toml"),
     "a pipe": (fifo("skeleton.json"), "this is not a file"),
 }
 
@@ -250,9 +250,9 @@ def test_the_muscles_of_a_hostile_result_are_one_clear_line(result: Path, name: 
     spoil, expected = MUSCLES[name]
     spoil(result)
     out = result.parent / "out"
-    found = run_limited(lambda: muscles(result, out))
-    assert found.verdict == "refused", found
-    assert expected in found.text
+    outcome = run_limited(lambda: muscles(result, out))
+    assert outcome.verdict == "refused", outcome
+    assert expected in outcome.text
     assert not (out / "summary.json").exists()
 
 
@@ -272,10 +272,10 @@ def test_the_validation_of_a_hostile_result_is_one_clear_line(result: Path, reco
     spoil, expected = VALIDATED[name]
     spoil(result)
     out = result.parent / "out"
-    found = run_limited(lambda: validate(recording, result, out))
-    assert found.verdict == "refused", found
-    assert expected in found.text
-    assert found.text.startswith(str(result))
+    outcome = run_limited(lambda: validate(recording, result, out))
+    assert outcome.verdict == "refused", outcome
+    assert expected in outcome.text
+    assert outcome.text.startswith(str(result))
     assert not (out / "summary.json").exists()
 
 
@@ -295,8 +295,8 @@ ODD: tuple[Spoil, ...] = (
     in_json("summary.json", lambda t: t["fit"].update(correlation=[[1.0], []])),
     in_json("summary.json", lambda t: t.update(recording="\ud800 \x1b[31m" + "x" * 100_000)),
 )
-"""Energies unknown and large, muscles whose columns are missing, correlations of other parameters, and half a letter:
-each in a section of its own, so that one result has them all."""
+"""Oddities: energies unknown and large, muscles without columns, correlations of other parameters, and half a letter.
+Each is in a section of its own, so that one result has them all."""
 
 
 @pytest.mark.parametrize("ending", ["html", "pdf"])
@@ -305,8 +305,8 @@ def test_an_odd_result_has_a_report(result: Path, ending: str) -> None:
     for spoil in ODD:
         spoil(result)
     out = result.parent / f"report.{ending}"
-    found = run_limited(lambda: report([result], out))
-    assert found.verdict == "taken", found
+    outcome = run_limited(lambda: report([result], out))
+    assert outcome.verdict == "taken", outcome
     assert b"\x1b" not in out.read_bytes() or ending == "pdf"
 
 
@@ -335,17 +335,17 @@ def test_links_are_not_copied_into_another_folder(result: Path) -> None:
     assert not (result.parent / "out" / "notes.txt").exists()
 
 
-def test_the_bound_of_pages_counts_what_they_say_themselves(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_bound_of_pages_counts_the_sizes_that_they_state(whole: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     about = pq.read_metadata(whole / "series.parquet")
     columns = [about.row_group(0).column(k).total_uncompressed_size for k in range(about.num_columns)]
     monkeypatch.setattr(parquet, "MAX_DECODED", sum(columns))  # with the pages' heads, so a little more than the pages
     assert read_run(whole).series.shape[1] == about.num_columns
     monkeypatch.setattr(parquet, "MAX_DECODED", sum(columns) // 2)
-    found = run_limited(lambda: read_run(whole))
-    assert "more bytes than any result has" in found.text
+    outcome = run_limited(lambda: read_run(whole))
+    assert "more bytes than any result has" in outcome.text
 
 
 def test_a_whole_diagnosis_comes_back(whole: Path) -> None:
-    found = read_diagnosis(whole)
-    assert found is not None
-    assert found.sentence == whole_version()["sentence"]
+    diagnosis = read_diagnosis(whole)
+    assert diagnosis is not None
+    assert diagnosis.sentence == whole_version()["sentence"]

@@ -1,4 +1,4 @@
-"""Begun sweeps from other people: records that are none are done again, all else is one clear line."""
+"""Begun sweeps from other people: runs without a whole record are done again, other faults give one clear line."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Spoil = Callable[[Path], object]
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two of its three runs have ended, one with a record in a file of its own."""
+    """Write a sweep of three runs, of which two have ended, one with a record in a file of its own."""
     folder = tmp_path_factory.mktemp("whole")
     written = Tiny().write(folder / "tiny")
     recording = {path.name: path.read_bytes() for path in written.iterdir()}
@@ -68,14 +68,14 @@ def pipe(of: Callable[[Path], Path]) -> Spoil:
 
 
 def long_texts(folder: Path) -> None:
-    """200 000 rows of one text of 10 MB, which are 10 kB on disk."""
+    """Write 200 000 rows of one text of 10 MB, which are 10 kB on disk."""
     text = pa.array(["x" * 10_000_000])
     rows = pa.DictionaryArray.from_arrays(pa.array([0] * 200_000, pa.int32()), text)
     pq.write_table(pa.table({"name": rows, "record": rows}), part(folder), compression="zstd")
 
 
 def swelling(folder: Path) -> None:
-    """A text of 300 MB, which is 30 kB on disk."""
+    """Write a text of 300 MB, which is 30 kB on disk."""
     text = pa.array([b"\0" * 300_000_000]).cast(pa.string())
     table = pa.table({"name": pa.array(["a"]), "record": text})
     # statistics would take seconds
@@ -83,7 +83,7 @@ def swelling(folder: Path) -> None:
 
 
 def beyond_the_texts(folder: Path) -> None:
-    """A row that points to the sixth text where there is one."""
+    """Write a row that points to the sixth text where there is one."""
     rows = pa.DictionaryArray.from_arrays(pa.array([5], pa.int32()), pa.array(["a"]), safe=False)
     pq.write_table(pa.table({"name": rows, "record": rows}), part(folder))
 
@@ -110,12 +110,12 @@ DONE_AGAIN: dict[str, Spoil] = {
 )
 def test_runs_without_a_whole_record_are_done_again(sweep: Path, name: str) -> None:
     DONE_AGAIN[name](sweep)
-    found = run_limited(lambda: check_one_done(sweep))
-    assert found.verdict == "taken", found
+    outcome = run_limited(lambda: check_one_done(sweep))
+    assert outcome.verdict == "taken", outcome
 
 
 def check_one_done(folder: Path) -> None:
-    """Of the two runs that had ended one is left."""
+    """Check that of the two runs that had ended one is left."""
     assert resume_without_runs(folder)["done"] == 1
 
 
@@ -152,9 +152,9 @@ REFUSED: dict[str, tuple[Spoil, str]] = {
 def test_a_sweep_that_is_none_is_one_clear_line(sweep: Path, name: str) -> None:
     spoil, problem = REFUSED[name]
     spoil(sweep)
-    found = run_limited(lambda: resume_without_runs(sweep))
-    assert found.verdict == "refused", found
-    assert problem in found.text
+    outcome = run_limited(lambda: resume_without_runs(sweep))
+    assert outcome.verdict == "refused", outcome
+    assert problem in outcome.text
 
 
 def in_table(**columns: Any) -> Spoil:
@@ -186,16 +186,16 @@ TABLES: dict[str, tuple[Spoil, str]] = {
 def test_a_table_that_is_none_has_no_page(sweep: Path, name: str) -> None:
     spoil, problem = TABLES[name]
     spoil(sweep)
-    found = run_limited(lambda: report([sweep], sweep.parent / "page.html"))
-    assert found.verdict == "refused", found
-    assert problem in found.text
+    outcome = run_limited(lambda: report([sweep], sweep.parent / "page.html"))
+    assert outcome.verdict == "refused", outcome
+    assert problem in outcome.text
     assert not (sweep.parent / "page.html").exists()
 
 
 def test_errors_of_runs_are_shown_on_one_line(sweep: Path) -> None:
     in_table(status="failed", error="one\ntwo \x1b[31m<script>" + "x" * 9000)(sweep)
     page = sweep.parent / "page.html"
-    found = run_limited(lambda: report([sweep], page))
-    assert found.verdict == "taken", found
+    outcome = run_limited(lambda: report([sweep], page))
+    assert outcome.verdict == "taken", outcome
     shown = page.read_text(encoding="utf-8")
     assert "one two \\x1b[31m&lt;script&gt;xxx" in shown

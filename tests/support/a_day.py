@@ -8,8 +8,8 @@ import numpy as np
 from bundled import bundled
 
 from sssi_exudyn.contact.term import Term
-from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.validation.benchmark.cases import _model_as_known, record
+from sssi_exudyn.model.from_recording import first_guess, model_of
+from sssi_exudyn.validation.benchmark.cases import record
 from sssi_exudyn.validation.benchmark.world import draw_instruments
 from sssi_exudyn.validation.diagnosis.context import diagnosis_problem
 from sssi_exudyn.validation.diagnosis.diagnose import separate_fit
@@ -18,15 +18,16 @@ from sssi_exudyn.validation.diagnosis.state import first_fit
 
 
 def fits_of_two_runs(law: Term) -> list[SeparateFit]:
-    """Two stretches of the intermediate's run at different speeds, each fitted without the law."""
+    """Fit two stretches of the intermediate's run at different speeds, each without the law."""
     recording, motion = bundled("intermediate")
-    # what a fit of the whole recording finds; the data are those of the world below, so no fit is needed to make them
+    assert recording.gps is not None
+    # values of a fit of the whole recording; the data are those of the world below, so no fit is needed to make them
     fitted = model_of(recording, motion).with_values({"friction.mu_t": 0.19, "friction.mu_n": 0.9})
     fitted = replace(fitted, solver=replace(fitted.solver, elements=20))  # half the time, for 3 mm of the track
     own: list[SeparateFit] = []
     for number, after in enumerate((0.2, 8.0)):
         stretch = replace(motion, start=motion.start + after, stop=motion.start + after + 7.0)
-        start = _model_as_known(fitted, recording, stretch).start
+        start = first_guess(recording.gps, stretch, fitted.inclination, fitted.fall_line_azimuth)
         world = replace(fitted, start=start, terms=(*fitted.terms, law))
         given = (recording, stretch, fitted)
         rng = np.random.default_rng([3, number])

@@ -1,4 +1,4 @@
-"""Diagnoses: as the file of the first version holds one, with all that came later, and with given findings."""
+"""Diagnoses: a file of the first version, one with all later fields, and one with given findings."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ FIRST_VERSION: dict[str, Any] = {
     "friction": {"before": {"mu_t": 0.112, "mu_n": 0.71}, "after": {"mu_t": 0.0901, "mu_n": 0.72}},
     "noise": {"gps_sigma_m": 0.021, "gps_correlation_s": 3.6},
 }
-"""What the format's first description shows."""
+"""Content of a file of the format's first description."""
 
 
 def whole_version() -> dict[str, Any]:
-    """The same with the data of its figures and the probabilities of hypotheses."""
+    """Return the same with the data of its figures and the probabilities of hypotheses."""
     zero = (0.0, 0.0, 0.0)
     feet = ForceByFoot((zero, (40.0, 0.0, 0.0)), (zero, zero), (zero, (10.0, -3.0, 1.0)), (zero, zero), 12.5)
     stands_out = ((False,) * 3, (True, False, False))
@@ -96,7 +96,7 @@ def diagnosis_of(*findings: Finding) -> Diagnosis:
 
 
 def finding_of(name: str, probability: float, *others: tuple[str, float], after: float = 0.05) -> Finding:
-    """A finding between 2 s and 4 s, of -5 ± 1 m/s; its error on turns not fitted is 0.3 m before, and ``after``."""
+    """Return a finding between 2 s and 4 s, of -5 ± 1 m/s; its error on other turns is 0.3 m before, and ``after``."""
     return Finding(
         kind="unexplained" if name == "unexplained_force" else "physics",
         name=name,

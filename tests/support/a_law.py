@@ -1,4 +1,4 @@
-"""A law of friction that is in no list, as a day might have it."""
+"""A law of friction that is in no list, as a day of runs might have it."""
 
 from __future__ import annotations
 

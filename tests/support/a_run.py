@@ -24,13 +24,13 @@ NAME = "little </script><b>hill</b> & more"
 INCLINATION, AZIMUTH = np.radians(15.0), np.radians(70.0)
 MASS = 70.0
 PERIOD, SPEED, SWING = 4.0, 8.0, 2.0
-"""A left and a right turn last 4 s (s); m/s down the fall line; m to each side."""
+"""Duration of a left and a right turn, s; speed down the fall line, m/s; swing to each side, m."""
 GPS_BIAS = 0.5
-"""m by which the GPS is north of where the antenna was."""
+"""Distance of the GPS north of the antenna's true place, m."""
 
 
 def a_result(duration: float = 14.0, rate: float = 50.0) -> SimulationResult:
-    """The run as a simulation would give it, ``rate`` samples a second."""
+    """Return the run as a simulation would give it, with ``rate`` samples per second."""
     time = np.arange(0.0, duration + 1e-9, 1.0 / rate)
     n, omega = len(time), 2.0 * np.pi / PERIOD
     com = np.column_stack([SPEED * time, SWING * np.sin(omega * time), np.full(n, 0.9)])
@@ -71,7 +71,7 @@ def a_result(duration: float = 14.0, rate: float = 50.0) -> SimulationResult:
 
 
 def some_gps(result: SimulationResult) -> Gps:
-    """Ten fixes a second, ``GPS_BIAS`` north of the antenna."""
+    """Return ten fixes per second, ``GPS_BIAS`` north of the antenna."""
     every = slice(None, None, max(1, round(0.1 / float(result.time[1]))))
     assert result.antenna is not None
     fixes = result.antenna[every] @ slope_to_enu(INCLINATION, AZIMUTH).T + [0.0, GPS_BIAS, 0.0]
@@ -89,7 +89,7 @@ def some_gps(result: SimulationResult) -> Gps:
 
 
 def some_insoles(result: SimulationResult) -> Insoles:
-    """Insoles that feel nine tenths of what the soles bear."""
+    """Return insoles that feel nine tenths of the soles' load."""
     left, right = 0.9 * result.sole_force.T
 
     def cells(load: Array) -> Array:
@@ -99,7 +99,7 @@ def some_insoles(result: SimulationResult) -> Insoles:
 
 
 def a_run(duration: float = 14.0, rate: float = 50.0, *, measured: bool = True, **figures: Any) -> StoredRun:
-    """The run with all that a result folder keeps of it; ``figures`` go into its summary."""
+    """Return the run with all that a result folder keeps of it; ``figures`` go into its summary."""
     result = a_result(duration, rate)
     model = Model(
         name=NAME,
@@ -109,8 +109,8 @@ def a_run(duration: float = 14.0, rate: float = 50.0, *, measured: bool = True, 
         inclination=float(INCLINATION),
         fall_line_azimuth=float(AZIMUTH),
     )
-    found = biomechanics(result, MASS)
-    series = label_turns(result.to_frame(slope_to_enu(INCLINATION, AZIMUTH)), found.turns)
+    figures_of_turns = biomechanics(result, MASS)
+    series = label_turns(result.to_frame(slope_to_enu(INCLINATION, AZIMUTH)), figures_of_turns.turns)
     gps, insoles = (some_gps(result), some_insoles(result)) if measured else (None, None)
     summary = summary_from_dict(
         {
@@ -118,7 +118,7 @@ def a_run(duration: float = 14.0, rate: float = 50.0, *, measured: bool = True, 
             "friction": {"mu_t": {"value": 0.0612, "se": 0.001}, "mu_n": {"value": 0.55, "se": None}},
             "trajectory": judge_track(series, gps),
             "pressure_ratio": judge_loads(series, insoles),
-            "turns": turn_figures(found),
+            "turns": turn_figures(figures_of_turns),
             "residual_moment": residual_moment(result),
             "solver": {"simulated_s": duration, **result.statistics},
             "energy": {"closure_percent": result.closure_percent},
@@ -127,4 +127,4 @@ def a_run(duration: float = 14.0, rate: float = 50.0, *, measured: bool = True, 
         }
     )
     measured_rows = measured_table(gps, insoles)
-    return StoredRun(summary, series, model, measured_rows, average_geometry(1.75), found.table)
+    return StoredRun(summary, series, model, measured_rows, average_geometry(1.75), figures_of_turns.table)

@@ -1,4 +1,4 @@
-"""The bundled recordings, read once in a process: reading one and its motion takes a second."""
+"""The bundled recordings, read once per process: reading one with its motion takes a second."""
 
 from __future__ import annotations
 
@@ -15,6 +15,6 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 @cache
 def bundled(name: str) -> tuple[Recording, Motion]:
-    """The recording ``examples/name`` and its motion."""
+    """Return the recording ``examples/name`` and its motion."""
     recording = read_recording(EXAMPLES / name)
     return recording, motion_from_recording(recording)

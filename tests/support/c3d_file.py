@@ -11,11 +11,11 @@ from sssi_exudyn.bodies.skier.chain import SEGMENT, Poses
 from sssi_exudyn.core.frames import Array
 
 KNEE, ANKLE, DIAMETER = 0.11, 0.08, 0.014
-"""m"""
+"""Widths of knee and ankle, and diameter of a marker, m."""
 
 
 def marker_places(poses: Poses, height: float) -> dict[str, Array]:
-    """(n, 3) m of every marker, where the model's formulas put the chain's joints."""
+    """Return the place (n, 3) m of every marker, where the model's formulas put the chain's joints."""
 
     def at(segment: str, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Array:
         i = SEGMENT[segment]
@@ -54,7 +54,7 @@ def marker_places(poses: Poses, height: float) -> dict[str, Array]:
 
 
 def write_c3d(path: Path, places: dict[str, Array], rate: float, *, sizes: bool = True, prefix: str = "") -> None:
-    """The file, in millimetres."""
+    """Write the file, in millimetres."""
     file = ezc3d.c3d()
     points = np.stack(list(places.values()))  # markers, frames, xyz
     data = np.ones((4, *points.shape[:2]))

@@ -1,4 +1,4 @@
-"""A bundled run whose fixes are where further terms would have taken the skier."""
+"""A bundled run with fixes displaced to the path that further terms would have caused."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ from sssi_exudyn.validation.diagnosis.state import first_fit
 def displaced_by(
     name: str, start: float, stop: float, terms_of: Callable[[SimulationResult], Sequence[Term]]
 ) -> tuple[Recording, Motion]:
-    """The recording ``examples/name`` between two times (s), displaced by terms that follow from its fitted run."""
+    """Return the recording ``examples/name`` between two times (s), displaced by further terms.
+
+    The terms follow from its fitted run.
+    """
     recording, motion = bundled(name)
     assert recording.gps is not None
     motion = replace(motion, start=start, stop=stop)

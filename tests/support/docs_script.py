@@ -8,8 +8,13 @@ DOCS = Path(__file__).parents[2] / "docs"
 
 
 def docs_script(name: str) -> ModuleType:
-    """The script of that name in ``docs``."""
-    spec = importlib.util.spec_from_file_location(name, DOCS / f"{name}.py")
+    """Import the script of that name in ``docs``."""
+    return module_from(DOCS / f"{name}.py")
+
+
+def module_from(path: Path) -> ModuleType:
+    """Import the module in a file, under the file's name."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -9,11 +9,11 @@ import numpy as np
 from tiny import Columns
 
 START = datetime(2026, 2, 1, 23, 59, 57, tzinfo=UTC)
-"""Three seconds before midnight, which NMEA's clock does not see coming."""
+"""Three seconds before midnight, so that NMEA's clock passes it."""
 
 
 def nmea(columns: Columns, *, knots: float = 8.0, course: float = 160.0) -> str:
-    """GGA, RMC and GST for every fix, with checksums."""
+    """Return GGA, RMC and GST for every fix, with checksums."""
     lines = []
     for time, lat, lon, alt in zip(*(columns[name] for name in columns), strict=True):
         moment = START + timedelta(seconds=float(time))
@@ -38,7 +38,7 @@ def _checksum(line: str) -> int:
 
 
 def gpx(columns: Columns) -> str:
-    """A track of points with times."""
+    """Return a track of points with times."""
     points = "".join(
         f'<trkpt lat="{lat:.9f}" lon="{lon:.9f}"><ele>{alt:.4f}</ele>'
         f"<time>{START + timedelta(seconds=float(time)):%Y-%m-%dT%H:%M:%S.%fZ}</time></trkpt>\n"
@@ -48,7 +48,7 @@ def gpx(columns: Columns) -> str:
 
 
 def fit(columns: Columns, *, speed: float = 8.1) -> bytes:
-    """Records with timestamp, place, enhanced altitude and speed, and one without a place before them."""
+    """Return records with timestamp, place, enhanced altitude and speed, and one without a place before them."""
     fields = ((253, 4, 0x86), (0, 4, 0x85), (1, 4, 0x85), (78, 4, 0x86), (73, 4, 0x86))
     body = struct.pack("<BBBHB", 0x40, 0, 0, 20, len(fields)) + b"".join(struct.pack("BBB", *field) for field in fields)
     first = int(START.timestamp()) - 631065600
@@ -63,7 +63,7 @@ def fit(columns: Columns, *, speed: float = 8.1) -> bytes:
 
 
 def _fit_crc(data: bytes) -> int:
-    """CRC-16/ARC, as the FIT protocol has it."""
+    """Return the CRC-16/ARC of the FIT protocol."""
     crc = 0
     for byte in data:
         crc ^= byte
@@ -73,7 +73,7 @@ def _fit_crc(data: bytes) -> int:
 
 
 def phone(columns: Columns, *, radius: float = 4.5, bearing: float = 160.5) -> str:
-    """Sensor Logger's Location.csv; the first fix is the telephone's guess before the satellites."""
+    """Return Sensor Logger's Location.csv; the first fix is the telephone's guess before the satellites."""
     rows = ["time,seconds_elapsed,bearingAccuracy,speedAccuracy,verticalAccuracy,horizontalAccuracy,"
             "speed,bearing,altitude,longitude,latitude"]  # fmt: skip
     start = int(START.timestamp()) * 10**9

@@ -42,7 +42,7 @@ BEGAN = 1_700_000_000.25
 
 
 def orientations(frames: int, seed: int = 3) -> Array:
-    """(frames, 23, 3, 3) segment → world: every segment wanders smoothly about its own axes."""
+    """Return rotations (frames, 23, 3, 3) segment → world: every segment wanders smoothly about its own axes."""
     rng = np.random.default_rng(seed)
     time = np.arange(frames)[:, None, None] / RATE
     waves = 0.5 * np.sin(rng.uniform(2.0, 4.0, (len(SEGMENTS), 3)) * time + rng.uniform(0.0, 6.0, (len(SEGMENTS), 3)))
@@ -50,7 +50,10 @@ def orientations(frames: int, seed: int = 3) -> Array:
 
 
 def mvnx(rotations: Array, *, index: list[int] | None = None, began: float = BEGAN) -> str:
-    """The file's text; ``index`` gives the frames' numbers where some are missing, ``began`` the UTC of frame 0 (s)."""
+    """Return the file's text.
+
+    ``index`` gives the frames' numbers where some are missing, ``began`` the UTC of frame 0 (s).
+    """
     points: dict[str, list[str]] = {name: [_point(joint, (0.0, 0.0, 0.0))] for name, joint, _, _ in SEGMENTS}
     joints = []
     for name, joint, parent, place in SEGMENTS[1:]:

@@ -1,4 +1,4 @@
-"""A notebook's cells done one after the other, as Jupyter would, without it."""
+"""A runner of a notebook's cells, one after the other as Jupyter does, without Jupyter."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 
 def run_notebook(path: Path) -> tuple[dict[str, Any], list[Any]]:
-    """Do the code cells in the working directory; the names that they leave, and what each cell would show."""
+    """Run the code cells in the working directory; return their names, and the value that each cell would show."""
     module = ModuleType(f"notebook_{path.stem}")
     sys.modules[module.__name__] = module  # as Jupyter's __main__ is, so that classes can be found by their names
     names: dict[str, Any] = vars(module)

@@ -121,7 +121,7 @@ def _wraps(body: str) -> str:
 
 
 def version_3() -> str:
-    """The leg as versions 1.9 to 3.3 write it: a joint stands in the body it carries."""
+    """Return the leg as versions 1.9 to 3.3 write it: a joint stands in the body it carries."""
     bodies = "<Body name='ground'/>"
     bodies += "<Body name='pelvis'><Joint><WeldJoint name='held'><parent_body>ground</parent_body></WeldJoint></Joint>"
     bodies += f"{_wraps('pelvis')}</Body>"
@@ -140,7 +140,7 @@ def version_3() -> str:
 
 
 def version_4() -> str:
-    """The same as version 4 writes it: joints stand apart and join frames offset from bodies."""
+    """Return the leg as version 4 writes it: joints stand apart and join frames offset from bodies."""
     bodies = "".join(f"<Body name='{name}'>{_wraps(name)}</Body>" for name in ("pelvis", "femur", "shank"))
     joints = (
         "<WeldJoint name='held'><socket_parent_frame>/ground</socket_parent_frame>"

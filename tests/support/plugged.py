@@ -1,4 +1,4 @@
-"""Plug-ins for one test: what they add goes away after it."""
+"""Plug-ins for one test: their additions are removed after it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses import catalogue
 
 _TABLES: tuple[Any, ...] = (
     registry._ADDED,
-    plugins._by_module,
+    plugins.LOADED,
     motion_formats.MOTION_READERS,
     gps.READERS,
     catalogue.BY_NAME,
@@ -24,13 +24,13 @@ _LISTS: tuple[Any, ...] = (catalogue.HYPOTHESES, catalogue.STEADY_LAWS)
 
 @contextmanager
 def as_it_was() -> Iterator[None]:
-    """Afterwards the program knows no more terms, hypotheses and readers than before."""
-    tables, lists = [dict(table) for table in _TABLES], [list(each) for each in _LISTS]
+    """Restore the program's terms, hypotheses and readers at the end."""
+    tables, lists = [dict(table) for table in _TABLES], [list(entries) for entries in _LISTS]
     try:
         yield
     finally:
         for table, old in zip(_TABLES, tables, strict=True):
             table.clear()
             table.update(old)
-        for each, before in zip(_LISTS, lists, strict=True):
-            each[:] = before
+        for entries, before in zip(_LISTS, lists, strict=True):
+            entries[:] = before

@@ -1,4 +1,4 @@
-"""JSON values against a JSON Schema, as far as ``json_schema`` uses the language."""
+"""A check of JSON values against a JSON Schema, as far as ``json_schema`` uses the language."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _KNOWN = {
 
 
 def check_against_schema(value: Any, schema: dict[str, Any]) -> None:
-    """Raises AssertionError, with the place in the value, where it does not fit the schema."""
+    """Raise AssertionError, with the place in the value, where it does not fit the schema."""
     _check(value, schema, schema.get("$defs", {}), "$")
 
 
@@ -38,15 +38,15 @@ def _check(value: Any, schema: dict[str, Any], definitions: dict[str, Any], plac
     if isinstance(value, dict):
         missing = set(schema.get("required", ())) - value.keys()
         assert not missing, f"{place}: {missing} missing"
-        for key, each in value.items():
+        for key, entry in value.items():
             inner = schema.get("properties", {}).get(key, schema.get("additionalProperties", {}))
-            _check(each, inner, definitions, f"{place}.{key}")
+            _check(entry, inner, definitions, f"{place}.{key}")
     if isinstance(value, list):
         assert schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value)), f"{place}: {len(value)}"
         first = schema.get("prefixItems", [])
-        for index, each in enumerate(value):
+        for index, entry in enumerate(value):
             inner = first[index] if index < len(first) else schema.get("items") or {}
-            _check(each, inner, definitions, f"{place}[{index}]")
+            _check(entry, inner, definitions, f"{place}[{index}]")
 
 
 def _check_any(value: Any, schemas: list[dict[str, Any]], definitions: dict[str, Any], place: str) -> None:

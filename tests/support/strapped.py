@@ -1,4 +1,4 @@
-"""Single sensors strapped to the skier of a full capture: what they would have shown of the same run, and the truth."""
+"""Single sensors strapped to the skier of a full capture: their readings of the same run, and the truth."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FIXES_PER_SECOND = 5.0
 
 @dataclass(frozen=True)
 class Strapped:
-    """A sensor's channels, and how it sat: (3, 3) segment → sensor."""
+    """A sensor's channels, and its mounting (3, 3) segment → sensor."""
 
     place: str
     time: Array
@@ -35,7 +35,7 @@ def _to_enu(recording: Recording) -> Array:
 
 
 def strapped(recording: Recording, place: str, seed: int) -> Strapped:
-    """A sensor that is mounted anyhow, with a gyroscope's bias (0.5 °/s) and noise of both channels."""
+    """Return a sensor with a random mounting, a gyroscope's bias (0.5 °/s) and noise of both channels."""
     rng = np.random.default_rng(seed)
     bvh, gps = recording.bvh, recording.gps
     assert gps is not None
@@ -45,7 +45,7 @@ def strapped(recording: Recording, place: str, seed: int) -> Strapped:
     time, rate = bvh.time, 1.0 / float(bvh.time[1] - bvh.time[0])
     antenna = np.column_stack([np.interp(time, gps.time, column) for column in gps.enu.T])
     arm = (places[:, joint] - places[:, carrier] - world[:, carrier] @ gps.offset) @ to_enu.T
-    path = lowpass(antenna, rate, 1.2) + lowpass(arm, rate, 6.0)  # differentiated, noise of fixes would be all
+    path = lowpass(antenna, rate, 1.2) + lowpass(arm, rate, 6.0)  # differentiated, noise of fixes would dominate
     acceleration = np.gradient(np.gradient(path, time, axis=0), time, axis=0)
     turned = Rotation.from_matrix(to_enu @ world[:, joint] @ BODY_FROM_BVH.T)
     mounting = Rotation.random(random_state=seed)
@@ -62,7 +62,10 @@ def strapped(recording: Recording, place: str, seed: int) -> Strapped:
 
 
 def truth(recording: Recording, joint: str, time: Array) -> tuple[Array, Array]:
-    """Heading and roll (n,) rad of a joint's segment in the slope frame at ``time`` (n,) s, left and right positive."""
+    """Return heading and roll (n,) rad of a joint's segment in the slope frame at ``time`` (n,) s.
+
+    Left and right are positive.
+    """
     to_slope = slope_to_enu(recording.slope.inclination, recording.slope.fall_line_azimuth).T @ _to_enu(recording)
     turned = to_slope @ world_rotations(recording.bvh)[:, recording.bvh.index(joint)] @ BODY_FROM_BVH.T
     heading = np.unwrap(np.arctan2(turned[:, 1, 0], turned[:, 0, 0]))
@@ -71,7 +74,7 @@ def truth(recording: Recording, joint: str, time: Array) -> tuple[Array, Array]:
 
 
 def write_few(recording: Recording, places: tuple[str, ...], folder: Path) -> Path:
-    """A recording's folder with those sensors instead of its capture, and fixes 5 times a second that lag."""
+    """Write a recording's folder with those sensors instead of its capture, and fixes 5 times a second that lag."""
     (folder / "sensors").mkdir(parents=True)
     tables = []
     for seed, place in enumerate(places):

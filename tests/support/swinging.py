@@ -14,7 +14,7 @@ KNEES = ("knee_angle_r", "knee_angle_l")
 
 
 def chain_coordinates(seed: int = 5) -> Array:
-    """(COUNT, 31) rad: every angle swings by 0.3 about a bent stance."""
+    """Return coordinates (COUNT, 31) rad: every angle swings by 0.3 about a bent stance."""
     rng = np.random.default_rng(seed)
     time = np.arange(COUNT)[:, None] / RATE
     q = 0.3 * np.sin(rng.uniform(2.0, 4.0, len(COORDINATES)) * time + rng.uniform(0.0, 6.0, len(COORDINATES)))
@@ -24,7 +24,7 @@ def chain_coordinates(seed: int = 5) -> Array:
 
 
 def mot(q: Array, *, degrees: bool = True, extends: bool = False, without: tuple[str, ...] = ()) -> str:
-    """The text of the coordinates, the pelvis about z, x, y of OpenSim's ground."""
+    """Return the text of the coordinates, the pelvis about z, x, y of OpenSim's ground."""
     columns = {name: q[:, COORDINATES.index(name)] for name in PRESCRIBED}
     turned = Rotation.from_euler(
         "ZXY", np.column_stack([columns["pelvis_rotation"], columns["pelvis_list"], -columns["pelvis_tilt"]])

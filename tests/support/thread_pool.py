@@ -1,4 +1,7 @@
-"""A worker of sweeps within the process, for tests that are not about processes, which take seconds to start."""
+"""A worker of sweeps within the process.
+
+It serves tests that are not about processes, since these take seconds to start.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,6 @@ from sssi_exudyn.sweeps.workers.pools import Crew
 
 @contextmanager
 def thread_pool(_workers: int) -> Iterator[Crew]:
-    """One thread, whatever number is asked for."""
+    """Provide one thread, whatever number is requested."""
     with ThreadPoolExecutor(1) as executor:
         yield Crew(executor, lambda: 1)

@@ -1,7 +1,7 @@
 """A small recording with a known answer: a rigid, leaning skier who swings down a plane on carving skis.
 
-Skis point where the skier goes, the body leans along the acceleration and stands on the plane, every joint trembles a
-little; so slope, heading and all sums are known.
+Skis point where the skier goes, the body leans along the acceleration and stands on the plane, and every joint trembles
+a little.  So slope, heading and all sums are known.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ ANSWERS = Answers(
     antenna_offset_m=(float(OFFSET[0]), float(OFFSET[1]), float(OFFSET[2])),
     gps_sigma_m=0.02,
 )
-"""What an import of its files asks for."""
+"""Answers that an import of its files needs."""
 
 # name, parent, OFFSET in cm: a skier of 1.65 m
 SKELETON: tuple[tuple[str, str, tuple[float, float, float]], ...] = (
@@ -104,7 +104,7 @@ Columns = dict[str, Array]
 
 @dataclass
 class Tiny:
-    """The parts of a recording, to be changed one by one before they are written."""
+    """The parts of a recording, which a test may change one by one before they are written."""
 
     toml: str = TOML
     skeleton: tuple[tuple[str, str, tuple[float, float, float]], ...] = SKELETON
@@ -123,7 +123,7 @@ class Tiny:
         return folder
 
     def bvh(self) -> str:
-        """The motion as BVH text: three rotation channels a joint, in degrees, Y X Z."""
+        """Return the motion as BVH text: three rotation channels per joint, in degrees, Y X Z."""
         frames = len(self.rotations["Hips"])
         columns = [np.zeros((frames, 3))] + [self.rotations[name] for name, _, _ in self.skeleton]
         rows = "\n".join(" ".join(f"{value:.5f}" for value in row) for row in np.hstack(columns))
@@ -144,7 +144,7 @@ class Tiny:
 
 
 def csv(columns: Columns) -> str:
-    """Columns as CSV text: degrees to a tenth of a millimetre, the rest to 0.1 mm or 0.1 mN."""
+    """Return columns as CSV text: degrees to a tenth of a millimetre, the rest to 0.1 mm or 0.1 mN."""
     names = list(columns)
     rows = np.column_stack([columns[name] for name in names])
     digits = [9 if name.startswith(("lat", "lon")) else 4 for name in names]
@@ -153,7 +153,10 @@ def csv(columns: Columns) -> str:
 
 
 def motion(noise: float = 0.01, seed: int = 1, swing: float = 1.5) -> tuple[Columns, Columns]:
-    """BVH angles (n, 3) deg by joint in the order Y X Z, and GPS columns, of one run with turns ±``swing`` m wide."""
+    """Return BVH angles (n, 3) deg by joint in the order Y X Z, and GPS columns, of one run.
+
+    Its turns are ±``swing`` m wide.
+    """
     random = np.random.default_rng(seed)
     clock = np.arange(0.0, DURATION + 1e-9, 1.0 / 60.0)
     yaw, pitch, roll = _attitude(clock, swing)[1:]
@@ -176,7 +179,7 @@ def motion(noise: float = 0.01, seed: int = 1, swing: float = 1.5) -> tuple[Colu
 
 
 def loads(cells: int, seed: int = 2) -> Columns:
-    """Insole columns of a skier of 70 kg whose weight swings from foot to foot."""
+    """Return insole columns of a skier of 70 kg whose weight swings from foot to foot."""
     random = np.random.default_rng(seed)
     clock = np.arange(0.0, DURATION + 1e-9, 0.02)
     share = 0.5 + 0.3 * np.sin(2.0 * np.pi * clock / 4.0)
@@ -189,7 +192,7 @@ def loads(cells: int, seed: int = 2) -> Columns:
 
 
 def _attitude(time: Array, swing: float) -> tuple[Array, Array, Array, Array]:
-    """Ski base (n, 3) m east-north-up, and the body's yaw, pitch, roll about the BVH's y, x, z (rad)."""
+    """Return the ski base (n, 3) m east-north-up, and the body's yaw, pitch, roll about the BVH's y, x, z (rad)."""
     omega, speed = 2.0 * np.pi / 4.0, 8.0
     to_enu = slope_to_enu(np.deg2rad(INCLINATION_DEG), np.deg2rad(AZIMUTH_DEG))
     plane = np.column_stack([speed * time, swing * np.sin(omega * time), np.zeros_like(time)])

@@ -1,7 +1,7 @@
-"""Files that are small or plain to look at and cost a careless reader all memory, all time or its composure.
+"""Files that look small or plain but cost a careless reader all memory, all time, or a fault.
 
-Each is named after what it holds; those of a recording replace files of the small made-up one (``tiny``), others are
-imported beside its capture.
+Each is named after its content.  Those of a recording replace files of the small made-up one (``tiny``); others are
+imported together with its capture.
 """
 
 from __future__ import annotations
@@ -21,13 +21,17 @@ from tiny import TOML, Tiny, csv
 from sssi_exudyn.core.frames import GRAVITY, Array
 
 DEEP = 50_000
-"""Parts, brackets or digits: beyond every recursion and every square."""
+"""Number of parts, brackets or digits: beyond every recursion and every square."""
 ANSI = "\x1b[31mred\x1b[0m \u202egnp.exe"
 
 
 @dataclass(frozen=True)
 class Bomb:
-    """``files`` by name; ``taken`` where the program may take them; ``imports`` what is given to ``sssi import``."""
+    """A hostile case.
+
+    ``files`` are by name; ``taken`` is true where the program may take them; ``imports`` are the arguments of ``sssi
+    import``.
+    """
 
     name: str
     files: Mapping[str, bytes]
@@ -37,11 +41,11 @@ class Bomb:
 
     @property
     def large(self) -> bool:
-        """Whether reading it is work."""
+        """Whether reading it takes long."""
         return sum(map(len, self.files.values())) > 1_000_000
 
     def write(self, folder: Path) -> Path:
-        """The files, over those of the small recording; the folder."""
+        """Write the files over those of the small recording; return the folder."""
         folder.mkdir(parents=True)
         for name, data in _small().items():
             (folder / name).write_bytes(data)
@@ -55,7 +59,7 @@ class Bomb:
 
 @cache
 def _small() -> dict[str, bytes]:
-    """The small recording, made once."""
+    """Return the small recording, made once."""
     tiny = Tiny()
     texts = {
         "recording.toml": TOML,
@@ -76,9 +80,9 @@ def _own_ski(table: str) -> dict[str, bytes]:
 
 
 def _track(time: Array) -> bytes:
-    """A plausible track of 60 m at any times."""
-    way = np.linspace(0.0, 60.0, len(time))
-    lat, lon, alt = pymap3d.enu2geodetic(0.9 * way, 0.4 * way, -0.27 * way, 46.8, 9.8, 2000.0)
+    """Return a plausible track of 60 m at any times."""
+    path = np.linspace(0.0, 60.0, len(time))
+    lat, lon, alt = pymap3d.enu2geodetic(0.9 * path, 0.4 * path, -0.27 * path, 46.8, 9.8, 2000.0)
     rows = zip(time.tolist(), lat.tolist(), lon.tolist(), alt.tolist(), strict=True)
     body = "".join(f"{t!r},{la:.9f},{lo:.9f},{al:.4f}\n" for t, la, lo, al in rows)
     return f"time_s,latitude_deg,longitude_deg,altitude_m\n{body}".encode()
@@ -95,7 +99,7 @@ def _counts(step: float) -> bytes:
 
 
 def _log() -> bytes:
-    """A sensor that trembles."""
+    """Return the log of a sensor that trembles."""
     time = np.arange(0.0, 2.0, 0.02)
     channels = {f"{kind}{axis}": np.sin(time * (3.0 + k)) for kind in "ag" for k, axis in enumerate("xyz")}
     channels["az"] += GRAVITY
@@ -156,7 +160,7 @@ def _text_bombs() -> list[Bomb]:
         Bomb("name of 90 kB", _toml('"tiny"', f'"{"n" * 90_000}"'), taken=True),
         Bomb("name of mathematics", _toml('"tiny"', "'$ \\frac{$'"), taken=True),
         Bomb("joint with commands", _toml('"Spine2"', '"\\u001b[2J\\n\\u202e"')),
-        Bomb("ski that nobody knows", _toml('"slalom_165"', '"slalom"')),
+        Bomb("ski that does not exist", _toml('"slalom_165"', '"slalom"')),
         Bomb("ski of dotted keys", _own_ski(f"[mine]\n{dots} = 1\n")),
         Bomb("ski nested", _own_ski(ski + "[" * 200 + "]" * 200)),
         Bomb("ski of a huge number", _own_ski(f"[mine]\nlength_m = {'9' * 400}\n")),
@@ -238,5 +242,5 @@ def _special_bombs() -> list[Bomb]:
 
 
 def bombs() -> list[Bomb]:
-    """All of them."""
+    """Return all hostile cases."""
     return [*_gap_bombs(), *_text_bombs(), *_table_bombs(), *_markup_bombs(), *_special_bombs()]

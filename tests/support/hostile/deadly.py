@@ -11,9 +11,10 @@ from sssi_exudyn.sweeps.records import DONE, Record, is_recorded, write_record
 
 
 def perform_or_die(folder: Path, task: bytes) -> str:
-    """Stands for ``perform``: the third run kills its process, as a fault in native code does; others are recorded.
+    """Stand in for ``perform``: the third run kills its process, as a fault in native code does.
 
-    Once, as ``perform_run`` records: a run that had ended when another's process died is handed out again.
+    Other runs are recorded once, as ``perform_run`` does: a run that had ended when another's process died is handed
+    out again.
     """
     run = json.loads(task)[1]
     if run["row"] == 2:

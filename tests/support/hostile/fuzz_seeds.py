@@ -1,4 +1,4 @@
-"""What the fuzzer mutates: recordings, files of every importable format, models, skis, results, sweeps, caches."""
+"""Seeds of the fuzzer: recordings, files of every importable format, models, skis, results, sweeps, caches."""
 
 from __future__ import annotations
 
@@ -38,31 +38,34 @@ from sssi_exudyn.terrain.surface import Surface
 EXAMPLES = Path(__file__).parents[3] / "examples"
 KNOWN = replace(ANSWERS, gps_offset_s=0.0)
 PLACED = {"left_ski.csv": "left_ski=", "right_ski.csv": "right_ski=", "foot.csv": "insoles="}
-"""Files that are imported under a place, and how that is written."""
+"""Files that are imported under a place, and the text of that place."""
 KEY = fingerprint("entry")
-"""Of the cache's entry."""
+"""Key of the cache's entry."""
 _FRAMES = 90
-"""Of a capture: enough to be read, and few enough to be read ten thousand times."""
+"""Number of a capture's frames: enough to be read, and few enough to be read ten thousand times."""
 _STEP = 10
-"""Real tables are long; every so many lines are enough."""
+"""Step between the lines that are kept of real tables, which are long."""
 
 
 @dataclass(frozen=True)
 class Seed:
-    """Whole files, and what is done with them: a recording is read, others are imported first."""
+    """Whole files and their use: a recording is read, others are imported first."""
 
     name: str
     files: dict[str, bytes]
     kind: str
     """One of ``fuzz_uses.USES``."""
     made: bool = True
-    """Made here, so that it is whole; files from elsewhere may be refused as they are."""
+    """Whether it was made here, so that it is whole; files from elsewhere may be refused as they are."""
     weight: float = 1.0
-    """How often it is drawn: what takes long, less often."""
+    """How often it is drawn: slow ones less often."""
 
 
 def bundled(folder: Path) -> list[Seed]:
-    """Seeds from the examples and from made files of every format; ``folder`` is for files that have to be written."""
+    """Return seeds from the examples and from made files of every format.
+
+    ``folder`` is for files that have to be written.
+    """
     tiny = Tiny()
     tiny.rotations = {name: angles[:_FRAMES] for name, angles in tiny.rotations.items()}
     tiny.gps = {name: column[: _FRAMES // 6] for name, column in tiny.gps.items()}
@@ -81,7 +84,7 @@ def bundled(folder: Path) -> list[Seed]:
     return [
         *read,
         *imported,
-        *(replace(each, kind=f"{each.kind} to fit", weight=0.2 * each.weight) for each in (*read, *imported)),
+        *(replace(seed, kind=f"{seed.kind} to fit", weight=0.2 * seed.weight) for seed in (*read, *imported)),
         *_settings(),
         *_results(folder, small),
         *_sweeps(folder / "sweep", small),
@@ -90,7 +93,7 @@ def bundled(folder: Path) -> list[Seed]:
 
 
 def _with_elevations(recording: dict[str, bytes], folder: Path) -> dict[str, bytes]:
-    """The recording with an elevation model of a level ground around its start."""
+    """Return the recording with an elevation model of a level ground around its start."""
     folder.mkdir()
     latitude, longitude, altitude = ORIGIN
     step, size = 2e-5, 160
@@ -105,7 +108,7 @@ def _with_elevations(recording: dict[str, bytes], folder: Path) -> dict[str, byt
 
 
 def _imports(tiny: Tiny, few: dict[str, bytes], folder: Path) -> Iterator[Seed]:
-    """A file of every format that is imported, alone or beside a capture."""
+    """Yield a file of every format that is imported, alone or with a capture."""
     poses = forward_kinematics(average_geometry(HEIGHT), chain_coordinates(), 0.0)
     write_c3d(folder / "run.c3d", marker_places(poses, HEIGHT), 60.0)
     for name, content in (
@@ -129,7 +132,7 @@ def _imports(tiny: Tiny, few: dict[str, bytes], folder: Path) -> Iterator[Seed]:
 
 
 def _settings() -> Iterator[Seed]:
-    """Models, skis and bench tests alone, and OpenSim's models."""
+    """Yield models, skis and bench tests alone, and OpenSim's models."""
     model = tomli_w.dumps(model_to_dict(a_run(1.0, 25.0).model)).encode()
     yield Seed("model", {"model.toml": model}, "model")
     on_hill = replace(a_run(1.0, 25.0).model, surface=_surface())
@@ -150,13 +153,13 @@ def _settings() -> Iterator[Seed]:
 
 
 def _surface() -> Surface:
-    """A surface of two modes."""
+    """Return a surface of two modes."""
     grid = np.linspace(-0.2, 0.3, 30).reshape(6, 5)
     return Surface((-3.0, -4.0), 2.0, grid, np.full((6, 5), 0.1), np.stack([grid, -grid]), (0.5, -1.0))
 
 
 def _bench() -> dict[str, bytes]:
-    """Tests of a ski; what they give is of no matter."""
+    """Return tests of a ski; their result does not matter."""
     place = np.linspace(0.0, 1650.0, 40)
     time = np.arange(0.0, 0.5, 0.002)
     force = np.linspace(20.0, 200.0, 10)
@@ -171,7 +174,7 @@ def _bench() -> dict[str, bytes]:
         "vibration.csv": {"time_s": time, "signal": np.exp(-3.0 * time) * np.cos(90.0 * time)},
     }
     settings = {
-        "name": "found",
+        "name": "bench",
         "mass_kg": 1.75,
         "mass_sigma_kg": 0.005,
         "boot_centre_m": 0.76,
@@ -186,7 +189,7 @@ def _bench() -> dict[str, bytes]:
 
 
 def _results(folder: Path, recording: dict[str, bytes]) -> Iterator[Seed]:
-    """A result with all its files, for the report on screen and on paper, the muscles, and the validation."""
+    """Yield a result with all its files, for the report on screen and on paper, the muscles, and the validation."""
     run = a_run(2.0, 12.5)
     parts = {"measured": run.measured, "skeleton": geometry_to_dict(average_geometry(1.75)), "turns": run.turn_table}
     half = pd.DataFrame({"time_s": [0.0, 1.0], "measured_mps": [9.0, 9.5], "predicted_mps": [9.1, 9.4]})
@@ -204,7 +207,7 @@ def _results(folder: Path, recording: dict[str, bytes]) -> Iterator[Seed]:
 
 
 def _sweeps(folder: Path, recording: dict[str, bytes]) -> Iterator[Seed]:
-    """A sweep's file, and a sweep of which two of three runs have ended, both with their recording."""
+    """Yield a sweep's file, and a sweep of which two of three runs have ended, both with their recording."""
     files = _folder(begun_sweep(folder, recording))
     yield Seed("sweep", files, "sweep")
     alone = {name: data for name, data in files.items() if name.startswith("recording/") or name == "sweep.toml"}
@@ -212,7 +215,10 @@ def _sweeps(folder: Path, recording: dict[str, bytes]) -> Iterator[Seed]:
 
 
 def begun_sweep(folder: Path, recording: dict[str, bytes]) -> Path:
-    """A sweep's folder with its recording in it: of three runs the first's record is gathered, the second's not yet."""
+    """Write a sweep's folder with its recording in it.
+
+    Of three runs the first one's record is gathered, the second one's not yet.
+    """
     (folder / "recording").mkdir(parents=True)
     for name, data in recording.items():
         (folder / "recording" / name).write_bytes(data)
@@ -221,7 +227,7 @@ def begun_sweep(folder: Path, recording: dict[str, bytes]) -> Path:
     keys: list[str] = []
 
     def end_one(out: Path, _job: Job, runs: Iterable[SweepRun], *_: object) -> None:
-        """In place of a sweep's workers."""
+        """Take the place of a sweep's workers."""
         keys.extend(run.key for run in runs)
         write_record(out, _record(keys[0]))
 
@@ -237,7 +243,7 @@ def _record(key: str) -> Record:
 
 
 def entry() -> Arrays:
-    """What the cache keeps under ``KEY``."""
+    """Return the arrays that the cache keeps under ``KEY``."""
     return {"time": np.arange(50.0), "track": np.zeros((50, 3)), "name": np.array("run")}
 
 
@@ -247,7 +253,7 @@ def _cache(folder: Path) -> Seed:
 
 
 def real(folder: Path) -> Iterator[Seed]:
-    """Seeds from every file below ``folder`` that is no note: captures alone, others beside a capture."""
+    """Yield seeds from every file below ``folder`` that is not a note: captures alone, others with a capture."""
     motion = Tiny().bvh().encode()
     for path in sorted(folder.rglob("*.*")):
         if path.suffix in (".bvh", ".mvnx"):
@@ -267,7 +273,7 @@ def _head(data: bytes, lines: int) -> bytes:
 
 
 def cut(folder: Path, frames: int = 240) -> Seed:
-    """A recording's first ``frames``, by default four seconds."""
+    """Return a recording's first ``frames``, by default four seconds."""
     files = _folder(folder)
     for name, every in (("gps.csv", 6.0), ("insoles.csv", 0.6)):
         files[name] = _head(files[name], round(frames / every) + 1)

@@ -1,4 +1,4 @@
-"""What the program does with the files of a fuzzed case, by kind: every reader, up to the point where it simulates."""
+"""The program's use of the files of a fuzzed case, by kind: every reader, up to the point where it simulates."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from sssi_exudyn.sweeps.file import read_sweep
 from sssi_exudyn.sweeps.plan import plan_sweep
 
 SHAPES = {"time": (None,), "track": (None, 3), "name": ()}
-"""Of the cache's entry."""
+"""Shapes of the cache's entry."""
 
 
 def read_any(folder: Path, names: list[str], out: Path, imported: bool) -> Recording:
-    """A recording, read or imported, and what is in it."""
+    """Read or import a recording and inspect it."""
     sources = [_source(folder, name) for name in names]
     recording = import_recording(sources, out, KNOWN) if imported else read_recording(folder)
     format_inspection(inspect_recording(recording))
@@ -44,13 +44,13 @@ def read_any(folder: Path, names: list[str], out: Path, imported: bool) -> Recor
 
 
 def _source(folder: Path, name: str) -> Path:
-    """A file to import, with the place that is written before it or that belongs to its name."""
+    """Return a file to import, with the place that is written before it or that belongs to its name."""
     place, placed, file = name.rpartition("=")
     return Path(f"{place}{placed}{folder / file}" if placed else f"{PLACED.get(name, '')}{folder / name}")
 
 
 def _prepare(recording: Recording) -> None:
-    """What comes before the first simulation."""
+    """Do the steps before the first simulation."""
     motion = motion_from_recording(recording)
     model = model_of(recording, motion)
     if recording.gps is not None:
@@ -58,7 +58,7 @@ def _prepare(recording: Recording) -> None:
 
 
 def resume_without_runs(folder: Path) -> sweeps.Counts:
-    """``sweep status`` and ``resume`` as they are, but that no worker does a run."""
+    """Call ``sweep status`` and ``resume`` as they are, except that no worker does a run."""
     sweeps.status(folder)
     with mock.patch.object(sweeps, "do_all"):
         return sweeps.resume(folder, workers=1)
@@ -76,7 +76,7 @@ def _model(folder: Path, _names: list[str], _out: Path) -> None:
 
 
 def _truth(folder: Path, _names: list[str], _out: Path) -> None:
-    """``benchmark recordings`` whose diagnoses are all there."""
+    """Score ``benchmark recordings`` whose diagnoses are all there."""
     diagnose_known([folder / "recordings"], folder / "diagnosed")
 
 
@@ -104,4 +104,4 @@ USES: dict[str, Callable[[Path, list[str], Path], object]] = {
     "sweep file": lambda folder, _, __: plan_sweep(read_sweep(folder / "sweep.toml")),
     "cache": _cache,
 }
-"""By kind of seed."""
+"""Use by kind of seed."""

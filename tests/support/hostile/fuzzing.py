@@ -1,13 +1,13 @@
-"""The fuzzer: files are mutated at random, and what the program does with them is judged.
+"""The fuzzer: files are mutated at random, and the program's response is judged.
 
     PYTHONPATH=tests/support python tests/support/hostile/fuzzing.py --count 10000 [--real FOLDER] [--state FILE]
 
 Recordings, files of every importable format, models, skis, results, begun sweeps and entries of a cache are mutated;
-some become pipes, devices or folders.  Allowed is to take them, or one InputError with file, problem and fix on a line
-of bounded length.  Everything else is a finding: another error, more than ten seconds of computing, more than a
-gigabyte, a file written or opened that is none of the case's, a process or a connection.  The work is done in a process
-of its own, so that a crash is a finding too.  With --state every case's outcome is kept in a file, and the same command
-goes on behind the last of them.
+some become pipes, devices or folders.  The program may take them, or raise one InputError with file, problem and fix on
+a line of bounded length.  Everything else is a finding: another error, more than ten seconds of computing, more than a
+gigabyte, a file written or opened that is not one of the case's, a process or a connection.  The work is done in a
+process of its own, so that a crash is a finding too.  With --state every case's outcome is kept in a file, and the same
+command continues after the last of them.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ if TYPE_CHECKING:
 
 LIMIT_S, LIMIT_BYTES = 10, 10**9
 _ADDRESSES = 2_500_000_000
-"""bytes of addresses that a case may reserve: more than it may use, and far less than would stop the machine."""
+"""Addresses that a case may reserve, bytes: more than it may use, and far less than would stop the machine."""
 PATIENCE_S = 300
-"""s by the clock, for a case that waits for a pipe; beyond what any case takes on a busy machine."""
+"""Limit by the clock, s, for a case that waits for a pipe; beyond the time of any case on a busy machine."""
 SPECIAL = 0.03
-"""Share of cases with a file that is none."""
+"""Share of cases in which one file becomes a pipe, a device, a folder or a link."""
 TOKENS = (
     b"nan", b"inf", b"-inf", b"1e999", b"-1e308", b"1e-320", b"-0.0", b"0", b"99999999999999999999", b"-1", b"1e18",
     b"", b" ", b",", b";", b"\t", b"\n", b"\r", b"\0", b'"', b"'", b"[", b"]", b"{", b"}", b"<", b">", b"&lol;", b"=",
@@ -52,7 +52,7 @@ TOKENS = (
 
 
 def mutate(data: bytes, rng: random.Random) -> bytes:
-    """One mutation: of bytes, of numbers, of lines or of columns."""
+    """Mutate bytes, numbers, lines or columns once."""
     at = rng.randrange(len(data) + 1)
     match rng.randrange(15):
         case 0:  # a bit
@@ -87,7 +87,7 @@ def mutate(data: bytes, rng: random.Random) -> bytes:
 
 
 def _bomb(rng: random.Random) -> bytes:
-    """A few bytes that are costly to read, or many: keys, brackets, markup, names, lines and columns."""
+    """Return a few bytes that are costly to read, or many: keys, brackets, markup, names, lines and columns."""
     count = rng.choice((40, 2000, 45_000, 2_000_000))
     return rng.choice(
         (
@@ -107,20 +107,20 @@ def _bomb(rng: random.Random) -> bytes:
 
 
 def _time(data: bytes, rng: random.Random) -> bytes:
-    """A first column of times with tiny steps and gaps between them, or of huge ones."""
+    """Make the first column times with tiny steps and gaps between them, or huge ones."""
     separator = rng.choice((b",", b"\t"))
     step, gap = rng.choice((5e-324, 1e-9, 1e-8, 1e-4, 0.01, 1e9)), rng.choice((0.0, 0.2, 0.9, 1e6))
     lines, time = data.split(b"\n"), 0.0
     for row in range(1, len(lines)):
-        first, found, rest = lines[row].partition(separator)
-        if found and first[:1].isdigit():
+        first, separated, rest = lines[row].partition(separator)
+        if separated and first[:1].isdigit():
             time += gap if rng.random() < 0.05 else step
             lines[row] = repr(time).encode() + separator + rest
     return b"\n".join(lines)
 
 
 def _number(data: bytes, rng: random.Random, other: bytes | None = None) -> bytes:
-    """Another number, or none, in a number's place."""
+    """Put another number, or none, in a number's place."""
     at = rng.randrange(len(data) + 1)
     digits = b"0123456789.-+eE"
     start = next((i for i in range(at, len(data)) if data[i] in digits), None)
@@ -134,7 +134,7 @@ def _number(data: bytes, rng: random.Random, other: bytes | None = None) -> byte
 
 
 def _lines(data: bytes, rng: random.Random) -> bytes:
-    """Lines swapped, lost, repeated or put in another order."""
+    """Swap, remove, repeat or reorder lines."""
     lines = data.split(b"\n")
     one, other = rng.randrange(len(lines)), rng.randrange(len(lines))
     match rng.randrange(5):
@@ -152,7 +152,7 @@ def _lines(data: bytes, rng: random.Random) -> bytes:
 
 
 def _column(data: bytes, rng: random.Random) -> bytes:
-    """A column of a table swapped with another, made constant, scaled, or lost."""
+    """Swap a table's column with another, make it constant, scale it, or remove it."""
     lines = data.split(b"\n")
     width = lines[0].count(b",") + 1
     one, other, what = rng.randrange(width), rng.randrange(width), rng.randrange(4)
@@ -177,7 +177,7 @@ def _column(data: bytes, rng: random.Random) -> bytes:
 
 
 def _word(data: bytes, rng: random.Random) -> bytes:
-    """A word exchanged for another of the file everywhere, such as a joint's name, a key or a unit."""
+    """Exchange a word for another of the file everywhere, such as a joint's name, a key or a unit."""
     words = list(dict.fromkeys(word for word in data[:20000].split() if not word[:1].isdigit() and len(word) > 1))
     if len(words) < 2:
         return data
@@ -185,7 +185,7 @@ def _word(data: bytes, rng: random.Random) -> bytes:
 
 
 class TooSlow(BaseException):
-    """The time of a case is over."""
+    """Raised when the time of a case is over."""
 
 
 def _alarm(_number: int, _frame: FrameType | None) -> None:
@@ -193,7 +193,10 @@ def _alarm(_number: int, _frame: FrameType | None) -> None:
 
 
 class Guard:
-    """Watches what is opened and written while a case runs: only below ``folder``, and in what Python itself needs."""
+    """A guard that watches opened and written files while a case runs.
+
+    Allowed are files below ``folder``, and those that Python itself needs.
+    """
 
     def __init__(self, secret: Path) -> None:
         self.folder: Path | None = None
@@ -227,7 +230,7 @@ class Guard:
 
 
 def judge(case: Path, names: list[str], kind: str, guard: Guard | None, limit: float = LIMIT_S) -> tuple[str, str]:
-    """ "taken", "refused" or "finding", and the message; ``limit`` in s of computing."""
+    """Return "taken", "refused" or "finding", and the message; ``limit`` in s of computing."""
     from fuzz_uses import USES
 
     from sssi_exudyn.core.errors import InputError
@@ -247,7 +250,7 @@ def judge(case: Path, names: list[str], kind: str, guard: Guard | None, limit: f
         verdict = ("refused" if good else "finding", str(error)[:500])
     except TooSlow:
         verdict = ("finding", "more than ten seconds of computing, or waiting\n" + traceback.format_exc()[-1500:])
-    except Exception:  # noqa: BLE001 - whatever it is, it is what is looked for
+    except Exception:  # noqa: BLE001 - whatever it is, it is a finding
         verdict = ("finding", traceback.format_exc()[-3000:])
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
@@ -260,25 +263,25 @@ def judge(case: Path, names: list[str], kind: str, guard: Guard | None, limit: f
 
 
 class Memory:
-    """The most memory that a case takes beyond what the process has; Linux counts it."""
+    """The most memory that a case takes beyond the process's own, as Linux counts it."""
 
     def __init__(self) -> None:
         Path("/proc/self/clear_refs").write_text("5", encoding="ascii")  # the peak counts from now
         self.begin = kilobytes("VmRSS")
 
     def peak(self) -> int:
-        """bytes since the beginning"""
+        """Return the peak since the beginning, bytes."""
         return 1024 * max(kilobytes("VmHWM") - self.begin, 0)
 
 
 def kilobytes(name: str) -> int:
-    """A figure of this process's memory, as Linux gives it."""
+    """Return a figure of this process's memory, as Linux gives it."""
     lines = Path("/proc/self/status").read_text(encoding="ascii").splitlines()
     return next(int(line.split()[1]) for line in lines if line.startswith(name + ":"))
 
 
 def worker(count: int, first: int, seed: int, real: str | None, keep: Path) -> None:
-    """Cases ``first`` to ``count``, one line of JSON each before and after."""
+    """Run cases ``first`` to ``count``, with one line of JSON before and after each."""
     from fuzz_seeds import bundled
     from fuzz_seeds import real as real_seeds
 
@@ -297,7 +300,7 @@ def worker(count: int, first: int, seed: int, real: str | None, keep: Path) -> N
         for number in range(first, count):
             rng = random.Random(f"{seed} {number}")
             among = rng.choice((made, seeds))
-            (chosen,) = rng.choices(among, [each.weight for each in among])
+            (chosen,) = rng.choices(among, [candidate.weight for candidate in among])
             if id(chosen) not in tried:  # whole files are taken, and all modules are there before the guard watches
                 verdict, message = _try(case, chosen, chosen.files, {}, None)
                 if verdict != "taken" and chosen.made:
@@ -325,7 +328,7 @@ def worker(count: int, first: int, seed: int, real: str | None, keep: Path) -> N
 
 
 def _mutated(chosen: Seed, rng: random.Random) -> tuple[dict[str, bytes], dict[str, str]]:
-    """The files of a case, and of them those that become a pipe, a device, a folder or a link, and to what."""
+    """Return the files of a case, and the target of those that become a pipe, a device, a folder or a link."""
     files = dict(chosen.files)
     victims = [file for file in files if chosen.name == file] or sorted(files)
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
@@ -339,7 +342,7 @@ def _mutated(chosen: Seed, rng: random.Random) -> tuple[dict[str, bytes], dict[s
 def _try(
     case: Path, seed: Seed, files: dict[str, bytes], special: dict[str, str], guard: Guard | None
 ) -> tuple[str, str]:
-    """A case put into its folder and judged."""
+    """Put a case into its folder and judge it."""
     shutil.rmtree(case, ignore_errors=True)
     for file, data in files.items():
         path = case / "in" / file
@@ -358,7 +361,7 @@ def _try(
 
 
 def _keep(case: Path, folder: Path, message: str) -> None:
-    """The regular files of a finding, and its message."""
+    """Keep the regular files of a finding, and its message."""
     for path in case.rglob("*"):
         if path.is_file() and not path.is_symlink():
             (folder / path.relative_to(case)).parent.mkdir(parents=True, exist_ok=True)
@@ -373,8 +376,10 @@ def _report(what: dict[str, object]) -> None:
 
 
 @dataclass
-class Found:
-    """How many cases were taken, refused and findings, the findings in words, and the worst of time (s) and memory
+class Tally:
+    """The outcomes of a fuzzing run.
+
+    They are the numbers of cases taken, refused and findings, the findings in words, and the worst time (s) and memory
     (bytes) with the case.
     """
 
@@ -384,7 +389,7 @@ class Found:
     seconds: tuple[float, str] = (0.0, "")
     memory: tuple[int, str] = (0, "")
     computing: float = 0.0
-    """s of all cases together."""
+    """Computing time of all cases together, s."""
     cases: int = 0
 
     def add(self, about: Mapping[str, Any]) -> None:
@@ -407,21 +412,22 @@ class Found:
         )
 
 
-def fuzz(count: int, seed: int, keep: Path, real: Path | None = None, state: Path | None = None) -> Found:
-    """Run ``count`` cases.  A worker that dies or hangs is a finding, and another one goes on behind it; an interrupt
-    ends it early.
+def fuzz(count: int, seed: int, keep: Path, real: Path | None = None, state: Path | None = None) -> Tally:
+    """Run ``count`` cases.
+
+    A worker that dies or hangs is a finding, and another worker continues after it; an interrupt ends the run early.
 
     Outcomes are appended to the file ``state``, one line of JSON each; those that it has are counted, not done again.
     """
-    found = Found()
+    tally = Tally()
     for about in _outcomes(state):
-        found.add(about)
+        tally.add(about)
     keep.mkdir(parents=True, exist_ok=True)
-    while found.cases < count:
-        command = [sys.executable, __file__, "--worker", str(found.cases), "--count", str(count), "--seed", str(seed)]
+    while tally.cases < count:
+        command = [sys.executable, __file__, "--worker", str(tally.cases), "--count", str(count), "--seed", str(seed)]
         command += ["--keep", str(keep), *(["--real", str(real)] if real else [])]
         running = None
-        modules = {"PYTHONPATH": os.pathsep.join(sys.path)}  # the worker finds what this process does
+        modules = {"PYTHONPATH": os.pathsep.join(sys.path)}  # the worker imports from the same folders
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, **modules}) as process:
             assert process.stdout is not None
             try:
@@ -429,21 +435,21 @@ def fuzz(count: int, seed: int, keep: Path, real: Path | None = None, state: Pat
                     about = json.loads(line)
                     running = about.get("begun")
                     if running is None:
-                        _note(found, about, state)
-            except KeyboardInterrupt:  # enough: what was found so far is reported
+                        _note(tally, about, state)
+            except KeyboardInterrupt:  # enough: the findings so far are reported
                 process.kill()
                 break
         if running is not None:
             message = f"the process ended with {process.returncode}"
             outcome = {"number": running, "seed": "unknown", "verdict": "finding", "message": message}
-            _note(found, {**outcome, "seconds": 0.0, "bytes": 0}, state)
+            _note(tally, {**outcome, "seconds": 0.0, "bytes": 0}, state)
         elif process.returncode != 0:
-            raise RuntimeError(f"the worker failed before case {found.cases}")
-    return found
+            raise RuntimeError(f"the worker failed before case {tally.cases}")
+    return tally
 
 
 def _outcomes(state: Path | None) -> list[dict[str, Any]]:
-    """Those that the file has; a last line that a kill cut off is removed."""
+    """Return the outcomes in the file; a last line that a kill cut off is removed."""
     if state is None or not state.exists():
         return []
     lines = state.read_text(encoding="utf-8").splitlines(keepends=True)
@@ -452,15 +458,15 @@ def _outcomes(state: Path | None) -> list[dict[str, Any]]:
     return [json.loads(line) for line in whole]
 
 
-def _note(found: Found, about: Mapping[str, Any], state: Path | None) -> None:
-    found.add(about)
+def _note(tally: Tally, about: Mapping[str, Any], state: Path | None) -> None:
+    tally.add(about)
     if state is not None:
         with state.open("a", encoding="utf-8") as file:
             file.write(json.dumps(about) + "\n")
 
 
 def main() -> None:
-    """The command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description="Mutate files at random and judge what the program does.")
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
@@ -472,9 +478,9 @@ def main() -> None:
     if options.worker is not None:
         worker(options.count, options.worker, options.seed, options.real, options.keep)
         return
-    found = fuzz(options.count, options.seed, options.keep, options.real, options.state)
-    sys.stdout.write("".join(f"{finding}\n" for finding in found.findings))
-    sys.stdout.write(f"{dict(found.kinds)}\n{found}")
+    tally = fuzz(options.count, options.seed, options.keep, options.real, options.state)
+    sys.stdout.write("".join(f"{finding}\n" for finding in tally.findings))
+    sys.stdout.write(f"{dict(tally.kinds)}\n{tally}")
 
 
 if __name__ == "__main__":

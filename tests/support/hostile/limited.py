@@ -1,4 +1,4 @@
-"""A call in a process of its own, within bounds of memory and computing; what became of it, and what it took."""
+"""A call in a process of its own, within bounds of memory and computing, and its outcome."""
 
 from __future__ import annotations
 
@@ -15,14 +15,17 @@ from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.text import one_line
 
 MEMORY, SECONDS = 1_000_000_000, 10
-"""bytes beyond what the process has at its start, and s of computing: the promise."""
+"""Bounds that the program promises: bytes beyond the process's memory at its start, and s of computing."""
 _ROOM = 2_500_000_000
-"""bytes of addresses; more than is used, as allocators reserve."""
+"""Bound of addresses, bytes; more than the bound of memory, as allocators reserve."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """``verdict`` is taken, refused (by one clear line, ``text``) or fault; bytes and s of computing that it took."""
+    """The outcome of a call.
+
+    ``verdict`` is taken, refused (by one clear line, ``text``) or fault; ``memory`` in bytes, ``seconds`` of computing.
+    """
 
     verdict: str
     text: str

@@ -1,4 +1,4 @@
-"""Carved turns on a slope, from traverse to traverse, out of the turns that the rig settles into.
+"""Carved turns on a slope, from traverse to traverse, made of the turns that the rig settles into.
 
 In each instant the skier balances on one edge in a steady turn: the resultant on the snow is square to the base, and
 radius and drag are the rig's at that edge angle θ.  On a slope α, with the heading β from the fall line,
@@ -7,7 +7,7 @@ radius and drag are the rig's at that edge angle θ.  On a slope α, with the he
 
 R, D : radius, and drag as a share of the load along the snow's normal
 
-The air is left out, and so is what a change of edges takes.
+The air is left out, and so is the work of a change of edges.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.simulation.turns.steady_turn import TurnCase, edges_of, start_rolling, steady_turn
 
 GREATEST = 70.0
-"""deg; edge angle up to which a skier carves."""
+"""Greatest edge angle at which a skier carves, deg."""
 STARTS = np.arange(1.0, 15.0, 0.2)
-"""m/s; speeds at which a turn is begun."""
+"""Speeds at which a turn begins, m/s."""
 _HEADINGS = np.radians(np.arange(89.5, -90.0, -1.0))
-"""rad; middles of the steps of a turn."""
+"""Middles of the steps of a turn, rad."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class TurnTable:
 
 
 def turn_table(ski: Ski, law: Carving) -> TurnTable:
-    """The rig's turns every 5°, as far as the groove's wall is not used up, and linear between."""
+    """Return the rig's turns every 5°, as far as the groove's wall is not used up, and linear between."""
     rolling, rows = start_rolling(edges_of(ski)), []
     for edge_deg in np.arange(5.0, GREATEST + 1.0, 5.0):
         turn, rolling = steady_turn(TurnCase(np.radians(edge_deg).item(), law), rolling)
@@ -52,8 +52,9 @@ def turn_table(ski: Ski, law: Carving) -> TurnTable:
 
 
 def carved_turn(table: TurnTable, slope: float, speed: Array) -> Array:
-    """Speed (n,) m/s at the end of turns that begin with these speeds; nan where no edge angle of the table balances
-    the skier somewhere in the turn, or he stops.
+    """Return the speed (n,) m/s at the end of turns that begin with these speeds.
+
+    It is nan where no edge angle of the table balances the skier somewhere in the turn, or where he stops.
 
     slope : rad
     """
@@ -70,7 +71,10 @@ def carved_turn(table: TurnTable, slope: float, speed: Array) -> Array:
 
 
 def speed_after(table: TurnTable, slope: float, turns: int) -> float | None:
-    """Least speed (m/s) after so many turns to both sides, begun with any of ``STARTS``; None where none is carved."""
+    """Return the least speed (m/s) after so many turns to both sides, begun with any of ``STARTS``.
+
+    It is None where no turn is carved.
+    """
     speed = STARTS
     for _ in range(turns):
         speed = carved_turn(table, slope, speed[np.isfinite(speed)])
@@ -79,6 +83,9 @@ def speed_after(table: TurnTable, slope: float, turns: int) -> float | None:
 
 
 def greatest_slope(table: TurnTable, turns: int) -> float:
-    """The steepest slope (deg) on which so many turns are carved one after the other, every 0.5° from 30° down."""
+    """Return the steepest slope (deg) on which so many turns are carved one after the other.
+
+    Slopes are tried every 0.5° from 30° down.
+    """
     slopes = np.arange(30.0, 0.0, -0.5)
     return next((slope for slope in slopes if speed_after(table, np.radians(slope).item(), turns) is not None), 0.0)

@@ -15,15 +15,16 @@ from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.frames import Array
 
 SIDECUT = 12.0
-"""m; radius of the parabolic sidecut."""
+"""Radius of the parabolic sidecut, m."""
 LENGTH = 1.6
 FIRM = Carving(strength=1e7)
 """Snow whose wall holds an edge by a small part of its strength."""
 
 
 def bent_ski(edge: float, deeper: float = 0.0, *, stiffness: float = 1e14) -> Ski:
-    """A rigid ski with a parabolic sidecut, made with such a bow that its edge lies in the snow's plane at the edge
-    angle ``edge`` (rad), but for its middle, which is ``deeper`` (m) along the snow's normal than its ends.
+    """Return a rigid ski with a parabolic sidecut, bent so that its edge lies in the snow's plane.
+
+    It does so at the edge angle ``edge`` (rad), except for its middle, which is ``deeper`` (m) along the snow's normal.
     """
     half, waist = 0.5 * LENGTH, 0.066
     rise = 0.5 * half**2 / SIDECUT * np.tan(edge).item() + deeper / np.cos(edge).item()
@@ -44,7 +45,7 @@ def bent_ski(edge: float, deeper: float = 0.0, *, stiffness: float = 1e14) -> Sk
 
 @dataclass(frozen=True)
 class WithoutGroove(Carving):
-    """Snow that springs back whole behind every point, and a wall that remembers.
+    """Snow that springs back completely behind every point, with a wall that remembers.
 
     Formula: as carving, with G = 0
     """
@@ -77,4 +78,4 @@ class StiffSideways(Ski):
 
     @classmethod
     def of(cls, ski: Ski) -> StiffSideways:
-        return cls(**{each.name: getattr(ski, each.name) for each in fields(ski)})
+        return cls(**{field.name: getattr(ski, field.name) for field in fields(ski)})

@@ -1,4 +1,4 @@
-"""Compile what most tests compute with, into Numba's cache: ``python compile_kernels.py WHAT``."""
+"""Compile the kernels of most tests into Numba's cache: ``python compile_kernels.py WHAT``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from sssi_exudyn.simulation.turns.steady_turn import TurnCase, edges_of, start_r
 
 
 def compile_full() -> None:
-    """The full model, the muscles' paths, a ski in a turn, and runs on snow that edges cut with their tangents."""
+    """Compile the full model, the muscles' paths, a ski in a turn, and carved runs with their tangents."""
     skier, carving = model(), model((Carving(),))
     simulate(skier, standing(0.1), stop=0.02)
     steady_turn(TurnCase(0.5), start_rolling(edges_of(skier.ski)))
@@ -29,7 +29,7 @@ def compile_full() -> None:
 
 
 def compile_reduced() -> None:
-    """The reduced model with its tangents."""
+    """Compile the reduced model with its tangents."""
     skier = model()
     prepared = prepare(skier, standing(0.1))
     simulate_reduced(skier, prepared)
@@ -37,7 +37,7 @@ def compile_reduced() -> None:
 
 
 WHAT = {"reduced": compile_reduced, "full": compile_full}
-"""What takes about as long each, for processes side by side."""
+"""Parts of about equal duration, for parallel processes."""
 
 
 if __name__ == "__main__":

@@ -12,11 +12,11 @@ from sssi_exudyn.recording.recording import Equipment, Skier
 
 INCLINATION = np.radians(15.0)
 CROUCH = {"hip_flexion": 50.0, "knee_angle": 60.0, "ankle_angle": 10.0}
-"""degrees; hip, knee and ankle together leave the foot level when the pelvis is."""
+"""Angles of a crouch, degrees; hip, knee and ankle together leave the foot level when the pelvis is."""
 
 
 def standing(seconds: float, heading: float = 0.0, **extra: float) -> Motion:
-    """The same posture all the time: crouched, skis flat on the snow, turned by ``heading`` (rad) to the left.
+    """Return a constant posture: crouched, skis flat on the snow, turned by ``heading`` (rad) to the left.
 
     ``extra`` sets further coordinates (rad) by name.
     """
@@ -32,7 +32,7 @@ def standing(seconds: float, heading: float = 0.0, **extra: float) -> Motion:
 
 
 def model(terms: tuple[Term, ...] = PAPER_TERMS, speed: float = 5.0, across: float = 0.0) -> Model:
-    """An average skier on the catalogue's slalom ski who starts at ``speed`` down the slope (m/s)."""
+    """Return an average skier on the catalogue's slalom ski who starts at ``speed`` down the slope (m/s)."""
     return Model(
         name="standing",
         skier=Skier(mass=75.0, height=1.75, sex="male"),

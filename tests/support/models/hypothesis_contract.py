@@ -1,4 +1,4 @@
-"""What every hypothesis has to state and to do, checked on one fitted run."""
+"""The contract of every hypothesis, checked on one fitted run."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, Hypothesis, Probe, responses_of
 
 UNSIGNED = ("gps_jump", "lever_arm")
-"""Their sentence gives a distance, whose direction is in the parameters."""
+"""Hypotheses whose sentence gives a distance; its direction is in the parameters."""
 
 
 def check_statements(hypothesis: Hypothesis) -> None:
-    """Name, kind, caption, formula or meaning, prior and distinctions are stated."""
+    """Check that name, kind, caption, formula or meaning, prior and distinctions are stated."""
     cls = type(hypothesis)
     assert hypothesis.name.isidentifier()
     assert hypothesis.name.islower()
@@ -27,14 +27,14 @@ def check_statements(hypothesis: Hypothesis) -> None:
     assert not hypothesis.caption.endswith(".")
     assert (cls.__dict__.get("__doc__") or "").strip(), "no formula, nor the term that has it"
     assert hypothesis.weight > 0.0
-    others = [other for each in hypothesis.distinctions for other in each.others]
-    assert all(each.measurement for each in hypothesis.distinctions)
+    others = [other for distinction in hypothesis.distinctions for other in distinction.others]
+    assert all(distinction.measurement for distinction in hypothesis.distinctions)
     assert len(others) == len(set(others))
     assert set(others) <= BY_NAME.keys() - {hypothesis.name}
 
 
 def check_on_run(hypothesis: Hypothesis, fitted: FittedRun) -> None:
-    """Probes move what instruments measure; candidates, their windows and their sentence fit the run."""
+    """Check that probes move measurements and that candidates, their windows and their sentence fit the run."""
     probes = hypothesis.probes(fitted)
     size = len(fitted.prediction)
     responses = responses_of(probes, fitted.prepared, fitted.measurements)
@@ -50,7 +50,10 @@ def check_on_run(hypothesis: Hypothesis, fitted: FittedRun) -> None:
 
 
 def check_candidate(hypothesis: Hypothesis, fitted: FittedRun, candidate: Candidate, size: int) -> None:
-    """Shapes and priors, the window inside the run, a sentence and plain words for both signs of the amplitudes."""
+    """Check a candidate's shapes and priors and its window inside the run.
+
+    For both signs of the amplitudes there are a sentence and plain words.
+    """
     count = len(candidate.amplitudes)
     assert candidate.free.columns.shape == (size, count)
     assert candidate.free.scales.shape == (count,)
@@ -81,8 +84,9 @@ def check_candidate(hypothesis: Hypothesis, fitted: FittedRun, candidate: Candid
 
 
 def check_probe(fitted: FittedRun, probe: Probe, response: Array) -> None:
-    """The response is the derivative that runs with a little of the hypothesis give, by central differences with two
-    steps, extrapolated.
+    """Check that the response is the derivative of runs with a little of the hypothesis.
+
+    The derivative is by central differences with two steps, extrapolated.
     """
     now = probe.model.value(probe.number)
     assert now == 0.0 or math.isclose(now, fitted.model.value(probe.number))
@@ -92,15 +96,16 @@ def check_probe(fitted: FittedRun, probe: Probe, response: Array) -> None:
     far, near, nearer, farther = simulate_each(models, fitted.prepared, fitted.measurements.predict)
     expected = (8.0 * (nearer - near) - (farther - far)) / (6.0 * step)
     for place in fitted.measurements.blocks.values():
-        # what Newton's method leaves of 0.3 mm, a point that touches down in one of the runs, and rounding
-        largest, seen = (float(np.max(np.abs(each[place]), initial=0.0)) for each in (expected, fitted.prediction))
+        # the residual of Newton's method, a point that touches down in one of the runs, and rounding
+        largest, seen = (float(np.max(np.abs(values[place]), initial=0.0)) for values in (expected, fitted.prediction))
         apart = np.max(np.abs(response[place] - expected[place]), initial=0.0)
         assert apart <= 1e-3 * largest + 1e-12 * seen / step, f"{apart:.3g} of {largest:.3g}"
 
 
 def check_linear(fitted: FittedRun, candidate: Candidate) -> None:
-    """The linear response of the first amplitude, put together from cells, against the model with the term itself at a
-    tenth of its usual strength.
+    """Check the linear response of the first amplitude, put together from cells.
+
+    The reference is the model with the term itself at a tenth of its usual strength.
     """
     size = 0.1 * candidate.free.scales[0]
     names = candidate.amplitudes[0]

@@ -1,6 +1,6 @@
-"""A steady turn once more: the law called as it is written, point after point from the tip to the tail.
+"""A second computation of a steady turn: the law called as it is written, point after point from the tip to the tail.
 
-In a steady turn what arrives at a point is what the point before it left, so no time is needed.  The offset grows from
+In a steady turn each point meets the groove that the point before it left, so no time is needed.  The offset grows from
 point to point by the mean of both drifts.
 """
 
@@ -19,8 +19,9 @@ from sssi_exudyn.simulation.turns.turn_kernel import Turn
 
 
 def marched_forces(turn: SteadyTurn, rolling: Rolling) -> tuple[Array, Array]:
-    """Force (3,) N and moment (3,) N m about the boot centre, x along the ski and z along the snow's normal, in the
-    shape and motion of ``rolling``; and the modes' generalised forces (k,) N.
+    """Return the turn's force (3,) N and moment (3,) N m about the boot centre, and the modes' forces (k,) N.
+
+    x is along the ski and z along the snow's normal.  Shape and motion are those of ``rolling``.
     """
     law, speed, ski, sought = turn.case.law, turn.case.speed, rolling.ski, rolling.state.sought
     assert isinstance(law, Carving)
@@ -60,7 +61,7 @@ def marched_forces(turn: SteadyTurn, rolling: Rolling) -> tuple[Array, Array]:
 
 
 def mean_motion(turn: SteadyTurn, rolling: Rolling, seconds: float) -> Rolling:
-    """The ski in the mean shape and motion of so many seconds more."""
+    """Return the ski in its mean shape and motion over so many seconds more."""
     on, case = rolling.copied(), turn.case
     step = float(np.diff(on.ski.station).min()) / case.speed
     edge, kernel, parameters = np.array([case.edge]), carving_module(), law_parameters((case.law,))

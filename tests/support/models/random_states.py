@@ -1,4 +1,4 @@
-"""States in which everything moves at random, for what must hold in any state."""
+"""Random states of motion, for rules that must hold in any state."""
 
 from collections.abc import Sequence
 
@@ -14,11 +14,11 @@ from sssi_exudyn.simulation.ski_on_snow.structs import Carrier, Instant
 
 TREE = len(COORDINATES)
 EXPOSED = 4
-"""Segments in the air."""
+"""Number of segments in the air."""
 
 
 def random_state(parts: Parts, seed: int) -> tuple[np.ndarray, np.ndarray, Instant]:
-    """Coordinates, rates and posture of skis bent and moving at random, their feet near the snow."""
+    """Return coordinates, rates and posture of skis bent and moving at random, their feet near the snow."""
     generator = np.random.default_rng(seed)
     cut = parts.mesh
     n = len(cut.node_s)
@@ -41,7 +41,7 @@ def random_state(parts: Parts, seed: int) -> tuple[np.ndarray, np.ndarray, Insta
 
 
 def forces_of(parts: Parts, terms: Sequence[Term], backend: Backend = "fastest") -> Forces:
-    """The forces of ``terms`` on such states."""
+    """Return the forces of ``terms`` on such states."""
     gravity, area = np.array([0.0, 0.0, -9.0]), np.full(EXPOSED, 0.05)
     sign = np.where(np.arange(TREE) % 2, -1.0, 1.0)
     ref = np.zeros(TREE + 2 * NODE * len(parts.mesh.node_s))

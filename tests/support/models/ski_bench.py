@@ -46,7 +46,7 @@ class Bench:
         return int(self.mbs.AddLoad(Torque(markerNumber=self.beam.node_markers[node], loadVector=list(torque))))
 
     def settle(self, steps: int = 1) -> Array:
-        """Static equilibrium, the load put on in ``steps``; displacement of the nodes (n + 1, 3) m."""
+        """Return the nodes' displacement (n + 1, 3) m in static equilibrium; the load is applied in ``steps``."""
         self.mbs.Assemble()
         settings = exu.SimulationSettings()
         settings.staticSolver.numberOfLoadSteps = steps
@@ -63,7 +63,7 @@ class Bench:
         return np.array([self.mbs.GetNodeOutput(node, kind) for node in self.beam.nodes])
 
     def frequencies(self) -> Array:
-        """Natural frequencies of the unloaded ski (Hz), rising, rigid motions included."""
+        """Return the natural frequencies of the unloaded ski (Hz), rising, rigid motions included."""
         self.mbs.Assemble()
         values = self.mbs.ComputeODE2Eigenvalues(
             computeComplexEigenvalues=False, convert2Frequencies=True, useAbsoluteValues=True

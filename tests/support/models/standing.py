@@ -34,7 +34,7 @@ TUCK = {
 
 
 def angles(bend: Mapping[str, float] = CROUCH) -> Array:
-    """(28,) rad, the same on both sides; the pelvis tilts so that the feet are flat."""
+    """Return angles (28,) rad, the same on both sides; the pelvis tilts so that the feet are flat."""
     q = np.zeros(len(PRESCRIBED))
     for i, name in enumerate(PRESCRIBED):
         q[i] = bend.get(name.removesuffix("_r").removesuffix("_l"), 0.0)
@@ -43,16 +43,18 @@ def angles(bend: Mapping[str, float] = CROUCH) -> Array:
 
 
 def geometry() -> Geometry:
-    """Lengths of the model whose muscles they are."""
+    """Return the lengths of the model whose muscles are used."""
     return own_geometry()
 
 
 def standing(
     model: Model, samples: int = 40, lead: float = 0.0, bend: Mapping[str, float] = CROUCH
 ) -> SimulationResult:
-    """The skier for ``samples`` samples of 10 ms, his weight shared by the feet, under them where it balances.
+    """Return the skier for ``samples`` samples of 10 ms.
 
-    lead : the share of the weight that is moved from the left to the right foot
+    The feet share his weight and are placed under his centre of mass.
+
+    lead : share of the weight that is moved from the left to the right foot
     bend : rad of the joints
     """
     time = 0.01 * np.arange(samples)

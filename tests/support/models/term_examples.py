@@ -1,4 +1,4 @@
-"""Terms that only the tests know: for the places that no term of the registry acts in, and for all functions of Math.
+"""Terms that only the tests know: for places without a term in the registry, and for all functions of Math.
 
 They go through the same conformance tests as the registry's terms.
 """
@@ -42,7 +42,7 @@ class Ridge(TerrainTerm):
 
 @dataclass(frozen=True)
 class Everything(BodyTerm):
-    """Every function that a term may use, once.
+    """A term that uses every allowed function once.
 
     Formula: F = a·(sums of all functions of Math)
     """
@@ -65,7 +65,7 @@ class Everything(BodyTerm):
 
 @dataclass(frozen=True)
 class WithNumpy(BodyTerm):
-    """Operators and NumPy's functions in place of those of Math.
+    """A term with operators and NumPy's functions in place of those of Math.
 
     Formula: F = a·(sums of NumPy's functions)
     """
@@ -90,7 +90,10 @@ CLASSES: tuple[type[Any], ...] = (*TERMS, *EXAMPLES)
 
 
 def printed_by_exudyn() -> str:
-    """JSON: for every class and every instance, the grid in Exudyn's symbols.  To be run in a process of its own."""
+    """Return JSON of the grid in Exudyn's symbols, for every class and every instance.
+
+    It has to run in a process of its own.
+    """
     from sssi_exudyn.simulation.full.forces_symbolic import RecordedLaw
 
     def values(term: Any) -> list[list[float]]:
