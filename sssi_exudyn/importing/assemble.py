@@ -75,8 +75,8 @@ def import_recording(files: Sequence[Path], out: Path, answers: Answers) -> Reco
     The files are one motion capture and at most one file each of fixes, insoles and load cells in the poles.  Instead
     of the capture they may be single sensors' files, each with its place (``sensor_logs.split_place``).
 
-    Raises InputError for files without a reader, two of a kind, whatever a reader refuses, missing answers, an ``out``
-    that holds a recording already, and what ``read_recording`` refuses of the result.
+    Raises InputError for files without a reader, two of a kind, whatever a reader refuses, and missing answers.  Raises
+    it too for an ``out`` that holds a recording already, and for what ``read_recording`` refuses of the result.
     """
     sources = _sort_sources(files)
     with folder_lock(out), clear_errors(out):

@@ -79,7 +79,7 @@ class MotionReader:
     """A plug-in's reader of motion captures.
 
     suffix : suffix of its files, with the dot
-    read : function of a file and the skier's height (m, None where unknown) that returns the capture and the UTC of its
+    read : function of a file and the skier's height (m, None where unknown); it returns the capture and the UTC of its
         time 0 (s since 1970, None where the file does not have it)
 
     Examples

@@ -1,6 +1,6 @@
 """Motion capture in Xsens MVNX files: segments' orientations as quaternions, joints' places in the segments.
 
-Xsens's segment frames are x forward, y left, z up in its T-pose (MVN User Manual, "Segment coordinate systems"), so
+Xsens's segment frames are x forward, y left, z up in its T-pose (MVN User Manual, "Segment coordinate systems").  So
 they are this project's body frames, and the T-pose is BVH's zero.
 """
 

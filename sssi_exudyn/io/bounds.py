@@ -1,7 +1,7 @@
 """The bounds of everything that is read.  They leave room to spare for a run of some minutes.
 
 Files are untrusted.  Whatever grows with a file (text, numbers, gaps that are filled) is counted before memory is taken
-for it, so the worst file costs less than a gigabyte and some seconds of computing.
+for it.  So the worst file costs less than a gigabyte and some seconds of computing.
 """
 
 from __future__ import annotations

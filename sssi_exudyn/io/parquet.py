@@ -41,8 +41,8 @@ def read_parquet(
     names : columns that may hold names, ``MAX_NAME`` characters at most; one that is missing is no error
     sentences : columns that may hold any text, which is put on one line and cut
 
-    Raises InputError for anything but a regular Parquet file, for a torn one, for more rows, columns or bytes than any
-    result has, and for a column that is missing, comes twice, or is of another type.
+    Raises InputError for anything but a regular and whole Parquet file, and for more rows, columns or bytes than any
+    result has.  Raises it too for a column that is missing, comes twice, or is of another type.
     """
     from pandas import CategoricalDtype  # here: what only writes tables need not load it
 

@@ -1,7 +1,7 @@
 """The angles of a limb from captured poses, by weighted least squares for all frames at once.
 
 For the joints of a limb with angles θ the residual stacks the rotation vectors log(R_modelᵀ R_captured) of the segments
-and the difference of places of the last joint, each over its standard deviation.  Gauss-Newton solves
+and the difference of places of the last joint.  Each is divided by its standard deviation.  Gauss-Newton solves
 (JᵀJ) Δθ = −Jᵀr frame by frame in one batch; J is analytic.
 """
 

@@ -44,8 +44,8 @@ the others take the nearest cell's height beyond the border.
 def open_elevations(path: Path) -> Iterator[Sample]:
     """Open a file for heights at places.
 
-    Raises InputError, with file, place and fix, for a file of another format, that is too large, has no coordinate
-    system, counts in feet, does not cover the places or has a hole there.
+    Raises InputError, with file, place and fix, for a file of another format, too large, without coordinate system or
+    in feet.  Raises it too for a file that does not cover the places or has a hole there.
     """
     rasterio = library("rasterio", path)
     driver = DRIVERS.get(path.suffix.lower())

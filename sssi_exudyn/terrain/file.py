@@ -65,8 +65,8 @@ def surface_bytes(surface: Surface) -> bytes:
 def read_surface(table: Settings, path: Path) -> Surface:
     """Read the surface that ``[surface]`` of the file ``path`` names.
 
-    Raises InputError for unknown keys, for numbers out of bounds, and for a file that is missing, too large, not such
-    an array, or not the one that the table was written with.
+    Raises InputError for unknown keys and for numbers out of bounds.  Raises it too for a file that is missing, too
+    large, not such an array, or not the one that the table was written with.
     """
     check_keys(table, _KEYS, path, "[surface]")
     place = _Grid(**numbers_of(_Grid, table, path, "[surface]"))

@@ -177,9 +177,9 @@ class Estimate:
     def process(self, empty: Surface, noticed: Noticed) -> tuple[Surface, Array, Array, Array]:
         """Return the mean as a spline on the nodes of ``empty``, with the prior's modes and maps to their amounts.
 
-        The modes are relative to the first place.  Further results are places (p, 2) along the path and around it, the
-        map (k, p) from a surface's heights there to the modes' amounts, and the map (p, m) from the measured heights
-        of all runs to those heights.
+        The modes are relative to the first place.  Further results are places (p, 2) along the path and around it, and
+        two maps.  The first (k, p) leads from a surface's heights there to the modes' amounts, the second (p, m) from
+        the measured heights of all runs to those heights.
 
         The first two modes are the plane's tilt.  The others are the leading ones, in standard deviations, of a
         process with waves of all lengths, ranked by their effect on the other instruments.  Loads show short waves.

@@ -101,8 +101,8 @@ def read_bvh(path: Path, time_offset: float = 0.0, renamed: Mapping[str, str] | 
     time_offset : s, added to the frames' times (frame 0 is at 0 s in the file)
     renamed : the recording's names of joints that have another name in the file (see ``recording_names``)
 
-    Raises InputError for a truncated file, a frame count that does not match, missing joints, text or NaN in a
-    number's place, other axes or units, and a joint of the legs or the pelvis that never moves.
+    Raises InputError for a truncated file, a frame count that does not match, and text or NaN in a number's place.
+    Raises it too for missing joints, other axes or units, and a joint of the legs or the pelvis that never moves.
     """
     path = Path(path)
     lines = read_text(path).split("\n")

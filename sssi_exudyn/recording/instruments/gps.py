@@ -144,8 +144,8 @@ def gps_from_fixes(
 ) -> Gps:
     """Check fixes, convert them to east-north-up and fill their gaps; parameters are those of ``read_gps``.
 
-    Raises InputError for coordinates out of range, constant or swapped, time that stands still or runs back, a jump no
-    skier can make, a speed in another unit, and a missing standard deviation.
+    Raises InputError for coordinates out of range, constant or swapped, and for time that stands still or runs back.
+    Raises it too for a jump that no skier can make, a speed in another unit, and a missing standard deviation.
     """
     columns, places = fixes.columns, fixes.places
     check_samples(path, "", len(places), limit=MAX_FIXES)
