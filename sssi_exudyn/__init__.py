@@ -101,7 +101,7 @@ __all__ = [
 _ELSEWHERE: Final = {
     "Answers": "importing.answers",
     "BodyTerm": "contact.term",
-    "Diagnosis": "validation.diagnosis.result",
+    "Diagnosis": "validation.diagnosis.diagnosis_data",
     "FixReader": "recording.instruments.gps",
     "FootTerm": "contact.term",
     "InputError": "core.errors",
@@ -113,7 +113,7 @@ _ELSEWHERE: Final = {
     "SegmentTerm": "contact.term",
     "SimulationDiverged": "core.errors",
     "SssiError": "core.errors",
-    "SteadyLaw": "validation.diagnosis.hypothesis",
+    "SteadyLaw": "validation.diagnosis.hypotheses.hypothesis",
     "Summary": "results.summary",
     "SweepResult": "api.sweep_result",
     "TerrainTerm": "contact.term",
