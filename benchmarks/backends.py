@@ -10,10 +10,11 @@ import numpy as np
 from naive import contact
 
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
+from sssi_exudyn.core.choices import BACKENDS, Backend
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
-from sssi_exudyn.simulation.full.forces import BACKENDS, Backend, Forces
+from sssi_exudyn.simulation.full.forces import Forces
 from sssi_exudyn.simulation.full.forces_kernel import NODE
 from sssi_exudyn.simulation.full.run import FullRun, integrate
 from sssi_exudyn.simulation.ski_on_snow.structs import Carrier, Sections

@@ -23,7 +23,7 @@ from sssi_exudyn.runtime.exudyn_build import take_fast_build
 
 take_fast_build()  # as the command line does
 
-from sssi_exudyn.commands.diagnosis import diagnose
+import sssi_exudyn
 from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.terms.wind import Wind
 from sssi_exudyn.fitting.first_fit import problem_of
@@ -109,7 +109,7 @@ def diagnosis_wall(folder: Path) -> float:
     """Wall time (s) of ``sssi diagnose`` on a recording, from reading it to its report."""
     with tempfile.TemporaryDirectory() as out:
         begin = time.perf_counter()
-        diagnose(folder, Path(out))
+        sssi_exudyn.diagnose(folder, out)
         return time.perf_counter() - begin
 
 

@@ -25,11 +25,12 @@ from typing import Any
 
 import pandas as pd
 
+from sssi_exudyn.core.choices import Cluster
 from sssi_exudyn.sweeps import sweep as sweeps
 from sssi_exudyn.sweeps.file import sweep_from
 from sssi_exudyn.sweeps.plan import plan_sweep
 from sssi_exudyn.sweeps.workers import scheduler as sweep_scheduler
-from sssi_exudyn.sweeps.workers.pools import Cluster, pool_of
+from sssi_exudyn.sweeps.workers.pools import pool_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 RUNS = 500

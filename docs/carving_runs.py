@@ -19,12 +19,12 @@ from sssi_exudyn.bodies.ski.ski import read_ski
 from sssi_exudyn.commands.runs import add_terms
 from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.terms.carving import Carving
+from sssi_exudyn.core.choices import HEADING_MODES
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.observations import measurements_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.model.from_recording import first_guess, model_of
-from sssi_exudyn.model.heading import HEADING_MODES
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.motion.motion import Motion

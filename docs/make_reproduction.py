@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from sssi_exudyn import commands
+import sssi_exudyn
 from sssi_exudyn.analysis.biomechanics import ResidualMoment, Spread, residual_moment, shift
 from sssi_exudyn.analysis.turns import Turn
 from sssi_exudyn.bodies.skier.chain import SEGMENT
@@ -138,9 +138,9 @@ def main() -> None:
         for out in (results / name, results / f"{name}-paper"):
             if not (out / SUMMARY).is_file():
                 if out.name.endswith("-paper"):
-                    commands.fit(ROOT / "examples" / name, out, method="paper")
+                    sssi_exudyn.fit(ROOT / "examples" / name, out, method="paper")
                 else:
-                    commands.run(ROOT / "examples" / name, out)
+                    sssi_exudyn.run(ROOT / "examples" / name, out)
         runs.append(read_run(results / name))
         plain.append(read_run(results / f"{name}-paper"))
     alike = {run.name: other for run, other in zip(runs, plain, strict=True)}

@@ -9,9 +9,10 @@ from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.first_fit import Fitted, Method, Progress, fit, with_surface
+from sssi_exudyn.fitting.first_fit import Fitted, Progress, fit, with_surface
 from sssi_exudyn.fitting.linearised_run import Setting
 from sssi_exudyn.fitting.objective import Prior, Problem, counts_of
 from sssi_exudyn.fitting.observation import observation_of

@@ -14,11 +14,12 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
 from sssi_exudyn.contact.registry import is_carved
+from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, fit_noise
@@ -35,9 +36,6 @@ from sssi_exudyn.runtime.cache import Cache, Shapes, fingerprint
 from sssi_exudyn.simulation.full.run import antenna_path
 from sssi_exudyn.simulation.reduced.prepared import STEP, Prepared, prepare
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
-
-Method = Literal["joint", "paper"]
-METHODS: Final[tuple[Method, ...]] = ("joint", "paper")
 
 FRICTION: Final = ("friction.mu_t", "friction.mu_n")
 NUISANCES: Final = ("start.velocity_f", "start.velocity_l", "start.f", "start.l", "start.heading_offset")

@@ -16,28 +16,13 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final
 
-from sssi_exudyn.api.functions import (
-    diagnose,
-    diagnose_day,
-    example,
-    fit,
-    import_files,
-    inspect,
-    load,
-    load_sweep,
-    model_of,
-    muscles,
-    read_model,
-    read_recording,
-    report,
-    run,
-    simulate,
-    sweep,
-    terms,
-    turn,
-    use_plugin,
-    validate,
-)
+from sssi_exudyn.api.catalogue import terms, turn, use_plugin
+from sssi_exudyn.api.diagnosis import diagnose, diagnose_day
+from sssi_exudyn.api.muscles import muscles
+from sssi_exudyn.api.recordings import example, import_files, inspect, read_recording
+from sssi_exudyn.api.results import load, report
+from sssi_exudyn.api.runs import fit, model_of, read_model, run, simulate, validate
+from sssi_exudyn.api.sweeps import load_sweep, sweep
 
 if TYPE_CHECKING:
     from sssi_exudyn.api.result import Result
@@ -126,15 +111,15 @@ _ELSEWHERE: Final = {
 
 def __getattr__(name: str) -> Any:
     if name in _ELSEWHERE:
-        found = getattr(import_module(f"{__name__}.{_ELSEWHERE[name]}"), name)
+        value = getattr(import_module(f"{__name__}.{_ELSEWHERE[name]}"), name)
     elif name == "__version__":
-        found = import_module("importlib.metadata").version("sssi-exudyn")
+        value = import_module("importlib.metadata").version("sssi-exudyn")
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = found
-    return found
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:
-    """What ``help()`` shows too, the classes that are not loaded yet included."""
+    """Return the names that ``help()`` shows, the classes that are not loaded yet included."""
     return [*__all__, *("__all__", "__doc__", "__file__", "__name__", "__path__", "__version__")]

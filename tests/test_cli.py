@@ -7,8 +7,9 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
+from functools import wraps
 from pathlib import Path
-from types import ModuleType
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -19,6 +20,7 @@ from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.io.typed import convert
 from sssi_exudyn.results.summary import Summary, summary_from_dict, summary_to_dict
 from sssi_exudyn.runtime.progress import Progress
+from sssi_exudyn.terminal import table
 from sssi_exudyn.validation.benchmark.known_answers import Comparison
 from sssi_exudyn.validation.benchmark.semi_real import Answer
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
@@ -41,13 +43,19 @@ COMMANDS = {
 
 @pytest.fixture
 def behind(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, Callable[..., Any]], None]:
-    """Put a function of the test's behind a command."""
+    """Put a function of the test's behind a command; a summary or a diagnosis that it returns is that of a result."""
 
     def put(name: str, function: Callable[..., Any]) -> None:
-        commands = ModuleType("sssi_exudyn.commands")
-        setattr(commands, name, function)
-        monkeypatch.setitem(sys.modules, "sssi_exudyn.commands", commands)
-        monkeypatch.setattr("sssi_exudyn.commands", commands, raising=False)
+        @wraps(function)
+        def called(*places: Any, **names: Any) -> Any:
+            value = function(*places, **names)
+            return SimpleNamespace(summary=value, diagnosis=value) if isinstance(value, Summary | Diagnosis) else value
+
+        changed = [
+            replace(command, call=called) if command.function.__name__ == name else command
+            for command in table.COMMANDS
+        ]
+        monkeypatch.setattr(table, "COMMANDS", tuple(changed))
 
     return put
 
@@ -267,13 +275,11 @@ def test_a_reader_that_stops_early_is_no_traceback() -> None:
     reading, writing = os.pipe()
     os.close(reading)
     script = (
-        "import sys, types\n"
+        "from dataclasses import replace\n"
         "import sssi_exudyn.cli as cli\n"
-        "commands = types.ModuleType('sssi_exudyn.commands')\n"
-        "commands.terms = lambda: [{'name': 'x' * 100000}]\n"
-        "sys.modules['sssi_exudyn.commands'] = commands\n"
-        "import sssi_exudyn\n"
-        "sssi_exudyn.commands = commands\n"
+        "from sssi_exudyn.terminal import table\n"
+        "(terms,) = (command for command in table.COMMANDS if command.words == 'terms')\n"
+        "table.COMMANDS = (replace(terms, call=lambda: [{'name': 'x' * 100000}]),)\n"
         "cli.main(['terms'])\n"
     )
     done = subprocess.run([sys.executable, "-c", script], stdout=writing, stderr=subprocess.PIPE, check=False)

@@ -27,7 +27,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -36,6 +36,7 @@ from sssi_exudyn.bodies.muscles.bones import Bone, Bones, Drive, Stance
 from sssi_exudyn.bodies.muscles.curves import line, spline
 from sssi_exudyn.bodies.muscles.paths import Muscle, MuscleModel, PathPoint, Surface, Wrap, muscle_paths
 from sssi_exudyn.bodies.skier.chain import JOINTS, PRESCRIBED, SEGMENT, Geometry, average_geometry
+from sssi_exudyn.core.choices import MuscleSet
 from sssi_exudyn.core.frames import Array
 
 TABLE: Final = Path(__file__).with_name("muscles.toml")
@@ -70,8 +71,6 @@ OTHER_LEG_GROUPS: Final = (
     "toe_extensors",
 )
 """What the leg has besides, with which it has 42 muscles, and 43 with the psoas, whose fascicles are the trunk's."""
-MuscleSet = Literal["paper", "full"]
-SETS: Final[tuple[MuscleSet, ...]] = ("paper", "full")
 OWN_BODY: Final = (75.339, 1.80)
 """kg and m of the model that the table's figures belong to."""
 _VOLUME: Final = (47.0, 1285.0)

@@ -22,11 +22,11 @@ from typing import Any, Final
 import numpy as np
 
 from sssi_exudyn.bodies.skier.chain import SEGMENT, SEGMENTS, Geometry
+from sssi_exudyn.core.choices import SEXES
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantity
 
 TABLE: Final = Path(__file__).with_name("de_leva_1996.toml")
-SEXES: Final = ("male", "female")
 _FOOT_PARTS: Final = {"talus": 0.1, "calcn": 1.25, "toes": 0.2166}
 GRIP: Final = 0.5
 """Of the hand's length from the wrist, where it grips a pole."""

@@ -1,4 +1,8 @@
-"""The commands of ``sssi`` as functions from folder to folder; each is loaded when it is first used."""
+"""The work behind the commands of ``sssi``, from folder to folder; each part is loaded when it is first used.
+
+The options of a command stand in the signature of its function in ``api``; what is here takes paths, recordings and
+models.
+"""
 
 from __future__ import annotations
 
@@ -7,43 +11,28 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from sssi_exudyn.commands.catalogue import identify, terms
-    from sssi_exudyn.commands.diagnosis import benchmark, diagnose, diagnose_day, diagnose_known, semi_real
+    from sssi_exudyn.commands.diagnosis import diagnose_day, diagnose_known
     from sssi_exudyn.commands.examples import example
-    from sssi_exudyn.commands.muscles_command import muscles, muscles_list
-    from sssi_exudyn.commands.recordings import import_files, import_folder, inspect, terrain
-    from sssi_exudyn.commands.runs import fit, report, run, simulate, validate
-    from sssi_exudyn.commands.ski_turn import turn
+    from sssi_exudyn.commands.recordings import inspect, terrain
+    from sssi_exudyn.commands.runs import report, validate
 
 __all__ = [
-    "benchmark",
-    "diagnose",
     "diagnose_day",
     "diagnose_known",
     "example",
-    "fit",
     "identify",
-    "import_files",
-    "import_folder",
     "inspect",
-    "muscles",
-    "muscles_list",
     "report",
-    "run",
-    "semi_real",
-    "simulate",
     "terms",
     "terrain",
-    "turn",
     "validate",
 ]
 _MODULES = {
     "catalogue": ("identify", "terms"),
-    "diagnosis": ("benchmark", "diagnose", "diagnose_day", "diagnose_known", "semi_real"),
+    "diagnosis": ("diagnose_day", "diagnose_known"),
     "examples": ("example",),
-    "muscles_command": ("muscles", "muscles_list"),
-    "recordings": ("import_files", "import_folder", "inspect", "terrain"),
-    "ski_turn": ("turn",),
-    "runs": ("fit", "report", "run", "simulate", "validate"),
+    "recordings": ("inspect", "terrain"),
+    "runs": ("report", "validate"),
 }
 
 

@@ -1,4 +1,4 @@
-"""``sssi terms`` and ``sssi ski identify``: what needs no run."""
+"""The work of ``sssi terms`` and ``sssi ski identify``, which need no run."""
 
 from __future__ import annotations
 
@@ -11,29 +11,37 @@ from sssi_exudyn.io.writing import write_atomically
 
 
 def terms() -> list[dict[str, str | float]]:
-    """Every force term and its parameters."""
+    """List every force term with its parameters."""
     return terms_table()
 
 
 def identify(folder: Path, out: Path | None = None) -> list[dict[str, str | float]]:
-    """A ski's stiffness, density and damping from bench tests, a row a number with its 95 % interval; the ski itself is
-    written to the file ``out`` if given.
+    """Identify a ski's stiffness, density and damping from bench tests, and write the ski to the file ``out`` if given.
+
+    Returns a row a number, with its 95 % interval.
     """
     # Here, since ``terms`` needs none of SciPy.
     from sssi_exudyn.bodies.ski.bench_tests import read_measurements
     from sssi_exudyn.bodies.ski.identification import identify_ski
     from sssi_exudyn.bodies.ski.ski import ski_to_table
 
-    found = identify_ski(read_measurements(folder))
+    identified = identify_ski(read_measurements(folder))
     if out is not None:
-        write_atomically(out, tomli_w.dumps({out.stem: ski_to_table(found.ski)}))
+        write_atomically(out, tomli_w.dumps({out.stem: ski_to_table(identified.ski)}))
     estimates = {
-        "density": (found.density, "kg/m^3"),
-        "young_modulus": (found.young_modulus, "Pa"),
-        "damping_ratio": (found.damping_ratio, "1"),
-        "frequency": (found.frequency, "Hz"),
+        "density": (identified.density, "kg/m^3"),
+        "young_modulus": (identified.young_modulus, "Pa"),
+        "damping_ratio": (identified.damping_ratio, "1"),
+        "frequency": (identified.frequency, "Hz"),
     }
     return [
-        {"name": name, "unit": unit, "value": each.value, "se": each.se, "low": each.low, "high": each.high}
-        for name, (each, unit) in estimates.items()
+        {
+            "name": name,
+            "unit": unit,
+            "value": estimate.value,
+            "se": estimate.se,
+            "low": estimate.low,
+            "high": estimate.high,
+        }
+        for name, (estimate, unit) in estimates.items()
     ]

@@ -1,8 +1,7 @@
-"""``sssi diagnose`` and ``sssi benchmark``."""
+"""The work of ``sssi diagnose`` and ``sssi benchmark``."""
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +13,7 @@ import numpy as np
 
 from sssi_exudyn.commands.expected import expected_seconds
 from sssi_exudyn.commands.recordings import SILENT, read_folder
-from sssi_exudyn.commands.runs import CACHE, Made, Outcome, cache_in, held, write_outcome
+from sssi_exudyn.commands.runs import CACHE, Made, Outcome, cache_in, lock_of, write_outcome
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import convert, read_json
 from sssi_exudyn.io.writing import clear_errors, folder_lock, to_json, write_atomically
@@ -31,11 +30,9 @@ from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
 from sssi_exudyn.simulation.full.run import simulate as simulate_model
-from sssi_exudyn.validation.benchmark.cases import CONCEALED, Concealed
 from sssi_exudyn.validation.benchmark.known_answers import Comparison, compare, read_truth
-from sssi_exudyn.validation.benchmark.run import base_of, run_benchmark
-from sssi_exudyn.validation.benchmark.scores import Scores
-from sssi_exudyn.validation.benchmark.semi_real import Answer, Stretch, middle, run_semi_real
+from sssi_exudyn.validation.benchmark.run import Bases, base_of
+from sssi_exudyn.validation.benchmark.semi_real import Stretch, middle
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose as find_missing
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 from sssi_exudyn.validation.diagnosis.search.search_result import SearchResult
@@ -48,19 +45,14 @@ _BY_REDUCED: Final = (
 )
 
 
-def diagnose(folder: Path, out: Path, *, reduced: bool = False, progress: Progress = SILENT) -> Diagnosis:
-    """Find what physics is missing, or which instrument is at fault; ``out`` holds the extended model's run.  With
-    ``reduced`` the full model confirms nothing, and the result says so.
-    """
-    made = make_diagnosis(folder, out, reduced=reduced, progress=progress)
-    assert made.run.diagnosis is not None
-    return made.run.diagnosis
-
-
 def make_diagnosis(
     source: Path | Recording, out: Path | None, *, reduced: bool = False, progress: Progress = SILENT
 ) -> Made:
-    """``diagnose`` of a recording or its folder; without ``out`` nothing is written, and an interrupted one is lost."""
+    """Find what physics is missing in a recording, or which instrument is at fault, and run the extended model.
+
+    With ``reduced`` the full model confirms nothing, and the result says so.  Without ``out`` nothing is written, and
+    an interrupted diagnosis is lost.
+    """
     made = _search(source, out, reduced, progress)[0]
     cache = cache_in(out)
     if cache is not None:
@@ -69,29 +61,30 @@ def make_diagnosis(
 
 
 def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, progress: Progress = SILENT) -> Day:
-    """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and compare them
-    together; ``out`` holds the answer in ``day.json``.  Where a law of friction is offered that is in no list, the
-    folder ``law`` of each run holds its model with that.
+    """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and compare them.
+
+    ``day.json`` in ``out`` holds the answer.  Where a law of friction is offered that is in no list, the folder ``law``
+    of each run holds its model with that.
 
     Raises InputError where two folders have the same name.
     """
     names = _names(folders, out)
     with folder_lock(out):
-        found = {
+        searched = {
             name: _search(folder, out / name, reduced, progress) for folder, name in zip(folders, names, strict=True)
         }
         with progress.stage("compare together") as stage:
-            runs_alone = [each.separate_fit() for _, each in found.values()]
+            runs_alone = [search.separate_fit() for _, search in searched.values()]
             explanations = compare_for_day(runs_alone, stage.advance)
             law, with_law = find_law(runs_alone, explanations, stage.advance)
-            models = [model_with_law(each) for each in with_law]
+            models = [model_with_law(fitted) for fitted in with_law]
         with progress.stage("ask the other runs of a place") as stage:
-            same_place = ask_other_runs({name: each.end for name, (_, each) in found.items()}, stage.advance)
-        sentence = sentence_of_day(explanations, len(names), found[names[0]][1].model, law)
-        sentence = " ".join([sentence, *(each.sentence for each in same_place if each.settled)])
+            same_place = ask_other_runs({name: search.end for name, (_, search) in searched.items()}, stage.advance)
+        sentence = sentence_of_day(explanations, len(names), searched[names[0]][1].model, law)
+        sentence = " ".join([sentence, *(answer.sentence for answer in same_place if answer.settled)])
         hashes = {
             f"{name}/{file}": digest
-            for name, (made, _) in found.items()
+            for name, (made, _) in searched.items()
             for file, digest in made.run.summary.provenance.inputs.items()
         }
         origin = convert(provenance(hashes, {"command": "diagnose", "recordings": names}, seed=0), Provenance)
@@ -106,7 +99,7 @@ def diagnose_day(folders: Sequence[Path], out: Path, *, reduced: bool = False, p
 
 
 def _keep_law(folder: Path, model: Model | None) -> None:
-    """Write the model with a found law into a folder of its own; without one, an older one goes away."""
+    """Write the model with a law of friction into a folder of its own; without one, an older folder goes away."""
     with clear_errors(folder):
         shutil.rmtree(folder, ignore_errors=True)
         if model is not None:
@@ -115,7 +108,7 @@ def _keep_law(folder: Path, model: Model | None) -> None:
 
 
 def _names(folders: Sequence[Path], out: Path) -> list[str]:
-    """Of the folders, under which their results are written in ``out``.  Raises InputError where two are the same."""
+    """Return the folders' names, under which ``out`` holds their results.  Raises InputError where two are the same."""
     names = [folder.resolve().name for folder in folders]
     for name in names:
         if names.count(name) > 1:
@@ -124,8 +117,8 @@ def _names(folders: Sequence[Path], out: Path) -> list[str]:
 
 
 def _search(source: Path | Recording, out: Path | None, reduced: bool, progress: Progress) -> tuple[Made, SearchResult]:
-    """Diagnose into ``out``, the cache stays; the run of the extended model, and the answer."""
-    with held(out):
+    """Diagnose into ``out``, where the cache stays; return the run of the extended model, and the answer."""
+    with lock_of(out):
         recording, motion = read_folder(source, progress)
         if recording.gps is None:
             raise InputError(
@@ -134,32 +127,32 @@ def _search(source: Path | Recording, out: Path | None, reduced: bool, progress:
         model, cache = model_of(recording, motion), cache_in(out)
         expected = expected_seconds("diagnose reduced" if reduced else "diagnose", motion)
         with progress.stage("diagnose", expected) as stage:
-            found = find_missing(recording, motion, model, full=not reduced, cache=cache, progress=stage.advance)
-        result, diagnosis = found.result, found.diagnosis
+            search = find_missing(recording, motion, model, full=not reduced, cache=cache, progress=stage.advance)
+        result, diagnosis = search.result, search.diagnosis
         if reduced:
             with progress.stage("simulate") as stage:
-                result = simulate_model(found.model, motion, progress=stage.advance)
+                result = simulate_model(search.model, motion, progress=stage.advance)
             diagnosis = replace(diagnosis, tier="reduced")
             recording = replace(recording, notices=(*recording.notices, _BY_REDUCED))
         assert result is not None
-        posterior = found.posterior
+        posterior = search.posterior
         outcome = Outcome(
             {"command": "diagnose", **({"reduced": True} if reduced else {})},
-            Fit(method="diagnosis", converged=True, parameters=_parameters(found)),
+            Fit(method="diagnosis", converged=True, parameters=_parameters(search)),
             uncertainty=None if posterior is None else uncertainty_figures(posterior),
             diagnosis=diagnosis,
         )
-        return write_outcome(out, recording, motion, found.model, result, outcome), found
+        return write_outcome(out, recording, motion, search.model, result, outcome), search
 
 
-def _parameters(found: SearchResult) -> dict[str, Estimate]:
-    """Values and standard errors of all fitted numbers."""
-    if found.posterior is not None:
-        sought = [(unknown.names, i) for i, unknown in enumerate(found.posterior.setting.unknowns)]
-        values, covariance = found.posterior.values, found.posterior.covariance
+def _parameters(search: SearchResult) -> dict[str, Estimate]:
+    """Return values and standard errors of all fitted numbers."""
+    if search.posterior is not None:
+        sought = [(unknown.names, i) for i, unknown in enumerate(search.posterior.setting.unknowns)]
+        values, covariance = search.posterior.values, search.posterior.covariance
     else:
-        sought = [(parameter.names, i) for i, parameter in enumerate(found.fit.parameters)]
-        values, covariance = found.fit.values, found.fit.covariance
+        sought = [(parameter.names, i) for i, parameter in enumerate(search.fit.parameters)]
+        values, covariance = search.fit.values, search.fit.covariance
     errors = np.sqrt(np.diag(covariance))
     return {name: Estimate(float(values[i]), float(errors[i])) for names, i in sought for name in names}
 
@@ -167,9 +160,10 @@ def _parameters(found: SearchResult) -> dict[str, Estimate]:
 def diagnose_known(
     folders: Sequence[Path], out: Path, *, reduced: bool = False, progress: Progress = SILENT
 ) -> list[Comparison]:
-    """Diagnose every recording in ``folders`` that a ``truth.json`` there names, each into a folder of its own in
-    ``out``; what was found against what is hidden, a row a recording.  Those that ``out`` has already are not done
-    again.  ``reduced`` as in ``diagnose``.
+    """Diagnose every recording in ``folders`` that a ``truth.json`` there names, each into a folder of its own.
+
+    Returns what was found against what is hidden, a row a recording.  Those that ``out`` has already are not done
+    again.
 
     Raises InputError where two recordings have the same name.
     """
@@ -182,67 +176,33 @@ def diagnose_known(
         if (made / DIAGNOSIS).is_file():
             diagnoses[name] = read_json(made / DIAGNOSIS, Diagnosis)
         else:
-            diagnoses[name] = diagnose(recording, made, reduced=reduced, progress=progress)
+            diagnosis = make_diagnosis(recording, made, reduced=reduced, progress=progress).run.diagnosis
+            assert diagnosis is not None
+            diagnoses[name] = diagnosis
     return compare({name: known for _, truth in truths for name, known in truth.items()}, diagnoses)
 
 
-def benchmark(
-    recordings: Sequence[Path],
-    out: Path,
-    *,
-    cases: int,
-    seed: int,
-    full: int,
-    workers: int | None = None,
-    conceal: Concealed = CONCEALED[0],
-    progress: Progress = SILENT,
-) -> Scores:
-    """Test the diagnosis blindly on ``cases`` made from the movements of ``recordings``, the first ``full`` of them
-    with the full model, into ``out``; the scores.
+def bases_of(folders: Sequence[Path], progress: Progress) -> Bases:
+    """Read recordings from whose movements a benchmark makes its cases.  Raises InputError for one without a GPS."""
+    bases: Bases = []
+    for folder in folders:
+        recording, motion = read_folder(folder, progress)
+        if recording.gps is None:
+            raise InputError(folder / FILE, "[gps]", "there is no GPS to start from", "add it")
+        bases.append(base_of(recording, motion, model_of(recording, motion)))
+    return bases
+
+
+def stretches_of(folders: Sequence[Path], out: Path, seconds: float, progress: Progress) -> list[Stretch]:
+    """Read the middle ``seconds`` of recordings, whose answers go into folders of their names in ``out``.
+
+    Raises InputError for a recording that cannot be used, and where two have the same name.
     """
-    with folder_lock(out):
-        bases = []
-        for folder in recordings:
-            recording, motion = read_folder(folder, progress)
-            if recording.gps is None:
-                raise InputError(folder / FILE, "[gps]", "there is no GPS to start from", "add it")
-            bases.append(base_of(recording, motion, model_of(recording, motion)))
-        with progress.stage("benchmark") as stage:
-            processes = workers or os.cpu_count() or 1
-            return run_benchmark(
-                out,
-                bases,
-                count=cases,
-                seed=seed,
-                full=full,
-                workers=processes,
-                progress=stage.advance,
-                conceal=conceal,
-            )
-
-
-def semi_real(
-    recordings: Sequence[Path],
-    out: Path,
-    *,
-    sizes: Sequence[float],
-    seconds: float,
-    seed: int,
-    progress: Progress = SILENT,
-) -> list[Answer]:
-    """Conceal faults of instruments in the data of ``recordings``, of ``sizes`` times what each untouched run is missed
-    by, and diagnose the middle ``seconds`` of each by the reduced model into ``out``; what was found, a row a case.
-    Those that ``out`` has already are not done again.
-
-    Raises InputError for a recording that cannot be used, before anything is computed.
-    """
-    with folder_lock(out):
-        runs: list[Stretch] = []
-        for folder, name in zip(recordings, _names(recordings, out), strict=True):
-            recording, motion = read_folder(folder, progress)
-            try:
-                runs.append(middle(replace(recording, name=name), motion, seconds))
-            except ValueError as error:
-                raise InputError(folder / FILE, "[gps]", str(error), "leave this recording out") from error
-        with progress.stage("benchmark") as stage:
-            return run_semi_real(out, runs, sizes=sizes, seed=seed, progress=stage.advance)
+    stretches: list[Stretch] = []
+    for folder, name in zip(folders, _names(folders, out), strict=True):
+        recording, motion = read_folder(folder, progress)
+        try:
+            stretches.append(middle(replace(recording, name=name), motion, seconds))
+        except ValueError as error:
+            raise InputError(folder / FILE, "[gps]", str(error), "leave this recording out") from error
+    return stretches

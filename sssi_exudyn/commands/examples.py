@@ -1,4 +1,4 @@
-"""``sssi example``: a recording that comes with the program, to begin with."""
+"""The work of ``sssi example``: a recording that comes with the program, to begin with."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ _PACKAGE: Final = Path(__file__).parents[1]
 
 
 def example(name: str, out: Path | None = None) -> Path:
-    """Copy the bundled recording of that name into the folder ``out``, by default one of its name here; that folder.
+    """Copy the bundled recording of that name into the folder ``out``, by default one of its name here.
 
-    Raises InputError for an unknown name, where something of that name is there, and where it cannot be written.
+    Returns that folder.  Raises InputError for an unknown name, where something of that name is there, and where it
+    cannot be written.
     """
     places = (_PACKAGE / "examples", _PACKAGE.parent / "examples")  # of an installed package, of a checkout
     folder = next((place for place in places if (place / "beginner" / FILE).is_file()), places[0])

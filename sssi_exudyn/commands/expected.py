@@ -1,4 +1,4 @@
-"""How long commands take, roughly, to say so when they begin."""
+"""Rough durations of commands, which say them when they begin."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ _COMPILING: Final = 90.0
 
 
 def expected_seconds(command: str, motion: Motion) -> float:
-    """About how many seconds a stage of a command takes."""
+    """Return roughly how many seconds a stage of a command takes."""
     if command == "fit" and motion.foot_sigma is not None:
         command = "fit few sensors"
-    found = _SECONDS[command] * (motion.stop - motion.start)
-    return found + (0.0 if any(cache_folder().glob("__pycache__/*.nbc")) else _COMPILING)
+    computing = _SECONDS[command] * (motion.stop - motion.start)
+    return computing + (0.0 if any(cache_folder().glob("__pycache__/*.nbc")) else _COMPILING)

@@ -1,4 +1,4 @@
-"""``sssi simulate``, ``fit``, ``run``, ``validate`` and ``report``: each reads folders and writes one.
+"""The steps of ``simulate``, ``fit``, ``validate`` and ``report``: a model is chosen, run, fitted, judged and written.
 
 All raise InputError for bad input and SimulationDiverged when the solver gives up.  A command that was interrupted
 continues when it is given again: every simulation of a fit is kept in the result's ``cache`` folder until the fit ends.
@@ -6,11 +6,11 @@ continues when it is given again: every simulation of a fit is kept in the resul
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
 import numpy as np
 import pandas as pd
@@ -22,17 +22,18 @@ from sssi_exudyn.commands.recordings import SILENT, read_folder
 from sssi_exudyn.contact.registry import check_together, combine_terms, is_carved, read_term
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.contact.terms.carving import Carving
+from sssi_exudyn.core.choices import Backend, HeadingMode, Method, Snow
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
-from sssi_exudyn.fitting.first_fit import Fitted, Method, problem_of
+from sssi_exudyn.fitting.first_fit import Fitted, problem_of
 from sssi_exudyn.fitting.first_fit import fit as fit_problem
 from sssi_exudyn.fitting.gps_observation import correct_fixes
 from sssi_exudyn.fitting.more_parameters import seek_too
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.writing import folder_lock, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.model.heading import HeadingMode, check_heading
+from sssi_exudyn.model.heading import check_heading
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.motion.from_recording import round_trip_table
@@ -65,7 +66,6 @@ from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.plugins import origin_of, origins_of
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
-from sssi_exudyn.simulation.full.forces import Backend
 from sssi_exudyn.simulation.full.run import simulate as simulate_model
 from sssi_exudyn.simulation.reduced.balanced_lean import balance
 from sssi_exudyn.simulation.result import SimulationResult
@@ -76,9 +76,6 @@ from sssi_exudyn.validation.agreement import judge_loads, judge_track
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 from sssi_exudyn.validation.posture_uncertainty import second_half, shares_of
 
-Snow = Literal["paper", "carving"]
-SNOWS: Final[tuple[Snow, ...]] = ("paper", "carving")
-"""What lies under the skis: friction at the foot as in the paper, or snow that edges cut."""
 CACHE: Final = "cache"
 """Folder within a result that keeps what an interrupted command has computed."""
 
@@ -94,202 +91,122 @@ class Made:
     opensim: Mapping[str, str]
 
 
-def simulate(
-    folder: Path,
-    out: Path,
-    *,
-    model: Path | None = None,
-    terms: Sequence[str] = (),
-    snow: Snow = "paper",
-    heading: HeadingMode | None = None,
-    balanced: bool = False,
-    backend: Backend = "fastest",
-    progress: Progress = SILENT,
-) -> Summary:
-    """Simulate a recording once, with ``model`` (a ``model.toml``) or with default friction, into ``out``; its
-    summary.  ``terms`` are names of force terms to add, ``snow`` is what lies under the skis, ``heading`` what holds
-    the skier's heading there (the model's where it is left out).  ``balanced``: there the whole posture leans so that
-    the skier is in balance.
+@dataclass(frozen=True)
+class Work:
+    """A recording that a command works on.
+
+    out : folder of the result; None where nothing is written
     """
-    added = terms_named(terms)
-    made = make_simulation(
-        folder,
-        out,
-        model=model,
-        terms=added,
-        snow=snow,
-        heading=heading,
-        balanced=balanced,
-        backend=backend,
-        progress=progress,
-    )
-    return made.run.summary
+
+    recording: Recording
+    motion: Motion
+    out: Path | None
+    progress: Progress
 
 
-def make_simulation(
-    source: Path | Recording,
-    out: Path | None,
-    *,
-    model: Path | Model | None = None,
-    terms: Sequence[Term] = (),
-    snow: Snow = "paper",
-    heading: HeadingMode | None = None,
-    balanced: bool = False,
-    backend: Backend = "fastest",
-    progress: Progress = SILENT,
-) -> Made:
-    """``simulate`` of a recording or its folder; without ``out`` nothing is written."""
-    with held(out):
+@dataclass(frozen=True)
+class ChosenModel:
+    """The model that a command begins with.
+
+    given : whether the user gave it; otherwise it is the paper's
+    settings : what the user chose for it, for the result's origin
+    """
+
+    model: Model
+    given: bool
+    settings: Mapping[str, str]
+
+
+@contextmanager
+def open_recording(source: Path | Recording, out: Path | None, progress: Progress) -> Iterator[Work]:
+    """Lock the result's folder, and read the recording and its motion.
+
+    Raises InputError where something in the recording is wrong or another process writes the folder.
+    """
+    with lock_of(out):
         recording, motion = read_folder(source, progress)
-        chosen = add_terms(_chosen(model) or model_of(recording, motion), (*_snow(snow), *terms))
-        chosen = _with_heading(chosen, heading)
-        settings: dict[str, Any] = {"command": "simulate", "backend": backend}
-        settings |= {**_setting_of(snow), **_setting_of_heading(heading)}
-        if balanced:
-            if not is_carved(chosen.terms):
-                problem = "the lean that balances a skier is sought on snow that edges cut"
-                raise InputError("--balanced", "", problem, "add --snow carving, or leave it out")
-            settings["balanced"] = True
-            with progress.stage("balance") as stage:
-                chosen = balance(chosen, motion, progress=stage.advance).model
-        return _simulate_into(out, recording, motion, chosen, Outcome(settings), progress, backend)
+        yield Work(recording, motion, out, progress)
 
 
-def fit(
-    folder: Path,
-    out: Path,
-    *,
-    method: Method = "joint",
-    model: Path | None = None,
-    terms: Sequence[str] = (),
-    parameters: Sequence[str] = (),
-    snow: Snow = "paper",
-    heading: HeadingMode | None = None,
-    progress: Progress = SILENT,
-) -> Summary:
-    """Fit friction (and, with ``joint``, start and heading) to the GPS track, into ``out``; the summary of the fitted
-    run.  ``model`` (a ``model.toml``) has what else acts, such as what a diagnosis found; ``terms`` are names of force
-    terms to add, ``parameters`` numbers of terms to fit along, ``snow`` is what lies under the skis.  ``heading`` is
-    that of the fit and of the fitted run, but that a free one is held by a spring while fitting.
+def choose_model(
+    work: Work, model: Path | Model | None, terms: Sequence[Term], snow: Snow, heading: HeadingMode | None
+) -> ChosenModel:
+    """Return the given model, or the paper's, with further force terms, the snow and the heading.
+
+    Raises InputError for terms that do not act together, and for a heading that the snow does not decide.
     """
-    return make_fit(
-        folder,
-        out,
-        method=method,
-        model=model,
-        terms=terms_named(terms),
-        parameters=parameters,
-        snow=snow,
-        heading=heading,
-        progress=progress,
-    ).run.summary
+    given = read_model(model) if isinstance(model, Path) else model
+    on_edges = (Carving(),) if snow == "carving" else ()
+    chosen = add_terms(given or model_of(work.recording, work.motion), (*on_edges, *terms)).with_heading(heading)
+    check_heading(chosen.heading, chosen.terms, "--heading")
+    settings: dict[str, str] = {}
+    if snow != "paper":
+        settings["snow"] = snow
+    if heading is not None:
+        settings["heading"] = heading
+    return ChosenModel(chosen, given is not None, settings)
 
 
-def make_fit(
-    source: Path | Recording,
-    out: Path | None,
-    *,
-    method: Method = "joint",
-    model: Path | Model | None = None,
-    terms: Sequence[Term] = (),
-    parameters: Sequence[str] = (),
-    snow: Snow = "paper",
-    heading: HeadingMode | None = None,
-    progress: Progress = SILENT,
-) -> Made:
-    """``fit`` of a recording or its folder; without ``out`` nothing is written, and an interrupted fit is lost."""
-    with held(out):
-        recording, motion = read_folder(source, progress)
-        if recording.gps is None:
-            raise InputError(recording.folder / FILE, "[gps]", "there is no GPS to fit to", "add it, or use simulate")
-        chosen = add_terms(_chosen(model) or model_of(recording, motion), (*_snow(snow), *terms))
-        chosen = _with_heading(chosen, heading)
-        if is_carved(chosen.terms):
-            _check_cutting(recording, method)
-        if method == "joint" and model is None:
-            chosen = on_snow_surface(chosen, recording, motion)
-        problem = seek_too(problem_of(recording, motion, chosen, method), parameters)
-        posture, predicted, uncertainty, draws = None, None, None, None
-        cache = cache_in(out)
-        work = "fit carving" if is_carved(chosen.terms) else "fit"
-        with progress.stage("fit", expected_seconds(work, motion)) as stage:
-            if is_estimated(recording, method):
-                found = estimate(problem, recording, motion, cache=cache, progress=stage.advance)
-                fitted, uncertainty = found.fitted, uncertainty_figures(found.posterior)
-                draws = draws_table(found.posterior)
-            else:
-                fitted = fit_problem(problem, motion, method, cache=cache, progress=stage.advance)
-        if recording.completed is not None:
-            with progress.stage("posture"):
-                shares = shares_of(fitted, problem, motion, recording.completed, recording.slope.sigma_inclination)
-                half = second_half(fitted, problem, motion, recording.gps)
-                posture = posture_figures(recording.completed, fitted.names, shares, half)
-                predicted = second_half_table(half)
-                fitted = replace(fitted, covariance=shares.covariance)
-        settings = {"command": "fit", "method": method, **({"parameters": list(parameters)} if parameters else {})}
-        settings |= {**_setting_of(snow), **_setting_of_heading(heading)}
-        outcome = Outcome(settings, fit_figures(fitted), posture, predicted, uncertainty, draws)
-        run_model = replace(fitted.model, heading=chosen.heading)
-        made = _simulate_into(out, recording, motion, run_model, outcome, progress)
-        if cache is not None:
-            cache.remove()
-        return made
+def simulate_recording(work: Work, chosen: ChosenModel, *, balanced: bool, backend: Backend) -> Made:
+    """Simulate the model once; ``balanced`` first leans the posture so that the skier is in balance.
 
-
-def run(
-    folder: Path,
-    out: Path,
-    *,
-    terms: Sequence[str] = (),
-    snow: Snow = "paper",
-    heading: HeadingMode | None = None,
-    progress: Progress = SILENT,
-) -> Summary:
-    """The whole chain: fit where there is a GPS, simulate, validate, report, into ``out``; the summary.  ``terms`` are
-    names of force terms to add; ``snow`` and ``heading`` as in ``fit``.
+    Raises InputError for a balance on snow that edges do not cut, and SimulationDiverged when the solver gives up.
     """
-    return make_run(folder, out, terms=terms_named(terms), snow=snow, heading=heading, progress=progress).run.summary
+    model = chosen.model
+    settings: dict[str, Any] = {"command": "simulate", "backend": backend, **chosen.settings}
+    if balanced:
+        if not is_carved(model.terms):
+            problem = "the lean that balances a skier is sought on snow that edges cut"
+            raise InputError("--balanced", "", problem, "add --snow carving, or leave it out")
+        settings["balanced"] = True
+        with work.progress.stage("balance") as stage:
+            model = balance(model, work.motion, progress=stage.advance).model
+    return _simulate_into(work, model, Outcome(settings), backend)
 
 
-def make_run(
-    source: Path | Recording,
-    out: Path | None,
-    *,
-    terms: Sequence[Term] = (),
-    snow: Snow = "paper",
-    heading: HeadingMode | None = None,
-    progress: Progress = SILENT,
-) -> Made:
-    """``run`` of a recording or its folder; without ``out`` nothing is written."""
-    recording = source if isinstance(source, Recording) else read_recording(source)
-    make = make_simulation if recording.gps is None else make_fit
-    return make(recording, out, terms=terms, snow=snow, heading=heading, progress=progress)
+def fit_recording(work: Work, chosen: ChosenModel, *, method: Method, parameters: Sequence[str]) -> Made:
+    """Fit the model's friction to the GPS track, with the ``parameters`` of its terms, and simulate with it.
 
-
-def _snow(snow: Snow) -> tuple[Term, ...]:
-    """What is added to a model for that snow."""
-    return (Carving(),) if snow == "carving" else ()
-
-
-def _setting_of(snow: Snow) -> dict[str, str]:
-    """For the result's origin; nothing for the paper's."""
-    return {"snow": snow} if snow != "paper" else {}
-
-
-def _with_heading(model: Model, mode: HeadingMode | None) -> Model:
-    """The model with that heading, its own without one.  Raises InputError where its snow does not go with it."""
-    held = model.with_heading(mode)
-    check_heading(held.heading, held.terms, "--heading")
-    return held
-
-
-def _setting_of_heading(mode: HeadingMode | None) -> dict[str, str]:
-    """For the result's origin; nothing where none was given."""
-    return {} if mode is None else {"heading": mode}
+    A free heading is held by a spring while fitting.  Raises InputError without a GPS, and for snow that the method or
+    the recording does not allow.
+    """
+    recording, motion = work.recording, work.motion
+    if recording.gps is None:
+        raise InputError(recording.folder / FILE, "[gps]", "there is no GPS to fit to", "add it, or use simulate")
+    model, carved = chosen.model, is_carved(chosen.model.terms)
+    if carved:
+        _check_cutting(recording, method)
+    if method == "joint" and not chosen.given:
+        model = on_snow_surface(model, recording, motion)
+    problem = seek_too(problem_of(recording, motion, model, method), parameters)
+    posture, predicted, uncertainty, draws = None, None, None, None
+    cache = cache_in(work.out)
+    with work.progress.stage("fit", expected_seconds("fit carving" if carved else "fit", motion)) as stage:
+        if is_estimated(recording, method):
+            estimated = estimate(problem, recording, motion, cache=cache, progress=stage.advance)
+            fitted, uncertainty = estimated.fitted, uncertainty_figures(estimated.posterior)
+            draws = draws_table(estimated.posterior)
+        else:
+            fitted = fit_problem(problem, motion, method, cache=cache, progress=stage.advance)
+    if recording.completed is not None:
+        with work.progress.stage("posture"):
+            shares = shares_of(fitted, problem, motion, recording.completed, recording.slope.sigma_inclination)
+            half = second_half(fitted, problem, motion, recording.gps)
+            posture = posture_figures(recording.completed, fitted.names, shares, half)
+            predicted = second_half_table(half)
+            fitted = replace(fitted, covariance=shares.covariance)
+    settings: dict[str, Any] = {"command": "fit", "method": method}
+    if parameters:
+        settings["parameters"] = list(parameters)
+    outcome = Outcome({**settings, **chosen.settings}, fit_figures(fitted), posture, predicted, uncertainty, draws)
+    made = _simulate_into(work, replace(fitted.model, heading=chosen.model.heading), outcome)
+    if cache is not None:
+        cache.remove()
+    return made
 
 
 def _check_cutting(recording: Recording, method: Method) -> None:
-    """Raise InputError for a fit that edges that cut do not go with."""
+    """Raise InputError for a fit that snow cut by edges does not allow."""
     if method != "joint":
         raise InputError("--method", method, "the paper's method fits the paper's snow", "leave it out")
     if recording.completed is not None:
@@ -297,14 +214,15 @@ def _check_cutting(recording: Recording, method: Method) -> None:
         raise InputError(recording.folder / FILE, "[motion]", problem, "leave --snow carving out")
 
 
-def terms_named(names: Sequence[str]) -> tuple[Term, ...]:
-    """Force terms by their names, with their default numbers.  Raises InputError for an unknown one."""
-    return tuple(read_term(name, {}, "--term", "") for name in names)
+def terms_named(terms: Sequence[Term | str]) -> tuple[Term, ...]:
+    """Return force terms, names replaced by the terms with default numbers.  Raises InputError for an unknown name."""
+    return tuple(read_term(term, {}, "--term", "") if isinstance(term, str) else term for term in terms)
 
 
 def add_terms(model: Model, terms: Sequence[Term]) -> Model:
-    """The model with further force terms, without those that they stand in the place of; classes of the caller's own
-    are known by their names from here on, as their results are read back.
+    """Return the model with further force terms, without those that they replace.
+
+    Classes of the caller's own are known by their names from here on, because their results are read back.
 
     Raises InputError where such a name is another term's, and for terms that do not act together.
     """
@@ -316,22 +234,21 @@ def add_terms(model: Model, terms: Sequence[Term]) -> Model:
     return replace(model, terms=together)
 
 
-def held(out: Path | None) -> AbstractContextManager[None]:
-    """The lock of a result's folder; of none where nothing is written."""
+def lock_of(out: Path | None) -> AbstractContextManager[None]:
+    """Return the lock of a result's folder; where nothing is written it locks nothing."""
     return nullcontext() if out is None else folder_lock(out)
 
 
 def cache_in(out: Path | None) -> Cache | None:
-    """Where a result's folder keeps what an interrupted command has computed; None without a folder."""
+    """Return the cache of a result's folder, which keeps what an interrupted command has computed; None without one."""
     return None if out is None else Cache(out / CACHE)
 
 
-def _chosen(model: Path | Model | None) -> Model | None:
-    return read_model(model) if isinstance(model, Path) else model
-
-
 def validate(folder: Path, result: Path, out: Path, *, progress: Progress = SILENT) -> Summary:
-    """Compare the run in the folder ``result`` with the recording's GPS and insoles, into ``out``; the new summary."""
+    """Compare the run in the folder ``result`` with the recording's GPS and insoles, into ``out``.
+
+    Returns the new summary.
+    """
     with folder_lock(out), progress.stage("validate"):
         recording = read_recording(folder)
         series = read_series(result)
@@ -352,8 +269,10 @@ def validate(folder: Path, result: Path, out: Path, *, progress: Progress = SILE
 
 
 def report(results: Sequence[Path], out: Path) -> Path:
-    """The report of one result folder, or of several side by side, in the file ``out``, a page (.html) or a document to
-    print (.pdf); of a sweep's folder its page.  Returns that file's path.  Raises InputError for another ending.
+    """Write the report of one result folder, of several side by side, or of a sweep's folder.
+
+    ``out`` is a page (.html) or a document to print (.pdf).  Returns that file's path; raises InputError for another
+    ending.
     """
     _check_ending(out)
     if is_sweep(results[0]):
@@ -365,7 +284,7 @@ def report(results: Sequence[Path], out: Path) -> Path:
 
 
 def write_report(results: Sequence[tuple[StoredRun, str]], out: Path) -> Path:
-    """``report`` of results, each with a name that distinguishes it from others of the same recording."""
+    """Write the report of results, each with a name that distinguishes it from others of the same recording."""
     _check_ending(out)
     names = [run.name for run, _ in results]
     runs = []
@@ -405,35 +324,28 @@ class Outcome:
     diverged: str | None = None
 
 
-def _simulate_into(
-    out: Path | None,
-    recording: Recording,
-    motion: Motion,
-    model: Model,
-    outcome: Outcome,
-    progress: Progress,
-    backend: Backend = "fastest",
-) -> Made:
+def _simulate_into(work: Work, model: Model, outcome: Outcome, backend: Backend = "fastest") -> Made:
     """Run the model and write all that a result folder holds; a run that diverges leaves what it has, and raises."""
-    work = "simulate carving" if is_carved(model.terms) else "simulate"
-    with progress.stage("simulate", expected_seconds(work, motion)) as stage:
+    task = "simulate carving" if is_carved(model.terms) else "simulate"
+    with work.progress.stage("simulate", expected_seconds(task, work.motion)) as stage:
         try:
-            result = simulate_model(model, motion, backend=backend, progress=stage.advance)
+            result = simulate_model(model, work.motion, backend=backend, progress=stage.advance)
         except SimulationDiverged as error:
             if isinstance(error.partial, SimulationResult):
-                write_outcome(out, recording, motion, model, error.partial, replace(outcome, diverged=str(error)))
+                stopped = replace(outcome, diverged=str(error))
+                write_outcome(work.out, work.recording, work.motion, model, error.partial, stopped)
             raise
-    return write_outcome(out, recording, motion, model, result, outcome)
+    return write_outcome(work.out, work.recording, work.motion, model, result, outcome)
 
 
 def write_outcome(
     out: Path | None, recording: Recording, motion: Motion, model: Model, result: SimulationResult, outcome: Outcome
 ) -> Made:
-    """All that a result's folder holds of a run, written into ``out`` if given."""
+    """Put together all that a result's folder holds of a run, and write it into ``out`` if given."""
     result = result.shift(_height_of_track(recording, result))
     series = result.to_frame(slope_to_enu(model.inclination, model.fall_line_azimuth))
-    found = biomechanics(result, model.skier.mass)
-    series, boots = label_turns(series, found.turns), None
+    technique = biomechanics(result, model.skier.mass)
+    series, boots = label_turns(series, technique.turns), None
     if recording.completed is None:  # ankles that are assumed tell nothing of boots
         series, boots = add_cuffs(series, result, model)
     gps = recording.gps and correct_fixes(recording.gps, model)
@@ -450,7 +362,7 @@ def write_outcome(
             "energy": Energy(
                 result.closure_percent, {name: float(work[-1] - work[0]) for name, work in result.energy.items()}
             ),
-            "turns": turn_figures(found),
+            "turns": turn_figures(technique),
             "residual_moment": residual_moment(result),
             "provenance": provenance(recording.hashes, {**outcome.settings, **_plugins_of(model)}, seed=0),
             "capture": {"round_trip": round_trip_table(motion)},
@@ -467,7 +379,7 @@ def write_outcome(
         }
     )
     measured = measured_table(gps, recording.insoles)
-    turns = None if found.table.empty else found.table  # a run too short for a turn has a table without columns
+    turns = None if technique.table.empty else technique.table  # a run too short for a turn has a table without columns
     run = StoredRun(
         summary, series, model, measured, motion.geometry, turns, outcome.second_half, diagnosis, outcome.draws
     )
@@ -478,14 +390,15 @@ def write_outcome(
 
 
 def _plugins_of(model: Model) -> dict[str, Any]:
-    """The plug-ins that a model's laws come from, for the result's origin; nothing where there are none."""
-    found = [plugin.as_table() for plugin in origins_of(type(term) for term in model.terms)]
-    return {"plugins": found} if found else {}
+    """Return the plug-ins that a model's laws come from, for the result's origin; nothing where there are none."""
+    plugins = [plugin.as_table() for plugin in origins_of(type(term) for term in model.terms)]
+    return {"plugins": plugins} if plugins else {}
 
 
 def _height_of_track(recording: Recording, result: SimulationResult) -> Array:
-    """(3,) m along the slope's normal: heights count from the antenna's at the start, as in the fit
-    (``predict_fixes``).
+    """Return (3,) m along the slope's normal: heights count from the antenna's at the start, as in the fit.
+
+    See ``predict_fixes``.
     """
     if recording.gps is None or result.antenna is None:
         return np.zeros(3)
@@ -504,7 +417,7 @@ def _friction(model: Model, fit: Fit) -> Friction:
 
 
 def fit_figures(fitted: Fitted) -> Fit:
-    """The ``fit`` group of a summary."""
+    """Return the ``fit`` group of a summary."""
     return Fit(
         method=fitted.method,
         converged=fitted.optimum.converged,

@@ -1,9 +1,9 @@
-"""``sssi ski turn``: skis side by side in steady turns."""
+"""The work of ``sssi ski turn``: skis side by side in steady turns."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked
-from sssi_exudyn.io.writing import to_json, write_atomically
+from sssi_exudyn.io.writing import write_atomically
 from sssi_exudyn.reports.turn_page import turn_page
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.simulation.turns.steady_turn import TurnCase
@@ -23,45 +23,33 @@ _LEAST, _MOST, _STEP = 5.0, 75.0, 10.0
 _MOST_ANGLES, _MOST_SKIS = 50, 10
 
 
-def turn(
-    skis: Sequence[str],
-    edge: str = "30:70",
-    speed: float = 10.0,
-    *,
-    load: float = 700.0,
-    json: Path | None = None,
-    page: Path | None = None,
-    progress: Progress,
+def compare_skis(
+    skis: Sequence[str], angles: Sequence[float], numbers: Mapping[str, float], page: Path | None, progress: Progress
 ) -> list[dict[str, str | float | None]]:
-    """Radius and side reserve of skis in steady turns, a row a ski and edge angle; written to the file ``json`` and as
-    a page that sets the skis side by side to ``page``, where they are given.
+    """Turn every ski at every edge angle; a row a ski and angle.
 
     Parameters
     ----------
     skis : names of the catalogue, or paths of files with one ski each
-    edge : edge angles in degrees: one, several with commas between, or a range ``from:to`` or ``from:to:step``
-    speed : m/s
-    load : N along the snow's normal
+    angles : edge angles in degrees, rising
+    numbers : ``speed`` (m/s) and ``load`` (N along the snow's normal) of every turn
+    page : file for a page that sets the skis side by side
 
-    Raises InputError for what is no ski or no edge angle.
+    Raises InputError for a name that no ski has, too many skis, and numbers outside their bounds.
     """
     if len(skis) > _MOST_SKIS:
         raise InputError(_COMMAND, "SKI", f"{len(skis)} skis are too many for a page", f"give {_MOST_SKIS} at most")
-    found = [ski_named(name, Path(), _COMMAND, "SKI") for name in skis]
-    angles = edge_angles(edge)
-    case = build_checked(TurnCase, {"speed": speed, "load": load}, _COMMAND, "")
+    compared = [ski_named(name, Path(), _COMMAND, "SKI") for name in skis]
+    case = build_checked(TurnCase, numbers, _COMMAND, "")
     with progress.stage("turns") as stage:
-        points = rig_points(found, [float(np.radians(angle)) for angle in angles], case, stage.advance)
-    rows = [_row(point) for point in points]
-    if json is not None:
-        write_atomically(json, to_json(rows))
+        points = rig_points(compared, [float(np.radians(angle)) for angle in angles], case, stage.advance)
     if page is not None:
-        write_atomically(page, turn_page(found, points, case))
-    return rows
+        write_atomically(page, turn_page(compared, points, case))
+    return [_row(point) for point in points]
 
 
 def _row(point: RigPoint) -> dict[str, str | float | None]:
-    """Figures to the digits that mean something; ``null`` for a radius where the ski does not turn."""
+    """Return figures to the digits that mean something; ``null`` for a radius where the ski does not turn."""
 
     def rounded(value: float | None, digits: int) -> float | None:
         return None if value is None else round(value, digits)
@@ -77,7 +65,7 @@ def _row(point: RigPoint) -> dict[str, str | float | None]:
 
 
 def edge_angles(text: str) -> list[float]:
-    """The edge angles (degrees, rising) that a text stands for: ``60``, ``30,45,60``, ``30:70`` or ``30:70:5``.
+    """Return the edge angles (degrees, rising) of a text such as ``60``, ``30,45,60``, ``30:70`` or ``30:70:5``.
 
     Raises InputError for anything else, and for angles that the rig does not take.
     """

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 from sssi_exudyn.contact.registry import is_carved
 from sssi_exudyn.contact.term import Term
+from sssi_exudyn.core.choices import HeadingMode
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantity
-
-HeadingMode = Literal["replay", "track", "free"]
-HEADING_MODES: Final[tuple[HeadingMode, ...]] = ("replay", "track", "free")
 
 
 @dataclass(frozen=True)

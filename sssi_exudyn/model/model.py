@@ -16,11 +16,12 @@ from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.term import Term, terrain_height
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
+from sssi_exudyn.core.choices import HeadingMode
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import Quantity, quantities, quantity
 from sssi_exudyn.core.text import one_line
 from sssi_exudyn.model.faults import CaptureSensor, Sensor
-from sssi_exudyn.model.heading import REPLAY, Heading, HeadingMode
+from sssi_exudyn.model.heading import REPLAY, Heading
 from sssi_exudyn.motion.correction import PostureCorrection
 from sssi_exudyn.recording.recording import Equipment, Skier
 from sssi_exudyn.terrain.surface import Surface

@@ -8,15 +8,15 @@ from typing import Any, Final
 
 import numpy as np
 
-from sssi_exudyn.bodies.skier.anthropometry import SEXES
 from sssi_exudyn.bodies.skier.boot import Cuff
 from sssi_exudyn.contact.registry import check_together, read_term
 from sssi_exudyn.contact.term import parameters
+from sssi_exudyn.core.choices import HEADING_MODES, SEXES
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import build_checked, quantities
 from sssi_exudyn.io.settings import Settings, check_keys, key_of, name_of, numbers_of, read_toml, table_from, table_of
 from sssi_exudyn.model.faults import read_sensor, values_of
-from sssi_exudyn.model.heading import HEADING_MODES, REPLAY, Heading, check_heading
+from sssi_exudyn.model.heading import REPLAY, Heading, check_heading
 from sssi_exudyn.model.model import Model, Solver, Start
 from sssi_exudyn.motion.correction_file import FILE as POSTURE
 from sssi_exudyn.motion.correction_file import correction_bytes, correction_to_dict, read_correction

@@ -12,15 +12,9 @@ import pandas as pd
 from scipy.interpolate import CubicSpline
 
 from sssi_exudyn.analysis.boots import cuff_column
-from sssi_exudyn.bodies.muscles.muscles import (
-    LUMBAR_GROUPS,
-    SIDES,
-    MuscleSet,
-    SkierMuscles,
-    leg_groups,
-    skier_muscles,
-)
+from sssi_exudyn.bodies.muscles.muscles import LUMBAR_GROUPS, SIDES, SkierMuscles, leg_groups, skier_muscles
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.core.choices import MuscleSet
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.io.storage import Storage, storage_text

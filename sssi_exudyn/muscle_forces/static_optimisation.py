@@ -26,10 +26,10 @@ import osqp
 from scipy import sparse
 from scipy.optimize import lsq_linear
 
+from sssi_exudyn.core.choices import POWERS
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import Array
 
-POWERS: Final = (2, 3)
 LEAST: Final = 0.01
 """Activation that muscles do not go below."""
 RISE: Final = 0.010

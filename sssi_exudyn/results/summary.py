@@ -14,9 +14,9 @@ from typing import Any, Final
 
 from sssi_exudyn.analysis.biomechanics import ResidualMoment, TurnFigures
 from sssi_exudyn.analysis.boots import BootFigures
+from sssi_exudyn.core.choices import HeadingMode
 from sssi_exudyn.io.typed import convert
 from sssi_exudyn.io.writing import to_plain
-from sssi_exudyn.model.heading import HeadingMode
 from sssi_exudyn.terrain.profile import SurfaceFigures
 
 FORMAT: Final = 1

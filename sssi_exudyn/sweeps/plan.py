@@ -10,9 +10,9 @@ from typing import Final
 from sssi_exudyn.bodies.ski.ski import ski_to_table
 from sssi_exudyn.contact.registry import PAPER_TERMS, combine_terms
 from sssi_exudyn.contact.term import parameters
+from sssi_exudyn.core.choices import HeadingMode, Method
 from sssi_exudyn.core.errors import InputError
-from sssi_exudyn.fitting.first_fit import Method
-from sssi_exudyn.model.heading import Heading, HeadingMode, check_heading
+from sssi_exudyn.model.heading import Heading, check_heading
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import read_model
 from sssi_exudyn.recording.read import read_recording

@@ -17,6 +17,7 @@ from typing import Any, Final, TypedDict
 import pandas as pd
 import tomli_w
 
+from sssi_exudyn.core.choices import Cluster
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.io.typed import convert, read_json
 from sssi_exudyn.io.writing import folder_lock, is_locked, to_json, write_atomically
@@ -28,7 +29,7 @@ from sssi_exudyn.sweeps.plan import Plan, SweepRun, plan_of, plan_sweep
 from sssi_exudyn.sweeps.records import DONE, Record, gather, last_records, tidy
 from sssi_exudyn.sweeps.sensitivity_indices import indices_of
 from sssi_exudyn.sweeps.table import origin_of, read_table, table_columns, write_tables
-from sssi_exudyn.sweeps.workers.pools import CREDENTIALS, Cluster, pool_of, this_process
+from sssi_exudyn.sweeps.workers.pools import CREDENTIALS, pool_of, this_process
 from sssi_exudyn.sweeps.workers.scheduler import do_all
 
 FILE: Final = "sweep.toml"

@@ -172,7 +172,7 @@ def test_answers_of_an_import_are_known_by_name(tmp_path: Path) -> None:
     files = [tiny / "motion.bvh", str(tiny / "gps.csv")]
     given: dict[str, Any] = {entry.name: getattr(ANSWERS, entry.name) for entry in fields(ANSWERS)}
     with pytest.raises(InputError, match="did you mean 'mass_kg'"):
-        sssi_exudyn.import_files(files, tmp_path / "none", mass=70.0)
+        sssi_exudyn.import_files(files, tmp_path / "none", mass=70.0)  # type: ignore[call-arg]
     recording = sssi_exudyn.import_files(files, tmp_path / "made", **given)
     assert recording.skier.mass == 70.0
     assert recording.folder == tmp_path / "made"

@@ -13,7 +13,8 @@ import pandas as pd
 import pytest
 import standing
 
-from sssi_exudyn import cli, commands
+import sssi_exudyn
+from sssi_exudyn import cli
 from sssi_exudyn.analysis.biomechanics import label_turns
 from sssi_exudyn.analysis.turns import Turn, Turns
 from sssi_exudyn.core.errors import InputError
@@ -48,7 +49,7 @@ def result(whole: Path, tmp_path: Path) -> Path:
 @pytest.mark.long
 def test_a_result_gets_its_muscles(result: Path) -> None:
     before = pd.read_parquet(result / "series.parquet")
-    summary = commands.muscles(result, None)
+    summary = sssi_exudyn.muscles(result, result).summary
     series = pd.read_parquet(result / "series.parquet")
     assert list(series.columns[: len(before.columns)]) == list(before.columns)
     activations = [name for name in series if name.startswith("muscle_") and name.endswith("_activation")]
@@ -81,7 +82,7 @@ def test_a_result_gets_its_muscles(result: Path) -> None:
 def test_the_page_has_one_section_however_often(result: Path) -> None:
     plain = (result / "report.html").read_text(encoding="utf-8")
     for power in (2, 3):
-        commands.muscles(result, None, power=power)
+        sssi_exudyn.muscles(result, result, power=power)
         page = (result / "report.html").read_text(encoding="utf-8")
         assert page.count("<h2") == plain.count("<h2") + 1
         assert page.count(">Muscles</a>") == 1
@@ -96,29 +97,31 @@ def test_the_page_has_one_section_however_often(result: Path) -> None:
 @pytest.mark.long
 def test_out_leaves_the_result_as_it_is(result: Path, tmp_path: Path) -> None:
     before = {path.name: path.read_bytes() for path in result.iterdir() if path.is_file()}
-    commands.muscles(result, tmp_path / "out")
+    sssi_exudyn.muscles(result, tmp_path / "out")
     assert {path.name: path.read_bytes() for path in result.iterdir() if path.name in before} == before
     assert (tmp_path / "out" / "muscle_forces.sto").is_file()
     assert (tmp_path / "out" / "model.toml").read_bytes() == before["model.toml"]
 
 
 @pytest.mark.long
-def test_no_result_no_out(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="not a result"):
-        commands.muscles(tmp_path, None)
+def test_no_result_no_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["muscles", str(tmp_path)])
+    assert ended.value.code == 2
+    assert "not a result" in capsys.readouterr().err
 
 
 @pytest.mark.long
 def test_a_result_without_lengths_says_so(result: Path) -> None:
     (result / "skeleton.json").unlink()
     with pytest.raises(InputError, match="did not keep the skier's lengths"):
-        commands.muscles(result, None)
+        sssi_exudyn.muscles(result, result)
 
 
 @pytest.mark.long
 def test_the_papers_muscles_alone(result: Path) -> None:
-    commands.muscles(result, None)
-    summary = commands.muscles(result, None, chosen="paper")
+    sssi_exudyn.muscles(result, result)
+    summary = sssi_exudyn.muscles(result, result, muscles="paper").summary
     assert summary.muscles is not None
     assert (summary.muscles.count, summary.muscles.muscle_set) == (284, "paper")
     series = pd.read_parquet(result / "series.parquet")

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from bundled import EXAMPLES, bundled
 
-from sssi_exudyn.commands.runs import Outcome, add_terms, make_fit, make_simulation, write_outcome
+import sssi_exudyn
+from sssi_exudyn.commands.runs import Outcome, add_terms, write_outcome
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.model.from_recording import model_of
@@ -115,7 +116,7 @@ def test_the_model_keeps_its_heading(folder: Path, freed: Path, tmp_path: Path) 
 
 
 def test_friction_at_the_foot_decides_no_heading() -> None:
-    for make in (make_simulation, make_fit):
+    for make in (sssi_exudyn.simulate, sssi_exudyn.fit):
         with pytest.raises(InputError, match="--heading: free: friction at the foot has no yaw moment"):
             make(EXAMPLES / "beginner", None, heading="free")
 
@@ -131,12 +132,12 @@ def test_a_model_with_two_kinds_of_snow_is_one_clear_line(folder: Path, tmp_path
 
 def test_what_does_not_go_with_a_fit() -> None:
     with pytest.raises(InputError, match="the paper's method fits the paper's snow"):
-        make_fit(EXAMPLES / "beginner", None, method="paper", snow="carving")
+        sssi_exudyn.fit(EXAMPLES / "beginner", None, method="paper", snow="carving")
     recording, _ = bundled("beginner")
     with pytest.raises(InputError, match="there is no GPS to fit to"):
-        make_fit(replace(recording, gps=None), None, snow="carving")
+        sssi_exudyn.fit(replace(recording, gps=None), None, snow="carving")
 
 
 def test_balance_is_sought_on_snow_that_edges_cut() -> None:
     with pytest.raises(InputError, match="--balanced: the lean that balances a skier is sought on snow that edges cut"):
-        make_simulation(EXAMPLES / "beginner", None, balanced=True)
+        sssi_exudyn.simulate(EXAMPLES / "beginner", None, balanced=True)

@@ -11,11 +11,11 @@ from bundled import bundled
 from sssi_exudyn.bodies.skier.chain import COORDINATE, PRESCRIBED, average_geometry, forward_kinematics
 from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.terms.carving import Carving
+from sssi_exudyn.core.choices import HeadingMode
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.fitting.balance import balance_of, own_moment
 from sssi_exudyn.fitting.observations import averages
 from sssi_exudyn.model.from_recording import first_guess, model_of
-from sssi_exudyn.model.heading import HeadingMode
 from sssi_exudyn.motion.correction import PostureCorrection, correct_posture
 from sssi_exudyn.motion.motion import spline_motion
 from sssi_exudyn.simulation.assembly import Parts, correct_motion

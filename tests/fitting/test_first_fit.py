@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from bundled import bundled
 
+from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting import first_fit as fitting
-from sssi_exudyn.fitting.first_fit import Method, fit, problem_of
+from sssi_exudyn.fitting.first_fit import fit, problem_of
 from sssi_exudyn.fitting.gps_observation import Track, predict_fixes
 from sssi_exudyn.fitting.objective import Problem, counts_of
 from sssi_exudyn.fitting.optimise import minimise, minimise_squares

@@ -125,7 +125,7 @@ NAMES = ("../stray", "/stray", "..", ".", "", "a/../..", "a\0b", "a\x1b[31m", "x
 def test_names_of_known_answers_are_folders_next_to_them(
     tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(commands, "diagnose", lambda *_, **__: pytest.fail("nothing may be diagnosed"))
+    monkeypatch.setattr(commands, "make_diagnosis", lambda *_, **__: pytest.fail("nothing may be diagnosed"))
     folder = tmp_path / "in" / "deep"
     for good in ("good", "a/b", ".hidden"):
         (folder / good).mkdir(parents=True)

@@ -23,8 +23,8 @@ from a_run import a_run
 from limited import run_limited
 from tiny import Tiny
 
+import sssi_exudyn
 from sssi_exudyn.bodies.skier.chain import average_geometry, geometry_to_dict
-from sssi_exudyn.commands.muscles_command import muscles
 from sssi_exudyn.commands.runs import report, validate
 from sssi_exudyn.io import parquet
 from sssi_exudyn.model.toml import model_to_dict
@@ -250,7 +250,7 @@ def test_the_muscles_of_a_hostile_result_are_one_clear_line(result: Path, name: 
     spoil, expected = MUSCLES[name]
     spoil(result)
     out = result.parent / "out"
-    outcome = run_limited(lambda: muscles(result, out))
+    outcome = run_limited(lambda: sssi_exudyn.muscles(result, out))
     assert outcome.verdict == "refused", outcome
     assert expected in outcome.text
     assert not (out / "summary.json").exists()

@@ -16,6 +16,7 @@ from a_run import GPS_BIAS, NAME, a_run
 from matplotlib.figure import Figure
 from tiny import Tiny
 
+import sssi_exudyn
 from sssi_exudyn import commands
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.quantity import quantities
@@ -247,7 +248,7 @@ def test_every_command_leaves_the_report_that_is_made_from_its_folder(
     write_run(folder, replace(few_sensors_run(), diagnosis=convert(whole_version(), Diagnosis)))
     left = (folder / "report.html").read_bytes()
     assert commands.report([folder], again).read_bytes() == left
-    commands.muscles(folder, None)
+    sssi_exudyn.muscles(folder, folder)
     left = (folder / "report.html").read_bytes()
     assert commands.report([folder], again).read_bytes() == left
     shown, written = Outline(left.decode()).text, words_on_paper(folder, monkeypatch)

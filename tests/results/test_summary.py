@@ -14,6 +14,7 @@ from a_run import a_run
 from schema_check import check_against_schema
 from tiny import Tiny
 
+import sssi_exudyn
 from sssi_exudyn import commands
 from sssi_exudyn.io.typed import json_schema
 from sssi_exudyn.io.writing import to_plain
@@ -107,7 +108,7 @@ def test_every_command_takes_an_old_result(result: Path, tmp_path: Path) -> None
     assert "beginner" in page
     old = table_of(OLD)
     commands.validate(Tiny().write(tmp_path / "recording"), result, tmp_path / "validated")
-    commands.muscles(result, tmp_path / "muscles")
+    sssi_exudyn.muscles(result, tmp_path / "muscles")
     for folder, changed in (("validated", {"trajectory", "pressure_ratio"}), ("muscles", {"muscles"})):
         table = table_of(tmp_path / folder)
         assert {name for name in table if table[name] != old.get(name)} == changed
@@ -126,7 +127,7 @@ def test_groups_and_figures_of_a_newer_version_stay(result: Path, tmp_path: Path
 
 @pytest.mark.long
 def test_validate_keeps_diagnosis_and_muscles(result: Path, tmp_path: Path) -> None:
-    commands.muscles(result, None)
+    sssi_exudyn.muscles(result, result)
     out = tmp_path / "validated"
     summary = commands.validate(Tiny().write(tmp_path / "recording"), result, out)
     assert summary.muscles == read_summary(result).muscles

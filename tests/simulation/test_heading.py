@@ -13,10 +13,11 @@ from gliding import INCLINATION, model, standing
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.contact.registry import combine_terms
 from sssi_exudyn.contact.terms.carving import Carving
+from sssi_exudyn.core.choices import HeadingMode
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array, up_in_slope
 from sssi_exudyn.model.from_recording import model_of
-from sssi_exudyn.model.heading import Heading, HeadingMode
+from sssi_exudyn.model.heading import Heading
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion, spline_motion, turn_motion
 from sssi_exudyn.simulation.assembly import Parts

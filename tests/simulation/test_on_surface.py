@@ -15,10 +15,10 @@ from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.terms.friction import AnisotropicFriction
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
 from sssi_exudyn.contact.terms.terrain import TerrainBump
+from sssi_exudyn.core.choices import Backend
 from sssi_exudyn.core.frames import Array, slope_to_level
 from sssi_exudyn.motion.motion import Motion, spline_motion
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.full.forces import Backend
 from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.simulation.reduced.derivatives import run_tangents
 from sssi_exudyn.simulation.reduced.prepared import prepare

@@ -10,10 +10,11 @@ from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.core.choices import Concealed
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.model.from_recording import first_guess
 from sssi_exudyn.model.model import Model
@@ -87,13 +88,6 @@ _PAIRS: Final = (
     (PatchOfSnow.name, PassingGust.name),
     (OtherInclination.name, GpsDelay.name),
 )
-
-
-Concealed = Literal["all", "nothing", "listed", "unlisted", "pairs"]
-CONCEALED: Final[tuple[Concealed, ...]] = ("all", "nothing", "listed", "unlisted", "pairs")
-"""What the cases of a benchmark conceal: everything in its turn, nothing in any of them, single effects that the
-diagnosis has a name for, or has none for, or two effects at a time.
-"""
 
 
 def plan(count: int, seed: int, conceal: Concealed = "all") -> list[tuple[str, str, int]]:

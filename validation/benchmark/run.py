@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from sssi_exudyn.core.choices import Concealed
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.estimate import estimate
@@ -35,7 +36,7 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.runtime.provenance import source_digest
 from sssi_exudyn.runtime.workers import end_with_parent
-from sssi_exudyn.validation.benchmark.cases import CONCEALED, Case, Concealed, Made, Recorded, make, plan
+from sssi_exudyn.validation.benchmark.cases import Case, Made, Recorded, make, plan
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.scores import CaseResult, Scores, score
 from sssi_exudyn.validation.benchmark.world import Instruments
@@ -154,7 +155,7 @@ def run_benchmark(
     full: int,
     workers: int,
     progress: Progress,
-    conceal: Concealed = CONCEALED[0],
+    conceal: Concealed,
 ) -> Scores:
     """Make, seal, diagnose and score ``count`` cases into ``folder``, in ``workers`` processes; the first ``full`` with
     the full model.

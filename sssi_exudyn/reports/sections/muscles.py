@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from sssi_exudyn.analysis.turns import PHASES
-from sssi_exudyn.bodies.muscles.muscles import LUMBAR_GROUPS, SIDES, MuscleSet, leg_groups
+from sssi_exudyn.bodies.muscles.muscles import LUMBAR_GROUPS, SIDES, leg_groups
+from sssi_exudyn.core.choices import MuscleSet
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.muscle_forces.of_result import contact_band_column, contact_column, group_column
 from sssi_exudyn.reports.plots import COLOURS

@@ -12,7 +12,7 @@ All give the same forces.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Final, Literal
+from typing import Any
 
 import exudyn as exu
 import numpy as np
@@ -21,6 +21,7 @@ from exudyn.itemInterface import ObjectGenericODE2
 from sssi_exudyn.contact.codegen.compiled import compile_kernel, law_parameters
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
 from sssi_exudyn.contact.term import Term
+from sssi_exudyn.core.choices import Backend
 from sssi_exudyn.core.errors import InputError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import FAULT
@@ -41,9 +42,6 @@ from sssi_exudyn.simulation.ski_on_snow.structs import (
     Sections,
     Triplets,
 )
-
-Backend = Literal["fastest", "compiled", "numpy", "symbolic", "python"]
-BACKENDS: Final[tuple[Backend, ...]] = ("fastest", "compiled", "numpy", "symbolic", "python")
 
 
 def choose_backend(backend: Backend) -> Backend:

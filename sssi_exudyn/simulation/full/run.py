@@ -18,13 +18,14 @@ import exudyn as exu
 import numpy as np
 
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED
+from sssi_exudyn.core.choices import Backend
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import GRAVITY, Array, gravity_in_slope, up_in_slope
 from sssi_exudyn.model.heading import check_heading
 from sssi_exudyn.model.model import Model, along_snow
 from sssi_exudyn.motion.motion import Motion, antenna_offset
 from sssi_exudyn.simulation.assembly import CARVED_STEP, Parts, correct_motion
-from sssi_exudyn.simulation.full.forces import Backend, choose_backend
+from sssi_exudyn.simulation.full.forces import choose_backend
 from sssi_exudyn.simulation.full.forces_kernel import LOAD
 from sssi_exudyn.simulation.full.heading import FullHeading
 from sssi_exudyn.simulation.full.recorder import Record

@@ -15,10 +15,11 @@ from exudyn.itemInterface import (
 
 from sssi_exudyn.bodies.ski.beam import add_ski_beam
 from sssi_exudyn.bodies.skier.skeleton import CarriedMass, Skeleton, add_carried_mass, add_skeleton
+from sssi_exudyn.core.choices import Backend
 from sssi_exudyn.core.frames import Array, gravity_in_slope
 from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.full.carved_forces_kernel import GIVING
-from sssi_exudyn.simulation.full.forces import Backend, CarvedForces, CoupledMass, Forces, add_forces
+from sssi_exudyn.simulation.full.forces import CarvedForces, CoupledMass, Forces, add_forces
 from sssi_exudyn.simulation.posture_table import PostureTable
 from sssi_exudyn.simulation.ski_on_snow.structs import Carrier, Instant
 

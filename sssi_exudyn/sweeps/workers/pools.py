@@ -18,13 +18,13 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Final
 
+from sssi_exudyn.core.choices import Cluster
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.runtime.optional import import_for
 from sssi_exudyn.sweeps.workers.worker import prepare_worker
 
-Cluster = Literal["local", "slurm"]
 _THREADS: Final = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """One thread for each worker: runs go side by side, and sums in another order would change the last digit."""
 _MEMORY: Final = 2

@@ -14,7 +14,6 @@ from sssi_exudyn.bodies.muscles.muscles import (
     OWN_BODY,
     SIDES,
     UPRIGHT,
-    MuscleSet,
     SkierMuscles,
     joint_shift,
     leg_volume,
@@ -24,6 +23,7 @@ from sssi_exudyn.bodies.muscles.muscles import (
 )
 from sssi_exudyn.bodies.muscles.paths import muscle_paths
 from sssi_exudyn.bodies.skier.chain import PRESCRIBED, SEGMENT, average_geometry, forward_kinematics
+from sssi_exudyn.core.choices import MuscleSet
 from sssi_exudyn.core.frames import Array
 
 IN_A_LEG = {  # paper 2.2.1; the iliacus is counted to the leg's psoas major

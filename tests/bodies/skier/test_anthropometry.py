@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from sssi_exudyn.bodies.skier.anthropometry import SEXES, SegmentInertia, body_inertia, combine
+from sssi_exudyn.bodies.skier.anthropometry import SegmentInertia, body_inertia, combine
 from sssi_exudyn.bodies.skier.chain import SEGMENT, SEGMENTS, average_geometry, forward_kinematics
+from sssi_exudyn.core.choices import SEXES
 
 ROUNDING = 1e-12  # sums and products of a few dozen doubles of order one to a hundred
 GEOMETRY = average_geometry(1.75)

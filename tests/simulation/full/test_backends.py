@@ -21,8 +21,8 @@ from sssi_exudyn.contact.terms.friction_corrections import SnowCompaction, SnowP
 from sssi_exudyn.contact.terms.penetration import HuntCrossley
 from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.terms.wind import Gust
+from sssi_exudyn.core.choices import BACKENDS, Backend
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.full.forces import BACKENDS, Backend
 from sssi_exudyn.simulation.full.forces_kernel import LOAD
 from sssi_exudyn.simulation.full.run import simulate
 

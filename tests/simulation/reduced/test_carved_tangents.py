@@ -17,10 +17,10 @@ from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.contact.terms.terrain import SlopeChange, TerrainBump
 from sssi_exudyn.contact.terms.wind import Wind
+from sssi_exudyn.core.choices import HeadingMode
 from sssi_exudyn.core.frames import GRAVITY, Array
 from sssi_exudyn.model.faults import LeverArm
 from sssi_exudyn.model.from_recording import first_guess, model_of
-from sssi_exudyn.model.heading import HeadingMode
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.reduced.derivatives import run_tangents, skier_mass_change

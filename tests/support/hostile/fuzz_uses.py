@@ -8,12 +8,12 @@ from unittest import mock
 
 from fuzz_seeds import KEY, KNOWN, PLACED, entry
 
+import sssi_exudyn
 from sssi_exudyn.bodies.muscles.osim import read_osim
 from sssi_exudyn.bodies.ski.bench_tests import read_measurements
 from sssi_exudyn.bodies.ski.mesh import mesh
 from sssi_exudyn.bodies.ski.ski import read_ski
 from sssi_exudyn.commands.diagnosis import diagnose_known
-from sssi_exudyn.commands.muscles_command import muscles
 from sssi_exudyn.commands.runs import report, validate
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
@@ -98,7 +98,7 @@ USES: dict[str, Callable[[Path, list[str], Path], object]] = {
     "result": lambda folder, _, __: read_run(folder),
     "report": lambda folder, _, out: report([folder], out.with_suffix(".html")),
     "report on paper": lambda folder, _, out: report([folder], out.with_suffix(".pdf")),
-    "muscles": lambda folder, _, out: muscles(folder, out),
+    "muscles": lambda folder, _, out: sssi_exudyn.muscles(folder, out),
     "validate": lambda folder, _, out: validate(folder / "recording", folder / "result", out),
     "sweep": _sweep,
     "sweep file": lambda folder, _, __: plan_sweep(read_sweep(folder / "sweep.toml")),

@@ -6,8 +6,9 @@ import numpy as np
 
 from sssi_exudyn.bodies.skier.chain import COORDINATES
 from sssi_exudyn.contact.term import Term
+from sssi_exudyn.core.choices import Backend
 from sssi_exudyn.simulation.assembly import Parts
-from sssi_exudyn.simulation.full.forces import Backend, Forces
+from sssi_exudyn.simulation.full.forces import Forces
 from sssi_exudyn.simulation.full.forces_kernel import NODE
 from sssi_exudyn.simulation.full.system import instant
 from sssi_exudyn.simulation.ski_on_snow.structs import Carrier, Instant

@@ -12,7 +12,7 @@ import pytest
 from a_diagnosis import diagnosis_of, finding_of
 from bundled import bundled
 
-from sssi_exudyn.commands.diagnosis import semi_real as semi_real_command
+from sssi_exudyn.api.benchmark import semi_real as semi_real_command
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.fitting.gps_observation import correct_fixes
 from sssi_exudyn.io.typed import read_json

@@ -16,7 +16,6 @@ from bundled import bundled
 from schema_check import check_against_schema
 from test_evidence import LEVELS
 
-from sssi_exudyn import cli
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch, UnexplainedDrag, UnexplainedFriction
 from sssi_exudyn.contact.terms.terrain import SlopeChange
@@ -40,7 +39,7 @@ from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
-from sssi_exudyn.validation.benchmark.cases import CONCEALED, Case, Made, make, plan
+from sssi_exudyn.validation.benchmark.cases import Case, Made, make, plan
 from sssi_exudyn.validation.benchmark.effects import UNKNOWN
 from sssi_exudyn.validation.benchmark.page import benchmark_page
 from sssi_exudyn.validation.benchmark.run import seal
@@ -135,7 +134,6 @@ def test_the_plan_follows_from_its_seed_and_the_answers_are_sealed(tmp_path: Pat
     assert sum(kind == "none" for _, kind, _ in planned) == 50
     assert planned == plan(200, 3)
     assert planned != plan(200, 4)
-    assert cli.CONCEALED == CONCEALED
     assert {kind for _, kind, _ in plan(20, 3, "nothing")} == {"none"}
     assert {name for name, _, _ in plan(20, 3, "unlisted")} == set(UNKNOWN)
     assert {kind for _, kind, _ in plan(20, 3, "pairs")} == {"pair"}

@@ -16,8 +16,8 @@ from a_law import NUMBERS, VARIABLES, law_as_found, number
 from bundled import bundled
 from test_evidence import LEVELS, covariance, linear_model
 
+import sssi_exudyn
 from sssi_exudyn.commands import diagnosis as command
-from sssi_exudyn.commands.runs import make_simulation
 from sssi_exudyn.contact.maths import ArrayMath
 from sssi_exudyn.contact.term import FootState
 from sssi_exudyn.contact.terms.friction_law import FrictionLaw
@@ -230,7 +230,7 @@ def test_a_run_is_simulated_with_the_law_that_was_saved(tmp_path: Path) -> None:
     stored = read_model(tmp_path / LAW / "model.toml")
     assert law in stored.terms
     with_law, without = (
-        make_simulation(short, tmp_path / str(i), model=model).run.summary
+        sssi_exudyn.simulate(short, tmp_path / str(i), model=model).summary
         for i, model in enumerate((tmp_path / LAW / "model.toml", plain))
     )
     assert with_law.diverged is None

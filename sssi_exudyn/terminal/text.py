@@ -1,4 +1,4 @@
-"""Results as plain text for a terminal."""
+"""Rows and summaries as plain text for a terminal."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _ONLY_IN_FILES = (
 
 
 def format_summary(summary: Mapping[str, Any]) -> str:
-    """The figures of a summary, one a line, without null ones, lists, origins and those of single turns."""
+    """Write the figures of a summary, one a line, without null ones, lists, origins and those of single turns."""
     lines = [str(summary["recording"])]
     for group, figures in summary.items():
         if group not in _ONLY_IN_FILES and isinstance(figures, Mapping):
@@ -25,7 +25,7 @@ def format_summary(summary: Mapping[str, Any]) -> str:
 
 
 def format_table(rows: Sequence[Mapping[str, object]]) -> str:
-    """Rows of one set of names as columns under a headline; empty where there is no row."""
+    """Write rows of one set of names as columns under a headline; the text is empty where there is no row."""
     if not rows:
         return ""
     table = [[str(name) for name in rows[0]], *([_text(value) for value in row.values()] for row in rows)]
@@ -35,7 +35,7 @@ def format_table(rows: Sequence[Mapping[str, object]]) -> str:
 
 
 def format_csv(rows: Sequence[Mapping[str, object]]) -> str:
-    """Rows of one set of names as comma-separated values under a headline; empty where there is no row."""
+    """Write rows of one set of names as comma-separated values under a headline; without a row the text is empty."""
     if not rows:
         return ""
     text = io.StringIO()
@@ -46,7 +46,7 @@ def format_csv(rows: Sequence[Mapping[str, object]]) -> str:
 
 
 def _figures(name: str, figure: object) -> list[tuple[str, str]]:
-    """A figure, or the figures of a group, each with its path of names; a value with its standard error is one."""
+    """Return a figure, or those of a group, each with its path of names; a value with its standard error is one."""
     match figure:
         case None | {"value": None} | list():
             return []
@@ -67,6 +67,6 @@ def _text(value: object) -> str:
         case float():
             return f"{value:.4g}"
         case list():
-            return ", ".join(_text(each) for each in value)
+            return ", ".join(_text(entry) for entry in value)
         case _:
             return str(value)

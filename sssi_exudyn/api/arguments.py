@@ -1,0 +1,87 @@
+"""Types of arguments that several functions take, with how the command line takes each.
+
+Nothing heavy is imported: the command line is made from the functions' signatures before any work begins.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final, TypeAlias
+
+from sssi_exudyn.core.command_line import Argument, Option, PythonOnly
+
+if TYPE_CHECKING:
+    from sssi_exudyn.api.result import Result
+    from sssi_exudyn.contact.term import Term
+    from sssi_exudyn.model.model import Model
+    from sssi_exudyn.recording.recording import Recording
+    from sssi_exudyn.runtime.progress import Progress
+
+_MOST_WORKERS: Final = 10_000
+
+
+def read_count(text: str) -> int:
+    """Read a number of processes.  Raises ValueError for anything else."""
+    if not text.isdecimal() or not 1 <= int(text) <= _MOST_WORKERS:
+        raise ValueError(f"{text!r} is no number of processes, 1 to {_MOST_WORKERS}")
+    return int(text)
+
+
+def read_positive(text: str) -> float:
+    """Read a number above zero.  Raises ValueError for anything else."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < float("inf"):
+        raise ValueError(f"{text!r} is no number above zero")
+    return value
+
+
+AnyPath: TypeAlias = str | os.PathLike[str]
+RecordingFolder: TypeAlias = Annotated[AnyPath, Argument("FOLDER", Path)]
+RecordingFolders: TypeAlias = Annotated[Sequence[AnyPath], Argument("FOLDER", Path, "+")]
+RecordingOrFolder: TypeAlias = Annotated["Recording | AnyPath", Argument("FOLDER", Path)]
+RecordingsOfDay: TypeAlias = Annotated["Recording | AnyPath", Argument("FOLDER", Path, "+")]
+"""The command line may have several: they are compared as runs of one day."""
+ResultOrRecording: TypeAlias = Annotated["Result | Recording | AnyPath", Argument("FOLDER", Path, "?")]
+"""The command line may leave it out to list muscles."""
+ResultOrFolder: TypeAlias = "Result | AnyPath"
+Results: TypeAlias = Annotated["ResultOrFolder | Sequence[ResultOrFolder]", Argument("DIR", Path, "+")]
+ModelOrFile: TypeAlias = Annotated["Model | AnyPath", Option(metavar="TOML", read=Path)]
+OutFolder: TypeAlias = Annotated[AnyPath, Option(metavar="DIR", required=True)]
+"""Where a result is written: Python may leave it out where the type says so, the command line may not."""
+Picture: TypeAlias = Annotated[AnyPath, Option("--out", metavar="PICTURE")]
+Terms: TypeAlias = Annotated[Sequence["Term | str"], Option("--term", metavar="NAME", read=str)]
+Workers: TypeAlias = Annotated[int, Option(metavar="N", read=read_count)]
+PositiveNumber: TypeAlias = Annotated[float, Option(read=read_positive)]
+Plugins: TypeAlias = Annotated[Sequence[AnyPath], PythonOnly("--plugin stands before or after any command")]
+ProgressWanted: TypeAlias = Annotated[
+    "bool | Callable[[str, float | None, str], None] | Progress", PythonOnly("--quiet and --verbose choose it")
+]
+
+
+def path_of(path: AnyPath | None) -> Path | None:
+    """Return the path, None where there is none."""
+    return None if path is None else Path(path)
+
+
+def recording_of(given: Recording | AnyPath) -> Path | Recording:
+    """Return the recording, or the path of its folder."""
+    return Path(given) if isinstance(given, str | os.PathLike) else given
+
+
+def model_in(given: Model | AnyPath | None) -> Path | Model | None:
+    """Return the model, or the path of its file."""
+    return Path(given) if isinstance(given, str | os.PathLike) else given
+
+
+def use_plugins(plugins: Sequence[AnyPath]) -> None:
+    """Run the code of plug-ins and put what they offer to use."""
+    if plugins:
+        from sssi_exudyn.plugins import use_plugin
+
+        for plugin in plugins:
+            use_plugin(os.fspath(plugin))

@@ -1,0 +1,100 @@
+"""``terms``, ``turn`` and ``ski identify``: force terms and skis alone, without a run; and plug-ins.
+
+Each function is the one signature of its command: the command line makes its options from it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+from sssi_exudyn.api.arguments import AnyPath, ProgressWanted, path_of
+from sssi_exudyn.core.command_line import Argument, Option
+
+
+def terms() -> list[dict[str, str | float]]:
+    """List every force term with its parameters.
+
+    A row is a parameter: origin (built in, or a plug-in), unit, default, bounds, source, meaning, formula.
+
+    Examples
+    --------
+    >>> pandas.DataFrame(sssi_exudyn.terms())
+    """
+    from sssi_exudyn import commands
+
+    return commands.terms()
+
+
+def turn(
+    skis: Annotated[str | Sequence[str], Argument("SKI", count="+")],
+    edge: Annotated[str, Option(metavar="DEG")] = "30:70",
+    speed: Annotated[float, Option(metavar="M/S")] = 10.0,
+    *,
+    load: Annotated[float, Option(metavar="N")] = 700.0,
+    page: Annotated[AnyPath, Option("--out", metavar="PAGE")] | None = None,
+    progress: ProgressWanted = False,
+) -> list[dict[str, str | float | None]]:
+    """Compare skis in steady turns: radius, side reserve, losses.
+
+    Their edges cut the snow.  A row is a ski and an edge angle, and the radius has its bar.
+
+    Parameters
+    ----------
+    skis : a ski of the catalogue, or a file with one.  Python takes one or several.
+    edge : edge angles in degrees: 60, or 30,45,60, or FROM:TO[:STEP]
+    speed : of the ski, in m/s
+    load : along the snow's normal, in N
+    page : a page that sets the skis side by side (.html)
+    progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
+
+    Raises InputError for what is no ski or no edge angle.
+
+    Examples
+    --------
+    >>> rows = sssi_exudyn.turn(["slalom_165", "volkl_kendo_184"], "45,60")
+    """
+    from sssi_exudyn.api.progress import progress_of
+    from sssi_exudyn.commands.ski_turn import compare_skis, edge_angles
+
+    names = [skis] if isinstance(skis, str) else list(skis)
+    numbers = {"speed": speed, "load": load}
+    return compare_skis(names, edge_angles(edge), numbers, path_of(page), progress_of(progress))
+
+
+def identify(
+    folder: Annotated[AnyPath, Argument("FOLDER", Path)], out: Annotated[AnyPath, Option(metavar="TOML")] | None = None
+) -> list[dict[str, str | float]]:
+    """Identify stiffness, density and damping from bench tests.
+
+    Parameters
+    ----------
+    folder : folder with bench.toml and its tables
+    out : file for the ski, which recordings can name
+
+    Returns a row a number, with its 95 % interval.  Raises InputError for bench tests that cannot be used.
+    """
+    from sssi_exudyn import commands
+
+    return commands.identify(Path(folder), path_of(out))
+
+
+def use_plugin(plugin: AnyPath | object) -> None:
+    """Put other people's force terms, hypotheses and readers to use; their code is run.
+
+    Parameters
+    ----------
+    plugin : a file that ends in .py, the name of an installed package with entry points, or a class that was defined
+        here, in a notebook or a script
+
+    Raises InputError where its code fails, where it offers nothing, or where a name is taken.
+
+    Examples
+    --------
+    >>> sssi_exudyn.use_plugin("examples/my_snow.py")
+    """
+    from sssi_exudyn.plugins import use_plugin as use
+
+    use(os.fspath(plugin) if isinstance(plugin, os.PathLike) else plugin)

@@ -1,0 +1,83 @@
+"""``diagnose``: what physics the model lacks.  The command line makes its options from the function's signature."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sssi_exudyn.api.arguments import (
+    AnyPath,
+    OutFolder,
+    Plugins,
+    ProgressWanted,
+    RecordingsOfDay,
+    path_of,
+    recording_of,
+    use_plugins,
+)
+
+if TYPE_CHECKING:
+    from sssi_exudyn.api.result import Result
+    from sssi_exudyn.results.day import Day
+
+
+def diagnose(
+    recording: RecordingsOfDay,
+    out: OutFolder | None = None,
+    *,
+    reduced: bool = False,
+    plugins: Plugins = (),
+    progress: ProgressWanted = False,
+) -> Result:
+    """Find physics that the model lacks, or a faulty instrument.
+
+    Parameters
+    ----------
+    recording : the recording, or several of one day.  Python takes one, also as a ``Recording``; several go to
+        ``diagnose_day``.
+    out : folder of the result.  It holds the extended model's run.  Without one, Python writes nothing; with one, an
+        interrupted diagnosis goes on when it is called again.
+    reduced : search by the reduced model alone: quicker, and stated in the result
+    plugins : files of Python or installed packages whose hypotheses are weighed too; their code is run
+    progress : True for lines on stderr, or a function of stage, share done (None where unknown) and detail
+
+    The result's ``diagnosis`` has the findings with their probabilities, its ``model`` is the extended one.
+
+    Examples
+    --------
+    >>> result = sssi_exudyn.diagnose("examples/beginner", "results/diagnosis")
+    >>> print(result.diagnosis.verdict, result.diagnosis.sentence)
+    """
+    from sssi_exudyn.api.progress import progress_of
+    from sssi_exudyn.api.result import result_of
+    from sssi_exudyn.commands.diagnosis import make_diagnosis
+
+    use_plugins(plugins)
+    made = make_diagnosis(recording_of(recording), path_of(out), reduced=reduced, progress=progress_of(progress))
+    return result_of(made, path_of(out))
+
+
+def diagnose_day(
+    recordings: Sequence[AnyPath],
+    out: AnyPath,
+    *,
+    reduced: bool = False,
+    plugins: Plugins = (),
+    progress: ProgressWanted = False,
+) -> Day:
+    """Diagnose several runs of one day, each into a folder of its recording's name in ``out``, and compare them.
+
+    The options are those of ``diagnose``.
+
+    Examples
+    --------
+    >>> day = sssi_exudyn.diagnose_day(["monday_1", "monday_2"], "results/monday")
+    >>> print(day.sentence)
+    """
+    from sssi_exudyn import commands
+    from sssi_exudyn.api.progress import progress_of
+
+    use_plugins(plugins)
+    folders = [Path(recording) for recording in recordings]
+    return commands.diagnose_day(folders, Path(out), reduced=reduced, progress=progress_of(progress))

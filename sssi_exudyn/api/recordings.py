@@ -1,0 +1,171 @@
+"""``example``, ``inspect``, ``terrain`` and ``import``: recordings before anything is simulated.
+
+Each function is the one signature of its command: the command line makes its options from it.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Unpack
+
+from sssi_exudyn.api.arguments import AnyPath, Picture, ProgressWanted, RecordingFolder, path_of
+from sssi_exudyn.core.command_line import Argument, Option
+from sssi_exudyn.importing.answers import AnswerOptions, Answers
+
+if TYPE_CHECKING:
+    from sssi_exudyn.importing.many import ImportedRun
+    from sssi_exudyn.recording.inspection import Inspection
+    from sssi_exudyn.recording.recording import Recording
+    from sssi_exudyn.terrain.profile import SurfaceFigures
+
+
+def example(
+    name: Annotated[str, Argument("NAME")], out: Annotated[AnyPath, Option(metavar="FOLDER")] | None = None
+) -> Path:
+    """Copy a recording that comes with the program.
+
+    Parameters
+    ----------
+    name : beginner or intermediate
+    out : the new folder (default: a folder of that name)
+
+    Returns the folder.  Raises InputError for an unknown name and where something of that name is there.
+
+    Examples
+    --------
+    >>> recording = sssi_exudyn.read_recording(sssi_exudyn.example("beginner"))
+    """
+    from sssi_exudyn import commands
+
+    return commands.example(name, path_of(out))
+
+
+def read_recording(folder: AnyPath) -> Recording:
+    """Read a recording: the folder of one run with its ``recording.toml``, checked and on one clock.
+
+    Parameters
+    ----------
+    folder : the recording's folder
+
+    Raises InputError, with file, place and fix, for whatever cannot be used.
+
+    Examples
+    --------
+    >>> recording = sssi_exudyn.read_recording("examples/beginner")
+    >>> recording.skier.mass
+    70.0
+    """
+    from sssi_exudyn.recording.read import read_recording as read
+
+    return read(Path(folder))
+
+
+def inspect(recording: RecordingFolder, picture: Picture | None = None) -> Inspection:
+    """Show the content of a recording, and its problems.
+
+    These are durations, rates, gaps, estimated slope and heading, and the snow surface.
+
+    Parameters
+    ----------
+    recording : the recording: a folder with recording.toml
+    picture : file to draw it into (.png, .svg or .pdf)
+
+    Examples
+    --------
+    >>> sssi_exudyn.inspect("examples/beginner").notices
+    ()
+    """
+    from sssi_exudyn import commands
+
+    return commands.inspect(Path(recording), path_of(picture))
+
+
+def terrain(
+    recording: RecordingFolder,
+    elevations: Annotated[AnyPath, Option("--dem", metavar="FILE")] | None = None,
+    picture: Picture | None = None,
+) -> SurfaceFigures:
+    """Estimate the snow surface under a run.
+
+    Parameters
+    ----------
+    recording : the recording: a folder with recording.toml
+    elevations : elevation model of the slope (.tif or .asc)
+    picture : file to draw it into (.png, .svg or .pdf)
+
+    Raises InputError for a recording without fixes, and for an elevation model that cannot be used.
+    """
+    from sssi_exudyn import commands
+
+    return commands.terrain(Path(recording), path_of(elevations), path_of(picture))
+
+
+def import_files(
+    files: Annotated[AnyPath | Sequence[AnyPath], Argument("FILE", Path, "+")],
+    out: Annotated[AnyPath, Option(metavar="FOLDER")],
+    *,
+    defaults: Annotated[AnyPath, Option(metavar="TOML")] | None = None,
+    **answers: Unpack[AnswerOptions],
+) -> Recording:
+    """Make a recording from files of other formats.
+
+    They are MVNX, C3D, .mot, BVH, GPX, FIT, NMEA, and CSV of telephones.
+
+    Parameters
+    ----------
+    files : a motion capture, or PLACE=FILE of sensors (gyroscope and accelerometer may be two of a place); and files of
+        fixes, insoles, poles; or, on the command line, a folder of many runs
+    out : the recording's folder.  It is made here.
+    defaults : a file of answers, such as mass_kg = 71
+    answers : what no file holds, by the names of ``Answers``, such as ``mass_kg`` or ``antenna_joint``
+
+    What is usual is assumed for answers that are missing; the recording's notices say what.  Raises InputError for
+    files that cannot be used, for other answers that are missing, and where ``out`` holds a recording.
+
+    Examples
+    --------
+    >>> sssi_exudyn.import_files(["run.mvnx", "run.gpx"], "monday", mass_kg=70.0, height_m=1.75)
+    """
+    from sssi_exudyn.importing.assemble import import_recording
+
+    several = [files] if isinstance(files, str | os.PathLike) else files
+    return import_recording([Path(file) for file in several], Path(out), _answers_of(answers, defaults))
+
+
+def import_folder(
+    folder: AnyPath,
+    out: AnyPath,
+    *,
+    defaults: AnyPath | None = None,
+    progress: ProgressWanted = False,
+    **answers: Unpack[AnswerOptions],
+) -> list[ImportedRun]:
+    """Make recordings in ``out`` of all runs in ``folder``, and a table of them; return its rows.
+
+    See ``import_files``, whose options these are.
+    """
+    from sssi_exudyn.api.progress import progress_of
+    from sssi_exudyn.importing.many import import_many
+
+    known = _answers_of(answers, defaults)
+    with progress_of(progress).stage("import") as stage:
+        return import_many(Path(folder), Path(out), known, stage)
+
+
+def _answers_of(given: AnswerOptions, defaults: AnyPath | None) -> Answers:
+    """Return the answers, and where there are none those of the file ``defaults``.
+
+    Raises InputError for a name that no answer has.
+    """
+    from sssi_exudyn.core.errors import InputError
+    from sssi_exudyn.core.text import did_you_mean
+    from sssi_exudyn.importing.defaults import fill, read_defaults
+
+    for name in given:
+        if name not in AnswerOptions.__annotations__:
+            fix = did_you_mean(name, AnswerOptions.__annotations__)
+            raise InputError("import_files", name, "no answer has that name", fix)
+    answers = Answers(**given)
+    return answers if defaults is None else fill(answers, read_defaults(Path(defaults)))

@@ -1,0 +1,1 @@
+"""The commands of ``sssi``: their arguments, made from signatures of ``api``, and their results as text."""

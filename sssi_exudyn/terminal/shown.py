@@ -1,0 +1,135 @@
+"""Results of commands as text for stdout, or as JSON where it is asked for."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sssi_exudyn.core.errors import SssiError
+
+if TYPE_CHECKING:
+    from sssi_exudyn.api.result import Result
+    from sssi_exudyn.importing.many import ImportedRun
+    from sssi_exudyn.recording.inspection import Inspection
+    from sssi_exudyn.recording.recording import Recording
+    from sssi_exudyn.results.day import Day
+    from sssi_exudyn.terrain.profile import SurfaceFigures
+
+Show = Callable[[Any, argparse.Namespace], str]
+
+
+def show_path(name: str) -> Show:
+    """Return what shows the path that a command has written, called ``name`` in JSON."""
+
+    def show(path: Path, options: argparse.Namespace) -> str:
+        return to_json({name: str(path)}) if options.json else f"{path}\n"
+
+    return show
+
+
+def to_json(value: object) -> str:
+    """Write a value as JSON."""
+    from sssi_exudyn.io.writing import to_json as write
+
+    return write(value)
+
+
+def show_json(value: object, _options: argparse.Namespace) -> str:
+    """Show a value as JSON in any case."""
+    return to_json(value)
+
+
+def show_rows(rows: Sequence[object], options: argparse.Namespace) -> str:
+    """Show rows as a table."""
+    from sssi_exudyn.io.writing import to_plain
+    from sssi_exudyn.terminal.text import format_table
+
+    return to_json(rows) if options.json else format_table(to_plain(rows))
+
+
+def show_counts(counts: Mapping[str, object], options: argparse.Namespace) -> str:
+    """Show the counts of a sweep as a table of one row."""
+    from sssi_exudyn.terminal.text import format_table
+
+    return to_json(counts) if options.json else format_table([counts])
+
+
+def show_turns(rows: Sequence[Mapping[str, object]], options: argparse.Namespace) -> str:
+    """Show skis in turns as a table, and nothing where the rows went to a file."""
+    from sssi_exudyn.terminal.text import format_table
+
+    return format_table(rows) if options.json is None else ""
+
+
+def show_result(result: Result, options: argparse.Namespace) -> str:
+    """Show the summary of a result."""
+    from sssi_exudyn.results.summary import summary_to_dict
+    from sssi_exudyn.terminal.text import format_summary
+
+    groups = summary_to_dict(result.summary)
+    return to_json(groups) if options.json else format_summary(groups)
+
+
+def show_inspection(inspection: Inspection, options: argparse.Namespace) -> str:
+    """Show what is in a recording."""
+    from sssi_exudyn.recording.inspection import format_inspection
+
+    return to_json(inspection) if options.json else format_inspection(inspection)
+
+
+def show_surface(figures: SurfaceFigures, options: argparse.Namespace) -> str:
+    """Show the snow surface in a line."""
+    from sssi_exudyn.recording.inspection import format_surface
+
+    return to_json(figures) if options.json else f"{format_surface(figures)}\n"
+
+
+def show_imported(imported: Recording | Sequence[ImportedRun], options: argparse.Namespace) -> str:
+    """Show what is in an imported recording, or the runs of an imported folder as a table.
+
+    Raises SssiError once the table is shown, where a run failed.
+    """
+    from sssi_exudyn.recording.inspection import inspect_recording
+    from sssi_exudyn.recording.recording import Recording
+
+    if isinstance(imported, Recording):
+        return show_inspection(inspect_recording(imported), options)
+    from sssi_exudyn.io.writing import to_plain
+    from sssi_exudyn.terminal.text import format_table
+
+    brief = [{name: row[name] for name in row if name not in ("assumed", "notes")} for row in to_plain(imported)]
+    text = to_json(imported) if options.json else format_table(brief)
+    failed = sum(row.status == "failed" for row in imported)
+    if failed:
+        sys.stdout.write(text)
+        table = options.out / "recordings.csv"
+        raise SssiError(f"{failed} of {len(imported)} runs could not be imported; {table} says why")
+    return text
+
+
+def show_muscles(shown: Result | Sequence[Mapping[str, object]], options: argparse.Namespace) -> str:
+    """Show the muscles of a result, or the list of all muscles as CSV."""
+    from sssi_exudyn.terminal.text import format_csv, format_summary, format_table
+
+    if isinstance(shown, Sequence):
+        return to_json(shown) if options.json else format_csv(shown)
+    from sssi_exudyn.results.summary import summary_to_dict
+
+    groups = summary_to_dict(shown.summary)
+    about = {name: groups[name] for name in ("recording", "muscles")}
+    return to_json(about) if options.json else format_summary(about) + format_table(about["muscles"]["lacking"])
+
+
+def show_diagnosis(diagnosed: Result | Day, options: argparse.Namespace) -> str:
+    """Show the verdict of a diagnosis, or the sentence about several runs of one day."""
+    from sssi_exudyn.results.day import Day
+
+    if isinstance(diagnosed, Day):
+        return to_json(diagnosed) if options.json else f"{diagnosed.sentence}\n"
+    diagnosis = diagnosed.diagnosis
+    assert diagnosis is not None
+    by = " (by the reduced model alone)" if diagnosis.tier == "reduced" else ""
+    return to_json(diagnosis) if options.json else f"{diagnosis.verdict}{by}: {diagnosis.sentence}\n"
