@@ -29,7 +29,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Read the arguments, do what they say, and end the process with its exit status."""
     with end_on_interrupt():  # argparse imports as it goes
         _prepare_streams()
-        options = parser().parse_args(_with_verb(sys.argv[1:] if arguments is None else arguments))
+        words = _with_verb(sys.argv[1:] if arguments is None else arguments)
+        options = parser_of(table.COMMANDS, table.GROUPS, set(words)).parse_args(words)
     sys.exit(_status(options))
 
 

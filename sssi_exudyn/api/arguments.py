@@ -44,7 +44,7 @@ AnyPath: TypeAlias = str | os.PathLike[str]
 RecordingFolder: TypeAlias = Annotated[AnyPath, Argument("FOLDER", Path)]
 RecordingFolders: TypeAlias = Annotated[Sequence[AnyPath], Argument("FOLDER", Path, "+")]
 RecordingOrFolder: TypeAlias = Annotated["Recording | AnyPath", Argument("FOLDER", Path)]
-RecordingsOfDay: TypeAlias = Annotated["Recording | AnyPath", Argument("FOLDER", Path, "+")]
+DiagnosedRecording: TypeAlias = Annotated["Recording | AnyPath", Argument("FOLDER", Path, "+")]
 """The command line may have several: they are compared as runs of one day."""
 ResultOrRecording: TypeAlias = Annotated["Result | Recording | AnyPath", Argument("FOLDER", Path, "?")]
 """The command line may leave it out to list muscles."""

@@ -10,7 +10,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from sssi_exudyn.api.arguments import OutFolder, ProgressWanted, RecordingFolders, Workers, read_positive
+from sssi_exudyn.api.arguments import (
+    OutFolder,
+    PositiveNumber,
+    ProgressWanted,
+    RecordingFolders,
+    Workers,
+    read_positive,
+)
 from sssi_exudyn.core.choices import Concealed
 from sssi_exudyn.core.command_line import Option
 
@@ -93,7 +100,7 @@ def semi_real(
     out: OutFolder,
     *,
     sizes: Annotated[Sequence[float], Option(metavar="N", read=read_positive, count="*")] = (3.0, 10.0),
-    seconds: Annotated[float, Option(read=read_positive)] = 20.0,
+    seconds: PositiveNumber = 20.0,
     seed: int = 1,
     progress: ProgressWanted = False,
 ) -> list[Answer]:

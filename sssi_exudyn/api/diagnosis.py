@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from sssi_exudyn.api.arguments import (
     AnyPath,
+    DiagnosedRecording,
     OutFolder,
     Plugins,
     ProgressWanted,
-    RecordingsOfDay,
     path_of,
     recording_of,
     use_plugins,
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def diagnose(
-    recording: RecordingsOfDay,
+    recording: DiagnosedRecording,
     out: OutFolder | None = None,
     *,
     reduced: bool = False,

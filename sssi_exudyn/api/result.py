@@ -71,81 +71,81 @@ class Result:
 
     @property
     def name(self) -> str:
-        """The recording's."""
+        """Return the recording's name."""
         return self.stored.name
 
     @property
     def summary(self) -> Summary:
-        """All figures, as ``summary.json`` holds them."""
+        """Return all figures, as ``summary.json`` holds them."""
         return self.stored.summary
 
     @property
     def model(self) -> Model:
-        """What was simulated."""
+        """Return the model that was simulated."""
         return self.stored.model
 
     @property
     def friction(self) -> Friction:
-        """The friction coefficients with their standard errors."""
+        """Return the friction coefficients with their standard errors."""
         return self.summary.friction
 
     @property
     def trajectory(self) -> Trajectory:
-        """The simulated track against the GPS."""
+        """Return the errors of the simulated track against the GPS."""
         return self.summary.trajectory
 
     @property
     def pressure_ratio(self) -> PressureRatio:
-        """The load's share of the left foot against the insoles."""
+        """Return the agreement of the left foot's share of the load with the insoles."""
         return self.summary.pressure_ratio
 
     @property
     def fitted(self) -> Fit:
-        """How the fit ended, and every fitted parameter."""
+        """Return how the fit ended, and every fitted parameter."""
         return self.summary.fit
 
     @property
     def uncertainty(self) -> UncertaintyFigures | None:
-        """What the fit leaves uncertain; None where nothing was estimated."""
+        """Return what the fit leaves uncertain; None where nothing was estimated."""
         return self.summary.uncertainty
 
     @property
     def turn_figures(self) -> TurnFigures:
-        """Technique, turn by turn."""
+        """Return figures of technique, turn by turn."""
         return self.summary.turns
 
     @property
     def residual_moment(self) -> ResidualMoment:
-        """The moment at the pelvis that a real skier does not have."""
+        """Return the moment at the pelvis that a real skier does not have."""
         return self.summary.residual_moment
 
     @property
     def diagnosis(self) -> Diagnosis | None:
-        """What a diagnosis found; None where none was made."""
+        """Return the diagnosis; None where none was made."""
         return self.stored.diagnosis
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """What a reader should know of the recording, such as what had to be assumed."""
+        """Return what a reader should know of the recording, such as what had to be assumed."""
         return self.summary.notices
 
     @cached_property
     def series(self) -> pd.DataFrame:
-        """One row a sample; ``series.attrs["units"]`` has the unit of each column."""
+        """Return the time series, one row a sample; its ``attrs["units"]`` has the unit of each column."""
         return with_units(self.stored.series)
 
     @cached_property
     def measured(self) -> pd.DataFrame | None:
-        """What GPS and insoles measured, one row an instant; None where there was nothing."""
+        """Return what GPS and insoles measured, one row an instant; None where there was nothing."""
         return None if self.stored.measured is None else with_units(self.stored.measured)
 
     @property
     def turns(self) -> pd.DataFrame | None:
-        """One row a turn and phase; None for a result without turns."""
+        """Return the table of turns, one row a turn and phase; None for a result without turns."""
         return self.stored.turn_table
 
     def save(self, folder: str | os.PathLike[str]) -> Result:
-        """Write the result's folder, with its report; the result as it is stored there.
+        """Write the result's folder, with its report, and return the result as it is stored there.
 
         Raises InputError where it cannot be written.
         """
@@ -157,7 +157,7 @@ class Result:
         return Result(self.stored, self.opensim, out)
 
     def report(self, file: str | os.PathLike[str]) -> Path:
-        """Write the report, a page (.html) or a document to print (.pdf); that file's path."""
+        """Write the report, a page (.html) or a document to print (.pdf), and return that file's path."""
         return write_report([(self.stored, self.name)], Path(file))
 
     def plot_track(self, axes: Axes | None = None) -> Axes:
@@ -180,11 +180,11 @@ class Result:
     def plot_loads(self, axes: Axes | None = None) -> Axes:
         """Draw the force square to each sole over time, with the insoles' where there are some."""
         axes = _axes(axes)
-        felt = measured_loads(self.stored)
+        insoles = measured_loads(self.stored)
         for side, colour in (("left", plots.COLOURS[1]), ("right", plots.COLOURS[0])):
             axes.plot(self.stored.time, self.stored.series[f"{side}_sole_N"], color=colour, label=f"{side}, simulated")
-            if felt is not None:
-                axes.plot(felt["time_s"], felt[f"{side}_insole_N"], ":", color=colour, label=f"{side}, insole")
+            if insoles is not None:
+                axes.plot(insoles["time_s"], insoles[f"{side}_insole_N"], ":", color=colour, label=f"{side}, insole")
         axes.set(xlabel="time (s)", ylabel="force square to the sole (N)", title=self.name)
         axes.legend()
         return axes
@@ -218,28 +218,28 @@ class Result:
 
 
 def result_of(made: Made, folder: Path | None) -> Result:
-    """The result of a command."""
+    """Return the result of a command, which ``folder`` holds if given."""
     return Result(made.run, made.opensim, folder)
 
 
 def load_result(folder: Path) -> Result:
-    """The result in a folder.  Raises InputError where there is none or a file of it cannot be read."""
+    """Load the result in a folder.  Raises InputError where there is none or a file of it cannot be read."""
     texts = {name: read_text(folder / name) for name in (*OPENSIM, *MUSCLES) if (folder / name).is_file()}
     return Result(read_run(folder), texts, folder)
 
 
 def with_units(table: pd.DataFrame) -> pd.DataFrame:
-    """The same table, with the units of its columns of numbers in ``attrs["units"]``."""
-    found = table.copy(deep=False)
+    """Return the same table, with the units of its columns of numbers in ``attrs["units"]``."""
+    described = table.copy(deep=False)
     units = {str(name): _UNITS.get(str(name).rpartition("_")[2]) for name in table.columns}
-    found.attrs["units"] = {name: unit for name, unit in units.items() if unit is not None}
-    return found
+    described.attrs["units"] = {name: unit for name, unit in units.items() if unit is not None}
+    return described
 
 
-def _with_error(found: Estimate) -> str:
-    if found.value is None:
+def _with_error(estimate: Estimate) -> str:
+    if estimate.value is None:
         return "unknown"
-    return f"{found.value:.4f}" if found.se is None else f"{found.value:.4f} ± {found.se:.4f}"
+    return f"{estimate.value:.4f}" if estimate.se is None else f"{estimate.value:.4f} ± {estimate.se:.4f}"
 
 
 def _axes(given: Axes | None) -> Axes:

@@ -28,12 +28,12 @@ class SweepResult:
 
     @property
     def counts(self) -> Status:
-        """The runs by how they ended, and whether the sweep is running."""
+        """Count the runs by how they ended, and tell whether the sweep is running."""
         return status(self.folder)
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """One row a run: its parameters and figures; ``attrs["units"]`` has the unit of each column.
+        """Return a row a run: its parameters and figures; ``attrs["units"]`` has the unit of each column.
 
         Raises InputError where no run has ended.
         """
@@ -42,7 +42,7 @@ class SweepResult:
         return table
 
     def report(self, file: str | Path) -> Path:
-        """Write the sweep's page; that file's path."""
+        """Write the sweep's page and return that file's path."""
         write_atomically(Path(file), render_folder(self.folder))
         return Path(file)
 

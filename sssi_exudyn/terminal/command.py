@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from importlib import metadata
 from typing import Any, Final, NoReturn
@@ -46,7 +46,7 @@ class Command:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """All that the command line takes for it."""
+        """Return all that the command line takes for it."""
         own = (parameter for parameter in parameters_of(self.function) if parameter.name not in self.without)
         return (*(parameter for parameter in own if not isinstance(parameter.given, PythonOnly)), *self.more)
 
@@ -84,8 +84,14 @@ class Parser(argparse.ArgumentParser):
         super().error(one_line(message, _LONGEST))
 
 
-def parser_of(commands: Sequence[Command], groups: Mapping[str, Group]) -> argparse.ArgumentParser:
-    """Make the parser of all commands; what it returns has the command in ``chosen``."""
+def parser_of(
+    commands: Sequence[Command], groups: Mapping[str, Group], words: Set[str] | None = None
+) -> argparse.ArgumentParser:
+    """Make the parser of all commands; what it returns has the command in ``chosen``.
+
+    Where ``words``, the ones to be read, are given, only commands that may be among them get arguments: to read every
+    signature takes longer than anything else before the work begins.
+    """
     top = Parser(
         prog="sssi",
         description="Skier, ski and snow, simulated from a recorded run.",
@@ -107,10 +113,12 @@ def parser_of(commands: Sequence[Command], groups: Mapping[str, Group]) -> argpa
             within = places[""].add_parser(group, help=about.help, usage=about.usage)
             places[group] = within.add_subparsers(metavar=about.metavar, required=True, prog=f"sssi {group}")
         added = places[group].add_parser(word, parents=[every], help=command.help or summary_of(command.function))
+        added.set_defaults(chosen=command)
+        if words is not None and not words >= set(command.words.split()):
+            continue
         parameters = command.parameters
         if not any(parameter.flag == "--json" for parameter in parameters):
             added.add_argument("--json", action="store_true", help="print the result as JSON")
         for parameter in parameters:
             add_parameter(added, parameter)
-        added.set_defaults(chosen=command)
     return top

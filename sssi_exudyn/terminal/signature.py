@@ -23,7 +23,6 @@ REQUIRED: Final = inspect.Parameter.empty
 """Default of a parameter that has none."""
 _ENTRY: Final = re.compile(r"(\w+) : (.*)")
 _SECTION: Final = re.compile(r"^(?:Parameters|Attributes)\n-+\n(.*?)(?:\n\n|\Z)", re.DOTALL | re.MULTILINE)
-_SENTENCE: Final = re.compile(r"\.(?:\s.*)?$", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class Parameter:
     kind : its type, without None and without what ``Annotated`` adds
     given : how the command line takes it
     help : one sentence, without its full stop
-    default : ``REQUIRED`` where there is none
+    default : its default, ``REQUIRED`` where there is none
     by_name : whether the function takes it by name alone
     """
 
@@ -46,13 +45,13 @@ class Parameter:
 
     @property
     def flag(self) -> str:
-        """Name of the option."""
+        """Return the name of the option."""
         own = self.given.flag if isinstance(self.given, Option) else ""
         return own or f"--{self.name.replace('_', '-')}"
 
     @property
     def choices(self) -> tuple[Any, ...] | None:
-        """Words or numbers that the value is one of; None where it is free."""
+        """Return the words or numbers that the value is one of; None where it is free."""
         return get_args(self.kind) if get_origin(self.kind) is Literal else None
 
 
@@ -63,16 +62,12 @@ def summary_of(function: Callable[..., Any]) -> str:
 
 
 def parameters_of(function: Callable[..., Any]) -> tuple[Parameter, ...]:
-    """Return the parameters of a function, those of a ``TypedDict`` that it takes as keywords included.
-
-    Only annotations of parameters are evaluated, in the function's module: what a type checker alone imports may stand
-    in quotes within them.
-    """
-    names = vars(sys.modules[function.__module__])
+    """Return the parameters of a function, those of a ``TypedDict`` that it takes as keywords included."""
+    annotations = _annotations_of(function)
     texts = texts_of(function.__doc__)
     parameters: list[Parameter] = []
     for parameter in inspect.signature(function).parameters.values():
-        annotation = eval(parameter.annotation, names)
+        annotation = annotations[parameter.name]
         if get_origin(annotation) is Unpack:
             parameters += _of_mapping(*get_args(annotation))
             continue
@@ -114,6 +109,20 @@ def add_parameter(parser: argparse.ArgumentParser, parameter: Parameter) -> None
     else:
         settings |= {"metavar": given.metavar or _unit(parameter), **_values(parameter, given)}
     parser.add_argument(parameter.flag, **settings)
+
+
+def _annotations_of(function: Callable[..., Any]) -> dict[str, Any]:
+    """Return the evaluated annotations of a function's parameters.
+
+    That of its result may name what only a type checker imports, and stays a text; so do quoted ones within the others.
+    """
+
+    def parameters() -> None:
+        """Carry the annotations."""
+
+    texts = {name: text for name, text in function.__annotations__.items() if name != "return"}
+    parameters.__annotations__ = texts
+    return inspect.get_annotations(parameters, globals=vars(sys.modules[function.__module__]), eval_str=True)
 
 
 def _of_mapping(mapping: type) -> Iterator[Parameter]:
@@ -179,6 +188,6 @@ def _checked(read: Reader) -> Reader:
 
 
 def _first_sentence(text: str) -> str:
-    """Return a text up to its first full stop that ends a sentence, without marks of code."""
+    """Return a text's first sentence, without its full stop and without marks of code."""
     flat = " ".join(text.split()).replace("``", "")
-    return _SENTENCE.sub("", re.split(r"(?<=\.) (?=[A-Z\"])", flat)[0])
+    return re.split(r"(?<=\.) (?=[A-Z\"])", flat)[0].removesuffix(".")
