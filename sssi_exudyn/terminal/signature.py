@@ -162,7 +162,7 @@ def _help(parameter: Parameter) -> str:
     repeated = isinstance(given, Option) and given.count is None and get_origin(parameter.kind) is Sequence
     if repeated:
         return f"{parameter.help}; may be given several times"
-    if default in (None, False, REQUIRED):
+    if default is None or default is False or default is REQUIRED:
         return parameter.help
     shown = " ".join(f"{number:g}" for number in default) if isinstance(default, tuple) else default
     return f"{parameter.help} (default: {shown})"
