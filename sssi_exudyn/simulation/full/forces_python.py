@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
+from sssi_exudyn.contact import maths
 from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.codegen import vectors
 from sssi_exudyn.contact.codegen.compiled import compile_kernel
@@ -25,7 +26,7 @@ def interpreted_kernel(terms: Sequence[Term], template: ModuleType) -> Any:
     module.
     """
     module = compile_kernel(ground_kernel, template)
-    kernels = {each.__name__ for each in (vectors, surface, module)}
+    kernels = {each.__name__ for each in (maths, vectors, surface, module)}
     names: dict[str, Any] = vars(vectors) | vars(surface) | vars(module)
     for name, value in list(names.items()):
         plain = getattr(value, "py_func", value)  # without Numba functions are plain already
