@@ -18,7 +18,7 @@ import numpy as np
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
 from sssi_exudyn.contact.codegen.vectors import cross, dot, into, out_of, plus, three, times
 from sssi_exudyn.runtime.jit import njit
-from sssi_exudyn.simulation.ski_on_snow.structs import InitialState, NewtonWork, ReducedSeries, ReducedState
+from sssi_exudyn.simulation.ski_on_snow.structs import InitialState, NewtonWork, ReducedSeries, ReducedState, TimeStep
 from sssi_exudyn.terrain.surface import on_patch, patch_under
 
 point_force: Callable[..., float]
@@ -34,6 +34,10 @@ uneven: Callable[..., bool]
 upright: Callable[..., tuple[float, float, float]]
 ground: Callable[..., tuple[float, tuple[float, float, float]]]
 foot_axes: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float], float]]
+
+time_step: Callable[..., TimeStep]
+next_place: Callable[..., float]
+next_rate: Callable[..., float]
 
 ITERATIONS = 12
 """Newton iterations at most."""
@@ -202,41 +206,31 @@ def advance(parameters, contact, motion, n, state, work, series):
 
     state : ``ReducedState``;  work : ``NewtonWork``;  the others as in ``run``
     """
-    step, time, mass, gravity, area = motion.step, motion.time, motion.mass, motion.gravity, motion.area
+    step, time, mass, gravity, area = time_step(n, motion.step), motion.time, motion.mass, motion.gravity, motion.area
     omega, ratio = contact.omega, contact.ratio
     modes = omega.shape[0]
     size = 3 + 2 * modes
     x, v = three(state.place, 0), three(state.velocity, 0)
     eta, rate, acceleration = state.eta, state.rate, state.acceleration
-    trial, next_eta, next_rate, push = work.trial, work.eta, work.rate, work.push
+    trial, next_eta, next_speed, push = work.trial, work.eta, work.rate, work.push
     matrix, residual, scratch = work.matrix, work.residual, work.scratch
-    by_place, by_rate = 0.25 * step * step, 0.5 * step
-    if n == 0:
-        by_place, by_rate = 0.0, 0.0
+    by_place, by_rate = step.by_place, step.by_rate
     for i in range(size):
         trial[i] = acceleration[i]
     done = False
     for _ in range(ITERATIONS):
-        new_x, new_v = x, v
-        if n > 0:
-            new_x = (
-                x[0] + step * v[0] + by_place * (acceleration[0] + trial[0]),
-                x[1] + step * v[1] + by_place * (acceleration[1] + trial[1]),
-                x[2] + step * v[2] + by_place * (acceleration[2] + trial[2]),
-            )
-            new_v = (
-                v[0] + by_rate * (acceleration[0] + trial[0]),
-                v[1] + by_rate * (acceleration[1] + trial[1]),
-                v[2] + by_rate * (acceleration[2] + trial[2]),
-            )
+        pull = plus(three(acceleration, 0), three(trial, 0))
+        new_x = (
+            next_place(step, x[0], v[0], pull[0]),
+            next_place(step, x[1], v[1], pull[1]),
+            next_place(step, x[2], v[2], pull[2]),
+        )
+        new_v = next_rate(step, v[0], pull[0]), next_rate(step, v[1], pull[1]), next_rate(step, v[2], pull[2])
         for ski in range(2):
             for k in range(modes):
-                i = 3 + ski * modes + k
-                if n > 0:
-                    next_eta[ski, k] = eta[ski, k] + step * rate[ski, k] + by_place * (acceleration[i] + trial[i])
-                    next_rate[ski, k] = rate[ski, k] + by_rate * (acceleration[i] + trial[i])
-                else:
-                    next_eta[ski, k], next_rate[ski, k] = eta[ski, k], rate[ski, k]
+                both = acceleration[3 + ski * modes + k] + trial[3 + ski * modes + k]
+                next_eta[ski, k] = next_place(step, eta[ski, k], rate[ski, k], both)
+                next_speed[ski, k] = next_rate(step, rate[ski, k], both)
         matrix[:] = 0.0
         for c in range(3):
             residual[c] = mass * (trial[c] - gravity[c]) + motion.carried[n, c]
@@ -248,7 +242,7 @@ def advance(parameters, contact, motion, n, state, work, series):
                 i = 3 + ski * modes + k
                 p, w = three(contact.coupling[k], 0), omega[k]
                 residual[i] = (
-                    trial[i] + 2.0 * ratio[k] * w * next_rate[ski, k] + w * w * next_eta[ski, k]
+                    trial[i] + 2.0 * ratio[k] * w * next_speed[ski, k] + w * w * next_eta[ski, k]
                     + dot(p, plus(pulled, three(motion.ski_acceleration[n, ski], 0)))
                     + dot(three(contact.spinning[k], 0), three(motion.ski_turning[n, ski], 0))
                 )  # fmt: skip
@@ -265,7 +259,7 @@ def advance(parameters, contact, motion, n, state, work, series):
                 three(motion.foot_spin[n, ski], 0),
             )
             load, groove, force, moment = snow(
-                parameters, contact, new_x, new_v, next_eta, next_rate, foot, ski,
+                parameters, contact, new_x, new_v, next_eta, next_speed, foot, ski,
                 residual, matrix, scratch, by_place, by_rate,
             )  # fmt: skip
             at, moving = plus(new_x, foot[0]), plus(new_v, foot[1])
@@ -317,7 +311,7 @@ def advance(parameters, contact, motion, n, state, work, series):
         acceleration[i] = trial[i]
     for ski in range(2):
         for k in range(modes):
-            eta[ski, k], rate[ski, k] = next_eta[ski, k], next_rate[ski, k]
+            eta[ski, k], rate[ski, k] = next_eta[ski, k], next_speed[ski, k]
     for c in range(3):
         state.place[c], state.velocity[c] = new_x[c], new_v[c]
         series.place[n, c], series.velocity[n, c] = new_x[c], new_v[c]

@@ -1,11 +1,8 @@
 """Derivatives of a run of the reduced model by any numbers, carried along with it: a template that ``compiled`` joins
-with ``reduced_kernel``, ``surroundings_tangents`` and the laws.
+with ``newmark``, ``steps_kernel``, ``surroundings_tangents`` and the laws.
 
-At an instant the residual r(a, q, q̇, p) = 0 gives the accelerations a, where by Newmark's rule
-
-    q = q₀ + h q̇₀ + h²/4 (a₀ + a),   q̇ = q̇₀ + h/2 (a₀ + a)
-
-Its tangents by a number p follow from the same equations, linearised where the step has converged:
+At an instant the residual r(a, q, q̇, p) = 0 gives the accelerations a, and with them q and q̇ by Newmark's rule
+(``newmark``).  Its tangents by a number p follow from the same equations, linearised where the step has converged:
 
     (∂r/∂a + h²/4 ∂r/∂q + h/2 ∂r/∂q̇) da = −∂r/∂q dq* − ∂r/∂q̇ dq̇* − ∂r/∂p dp
 
@@ -24,7 +21,7 @@ import numpy as np
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
 from sssi_exudyn.contact.codegen.vectors import cross, dot, out_of, plus, ski_axes, three, times
 from sssi_exudyn.runtime.jit import njit
-from sssi_exudyn.simulation.ski_on_snow.structs import NewtonWork, ReducedState, SkiWork, TangentState
+from sssi_exudyn.simulation.ski_on_snow.structs import NewtonWork, ReducedState, SkiWork, TangentState, TimeStep
 from sssi_exudyn.terrain.surface import PATCH, on_change, on_patch, patch_changes, patch_under
 
 advance: Callable[..., bool]
@@ -43,6 +40,9 @@ linearise_patch: Callable[..., None]
 collect_patch: Callable[..., None]
 linearise_air: Callable[..., None]
 uneven: Callable[..., bool]
+time_step: Callable[..., TimeStep]
+next_place: Callable[..., float]
+next_rate: Callable[..., float]
 
 PLACE, VELOCITY, TURN, SPIN, MODES = 0, 3, 6, 9, 12
 """First columns of a ski's linearisation: its foot's motion (3 each), then amplitudes and rates of the modes (k each),
@@ -462,7 +462,7 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
     modes = contact.omega.shape[0]
     state, newton = first_state(start)
     work, tangent = ski_work(modes, parameters.values.shape[0]), first_tangents(modes, inputs)
-    step, mass, gravity = motion.step, motion.mass, motion.gravity
+    mass, gravity = motion.mass, motion.gravity
     omega, ratio = contact.omega, contact.ratio
     size, many, begun = 3 + 2 * modes, inputs.mass.shape[0], inputs.mass.shape[0]
     further = MODAL + modes
@@ -477,13 +477,12 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
             return n
         while begun > 0 and inputs.begins[begun - 1] <= n:
             begun -= 1
-        by_place, by_rate = 0.0, 0.0
-        if n > 0:
-            by_place, by_rate = 0.25 * step * step, 0.5 * step
-            for i in range(size):
-                for k in range(begun, many):
-                    q[i, k] += step * rate[i, k] + by_place * acceleration[i, k]
-                    rate[i, k] += by_rate * acceleration[i, k]
+        step = time_step(n, motion.step)
+        by_place, by_rate = step.by_place, step.by_rate
+        for i in range(size):
+            for k in range(begun, many):
+                q[i, k] = next_place(step, q[i, k], rate[i, k], acceleration[i, k])
+                rate[i, k] = next_rate(step, rate[i, k], acceleration[i, k])
         x, v = three(state.place, 0), three(state.velocity, 0)
         trial = three(state.acceleration, 0)
         matrix[:] = 0.0

@@ -218,6 +218,16 @@ class ReducedState(NamedTuple):
     acceleration: Array
 
 
+class TimeStep(NamedTuple):
+    """A step of Newmark's rule: its length (s), and by how much place and rate at its end grow with the acceleration
+    there.
+    """
+
+    length: float
+    by_place: float
+    by_rate: float
+
+
 class NewtonWork(NamedTuple):
     """Arrays in which Newton's method works: trial accelerations (3 + 2k,) and the state they lead to, friction
     (2, 3) N, matrix, residual, and the contact's own scratch (4 + k, 3 + k).
