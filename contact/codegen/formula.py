@@ -31,7 +31,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sssi_exudyn.contact.codegen.tape import Operand, Tape, TapeMath, source_lines
+from sssi_exudyn.contact.codegen.tape import Node, Operand, Tape, TapeMath, source_lines
 from sssi_exudyn.contact.maths import Math
 
 _SHAPES: Final[dict[str, tuple[int, ...]]] = {"Number": (), "Vector": (3,), "Rotation": (3, 3)}
@@ -75,7 +75,7 @@ class Formula:
         nodes = {name: _nodes(tape, name, argument.annotation) for name, argument in arguments.items()}
         result = self.function(TapeMath(tape), *(x if x.ndim == 2 else _plain(x) for x in nodes.values()))
         outputs = list(_numbers(result))
-        columns = [tape.derivatives(outputs, x) for name in self.by for x in nodes[name].flat]
+        columns = _columns(tape, outputs, [x for name in self.by for x in nodes[name].flat])
         fixed = {name: np.asarray(a.default) for name, a in arguments.items() if a.default is not a.empty}
         values = {x: float(c) for name, c in fixed.items() for x, c in zip(nodes[name].flat, c.flat, strict=True)}
         outputs, *columns = (tape.substituted(each, values) for each in (outputs, *columns))
@@ -117,6 +117,13 @@ def _nodes(tape: Tape, name: str, annotation: str) -> Any:
     for place in np.ndindex(nodes.shape):
         nodes[place] = tape.name(f"{name}[{', '.join(map(str, place))}]" if place else name)
     return nodes
+
+
+def _columns(tape: Tape, outputs: Sequence[Operand], variables: Sequence[Node]) -> list[list[Operand]]:
+    """∂outputs/∂variable for each variable: forwards or backwards, whichever takes fewer sweeps."""
+    if len(outputs) < len(variables):
+        return [list(column) for column in zip(*(tape.gradient(x, variables) for x in outputs), strict=True)]
+    return [tape.derivatives(outputs, x) for x in variables]
 
 
 def _plain(nodes: Any) -> Any:

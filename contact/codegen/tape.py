@@ -222,6 +222,17 @@ class Tape:
                 slopes[node.index] = 0.0 if still else _RULES[node.operation](self, node, *inner)
         return [slope(x) for x in outputs]
 
+    def gradient(self, output: Operand, variables: Sequence[Node]) -> list[Operand]:
+        """∂output/∂variable by each of many variables, in one sweep backwards over the operations."""
+        slopes: dict[int, Operand] = {output.index: 1.0} if isinstance(output, Node) else {}
+        for node in reversed(needed(self, [output])):
+            for place, x in enumerate(node.operands):
+                if isinstance(x, Node) and node.index in slopes:
+                    alone = [float(other == place) for other in range(len(node.operands))]
+                    more = self.multiply(slopes[node.index], _RULES[node.operation](self, node, *alone))
+                    slopes[x.index] = self.add(slopes.get(x.index, 0.0), more)
+        return [slopes.get(x.index, 0.0) for x in variables]
+
     def substituted(self, outputs: Sequence[Operand], values: Mapping[Node, float]) -> list[Operand]:
         """The outputs where some nodes have a constant's value, as operations that leave out what then vanishes."""
         simplified = {"+": self.add, "-": self.subtract, "*": self.multiply, "/": self.divide, "where": self.where}
