@@ -322,6 +322,9 @@ class ComplexMath:
     sqrt, sin, cos = staticmethod(np.sqrt), staticmethod(np.sin), staticmethod(np.cos)
     atan, exp, tanh, log = staticmethod(np.arctan), staticmethod(np.exp), staticmethod(np.tanh), staticmethod(np.log)
 
+    def atan2(self, y: Number, x: Number) -> Number:
+        return 2.0 * np.arctan(y / (np.sqrt(x * x + y * y) + x))
+
     def sign(self, x: Number) -> Number:
         return np.sign(np.real(x))
 

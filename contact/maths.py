@@ -18,6 +18,25 @@ Number: TypeAlias = Any
 Vector: TypeAlias = tuple[Number, Number, Number]
 """Components along f, l and n of the slope frame."""
 
+Rotation: TypeAlias = Any
+"""A rotation's nine numbers, ``rotation[i, j]``; its columns are the turned frame's axes."""
+
+
+def dot(a: Vector, b: Vector) -> Number:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def plus(a: Vector, b: Vector) -> Vector:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def times(s: Number, a: Vector) -> Vector:
+    return s * a[0], s * a[1], s * a[2]
+
 
 class Math(Protocol):
     """The functions a term may use."""
@@ -33,6 +52,9 @@ class Math(Protocol):
 
     def atan(self, x: Number) -> Number:
         """Inverse tangent, radians."""
+
+    def atan2(self, y: Number, x: Number) -> Number:
+        """Angle of the direction (x, y) from the first axis, radians, −π to π."""
 
     def exp(self, x: Number) -> Number:
         """Exponential."""
@@ -75,6 +97,7 @@ class FloatMath:
     sin = staticmethod(math.sin)
     cos = staticmethod(math.cos)
     atan = staticmethod(math.atan)
+    atan2 = staticmethod(math.atan2)
     exp = staticmethod(math.exp)
     log = staticmethod(math.log)
     tanh = staticmethod(math.tanh)
@@ -109,6 +132,7 @@ class ArrayMath:
     sin = staticmethod(np.sin)
     cos = staticmethod(np.cos)
     atan = staticmethod(np.arctan)
+    atan2 = staticmethod(np.arctan2)
     exp = staticmethod(np.exp)
     log = staticmethod(np.log)
     tanh = staticmethod(np.tanh)

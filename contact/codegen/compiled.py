@@ -54,6 +54,7 @@ from typing import Any, Final
 import numpy as np
 
 from sssi_exudyn.contact import term as places
+from sssi_exudyn.contact.codegen.formula import formulas_of
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
 from sssi_exudyn.contact.codegen.law_source import (
     EDGE_LAWS,
@@ -176,19 +177,23 @@ def compile_kernel(*templates: ModuleType) -> ModuleType:
     type checker it may declare them without a value (``point_force: Callable[..., float]``), and so it may the
     functions of a template before it.  It should decorate with ``njit(cache=True)``, call Numba functions of no other
     modules but ``vectors`` and ``terrain.surface`` (Numba's cache would not see a change there; this module's name
-    does), and leave names that begin with an underscore to the generated functions.
+    does), and leave names that begin with an underscore to the generated functions.  A module of formulas (``formula``)
+    may stand among the templates: its compiled functions are written instead of its text.
 
     Raises ValueError for a template without a source file.
     """
     if templates not in _kernels:
         # imports from __future__ must come first; Numba looks names up when a function is first called
-        texts = [source_file(template).read_text(encoding="utf-8").replace(_FUTURE, "") for template in templates]
+        formulas = [one for template in templates for one in formulas_of(template)]
+        kernels = [template for template in templates if not formulas_of(template)]
+        texts = [source_file(template).read_text(encoding="utf-8").replace(_FUTURE, "") for template in kernels]
         linearised, edges = (any(name in text for text in texts) for name in ("_linearisation(", "edge_derivatives("))
         laws = laws_source(linearised=linearised, edges=edges)  # they take time to write
         # Numba's cache on disk finds the templates' classes again by the names of their modules
         names = f"# templates: {', '.join(template.__name__ for template in templates)}"
-        shared = f"# shared: {hash_of_shared(*_imported(templates))}"
-        _kernels[templates] = _module("\n\n".join([_FUTURE, *texts, names, shared, laws]))
+        shared = f"# shared: {hash_of_shared(*_imported(kernels))}"
+        written = [one.source() for one in formulas]
+        _kernels[templates] = _module("\n\n".join([_FUTURE, *texts, names, shared, laws, *written]))
     return _kernels[templates]
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
+from sssi_exudyn.contact import maths
 from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.codegen import law_parameters, plugin_addresses, vectors
 from sssi_exudyn.contact.codegen.tape import Node, Operand, Tape, TapeMath, needed, source_lines
@@ -304,7 +305,7 @@ def other_laws_source(others: Sequence[type[Term]]) -> str:
 
 def hash_of_shared(*modules: ModuleType) -> str:
     """Tell one version of what generated modules import from another: the shared modules and ``modules``."""
-    shared = (vectors, law_parameters, plugin_addresses, surface, *modules)
+    shared = (maths, vectors, law_parameters, plugin_addresses, surface, *modules)
     return ", ".join(hashlib.sha256(source_file(module).read_bytes()).hexdigest() for module in shared)
 
 

@@ -7,7 +7,7 @@ know ``**`` and NumPy's usual functions too, so that a law may be written with t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NoReturn, TypeAlias
 
@@ -222,6 +222,31 @@ class Tape:
                 slopes[node.index] = 0.0 if still else _RULES[node.operation](self, node, *inner)
         return [slope(x) for x in outputs]
 
+    def gradient(self, output: Operand, variables: Sequence[Node]) -> list[Operand]:
+        """∂output/∂variable by each of many variables, in one sweep backwards over the operations."""
+        slopes: dict[int, Operand] = {output.index: 1.0} if isinstance(output, Node) else {}
+        for node in reversed(needed(self, [output])):
+            for place, x in enumerate(node.operands):
+                if isinstance(x, Node) and node.index in slopes:
+                    alone = [float(other == place) for other in range(len(node.operands))]
+                    more = self.multiply(slopes[node.index], _RULES[node.operation](self, node, *alone))
+                    slopes[x.index] = self.add(slopes.get(x.index, 0.0), more)
+        return [slopes.get(x.index, 0.0) for x in variables]
+
+    def substituted(self, outputs: Sequence[Operand], values: Mapping[Node, float]) -> list[Operand]:
+        """The outputs where some nodes have a constant's value, as operations that leave out what then vanishes."""
+        simplified = {"+": self.add, "-": self.subtract, "*": self.multiply, "/": self.divide, "where": self.where}
+        known: dict[int, Operand] = {}
+        for node in needed(self, outputs):
+            operands = [known[x.index] if isinstance(x, Node) else x for x in node.operands]
+            if not operands:
+                known[node.index] = values.get(node, node)
+            elif node.operation in simplified:
+                known[node.index] = simplified[node.operation](*operands)
+            else:
+                known[node.index] = self.node(node.operation, *operands)
+        return [known[x.index] if isinstance(x, Node) else x for x in outputs]
+
 
 def _slope_of_power(tape: Tape, node: Node, dx: Operand, dp: Operand) -> Operand:
     x, p = node.operands
@@ -245,6 +270,12 @@ def _slope_of_saturate(tape: Tape, node: Node, dv: Operand, de: Operand) -> Oper
     return tape.divide(tape.multiply(e, slope), cube)
 
 
+def _slope_of_angle(tape: Tape, node: Node, dy: Operand, dx: Operand) -> Operand:
+    y, x = node.operands
+    turned = tape.subtract(tape.multiply(x, dy), tape.multiply(y, dx))
+    return tape.divide(turned, tape.add(tape.multiply(x, x), tape.multiply(y, y)))
+
+
 _RULES: dict[str, Callable[..., Operand]] = {
     "+": lambda tape, node, da, db: tape.add(da, db),
     "-": lambda tape, node, da, db: tape.subtract(da, db),
@@ -254,6 +285,7 @@ _RULES: dict[str, Callable[..., Operand]] = {
     "sin": lambda tape, node, dx: tape.multiply(tape.node("cos", *node.operands), dx),
     "cos": lambda tape, node, dx: tape.multiply(tape.multiply(-1.0, tape.node("sin", *node.operands)), dx),
     "atan": lambda tape, node, dx: tape.divide(dx, tape.add(1.0, tape.multiply(*node.operands * 2))),
+    "atan2": _slope_of_angle,
     "exp": lambda tape, node, dx: tape.multiply(node, dx),
     "log": lambda tape, node, dx: tape.divide(dx, *node.operands),
     "tanh": lambda tape, node, dx: tape.multiply(tape.subtract(1.0, tape.multiply(node, node)), dx),
@@ -319,6 +351,9 @@ class TapeMath:
     def atan(self, x: Number) -> Number:
         return self.tape.node("atan", x)
 
+    def atan2(self, y: Number, x: Number) -> Number:
+        return self.tape.node("atan2", y, x)
+
     def exp(self, x: Number) -> Number:
         return self.tape.node("exp", x)
 
@@ -353,7 +388,7 @@ class TapeMath:
         return self.tape.node("saturate", v, eps)
 
 
-_SPELLING = {name: f"_math.{name}" for name in ("sqrt", "sin", "cos", "atan", "exp", "log", "tanh")}
+_SPELLING = {name: f"_math.{name}" for name in ("sqrt", "sin", "cos", "atan", "atan2", "exp", "log", "tanh")}
 
 
 def needed(tape: Tape, outputs: Sequence[Operand]) -> list[Node]:

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import math
 
+from sssi_exudyn.contact import maths
 from sssi_exudyn.runtime.jit import njit
+
+_compiled = njit(cache=True, error_model="numpy")
+plus, times, dot, cross = _compiled(maths.plus), _compiled(maths.times), _compiled(maths.dot), _compiled(maths.cross)
 
 
 @njit(cache=True, error_model="numpy")
@@ -15,26 +19,6 @@ def three(a, i):
 @njit(cache=True, error_model="numpy")
 def four(a, b, i):
     return a[i] + b[i], a[i + 1] + b[i + 1], a[i + 2] + b[i + 2], a[i + 3] + b[i + 3]
-
-
-@njit(cache=True, error_model="numpy")
-def plus(a, b):
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
-
-
-@njit(cache=True, error_model="numpy")
-def times(s, a):
-    return s * a[0], s * a[1], s * a[2]
-
-
-@njit(cache=True, error_model="numpy")
-def dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@njit(cache=True, error_model="numpy")
-def cross(a, b):
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @njit(cache=True, error_model="numpy")
@@ -141,14 +125,3 @@ def middle_of(a, b):
     w, x, y, z = a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]
     s = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
     return s * w, s * x, s * y, s * z
-
-
-@njit(cache=True, error_model="numpy")
-def ski_axes(normal, rotation):
-    """Forward and left axes of a ski in the snow's tangent plane, and its edge angle, for its rotation (3, 3)."""
-    forward = (rotation[0, 0], rotation[1, 0], rotation[2, 0])
-    along = plus(forward, times(-dot(forward, normal), normal))
-    along = times(1.0 / math.sqrt(dot(along, along)), along)
-    left = (rotation[0, 1], rotation[1, 1], rotation[2, 1])
-    up = (rotation[0, 2], rotation[1, 2], rotation[2, 2])
-    return along, cross(normal, along), math.atan2(dot(left, normal), dot(up, normal))

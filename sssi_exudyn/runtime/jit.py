@@ -16,3 +16,7 @@ except Exception as error:  # noqa: BLE001  a broken installation may raise anyt
 
     def njit(*given: Any, **_options: Any) -> Any:
         return given[0] if given else lambda function: function
+
+
+inlined = njit(inline="always", error_model="numpy")
+"""For what a compiled function calls in one place: on its own it would be compiled twice."""

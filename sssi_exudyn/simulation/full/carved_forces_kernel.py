@@ -39,10 +39,12 @@ edge_memory: Callable[..., tuple[float, float]]
 edge_capacity: Callable[..., tuple[float, float]]
 ground: Callable[..., tuple[float, tuple[float, float, float]]]
 foot_axes: Callable[..., Any]
+penetration: Callable[..., float]
+point_velocity: Callable[..., Any]
 of_ski: Callable[..., Any]
 section: Callable[..., Any]
 four: Callable[..., Any]
-edge_point: Callable[..., Any]
+edge_arms: Callable[..., Any]
 add_wrench: Callable[..., None]
 ski_inertia: Callable[..., None]
 bend_damping: Callable[..., float]
@@ -104,10 +106,12 @@ def edge_on_snow(parameters, place, velocity, turning, frame, under, body, offse
     body : place, quaternion, velocity and spin of its section in the foot's frame
     """
     p, r, moving, omega = body
-    arm, reach, point = edge_point(place, frame, p, r, offset)
+    arm, reach = edge_arms(frame, p, r, offset)
+    point = plus(place, reach)
     height, normal = ground(parameters, under, point[0], point[1])
-    speed = plus(plus(velocity, cross(turning, reach)), out_of(frame, plus(moving, cross(omega, arm))))
-    return arm, (height - point[2]) * normal[2], speed, normal
+    bending = out_of(frame, plus(moving, cross(omega, arm)))
+    speed = point_velocity(velocity, turning, reach, bending)
+    return arm, penetration(height - point[2], normal), speed, normal
 
 
 @njit(cache=True, error_model="numpy")

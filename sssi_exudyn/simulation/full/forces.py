@@ -33,6 +33,7 @@ from sssi_exudyn.simulation.full.forces_python import interpreted_kernel
 from sssi_exudyn.simulation.full.forces_symbolic import SymbolicLaws
 from sssi_exudyn.simulation.ski_on_snow import groove as groove_kernel
 from sssi_exudyn.simulation.ski_on_snow import ground as ground_kernel
+from sssi_exudyn.simulation.ski_on_snow import point
 from sssi_exudyn.simulation.ski_on_snow.groove import Groove
 from sssi_exudyn.simulation.ski_on_snow.structs import (
     Carrier,
@@ -66,7 +67,7 @@ def kernel_of(terms: Sequence[Term], backend: Backend) -> tuple[Any, LawParamete
     parameters = law_parameters(terms)
     if chosen == "python":
         return interpreted_kernel(terms, kernel), parameters
-    template = compile_kernel(ground_kernel, kernel)
+    template = compile_kernel(point, ground_kernel, kernel)
     if chosen == "compiled":
         return template, parameters
     laws = ArrayLaws(terms) if chosen == "numpy" else SymbolicLaws(terms)
@@ -164,7 +165,7 @@ class CarvedForces(Forces):
     def __init__(
         self, terms: Sequence[Term], sections: Sections, edges: CuttingEdges, carrier: Carrier, ref: Array
     ) -> None:
-        self._kernel = compile_kernel(ground_kernel, groove_kernel, kernel, carved_forces_kernel)
+        self._kernel = compile_kernel(point, ground_kernel, groove_kernel, kernel, carved_forces_kernel)
         self._make_room(law_parameters(terms), sections, carrier, ref, carved_forces_kernel.CARVED_SEEN)
         self._edges, self._step = edges, 0.0
         count = len(sections.share)

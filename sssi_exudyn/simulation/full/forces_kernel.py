@@ -39,21 +39,24 @@ from sssi_exudyn.contact.codegen.vectors import (
     three,
     times,
 )
-from sssi_exudyn.runtime.jit import njit
-from sssi_exudyn.terrain.surface import on_patch, patch_under
+from sssi_exudyn.runtime.jit import inlined, njit
+from sssi_exudyn.terrain.surface import patch_under
 
-point_force: Callable[..., float]
-point_derivatives: Callable[..., tuple[float, float, float]]
-foot_force: Callable[..., tuple[float, float]]
-foot_derivatives: Callable[..., tuple[float, ...]]
-segment_force: Callable[..., tuple[float, float, float]]
-segment_derivatives: Callable[..., tuple[float, ...]]
 body_force: Callable[..., tuple[float, float, float]]
-body_derivatives: Callable[..., tuple[float, ...]]
-terrain_height: Callable[..., tuple[float, float, float]]
-uneven: Callable[..., bool]
-upright: Callable[..., tuple[float, float, float]]
 foot_axes: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float], float]]
+foot_derivatives: Callable[..., tuple[float, ...]]
+foot_force: Callable[..., tuple[float, float]]
+penetration: Callable[..., float]
+point_derivatives: Callable[..., tuple[float, float, float]]
+point_force: Callable[..., float]
+point_velocity: Callable[..., tuple[float, float, float]]
+point_wrench: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float]]]
+segment_derivatives: Callable[..., tuple[float, ...]]
+segment_force: Callable[..., tuple[float, float, float]]
+sinking_rate: Callable[..., float]
+snow_normal: Callable[..., tuple[float, float, float]]
+snow_over: Callable[..., tuple[float, float, float]]
+uneven: Callable[..., bool]
 
 NODE = 7
 """Coordinates of a ski's node."""
@@ -91,18 +94,35 @@ def section(q, v, ref, base, element, xi):
 
 
 @njit(cache=True, error_model="numpy")
-def edge_point(place, frame, p, r, offset):
-    """An edge's point: its arm from the section in the foot's frame, and from the foot and in all in the slope's."""
+def edge_arms(frame, p, r, offset):
+    """An edge's point: its arm from the section in the foot's frame, and from the foot in the slope's."""
     arm = rotate(r, offset)
-    out = out_of(frame, plus(p, arm))
-    return arm, out, plus(place, out)
+    return arm, out_of(frame, plus(p, arm))
 
 
 @njit(cache=True, error_model="numpy")
-def sinking(velocity, frame, turning, v, omega, arm, out, normal):
-    """Rate at which an edge's point sinks along the snow's normal (m/s)."""
-    speed = plus(plus(velocity, cross(turning, out)), out_of(frame, plus(v, cross(omega, arm))))
-    return -dot(speed, normal)
+def edge_in_snow(parameters, under, shaped, foot, posed, offset):
+    """An edge's point: its arm from the section in the foot's frame, its depth, and where it is in the snow the rate
+    at which it sinks and the snow's normal.
+
+    foot : place, velocity, rotation (3, 3) and spin;  posed : as ``section`` gives it;  shaped : as in ``snow_over``
+    """
+    at, velocity, frame, spinning = foot
+    arm, reach = edge_arms(frame, posed[0], posed[1], offset)
+    gap, h_f, h_l = snow_over(parameters, under, shaped, plus(at, reach))
+    normal = snow_normal(h_f, h_l)
+    depth = penetration(gap, normal)
+    if depth <= 0.0:
+        return arm, depth, 0.0, normal
+    bending = out_of(frame, plus(posed[2], cross(posed[3], arm)))
+    return arm, depth, sinking_rate(point_velocity(velocity, spinning, reach, bending), normal), normal
+
+
+@njit(cache=True, error_model="numpy")
+def foot_now(at, pelvis, speed, ski):
+    """Place, velocity, rotation (3, 3) and spin of a foot of a pelvis at a place, moving at ``speed``."""
+    place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
+    return place, velocity, at.foot_rotation[ski], three(at.foot_spin[ski], 0)
 
 
 @njit(cache=True, error_model="numpy")
@@ -193,71 +213,67 @@ def forces(parameters, q, v, ref, sections, carrier, at, found):
     q, v, ref : (s + 2·7·(n + 1),);  sections : ``Sections``;  carrier : ``Carrier``;  at : ``Instant``
     found : ``ForcePass``, which is filled
     """
-    element, share, length, damping = sections.element, sections.share, sections.length, sections.damping
-    sign, t = carrier.sign, at.time
-    out, seen = found.out, found.seen
+    out, seen, damping = found.out, found.seen, sections.damping
     out[:] = 0.0
     seen[:] = 0.0
-    elements = damping.shape[0]
-    per_ski = NODE * (elements + 1)
     pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
-    shaped = uneven(parameters)
     for ski in range(2):
-        base = len(sign) + ski * per_ski
-        frame = at.foot_rotation[ski]
-        place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
-        turning = three(at.foot_spin[ski], 0)
-        under = patch_under(sections.surface, place[0], place[1])
-        on_pelvis = (0.0, 0.0, 0.0)
-        for m in range(element.shape[0]):
-            xi = share[m]
-            i = base + NODE * element[m]
-            p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
-            force = (0.0, 0.0, 0.0)
-            torque = (0.0, 0.0, 0.0)
-            for edge in range(2):
-                arm, reach, point = edge_point(place, frame, p, r, three(sections.offset[m, edge], 0))
-                height, h_f, h_l = on_patch(under, point[0], point[1])
-                if shaped:
-                    more = terrain_height(parameters, point[0], point[1])
-                    height, h_f, h_l = height + more[0], h_f + more[1], h_l + more[2]
-                upwards = upright(h_f, h_l)
-                depth = (height - point[2]) * upwards[2]
-                if depth <= 0.0:
-                    continue
-                rate = sinking(velocity, frame, turning, moving, omega, arm, reach, upwards)
-                normal = into(frame, upwards)
-                push = point_force(parameters, depth, rate, length[m])
-                seen[ski, LOAD] += push
-                seen[ski, GROOVE] += depth * length[m]
-                seen[ski, DEPTH] = max(seen[ski, DEPTH], depth)
-                seen[ski, CONTACT_POWER] -= push * rate
-                pushed = times(push, normal)
-                force = plus(force, pushed)
-                torque = plus(torque, cross(arm, pushed))
-            if force[0] != 0.0 or force[1] != 0.0 or force[2] != 0.0:
-                add_wrench(out, i, 1.0 - xi, q0, force, torque)
-                add_wrench(out, i + NODE, xi, q1, force, torque)
-                on_pelvis = plus(on_pelvis, force)
-        on_pelvis = out_of(frame, on_pelvis)
-        for k in range(3):
-            out[k] += on_pelvis[k]
+        base = len(carrier.sign) + ski * NODE * (damping.shape[0] + 1)
+        foot = foot_now(at, pelvis, speed, ski)
+        frame = foot[2]
+        press_sections(parameters, q, v, ref, base, sections, foot, out, seen[ski])
         seen[ski, DAMPING_POWER] -= bend_damping(q, v, ref, base, damping, out)
         spin_in, spin_rate = into(frame, at.foot_spin[ski]), into(frame, at.foot_spin_rate[ski])
         ski_inertia(
             q, v, ref, base, sections, carrier.gravity, frame, spin_in, spin_rate, at.foot_acceleration[ski], out
         )
-        along, across, edge_angle = foot_axes(parameters, sections.surface, place, frame)
-        v_t, v_n = dot(velocity, along), dot(velocity, across)
-        side = 1.0 - 2.0 * ski
-        f_t, f_n = foot_force(
-            parameters, seen[ski, LOAD], v_t, v_n, edge_angle, seen[ski, GROOVE], t, place[0], place[1], side
-        )
-        add_to_tree(out, sign, plus(times(f_t, along), times(f_n, across)), at.foot_jacobian[ski])
-        seen[ski, ALONG], seen[ski, ACROSS], seen[ski, EDGE] = f_t, f_n, edge_angle
-        seen[ski, V_T], seen[ski, V_N] = v_t, v_n
-        seen[ski, FRICTION_POWER] = f_t * v_t + f_n * v_n
+        add_to_tree(out, carrier.sign, rub(parameters, sections, foot, at.time, ski, seen[ski]), at.foot_jacobian[ski])
     push_skier(parameters, carrier, at, pelvis, speed, found)
+
+
+@inlined
+def press_sections(parameters, q, v, ref, base, sections, foot, out, seen):
+    """Add the snow's forces on the sections of a ski whose nodes start at ``base``, to the nodes and the pelvis."""
+    at, _, frame, _ = foot
+    under, shaped = patch_under(sections.surface, at[0], at[1]), uneven(parameters)
+    on_pelvis = (0.0, 0.0, 0.0)
+    for m in range(sections.element.shape[0]):
+        xi, length = sections.share[m], sections.length[m]
+        i = base + NODE * sections.element[m]
+        posed = section(q, v, ref, base, sections.element[m], xi)
+        force = (0.0, 0.0, 0.0)
+        torque = (0.0, 0.0, 0.0)
+        for edge in range(2):
+            offset = three(sections.offset[m, edge], 0)
+            arm, depth, rate, normal = edge_in_snow(parameters, under, shaped, foot, posed, offset)
+            if depth <= 0.0:
+                continue
+            push = point_force(parameters, depth, rate, length)
+            seen[LOAD] += push
+            seen[GROOVE] += depth * length
+            seen[DEPTH] = max(seen[DEPTH], depth)
+            seen[CONTACT_POWER] -= push * rate
+            pushed, turning = point_wrench(push, into(frame, normal), arm)
+            force, torque = plus(force, pushed), plus(torque, turning)
+        if force[0] != 0.0 or force[1] != 0.0 or force[2] != 0.0:
+            add_wrench(out, i, 1.0 - xi, posed[4], force, torque)
+            add_wrench(out, i + NODE, xi, posed[5], force, torque)
+            on_pelvis = plus(on_pelvis, force)
+    on_pelvis = out_of(frame, on_pelvis)
+    for k in range(3):
+        out[k] += on_pelvis[k]
+
+
+@inlined
+def rub(parameters, sections, foot, t, ski, seen):
+    """The friction (3) on a foot, in N, of whose ski ``seen`` (11,) has load and groove."""
+    at, velocity, frame, _ = foot
+    along, across, edge = foot_axes(parameters, sections.surface, at, frame)
+    v_t, v_n = dot(velocity, along), dot(velocity, across)
+    f_t, f_n = foot_force(parameters, seen[LOAD], v_t, v_n, edge, seen[GROOVE], t, at[0], at[1], 1.0 - 2.0 * ski)
+    seen[ALONG], seen[ACROSS], seen[EDGE], seen[V_T], seen[V_N] = f_t, f_n, edge, v_t, v_n
+    seen[FRICTION_POWER] = f_t * v_t + f_n * v_n
+    return plus(times(f_t, along), times(f_n, across))
 
 
 @njit(cache=True, error_model="numpy")
@@ -322,72 +338,65 @@ def jacobian(parameters, q, v, ref, sections, carrier, at, seen, by_place, by_ra
     damping, friction and drag by velocity.  Left out, as they only cost iterations: the turning of the contact's
     arms, friction's dependence on the load, the forces of inertia.
     """
-    element, share, length, damping = sections.element, sections.share, sections.length, sections.damping
-    sign, t = carrier.sign, at.time
-    rows, columns, values = triplets
+    sign, damping = carrier.sign, sections.damping
     count = 0
-    elements = damping.shape[0]
-    per_ski = NODE * (elements + 1)
-    slope = np.zeros(17)
-    block = np.zeros((17, 17))
     tree = np.zeros((3, len(sign)))
     pelvis, speed = plus(three(q, 0), three(ref, 0)), three(v, 0)
-    shaped = uneven(parameters)
     for ski in range(2):
-        base = len(sign) + ski * per_ski
-        frame = at.foot_rotation[ski]
-        place, velocity = plus(pelvis, at.foot_place[ski]), plus(speed, at.foot_velocity[ski])
-        turning = three(at.foot_spin[ski], 0)
-        under = patch_under(sections.surface, place[0], place[1])
-        for m in range(element.shape[0]):
-            xi = share[m]
-            i = base + NODE * element[m]
-            p, r, moving, omega, q0, q1 = section(q, v, ref, base, element[m], xi)
-            touched = False
-            for edge in range(2):
-                arm, reach, point = edge_point(place, frame, p, r, three(sections.offset[m, edge], 0))
-                height, h_f, h_l = on_patch(under, point[0], point[1])
-                if shaped:
-                    more = terrain_height(parameters, point[0], point[1])
-                    height, h_f, h_l = height + more[0], h_f + more[1], h_l + more[2]
-                upwards = upright(h_f, h_l)
-                depth = (height - point[2]) * upwards[2]
-                if depth <= 0.0:
-                    continue
-                rate = sinking(velocity, frame, turning, moving, omega, arm, reach, upwards)
-                normal = into(frame, upwards)
-                _, by_depth, by_sinking = point_derivatives(parameters, depth, rate, length[m])
-                stiffness = by_place * by_depth + by_rate * by_sinking
-                if stiffness == 0.0:
-                    continue
-                if not touched:
-                    block[:] = 0.0
-                    touched = True
-                turn = cross(arm, normal)
-                turn0, turn1 = on_quaternion(q0, turn), on_quaternion(q1, turn)
-                outwards = out_of(frame, normal)
-                for k in range(3):
-                    slope[k], slope[7 + k], slope[14 + k] = (1.0 - xi) * normal[k], xi * normal[k], outwards[k]
-                for k in range(4):
-                    slope[3 + k], slope[10 + k] = (1.0 - xi) * turn0[k], xi * turn1[k]
-                for a in range(17):
-                    for b in range(17):
-                        block[a, b] += stiffness * slope[a] * slope[b]
-            if touched:
-                for a in range(17):
-                    row = i + a if a < 14 else a - 14
-                    for b in range(17):
-                        column = i + b if b < 14 else b - 14
-                        count = put(rows, columns, values, count, row, column, block[a, b])
+        base = len(sign) + ski * NODE * (damping.shape[0] + 1)
+        foot = foot_now(at, pelvis, speed, ski)
+        count = contact_triplets(parameters, q, v, ref, base, sections, foot, by_place, by_rate, triplets, count)
         count = damping_triplets(q, ref, base, damping, by_rate, triplets, count)
-        along, across, edge_angle = foot_axes(parameters, sections.surface, place, frame)
-        side = 1.0 - 2.0 * ski
+        place, velocity, frame, _ = foot
+        along, across, edge = foot_axes(parameters, sections.surface, place, frame)
         slopes = foot_derivatives(
-            parameters, seen[ski, LOAD], dot(velocity, along), dot(velocity, across), edge_angle, seen[ski, GROOVE], t,
-            place[0], place[1], side,
+            parameters, seen[ski, LOAD], dot(velocity, along), dot(velocity, across), edge, seen[ski, GROOVE], at.time,
+            place[0], place[1], 1.0 - 2.0 * ski,
         )  # fmt: skip
         for k in range(3):
             column_t = slopes[3] * along[k] + slopes[4] * across[k]
             column_n = slopes[6] * along[k] + slopes[7] * across[k]
             add_to_tree(tree[k], sign, plus(times(column_t, along), times(column_n, across)), at.foot_jacobian[ski])
     return skier_triplets(parameters, carrier, at, pelvis, speed, tree, by_rate, triplets, count)
+
+
+@inlined
+def contact_triplets(parameters, q, v, ref, base, sections, foot, by_place, by_rate, triplets, count):
+    """Append what the contact of one ski gives along the snow's normals; the new count."""
+    rows, columns, values = triplets
+    at, _, frame, _ = foot
+    under, shaped = patch_under(sections.surface, at[0], at[1]), uneven(parameters)
+    slope, block = np.zeros(17), np.zeros((17, 17))
+    for m in range(sections.element.shape[0]):
+        xi = sections.share[m]
+        i = base + NODE * sections.element[m]
+        posed = section(q, v, ref, base, sections.element[m], xi)
+        touched = False
+        for edge in range(2):
+            offset = three(sections.offset[m, edge], 0)
+            arm, depth, rate, upwards = edge_in_snow(parameters, under, shaped, foot, posed, offset)
+            if depth <= 0.0:
+                continue
+            _, by_depth, by_sinking = point_derivatives(parameters, depth, rate, sections.length[m])
+            stiffness = by_place * by_depth + by_rate * by_sinking
+            if stiffness == 0.0:
+                continue
+            if not touched:
+                block[:] = 0.0
+                touched = True
+            normal, turn = point_wrench(1.0, into(frame, upwards), arm)
+            turn0, turn1 = on_quaternion(posed[4], turn), on_quaternion(posed[5], turn)
+            for k in range(3):
+                slope[k], slope[7 + k], slope[14 + k] = (1.0 - xi) * normal[k], xi * normal[k], upwards[k]
+            for k in range(4):
+                slope[3 + k], slope[10 + k] = (1.0 - xi) * turn0[k], xi * turn1[k]
+            for a in range(17):
+                for b in range(17):
+                    block[a, b] += stiffness * slope[a] * slope[b]
+        if touched:
+            for a in range(17):
+                row = i + a if a < 14 else a - 14
+                for b in range(17):
+                    column = i + b if b < 14 else b - 14
+                    count = put(rows, columns, values, count, row, column, block[a, b])
+    return count

@@ -17,16 +17,24 @@ import numpy as np
 
 from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.contact.codegen.vectors import ski_axes
-from sssi_exudyn.contact.maths import ArrayMath
+from sssi_exudyn.contact.maths import ArrayMath, Vector, dot, plus, times
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.simulation.full import forces_kernel as kernel
+from sssi_exudyn.simulation.ski_on_snow.point import (
+    penetration,
+    point_velocity,
+    point_wrench,
+    sinking_rate,
+    ski_axes,
+    snow_normal,
+)
 from sssi_exudyn.simulation.ski_on_snow.structs import Carrier, ForcePass, Instant, Sections, SnowGrid
 from sssi_exudyn.terrain.surface import on_change, patch_under
 
 _on_change: Final = getattr(on_change, "py_func", on_change)
 """Over arrays, which would be compiled again, and for each of their shapes."""
+_MATH: Final = ArrayMath()
 _TINY: Final = 1e-7
 """rad; neighbours turned by less against each other are taken for parallel, as in ``vectors.between``."""
 _CONJUGATE: Final = np.array([[1.0], [-1.0], [-1.0], [-1.0]])
@@ -121,8 +129,8 @@ class ArrayKernel:
     ) -> tuple[Array, Array, float]:
         """As ``kernel.foot_axes``."""
         under = np.array(patch_under(surface, place[0], place[1]))
-        _, normal = self._ground(under, np.array(place[:1]), np.array(place[1:2]))
-        along, across, edge = ski_axes(tuple(normal[:, 0]), rotation)
+        _, normal = self._ground(under, np.asarray(place[0]), np.asarray(place[1]))
+        along, across, edge = ski_axes(_MATH, normal, rotation)
         return np.array(along), np.array(across), float(edge)
 
     def forces(
@@ -178,13 +186,14 @@ class ArrayKernel:
         reach = feet.rotation @ (np.repeat(p, 2, axis=2) + arm)
         point = feet.place[:, :, None] + reach
         height, normal = self._ground(under, point[:, 0], point[:, 1])
-        depth = (height - point[:, 2]) * normal[:, 2]
+        depth = penetration(_MATH, height - point[:, 2], normal)
         pressed = depth > 0.0
         if not np.any(pressed):
             return
         local = paces @ weights.T + _cross(spins @ weights.T, arm)
-        pace = feet.velocity[:, :, None] + _skew(feet.spin) @ reach + feet.rotation @ local
-        rate = -np.sum(pace * normal, axis=1)
+        velocity, spin = feet.velocity.T[:, :, None], feet.spin.T[:, :, None]
+        bending = (feet.rotation @ local).swapaxes(0, 1)
+        rate = sinking_rate(_MATH, point_velocity(_MATH, velocity, spin, reach.swapaxes(0, 1), bending), normal)
         long = np.repeat(sections.length, 2)
         push = np.zeros_like(depth)
         push[pressed] = self._laws.point(depth[pressed], rate[pressed], np.broadcast_to(long, depth.shape)[pressed])
@@ -193,33 +202,31 @@ class ArrayKernel:
         seen[:, kernel.GROOVE] = sunk @ long
         seen[:, kernel.DEPTH] = sunk.max(axis=1)
         seen[:, kernel.CONTACT_POWER] = -np.sum(push * rate, axis=1)
-        pushed = push[:, None] * (feet.rotation.swapaxes(1, 2) @ normal)
-        force += pushed @ weights
-        torque += _cross(arm, pushed) @ weights
+        inwards = feet.rotation.swapaxes(1, 2) @ np.stack(normal, axis=1)
+        pushed, turning = point_wrench(_MATH, push, inwards.swapaxes(0, 1), arm.swapaxes(0, 1))
+        force += np.stack(pushed, axis=1) @ weights
+        torque += np.stack(turning, axis=1) @ weights
 
     def _friction(self, seen: Array, t: float, feet: Feet, under: Array) -> Array:
         """(2, 3) N on the feet, over patches (8, 2)."""
         f, l = feet.place[:, 0], feet.place[:, 1]  # noqa: E741
         _, normal = self._ground(under, f, l)
-        axes = [ski_axes(tuple(normal[:, ski]), feet.rotation[ski]) for ski in range(2)]
-        along, across = (np.array([axis[k] for axis in axes]) for k in range(2))
-        edge = np.array([axis[2] for axis in axes])
-        v_t, v_n = (np.sum(feet.velocity * axis, axis=1) for axis in (along, across))
+        along, across, edge = ski_axes(_MATH, normal, np.moveaxis(feet.rotation, 0, -1))
+        v_t, v_n = (dot(feet.velocity.T, axis) for axis in (along, across))
         load, groove = seen[:, kernel.LOAD], seen[:, kernel.GROOVE]
         f_t, f_n = self._laws.foot(load, v_t, v_n, edge, groove, np.full(2, t), f, l, _SIDES)
         seen[:, kernel.ALONG : kernel.V_N + 1] = np.stack([f_t, f_n, edge, v_t, v_n], axis=1)
         seen[:, kernel.FRICTION_POWER] = f_t * v_t + f_n * v_n
-        return np.asarray(f_t[:, None] * along + f_n[:, None] * across)
+        return np.stack(plus(times(f_t, along), times(f_n, across)), axis=1)
 
-    def _ground(self, under: Array, f: Array, l: Array) -> tuple[Array, Array]:  # noqa: E741
-        """Height (…, k) and unit normal (…, 3, k) of the snow at places (…, k); (k,) gives (3, k).
+    def _ground(self, under: Array, f: Array, l: Array) -> tuple[Array, Vector]:  # noqa: E741
+        """Height and the components of the unit normal of the snow at places, each of the places' shape.
 
         under : (8, …) patches near the places
         """
         on_surface = _on_change(under[2:], f - under[0], l - under[1])
         height, by_f, by_l = (a + b for a, b in zip(self._laws.terrain(f, l), on_surface, strict=True))
-        s = 1.0 / np.sqrt(1.0 + by_f * by_f + by_l * by_l)
-        return height, np.stack([-by_f * s, -by_l * s, s], axis=-2)
+        return height, snow_normal(_MATH, by_f, by_l)
 
 
 def _inertia(

@@ -1,22 +1,27 @@
 """The force kernel as plain Python, calling the terms as they are written: slow, and the reference for the compiled
 one.
 
-The geometry is the compiled kernel's own text, run by the interpreter; every law is ``Term.force`` over floats.  Only
-the derivatives that Newton's method wants are the generated ones: they steer the iteration, not the result.
+The loops are the compiled kernel's own text, run by the interpreter; laws, and the formulas of a contact point, are
+called as they are written, over floats.  Only the derivatives that Newton's method wants are the generated ones: they
+steer the iteration, not the result.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from types import FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
+from sssi_exudyn.contact import maths
 from sssi_exudyn.contact import term as places
 from sssi_exudyn.contact.codegen import vectors
 from sssi_exudyn.contact.codegen.compiled import compile_kernel
+from sssi_exudyn.contact.codegen.formula import formulas_of
 from sssi_exudyn.contact.maths import FloatMath
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.simulation.ski_on_snow import ground as ground_kernel
+from sssi_exudyn.simulation.ski_on_snow import point
 from sssi_exudyn.terrain import surface
 
 
@@ -24,13 +29,14 @@ def interpreted_kernel(terms: Sequence[Term], template: ModuleType) -> Any:
     """A namespace with the functions of ``template`` for ``terms``, none of them compiled: as ``compile_kernel``'s
     module.
     """
-    module = compile_kernel(ground_kernel, template)
-    kernels = {each.__name__ for each in (vectors, surface, module)}
+    module = compile_kernel(point, ground_kernel, template)
+    kernels = {each.__name__ for each in (maths, vectors, surface, module)}
     names: dict[str, Any] = vars(vectors) | vars(surface) | vars(module)
     for name, value in list(names.items()):
         plain = getattr(value, "py_func", value)  # without Numba functions are plain already
         if isinstance(plain, FunctionType) and plain.__module__ in kernels:
             names[name] = FunctionType(plain.__code__, names, name, plain.__defaults__)
+    names |= {one.name: partial(one, FloatMath()) for one in formulas_of(point)}
     names |= _laws(terms)
     return SimpleNamespace(**{name: value for name, value in names.items() if not name.startswith("__")})
 

@@ -42,6 +42,9 @@ class SymbolicMath:
     def atan(self, x: Number) -> Number:
         return _symbols.atan(x)
 
+    def atan2(self, y: Number, x: Number) -> Number:
+        return _symbols.atan2(y, x)
+
     def exp(self, x: Number) -> Number:
         return _symbols.exp(x)
 

@@ -1,5 +1,5 @@
 """Tangents of a run on snow that edges cut: a template that ``compiled`` joins with ``carved_run_kernel``,
-``edge_tangents``, ``surroundings_tangents``, ``heading_tangents``, their own templates and the laws.
+``edge_tangents``, ``air_tangents``, ``heading_tangents``, their own templates and the laws.
 
 The run is known.  Its instants are gone through again, as what the snow remembers is not kept of it, and each instant's
 equations are linearised where the run met them (``reduced_tangents`` has the equations).  The tangents of groove and
@@ -29,11 +29,10 @@ advect: Callable[..., None]
 accept: Callable[..., None]
 of_ski: Callable[..., Any]
 heights: Callable[..., tuple[float, float, float]]
-upright: Callable[..., tuple[float, float, float]]
+snow_normal_derivatives: Callable[..., Any]
 linearise_edges: Callable[..., None]
 advect_tangents: Callable[..., None]
 leave_tangents: Callable[..., None]
-normal_tangent: Callable[..., tuple[float, float, float]]
 linearise_ground: Callable[..., None]
 collect_patch: Callable[..., None]
 linearise_air: Callable[..., None]
@@ -172,9 +171,8 @@ def turn_onto_snow(parameters, ski, surface, pose, foot_spin, snow, room, side, 
     )  # fmt: skip
     collect_under(parameters, surface, inputs, at, room, side)
     _, h_f, h_l = heights(parameters, patch_under(surface, at[0], at[1]), at[0], at[1])
-    normal = upright(h_f, h_l)
-    by_f = axes_turn(normal, snow, normal_tangent(h_f, h_l, normal[2], 1.0, 0.0))
-    by_l = axes_turn(normal, snow, normal_tangent(h_f, h_l, normal[2], 0.0, 1.0))
+    normal, (by_f, by_l) = snow_normal_derivatives(h_f, h_l)
+    by_f, by_l = axes_turn(normal, snow, by_f), axes_turn(normal, snow, by_l)
     over, modes = foot[0] / normal[2], own - 2
     width, many = moved.shape[1], room.patch.shape[1]
     swept = cross(foot_spin, axis)

@@ -151,13 +151,12 @@ def listed_parameters(terms: Sequence[Term], ordered: Sequence[Direction]) -> tu
         known = place_parameters(terms, kind)
         return np.array([i for i, (_, p) in enumerate(listed) if p in known], dtype=np.int64)
 
-    on_ski = {p for kind in ("point", "foot", "terrain", "edge") for p in place_parameters(terms, kind)}
     columns = ParameterColumns(
         index=np.array([p for _, p in listed], dtype=np.int64),
         values=np.array(values).reshape(len(values), len(parameter_values(terms))),
         row=np.array([row for row, _ in listed], dtype=np.int64),
-        ski=np.array([p in on_ski for _, p in listed], dtype=np.bool_),
         point=of("point"),
+        foot=of("foot"),
         segment=of("segment"),
         body=of("body"),
         terrain=of("terrain"),

@@ -303,7 +303,7 @@ def _rest_tangents(
     """
     many, modes, count = len(load), len(contact.omega), len(inputs.columns.index)
     fixed = MODES + 2 * modes
-    still, none = (0.0, 0.0, 0.0), np.zeros((2, modes))
+    still, none = (0.0, 0.0, 0.0), np.zeros(modes)
     work = kernel.ski_work(modes, len(parameters.values))
     size = fixed + count + PATCH
     skis = np.zeros((2, MODAL + modes + FURTHER, size))
@@ -312,17 +312,16 @@ def _rest_tangents(
     right = np.zeros((1 + 2 * modes, many))
     right[0] = load
     for ski in range(2):
-        foot = (tuple(at.foot_place[0, ski]), still, at.foot_rotation[0, ski], still)
-        where = (start.place[0], start.place[1], rest.height)
+        at_foot = np.array([start.place[0], start.place[1], rest.height]) + at.foot_place[0, ski]
+        foot = (tuple(at_foot), still, at.foot_rotation[0, ski], still)
         kernel.linearise_ski(
-            parameters, contact, inputs.columns, float(at.time[0]), where, still, rest.eta, none, foot, ski, work,
+            parameters, contact, inputs.columns, float(at.time[0]), foot, rest.eta[ski], none, 1.0 - 2.0 * ski, work,
             skis[ski],
         )  # fmt: skip
         z[ski, PLACE : PLACE + 3] = of_foot(inputs, ski, 0)
         z[ski, PLACE : PLACE + 2] += place[:2]
         z[ski, TURN:SPIN] = of_foot(inputs, ski, 6)
         z[ski, fixed : fixed + count] = inputs.parameters
-        at_foot = start.place + at.foot_place[0, ski]
         kernel.collect_patch(z[ski], inputs, contact.surface, at_foot[0], at_foot[1])
         rows = slice(1 + ski * modes, 1 + (ski + 1) * modes)
         found, modal = skis[ski], slice(MODAL, MODAL + modes)

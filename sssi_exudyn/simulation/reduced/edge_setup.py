@@ -11,13 +11,13 @@ from sssi_exudyn.bodies.ski.modes import ModalSki, edge_turning
 from sssi_exudyn.contact.codegen.compiled import compile_kernel
 from sssi_exudyn.simulation.assembly import CUTTING_POINTS
 from sssi_exudyn.simulation.reduced import (
+    air_tangents,
     carved_steps_kernel,
     carved_tangents_kernel,
     heading_tangents,
-    surroundings_tangents,
 )
 from sssi_exudyn.simulation.ski_on_snow import edge as edge_kernel
-from sssi_exudyn.simulation.ski_on_snow import edge_tangents, heading_kernel
+from sssi_exudyn.simulation.ski_on_snow import edge_tangents, heading_kernel, point
 from sssi_exudyn.simulation.ski_on_snow import groove as groove_kernel
 from sssi_exudyn.simulation.ski_on_snow import ground as ground_kernel
 from sssi_exudyn.simulation.ski_on_snow.edge import EdgeSki, EdgeWork
@@ -53,13 +53,14 @@ def bending_edges(cut: BeamMesh, modal: ModalSki) -> EdgeSki:
 def carving_module() -> Any:
     """The compiled functions of skis on snow that edges cut, alone and under a skier: those that are called."""
     return compile_kernel(
+        point,
         ground_kernel,
         groove_kernel,
         heading_kernel,
         edge_kernel,
         turn_kernel,
         carved_steps_kernel,
-        surroundings_tangents,
+        air_tangents,
         edge_tangents,
         heading_tangents,
         carved_tangents_kernel,

@@ -1,5 +1,5 @@
 """Tangents of the skier's heading where it is found: a template that ``compiled`` joins with ``heading_kernel``,
-``surroundings_tangents`` and the laws.
+``air_tangents`` and the laws.
 
 An instant's heading, its rate and acceleration follow from what was before it.  So they are three numbers more by which
 the instant is linearised, the first three of all, and every other number moves it through them too.

@@ -20,7 +20,7 @@ from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.model.heading import check_heading
 from sssi_exudyn.model.model import Model, along_snow
-from sssi_exudyn.simulation.reduced import steps_kernel, surroundings_tangents, tangents_kernel
+from sssi_exudyn.simulation.reduced import air_tangents, newmark, steps_kernel, tangents_kernel
 from sssi_exudyn.simulation.reduced.carved_run import simulate_carved
 from sssi_exudyn.simulation.reduced.prepared import (
     Prepared,
@@ -31,17 +31,19 @@ from sssi_exudyn.simulation.reduced.prepared import (
     reduced_run,
 )
 from sssi_exudyn.simulation.ski_on_snow import ground as ground_kernel
+from sssi_exudyn.simulation.ski_on_snow import point
 from sssi_exudyn.simulation.ski_on_snow.structs import (
     InitialState,
     ModalContact,
     PrescribedMotion,
     ReducedSeries,
+    TimeStep,
 )
 
 
 def reduced_module() -> Any:
     """The compiled functions of the reduced model, on snow that edges do not cut."""
-    return compile_kernel(ground_kernel, surroundings_tangents, steps_kernel, tangents_kernel)
+    return compile_kernel(point, ground_kernel, newmark, steps_kernel, air_tangents, tangents_kernel)
 
 
 @dataclass(frozen=True)
@@ -141,11 +143,11 @@ def _loads(
     count = len(contact.omega)
     size = 3 + 2 * count
     buffers = np.zeros(size), np.zeros((size, size)), np.zeros((4 + count, 3 + count))
-    still = (0.0, 0.0, 0.0)
+    still, rest = (0.0, 0.0, 0.0), TimeStep(0.0, 0.0, 0.0)
     loads = np.empty(2)
     for side in range(2):
-        foot = (tuple(at.foot_place[0, side]), still, at.foot_rotation[0, side], still)
+        foot = (tuple(pelvis + at.foot_place[0, side]), still, at.foot_rotation[0, side], still)
         loads[side], *_ = kernel.snow(
-            parameters, contact, tuple(pelvis), still, eta, np.zeros_like(eta), foot, side, *buffers, 0.0, 0.0
+            parameters, contact, foot, eta[side], np.zeros(count), 3 + side * count, rest, *buffers
         )
     return loads

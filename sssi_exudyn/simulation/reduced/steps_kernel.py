@@ -16,24 +16,30 @@ from collections.abc import Callable
 import numpy as np
 
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.contact.codegen.vectors import cross, dot, into, out_of, plus, three, times
-from sssi_exudyn.runtime.jit import njit
-from sssi_exudyn.simulation.ski_on_snow.structs import InitialState, NewtonWork, ReducedSeries, ReducedState
-from sssi_exudyn.terrain.surface import on_patch, patch_under
+from sssi_exudyn.contact.codegen.vectors import dot, into, out_of, plus, three
+from sssi_exudyn.runtime.jit import inlined, njit
+from sssi_exudyn.simulation.ski_on_snow.structs import InitialState, NewtonWork, ReducedSeries, ReducedState, TimeStep
+from sssi_exudyn.terrain.surface import patch_under
 
-point_force: Callable[..., float]
-point_derivatives: Callable[..., tuple[float, float, float]]
-foot_force: Callable[..., tuple[float, float]]
-foot_derivatives: Callable[..., tuple[float, ...]]
-segment_force: Callable[..., tuple[float, float, float]]
-segment_derivatives: Callable[..., tuple[float, ...]]
+bent_vector: Callable[..., tuple[float, float, float]]
 body_force: Callable[..., tuple[float, float, float]]
-terrain_height: Callable[..., tuple[float, float, float]]
-with_values: Callable[..., LawParameters]
-uneven: Callable[..., bool]
-upright: Callable[..., tuple[float, float, float]]
+foot_derivatives: Callable[..., tuple[float, ...]]
+foot_forces: Callable[..., tuple[tuple[float, float, float], float]]
 ground: Callable[..., tuple[float, tuple[float, float, float]]]
-foot_axes: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float], float]]
+next_place: Callable[..., float]
+next_rate: Callable[..., float]
+penetration: Callable[..., float]
+point_derivatives: Callable[..., tuple[float, float, float]]
+point_velocity: Callable[..., tuple[float, float, float]]
+point_wrench: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float]]]
+segment_derivatives: Callable[..., tuple[float, ...]]
+sinking_rate: Callable[..., float]
+ski_axes: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float], float]]
+snow_normal: Callable[..., tuple[float, float, float]]
+snow_over: Callable[..., tuple[float, float, float]]
+time_step: Callable[..., TimeStep]
+uneven: Callable[..., bool]
+with_values: Callable[..., LawParameters]
 
 ITERATIONS = 12
 """Newton iterations at most."""
@@ -44,57 +50,47 @@ SMALL = 1e-5
 
 
 @njit(cache=True, error_model="numpy")
-def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scratch, by_place, by_rate):
+def foot_at(motion, n, ski, x, v):
+    """Place, velocity, rotation (3, 3) and spin of a foot at the n-th instant, with the pelvis at x, moving at v."""
+    return (
+        plus(x, three(motion.foot_place[n, ski], 0)), plus(v, three(motion.foot_velocity[n, ski], 0)),
+        motion.foot_rotation[n, ski], three(motion.foot_spin[n, ski], 0),
+    )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def snow(parameters, contact, foot, eta, rate, base, step, residual, matrix, scratch):
     """Add one ski's contact to residual (3 + 2k,) and matrix; the load, the area pressed into the snow, the snow's
     force square to it, and its moment about the foot's place.
 
-    contact : ``ModalContact``;  x, v : place and velocity of the pelvis;  eta, rate : (2, k) of the modes
-    foot : place, velocity (tuples), rotation (3, 3) and spin (tuple) relative to the pelvis
-    by_place, by_rate : derivatives of place and rate by the acceleration sought
-    scratch : (4 + k, 3 + k), overwritten
+    contact : ``ModalContact``;  foot : as of ``foot_at``;  eta, rate : (k,) of the modes, which stand from ``base`` on
+    step : ``TimeStep``, how place and rate follow from what is sought;  scratch : (4 + k, 3 + k), overwritten
     """
-    place, moving, frame, spin = foot
+    at, velocity, frame, spin = foot
     shape, points, length = contact.shape, contact.points, contact.length
     modes = shape.shape[3]
-    base = 3 + ski * modes
     size = 3 + modes
     load = 0.0
     groove = 0.0
     force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     scratch[:] = 0.0
     slope = scratch[size]
-    under = patch_under(contact.surface, x[0] + place[0], x[1] + place[1])
-    # asked once: at every point the laws' own call would cost more than a point off the snow
-    shaped = uneven(parameters)
+    under, shaped = patch_under(contact.surface, at[0], at[1]), uneven(parameters)
     for m in range(points.shape[0]):
         for edge in range(2):
-            a, b, c = points[m, edge, 0], points[m, edge, 1], points[m, edge, 2]
-            for k in range(modes):
-                a += shape[m, edge, 0, k] * eta[ski, k]
-                b += shape[m, edge, 1, k] * eta[ski, k]
-                c += shape[m, edge, 2, k] * eta[ski, k]
-            arm = out_of(frame, (a, b, c))
-            point = plus(plus(x, place), arm)
-            height, h_f, h_l = on_patch(under, point[0], point[1])
-            if shaped:
-                more = terrain_height(parameters, point[0], point[1])
-                height, h_f, h_l = height + more[0], h_f + more[1], h_l + more[2]
-            normal = upright(h_f, h_l)
-            depth = (height - point[2]) * normal[2]
+            arm = bent_vector(frame, three(points[m, edge], 0), shape, eta, m, edge)
+            gap, h_f, h_l = snow_over(parameters, under, shaped, plus(at, arm))
+            normal = snow_normal(h_f, h_l)
+            depth = penetration(gap, normal)
             if depth <= 0.0:
                 continue
-            a, b, c = 0.0, 0.0, 0.0
-            for k in range(modes):
-                a += shape[m, edge, 0, k] * rate[ski, k]
-                b += shape[m, edge, 1, k] * rate[ski, k]
-                c += shape[m, edge, 2, k] * rate[ski, k]
-            bending = out_of(frame, (a, b, c))
-            speed = plus(plus(v, moving), plus(cross(spin, arm), bending))
-            push, by_depth, by_sinking = point_derivatives(parameters, depth, -dot(speed, normal), length[m])
+            bending = bent_vector(frame, (0.0, 0.0, 0.0), shape, rate, m, edge)
+            sinking = sinking_rate(point_velocity(velocity, spin, arm, bending), normal)
+            push, by_depth, by_sinking = point_derivatives(parameters, depth, sinking, length[m])
             load += push
             groove += depth * length[m]
-            pushed = times(push, normal)
-            force, moment = plus(force, pushed), plus(moment, cross(arm, pushed))
+            pushed, turning = point_wrench(push, normal, arm)
+            force, moment = plus(force, pushed), plus(moment, turning)
             inside = into(frame, normal)
             for d in range(3):
                 slope[d] = normal[d]
@@ -106,19 +102,26 @@ def snow(parameters, contact, x, v, eta, rate, foot, ski, residual, matrix, scra
                     + shape[m, edge, 2, k] * inside[2]
                 )
                 residual[base + k] -= push * slope[3 + k]
-            stiffness = by_place * by_depth + by_rate * by_sinking
+            stiffness = step.by_place * by_depth + step.by_rate * by_sinking
             for row in range(size):
                 factor = stiffness * slope[row]
                 for column in range(row, size):
                     scratch[row, column] += factor * slope[column]
+    spread(matrix, scratch, base)
+    return load, groove, force, moment
+
+
+@inlined
+def spread(matrix, upper, base):
+    """Add one ski's symmetric matrix, of which the upper triangle (3 + k, 3 + k) is given, to that of both skis."""
+    size = upper.shape[1]
     for row in range(size):
         to_row = row if row < 3 else base + row - 3
         for column in range(row, size):
             to_column = column if column < 3 else base + column - 3
-            matrix[to_row, to_column] += scratch[row, column]
+            matrix[to_row, to_column] += upper[row, column]
             if row != column:
-                matrix[to_column, to_row] += scratch[row, column]
-    return load, groove, force, moment
+                matrix[to_column, to_row] += upper[row, column]
 
 
 @njit(cache=True, error_model="numpy")
@@ -156,17 +159,17 @@ def settle(parameters, contact, x, foot_place, foot_rotation, load, eta):
     size = 3 + 2 * modes
     matrix, residual, scratch = np.zeros((size, size)), np.zeros(size), np.zeros((4 + modes, 3 + modes))
     still = (0.0, 0.0, 0.0)
-    rest = np.zeros((2, modes))
+    rest, place = np.zeros(modes), TimeStep(0.0, 1.0, 0.0)
     height = x[2]
     for _ in range(200):
         matrix[:] = 0.0
         residual[:] = 0.0
         carried = 0.0
         for ski in range(2):
-            foot = (three(foot_place[ski], 0), still, foot_rotation[ski], still)
+            at = plus((x[0], x[1], height), three(foot_place[ski], 0))
             found, _area, _force, _moment = snow(
-                parameters, contact, (x[0], x[1], height), still, eta, rest, foot, ski,
-                residual, matrix, scratch, 1.0, 0.0,
+                parameters, contact, (at, still, foot_rotation[ski], still), eta[ski], rest, 3 + ski * modes, place,
+                residual, matrix, scratch,
             )  # fmt: skip
             carried += found
             for k in range(modes):
@@ -202,106 +205,32 @@ def advance(parameters, contact, motion, n, state, work, series):
 
     state : ``ReducedState``;  work : ``NewtonWork``;  the others as in ``run``
     """
-    step, time, mass, gravity, area = motion.step, motion.time, motion.mass, motion.gravity, motion.area
-    omega, ratio = contact.omega, contact.ratio
-    modes = omega.shape[0]
-    size = 3 + 2 * modes
-    x, v = three(state.place, 0), three(state.velocity, 0)
-    eta, rate, acceleration = state.eta, state.rate, state.acceleration
-    trial, next_eta, next_rate, push = work.trial, work.eta, work.rate, work.push
-    matrix, residual, scratch = work.matrix, work.residual, work.scratch
-    by_place, by_rate = 0.25 * step * step, 0.5 * step
-    if n == 0:
-        by_place, by_rate = 0.0, 0.0
+    step = time_step(n, motion.step)
+    acceleration, trial, residual = state.acceleration, work.trial, work.residual
+    size = acceleration.shape[0]
     for i in range(size):
         trial[i] = acceleration[i]
     done = False
     for _ in range(ITERATIONS):
-        new_x, new_v = x, v
-        if n > 0:
-            new_x = (
-                x[0] + step * v[0] + by_place * (acceleration[0] + trial[0]),
-                x[1] + step * v[1] + by_place * (acceleration[1] + trial[1]),
-                x[2] + step * v[2] + by_place * (acceleration[2] + trial[2]),
-            )
-            new_v = (
-                v[0] + by_rate * (acceleration[0] + trial[0]),
-                v[1] + by_rate * (acceleration[1] + trial[1]),
-                v[2] + by_rate * (acceleration[2] + trial[2]),
-            )
-        for ski in range(2):
-            for k in range(modes):
-                i = 3 + ski * modes + k
-                if n > 0:
-                    next_eta[ski, k] = eta[ski, k] + step * rate[ski, k] + by_place * (acceleration[i] + trial[i])
-                    next_rate[ski, k] = rate[ski, k] + by_rate * (acceleration[i] + trial[i])
-                else:
-                    next_eta[ski, k], next_rate[ski, k] = eta[ski, k], rate[ski, k]
-        matrix[:] = 0.0
+        x, v = move_on(step, state, work)
+        work.matrix[:] = 0.0
         for c in range(3):
-            residual[c] = mass * (trial[c] - gravity[c]) + motion.carried[n, c]
-            matrix[c, c] = mass
+            residual[c] = motion.mass * (trial[c] - motion.gravity[c]) + motion.carried[n, c]
+            work.matrix[c, c] = motion.mass
         for ski in range(2):
-            frame = motion.foot_rotation[n, ski]
-            pulled = into(frame, (trial[0], trial[1], trial[2]))
-            for k in range(modes):
-                i = 3 + ski * modes + k
-                p, w = three(contact.coupling[k], 0), omega[k]
-                residual[i] = (
-                    trial[i] + 2.0 * ratio[k] * w * next_rate[ski, k] + w * w * next_eta[ski, k]
-                    + dot(p, plus(pulled, three(motion.ski_acceleration[n, ski], 0)))
-                    + dot(three(contact.spinning[k], 0), three(motion.ski_turning[n, ski], 0))
-                )  # fmt: skip
-                matrix[i, i] = 1.0 + by_rate * 2.0 * ratio[k] * w + by_place * w * w
-                outwards = out_of(frame, p)
-                for c in range(3):
-                    residual[c] += outwards[c] * trial[i]
-                    matrix[c, i] += outwards[c]
-                    matrix[i, c] += outwards[c]
-            foot = (
-                three(motion.foot_place[n, ski], 0),
-                three(motion.foot_velocity[n, ski], 0),
-                frame,
-                three(motion.foot_spin[n, ski], 0),
-            )
+            foot = foot_at(motion, n, ski, x, v)
+            swing_modes(contact, motion, n, ski, step, work)
             load, groove, force, moment = snow(
-                parameters, contact, new_x, new_v, next_eta, next_rate, foot, ski,
-                residual, matrix, scratch, by_place, by_rate,
+                parameters, contact, foot, work.eta[ski], work.rate[ski], 3 + ski * contact.omega.shape[0], step,
+                residual, work.matrix, work.scratch,
             )  # fmt: skip
-            at, moving = plus(new_x, foot[0]), plus(new_v, foot[1])
-            along, across, edge = foot_axes(parameters, contact.surface, at, frame)
-            found = foot_derivatives(
-                parameters, load, dot(moving, along), dot(moving, across), edge, groove, time[n], at[0], at[1],
-                1.0 - 2.0 * ski,
-            )  # fmt: skip
-            pushed = plus(times(found[0], along), times(found[1], across))
-            series.loads[n, ski], series.edges[n, ski] = load, edge
+            series.loads[n, ski] = load
             for c in range(3):
-                residual[c] -= pushed[c]
-                push[ski, c] = pushed[c]
-                series.force[n, ski, c], series.moment[n, ski, c] = force[c] + pushed[c], moment[c]
-                for d in range(3):
-                    matrix[c, d] -= by_rate * (
-                        along[c] * (found[3] * along[d] + found[4] * across[d])
-                        + across[c] * (found[6] * along[d] + found[7] * across[d])
-                    )
-        for k in range(area.shape[0]):
-            moving = plus(new_v, three(motion.exposed_velocity[n, k], 0))
-            facing = motion.exposed_facing[n, k]
-            found = segment_derivatives(
-                parameters, time[n], new_x[0], new_x[1], moving[0], moving[1], moving[2], area[k],
-                facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
-            )  # fmt: skip
-            for c in range(3):
-                residual[c] -= found[c]
-                for d in range(3):
-                    matrix[c, d] -= by_rate * found[3 + 3 * c + d]
-        at, moving = plus(new_x, three(motion.com_place[n], 0)), plus(new_v, three(motion.com_velocity[n], 0))
-        body = body_force(parameters, time[n], at[0], at[1], moving[0], moving[1], moving[2])
-        for c in range(3):
-            residual[c] -= body[c]
+                series.force[n, ski, c], series.moment[n, ski, c] = force[c], moment[c]
+            add_friction(parameters, contact, foot, motion.time[n], ski, groove, step, n, series, work)
+        push_body(parameters, motion, n, x, v, step, work)
+        solve(work.matrix, residual)
         largest = 0.0
-        solve(matrix, residual)
         for i in range(size):
             trial[i] -= residual[i]
             largest = max(largest, abs(residual[i]))
@@ -312,24 +241,107 @@ def advance(parameters, contact, motion, n, state, work, series):
             break
     if not done and largest > 1e-2:
         return False
-    # arrays element by element: an assignment of the whole compiles its error messages, 4 s of them
-    for i in range(size):
-        acceleration[i] = trial[i]
+    keep(x, v, state, work, n, series)
+    return True
+
+
+@inlined
+def move_on(step, state, work):
+    """Place and velocity of the pelvis after a step with the trial accelerations; the modes' go to ``work``."""
+    x, v, before, after = state.place, state.velocity, state.acceleration, work.trial
+    modes = work.eta.shape[1]
     for ski in range(2):
         for k in range(modes):
-            eta[ski, k], rate[ski, k] = next_eta[ski, k], next_rate[ski, k]
-    for c in range(3):
-        state.place[c], state.velocity[c] = new_x[c], new_v[c]
-        series.place[n, c], series.velocity[n, c] = new_x[c], new_v[c]
-    for ski in range(2):
-        frame = motion.foot_rotation[n, ski]
-        at = plus(new_x, three(motion.foot_place[n, ski], 0))
-        _, normal = ground(parameters, patch_under(contact.surface, at[0], at[1]), at[0], at[1])
-        total = plus(times(series.loads[n, ski], normal), three(push[ski], 0))
-        series.sole[n, ski] = frame[0, 2] * total[0] + frame[1, 2] * total[1] + frame[2, 2] * total[2]
+            both = before[3 + ski * modes + k] + after[3 + ski * modes + k]
+            work.eta[ski, k] = next_place(step, state.eta[ski, k], state.rate[ski, k], both)
+            work.rate[ski, k] = next_rate(step, state.rate[ski, k], both)
+    pull = plus(three(before, 0), three(after, 0))
+    place = (
+        next_place(step, x[0], v[0], pull[0]), next_place(step, x[1], v[1], pull[1]),
+        next_place(step, x[2], v[2], pull[2]),
+    )  # fmt: skip
+    return place, (next_rate(step, v[0], pull[0]), next_rate(step, v[1], pull[1]), next_rate(step, v[2], pull[2]))
+
+
+@inlined
+def swing_modes(contact, motion, n, ski, step, work):
+    """Add the equations of a ski's modes, but for the snow, and what their inertia does to the pelvis."""
+    trial, matrix, residual = work.trial, work.matrix, work.residual
+    modes = contact.omega.shape[0]
+    frame = motion.foot_rotation[n, ski]
+    felt = plus(into(frame, three(trial, 0)), three(motion.ski_acceleration[n, ski], 0))
+    for k in range(modes):
+        i = 3 + ski * modes + k
+        p, w = three(contact.coupling[k], 0), contact.omega[k]
+        damping = 2.0 * contact.ratio[k] * w
+        residual[i] = (
+            trial[i] + damping * work.rate[ski, k] + w * w * work.eta[ski, k] + dot(p, felt)
+            + dot(three(contact.spinning[k], 0), three(motion.ski_turning[n, ski], 0))
+        )  # fmt: skip
+        matrix[i, i] = 1.0 + step.by_rate * damping + step.by_place * w * w
+        outwards = out_of(frame, p)
         for c in range(3):
-            series.friction[n, ski, c] = push[ski, c]
-    return True
+            residual[c] += outwards[c] * trial[i]
+            matrix[c, i] += outwards[c]
+            matrix[i, c] += outwards[c]
+
+
+@inlined
+def add_friction(parameters, contact, foot, t, ski, groove, step, n, series, work):
+    """Add the friction on a foot whose load the series has; the series gets it, the edge angle and the sole's force."""
+    at, velocity, frame, _spin = foot
+    _, normal = ground(parameters, patch_under(contact.surface, at[0], at[1]), at[0], at[1])
+    along, across, edge = ski_axes(normal, frame)
+    load = series.loads[n, ski]
+    found = foot_derivatives(
+        parameters, load, dot(velocity, along), dot(velocity, across), edge, groove, t, at[0], at[1], 1.0 - 2.0 * ski
+    )
+    friction, sole = foot_forces(load, found[0], found[1], normal, along, across, frame)
+    series.edges[n, ski], series.sole[n, ski] = edge, sole
+    for c in range(3):
+        work.residual[c] -= friction[c]
+        series.friction[n, ski, c] = friction[c]
+        series.force[n, ski, c] += friction[c]
+        for d in range(3):
+            work.matrix[c, d] -= step.by_rate * (
+                along[c] * (found[3] * along[d] + found[4] * across[d])
+                + across[c] * (found[6] * along[d] + found[7] * across[d])
+            )
+
+
+@inlined
+def push_body(parameters, motion, n, x, v, step, work):
+    """Add what the air does to all segments, and the forces on the centre of mass."""
+    residual, matrix = work.residual, work.matrix
+    for k in range(motion.area.shape[0]):
+        moving = plus(v, three(motion.exposed_velocity[n, k], 0))
+        facing = motion.exposed_facing[n, k]
+        found = segment_derivatives(
+            parameters, motion.time[n], x[0], x[1], moving[0], moving[1], moving[2], motion.area[k],
+            facing[0, 0], facing[0, 1], facing[0, 2], facing[1, 1], facing[1, 2], facing[2, 2],
+        )  # fmt: skip
+        for c in range(3):
+            residual[c] -= found[c]
+            for d in range(3):
+                matrix[c, d] -= step.by_rate * found[3 + 3 * c + d]
+    at, moving = plus(x, three(motion.com_place[n], 0)), plus(v, three(motion.com_velocity[n], 0))
+    body = body_force(parameters, motion.time[n], at[0], at[1], moving[0], moving[1], moving[2])
+    for c in range(3):
+        residual[c] -= body[c]
+
+
+@inlined
+def keep(x, v, state, work, n, series):
+    """Keep the state that Newton's method has found."""
+    # arrays element by element: an assignment of the whole compiles its error messages, 4 s of them
+    for i in range(work.trial.shape[0]):
+        state.acceleration[i] = work.trial[i]
+    for ski in range(2):
+        for k in range(work.eta.shape[1]):
+            state.eta[ski, k], state.rate[ski, k] = work.eta[ski, k], work.rate[ski, k]
+    for c in range(3):
+        state.place[c], state.velocity[c] = x[c], v[c]
+        series.place[n, c], series.velocity[n, c] = x[c], v[c]
 
 
 @njit(cache=True, error_model="numpy")
@@ -341,8 +353,8 @@ def first_state(start):
         start.place.copy(), start.velocity.copy(), start.eta.copy(), np.zeros((2, modes)), np.zeros(size)
     )
     work = NewtonWork(
-        np.zeros(size), np.zeros((2, modes)), np.zeros((2, modes)), np.zeros((2, 3)), np.zeros((size, size)),
-        np.zeros(size), np.zeros((4 + modes, 3 + modes)),
+        np.zeros(size), np.zeros((2, modes)), np.zeros((2, modes)), np.zeros((size, size)), np.zeros(size),
+        np.zeros((4 + modes, 3 + modes)),
     )  # fmt: skip
     return state, work
 

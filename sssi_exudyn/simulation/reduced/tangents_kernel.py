@@ -1,11 +1,8 @@
 """Derivatives of a run of the reduced model by any numbers, carried along with it: a template that ``compiled`` joins
-with ``reduced_kernel``, ``surroundings_tangents`` and the laws.
+with ``newmark``, ``steps_kernel``, ``air_tangents`` and the laws.
 
-At an instant the residual r(a, q, q̇, p) = 0 gives the accelerations a, where by Newmark's rule
-
-    q = q₀ + h q̇₀ + h²/4 (a₀ + a),   q̇ = q̇₀ + h/2 (a₀ + a)
-
-Its tangents by a number p follow from the same equations, linearised where the step has converged:
+At an instant the residual r(a, q, q̇, p) = 0 gives the accelerations a, and with them q and q̇ by Newmark's rule
+(``newmark``).  Its tangents by a number p follow from the same equations, linearised where the step has converged:
 
     (∂r/∂a + h²/4 ∂r/∂q + h/2 ∂r/∂q̇) da = −∂r/∂q dq* − ∂r/∂q̇ dq̇* − ∂r/∂p dp
 
@@ -16,348 +13,371 @@ parameters.  A point that touches down or lifts off adds nothing, as its force b
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.contact.codegen.vectors import cross, dot, out_of, plus, ski_axes, three, times
-from sssi_exudyn.runtime.jit import njit
-from sssi_exudyn.simulation.ski_on_snow.structs import NewtonWork, ReducedState, SkiWork, TangentState
-from sssi_exudyn.terrain.surface import PATCH, on_change, on_patch, patch_changes, patch_under
+from sssi_exudyn.contact.codegen.vectors import cross, dot, out_of, plus, three, times
+from sssi_exudyn.runtime.jit import inlined, njit
+from sssi_exudyn.simulation.ski_on_snow.structs import NewtonWork, ReducedState, SkiWork, TangentState, TimeStep
+from sssi_exudyn.terrain.surface import PATCH, on_change, patch_changes, patch_under
 
 advance: Callable[..., bool]
-first_state: Callable[..., tuple[ReducedState, NewtonWork]]
-heights: Callable[..., tuple[float, float, float]]
-with_values: Callable[..., LawParameters]
-point_force: Callable[..., float]
-foot_force: Callable[..., tuple[float, float]]
-point_linearisation: Callable[..., None]
-foot_linearisation: Callable[..., None]
-terrain_height: Callable[..., tuple[float, float, float]]
-terrain_linearisation: Callable[..., None]
-normal_tangent: Callable[..., tuple[float, float, float]]
-linearise_ground: Callable[..., None]
-linearise_patch: Callable[..., None]
+bent_vector: Callable[..., tuple[float, float, float]]
 collect_patch: Callable[..., None]
+first_state: Callable[..., tuple[ReducedState, NewtonWork]]
+foot_at: Callable[..., Any]
+foot_force: Callable[..., tuple[float, float]]
+foot_linearisation: Callable[..., None]
+foot_on_snow: Callable[..., tuple[float, float, float]]
+foot_on_snow_linearisation: Callable[..., None]
+foot_on_sole_linearisation: Callable[..., None]
+heights: Callable[..., tuple[float, float, float]]
 linearise_air: Callable[..., None]
+linearise_ground: Callable[..., None]
+mode_force_derivatives: Callable[..., Any]
+next_place: Callable[..., float]
+next_rate: Callable[..., float]
+penetration: Callable[..., float]
+point_arm_derivatives: Callable[..., Any]
+point_force: Callable[..., float]
+point_in_snow_linearisation: Callable[..., None]
+point_linearisation: Callable[..., None]
+point_velocity: Callable[..., tuple[float, float, float]]
+point_wrench: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float]]]
+point_wrench_derivatives: Callable[..., Any]
+sinking_rate: Callable[..., float]
+snow_normal: Callable[..., tuple[float, float, float]]
+snow_normal_derivatives: Callable[..., Any]
+snow_over: Callable[..., tuple[float, float, float]]
+terrain_linearisation: Callable[..., None]
+time_step: Callable[..., TimeStep]
 uneven: Callable[..., bool]
+with_values: Callable[..., LawParameters]
 
 PLACE, VELOCITY, TURN, SPIN, MODES = 0, 3, 6, 9, 12
 """First columns of a ski's linearisation: its foot's motion (3 each), then amplitudes and rates of the modes (k each),
 then the parameters (c), then the six numbers of the snow surface's patch under the ski."""
+REACH, BENDING, RAISED = 12, 15, 18
+"""Further columns of ``point_in_snow``'s derivatives, whose first twelve are those of the foot's motion."""
+DEPTH, RATE, PUSH, STEP = range(4)
+"""Rows of ``SkiWork.slopes``; the last is the first of two."""
 MODAL = 3
 """First row of the forces on the modes; the rows before are the snow's normal force on the pelvis."""
 FURTHER = 10
-"""Rows after those: load, groove, friction (3), edge angle, force on the sole, moment about the foot (3), counted from
+"""Rows after those: moment about the foot (3), load, groove, friction (3), edge angle, force on the sole, counted from
 3 + k."""
-LOAD, GROOVE, FRICTION, EDGE, SOLE, MOMENT = 0, 1, 2, 5, 6, 7
+MOMENT, LOAD, GROOVE, FRICTION, EDGE, SOLE = 0, 3, 4, 5, 8, 9
+BY_TURN, BY_SLOPE, BY_LOAD, BY_GROOVE, BY_PLACE, BY_FORCE = 3, 6, 8, 9, 10, 12
+"""First columns of ``SkiWork.foot`` after those of the foot's velocity: its turn (3), both slopes of the snow, load,
+groove, place (2), and the friction along and across."""
 ONES = np.eye(PATCH)
 """Patches of which one number is one."""
-
-
-@njit(cache=True, error_model="numpy")
-def axes_tangent(normal, rotation, dn, turn):
-    """Change of the axes along and across a ski and of its edge angle with the normal's and a turn (3) of the ski."""
-    forward = (rotation[0, 0], rotation[1, 0], rotation[2, 0])
-    left = (rotation[0, 1], rotation[1, 1], rotation[2, 1])
-    up = (rotation[0, 2], rotation[1, 2], rotation[2, 2])
-    d_forward = cross(turn, forward)
-    level = dot(forward, normal)
-    along = plus(forward, times(-level, normal))
-    size = math.sqrt(dot(along, along))
-    along = times(1.0 / size, along)
-    d_level = dot(d_forward, normal) + dot(forward, dn)
-    d_along = plus(d_forward, plus(times(-d_level, normal), times(-level, dn)))
-    d_along = times(1.0 / size, plus(d_along, times(-dot(along, d_along), along)))
-    d_across = plus(cross(dn, along), cross(normal, d_along))
-    sine, cosine = dot(left, normal), dot(up, normal)
-    d_sine = dot(cross(turn, left), normal) + dot(left, dn)
-    d_cosine = dot(cross(turn, up), normal) + dot(up, dn)
-    return d_along, d_across, (cosine * d_sine - sine * d_cosine) / (sine * sine + cosine * cosine)
 
 
 @njit(cache=True, error_model="numpy")
 def ski_work(modes, parameters):
     """Arrays for ``linearise_ski``."""
     size = MODES + 2 * modes
-    step = np.zeros((2, size))
-    step[0, PLACE], step[1, PLACE + 1] = 1.0, 1.0
+    slopes = np.zeros((5, size))
+    slopes[STEP, PLACE], slopes[STEP + 1, PLACE + 1] = 1.0, 1.0
     return SkiWork(
-        np.zeros(size), np.zeros(size), np.zeros(size), np.zeros((modes, 3)), np.zeros((3, 8 + modes)), step,
-        np.zeros((1, 2)), np.zeros((1, parameters)), np.zeros((3, 2)), np.zeros((3, parameters)),
-        np.zeros((2, 7)), np.zeros((2, parameters)), np.zeros((2, 7)), np.zeros((3, 5)), np.zeros((3, parameters)),
-        np.zeros((3, parameters)), np.zeros((2, 6)),
+        np.zeros((2, 21)), slopes, np.zeros((modes, 3)), np.zeros((3, 8 + modes)), np.zeros((3, 7)), np.zeros((3, 2)),
+        np.zeros((3, parameters)), np.zeros((3, 8)), np.zeros((2, 7)), np.zeros((4, 8)), np.zeros((5, 14)),
+        np.zeros((2, 6)),
     )  # fmt: skip
 
 
 @njit(cache=True, error_model="numpy")
-def fill_pull(pull, force, arm, reach):
-    """Fill a row ``pull`` (6 + k or longer) with what a force (3) at a point does to the pelvis, the modes and the
-    moment about the foot.
+def linearise_ski(parameters, contact, columns, t, foot, eta, rate, side, work, matrix):
+    """Fill ``matrix`` (3 + k + 10, 12 + 2k + columns + 6) with the derivatives of a ski's forces.
+
+    foot, eta, rate : as in ``snow``;  side : 1 on the left, −1 on the right
+    columns : ``ParameterColumns``;  work : ``SkiWork``
+    """
+    at, velocity, frame, spin = foot
+    shape, points, length, reach = contact.shape, contact.points, contact.length, work.reach
+    under, shaped = patch_under(contact.surface, at[0], at[1]), uneven(parameters)
+    curved = contact.surface.coefficients.shape[0] > 0
+    load = 0.0
+    groove = 0.0
+    matrix[:] = 0.0
+    for m in range(points.shape[0]):
+        for edge in range(2):
+            arm = bent_vector(frame, three(points[m, edge], 0), shape, eta, m, edge)
+            over = snow_over(parameters, under, shaped, plus(at, arm))
+            normal = snow_normal(over[1], over[2])
+            depth = penetration(over[0], normal)
+            if depth <= 0.0:
+                continue
+            bending = bent_vector(frame, (0.0, 0.0, 0.0), shape, rate, m, edge)
+            sinking = sinking_rate(point_velocity(velocity, spin, arm, bending), normal)
+            state = depth, sinking, length[m]
+            push = point_force(parameters, depth, sinking, length[m])
+            load += push
+            groove += depth * length[m]
+            for k in range(reach.shape[0]):
+                w = out_of(frame, (shape[m, edge, 0, k], shape[m, edge, 1, k], shape[m, edge, 2, k]))
+                reach[k, 0], reach[k, 1], reach[k, 2] = w
+            linearise_ground(parameters, under, at[0] + arm[0], at[1] + arm[1], work.by_ground, work.by_parameter)
+            curvature = work.by_ground[1, 0], work.by_ground[1, 1], work.by_ground[2, 1]
+            point_in_snow_linearisation(over, curvature, velocity, spin, arm, bending, work.point)
+            point_linearisation(parameters, depth, sinking, length[m], work.by_state, work.by_parameter)
+            stiffness = work.by_state[0, 0], work.by_state[0, 1]
+            add_motion(matrix, work, arm, normal, push, stiffness, length[m])
+            if curvature[0] != 0.0 or curvature[1] != 0.0 or curvature[2] != 0.0:
+                add_tilt(matrix, work, arm, push, over, curvature)
+            add_laws(matrix, work, parameters, columns, state)
+            if curved or columns.terrain.shape[0] > 0:
+                fill_ground_pulls(work, arm, normal, push, stiffness, over, length[m])
+                add_terrain(matrix, work, parameters, columns, at[0] + arm[0], at[1] + arm[1])
+            if curved:
+                add_patch(matrix, work, arm)
+    linearise_foot(parameters, columns, t, foot, (load, groove, side), under, work, matrix)
+    if curved:
+        move_patch(matrix, work, contact.surface, at)
+
+
+@njit(cache=True, error_model="numpy")
+def fill_pull(pull, push, normal, arm, reach):
+    """Fill a row ``pull`` (6 + k or longer) with what a point's force does to the pelvis, the modes and the moment
+    about the foot.
 
     arm : from the foot;  reach : (k, 3) the modes' displacements there
     """
+    force, moment = point_wrench(push, normal, arm)
     modes = reach.shape[0]
-    turning = cross(arm, force)
     for j in range(3):
-        pull[j], pull[MODAL + modes + j] = force[j], turning[j]
+        pull[j], pull[MODAL + modes + MOMENT + j] = force[j], moment[j]
     for k in range(modes):
         pull[MODAL + k] = reach[k, 0] * force[0] + reach[k, 1] * force[1] + reach[k, 2] * force[2]
 
 
 @njit(cache=True, error_model="numpy")
-def fill_ground_pulls(pulls, point, reach):
-    """Fill ``pulls`` (3, 8 + k) with what a point's force, load and groove gain where the snow is a metre higher, and
-    where its slopes along f and l are one more.
-
-    point : slopes and their factor s, gap, push, its derivatives by depth and rate, velocity, arm from the foot, and
-    the edge's length;  reach : (k, 3) the modes' displacements there
-    """
-    h_f, h_l, s, gap, push, by_depth, by_sinking, speed, arm, length = point
-    normal = (-h_f * s, -h_l * s, s)
-    for i in range(3):
-        dn = (0.0, 0.0, 0.0)
-        deeper = s
-        if i > 0:
-            dn = normal_tangent(h_f, h_l, s, 1.0 * (i == 1), 1.0 * (i == 2))
-            deeper = gap * dn[2]
-        found = by_depth * deeper - by_sinking * dot(speed, dn)
-        fill_pull(pulls[i], plus(times(found, normal), times(push, dn)), arm, reach)
-        pulls[i, MODAL + reach.shape[0] + 3], pulls[i, MODAL + reach.shape[0] + 4] = found, length * deeper
-
-
-@njit(cache=True, error_model="numpy")
-def add_ground_change(matrix, column, change, pulls, further):
-    """Add to a ski's linearisation what a point feels of snow whose height and slopes ``change`` under it."""
-    for row in range(further):
-        matrix[row, column] += pulls[0, row] * change[0] + pulls[1, row] * change[1] + pulls[2, row] * change[2]
-    for i in range(5):
-        row = further + (MOMENT + i if i < 3 else LOAD if i == 3 else GROOVE)
-        i += further
-        matrix[row, column] += pulls[0, i] * change[0] + pulls[1, i] * change[1] + pulls[2, i] * change[2]
-
-
-@njit(cache=True, error_model="numpy")
-def add_products(matrix, pull, slopes, further, last):
-    """Add to the columns before ``last`` of a ski's linearisation a point's ``pull`` times ``slopes`` (last,)."""
-    for row in range(further + 3):
+def add_products(matrix, pull, slopes, rows, last):
+    """Add ``pull`` (rows,) times ``slopes`` (last,) to the first rows and columns of a matrix."""
+    for row in range(rows):
         factor = pull[row]
-        to_row = row if row < further else row + MOMENT
         for column in range(last):
-            matrix[to_row, column] += factor * slopes[column]
+            matrix[row, column] += factor * slopes[column]
+
+
+@inlined
+def add_motion(matrix, work, arm, normal, push, stiffness, length):
+    """Add what the ski's motion changes of a point's force, where the snow's normal stays.
+
+    stiffness : the force's derivatives by depth and rate
+    """
+    point, slopes, reach, pull = work.point, work.slopes, work.reach, work.pulls[0]
+    modes, fixed = reach.shape[0], slopes.shape[1]
+    further = MODAL + modes
+    for row in range(2):
+        for column in range(MODES):
+            slopes[row, column] = point[row, column]
+        for k in range(modes):
+            w = reach[k, 0], reach[k, 1], reach[k, 2]
+            slopes[row, MODES + k] = dot(w, (point[row, REACH], point[row, REACH + 1], point[row, REACH + 2]))
+            slopes[row, MODES + modes + k] = dot(
+                w, (point[row, BENDING], point[row, BENDING + 1], point[row, BENDING + 2])
+            )
+    for column in range(fixed):
+        slopes[PUSH, column] = stiffness[0] * slopes[DEPTH, column] + stiffness[1] * slopes[RATE, column]
+        matrix[further + GROOVE, column] += length * slopes[DEPTH, column]
+    fill_pull(pull, 1.0, normal, arm, reach)
+    pull[further + LOAD] = 1.0
+    add_products(matrix, pull, slopes[PUSH], further + LOAD + 1, fixed)
+    # the force as it is, on an arm and on modes that turn and bend
+    (force, _), (by_turn, by_reach) = point_wrench_derivatives(push, normal, arm)
+    for row in range(3):
+        for j in range(3):
+            matrix[further + MOMENT + row, TURN + j] += by_turn[1][row][j]
+        for k in range(modes):
+            matrix[further + MOMENT + row, MODES + k] += dot(by_reach[1][row], (reach[k, 0], reach[k, 1], reach[k, 2]))
+    for k in range(modes):
+        _, by_mode = mode_force_derivatives(force, (reach[k, 0], reach[k, 1], reach[k, 2]))
+        for j in range(3):
+            matrix[MODAL + k, TURN + j] += by_mode[0][j]
+
+
+@inlined
+def add_tilt(matrix, work, arm, push, over, curvature):
+    """Add what the tilt of the snow's normal changes where the ski moves a point along curved snow.
+
+    over : as of ``snow_over``;  curvature : h_ff, h_fl, h_ll (1/m)
+    """
+    slopes, reach, pulls = work.slopes, work.reach, work.pulls
+    modes = reach.shape[0]
+    _, (by_turn, _) = point_arm_derivatives(arm)
+    _, (by_f, by_l) = snow_normal_derivatives(over[1], over[2])
+    for i in range(2):
+        for j in range(3):
+            slopes[STEP + i, TURN + j] = by_turn[i][j]
+        for k in range(modes):
+            slopes[STEP + i, MODES + k] = reach[k, i]
+        tilt = plus(times(curvature[i], by_f), times(curvature[i + 1], by_l))
+        fill_pull(pulls[1 + i], push, tilt, arm, reach)
+        add_products(matrix, pulls[1 + i], slopes[STEP + i], MODAL + modes + MOMENT + 3, MODES + modes)
+
+
+@inlined
+def add_laws(matrix, work, parameters, columns, state):
+    """Add what the parameters of the laws at points change of the force in ``state``: depth, rate and length."""
+    fixed, rows = work.slopes.shape[1], MODAL + work.reach.shape[0] + LOAD + 1
+    row_of_values = -1
+    for i in range(columns.point.shape[0]):
+        column = columns.point[i]
+        if columns.row[column] != row_of_values:
+            row_of_values = columns.row[column]
+            others = with_values(parameters, columns.values[row_of_values])
+            point_linearisation(others, state[0], state[1], state[2], work.by_state, work.by_parameter)
+        found = work.by_parameter[0, columns.index[column]]
+        for row in range(rows):
+            matrix[row, fixed + column] += work.pulls[0, row] * found
+
+
+@inlined
+def fill_ground_pulls(work, arm, normal, push, stiffness, over, length):
+    """Fill ``work.pulls`` with what a point's force, load and groove gain where the snow is a metre higher, and where
+    its slopes along f and l are one more.
+    """
+    point, pulls = work.point, work.pulls
+    further = MODAL + work.reach.shape[0]
+    _, (by_f, by_l) = snow_normal_derivatives(over[1], over[2])
+    for i in range(3):
+        found = stiffness[0] * point[DEPTH, RAISED + i] + stiffness[1] * point[RATE, RAISED + i]
+        tilt = plus(times(push * (i == 1), by_f), times(push * (i == 2), by_l))
+        fill_pull(pulls[i], 1.0, plus(times(found, normal), tilt), arm, work.reach)
+        pulls[i, further + LOAD], pulls[i, further + GROOVE] = found, length * point[DEPTH, RAISED + i]
 
 
 @njit(cache=True, error_model="numpy")
-def linearise_ski(parameters, contact, columns, t, x, v, eta, rate, foot, ski, work, matrix):
-    """Fill ``matrix`` (3 + k + 10, 12 + 2k + columns + 6) with the derivatives of a ski's forces.
+def add_ground_change(matrix, column, change, pulls):
+    """Add to a ski's linearisation what a point feels of snow whose height and slopes ``change`` under it."""
+    for row in range(pulls.shape[1]):
+        matrix[row, column] += pulls[0, row] * change[0] + pulls[1, row] * change[1] + pulls[2, row] * change[2]
 
-    columns : ``ParameterColumns``;  work : ``SkiWork``;  the others as in ``snow``
-    """
-    place, moving, frame, spin = foot
-    surface = contact.surface
-    middle_f, middle_l = x[0] + place[0], x[1] + place[1]
-    under = patch_under(surface, middle_f, middle_l)
-    curving = surface.coefficients.shape[0] > 0
-    shape, points, length = contact.shape, contact.points, contact.length
-    modes = shape.shape[3]
-    fixed = MODES + 2 * modes
-    patch = fixed + columns.index.shape[0]
-    further = MODAL + modes
-    d_depth, d_rate, d_push = work.depth, work.rate, work.push
-    reach, pulls = work.reach, work.pulls
-    matrix[:] = 0.0
-    shaped = uneven(parameters)
-    load = 0.0
-    groove = 0.0
-    for m in range(points.shape[0]):
-        for edge in range(2):
-            a, b, c = points[m, edge, 0], points[m, edge, 1], points[m, edge, 2]
-            for k in range(modes):
-                a += shape[m, edge, 0, k] * eta[ski, k]
-                b += shape[m, edge, 1, k] * eta[ski, k]
-                c += shape[m, edge, 2, k] * eta[ski, k]
-            arm = out_of(frame, (a, b, c))
-            point = plus(plus(x, place), arm)
-            h, h_f, h_l = on_patch(under, point[0], point[1])
-            if shaped:
-                more = terrain_height(parameters, point[0], point[1])
-                h, h_f, h_l = h + more[0], h_f + more[1], h_l + more[2]
-            s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
-            normal = (-h_f * s, -h_l * s, s)
-            gap = h - point[2]
-            depth = gap * s
-            if depth <= 0.0:
-                continue
-            a, b, c = 0.0, 0.0, 0.0
-            for k in range(modes):
-                a += shape[m, edge, 0, k] * rate[ski, k]
-                b += shape[m, edge, 1, k] * rate[ski, k]
-                c += shape[m, edge, 2, k] * rate[ski, k]
-            bending = out_of(frame, (a, b, c))
-            speed = plus(plus(v, moving), plus(cross(spin, arm), bending))
-            sinking = -dot(speed, normal)
-            push = point_force(parameters, depth, sinking, length[m])
-            point_linearisation(parameters, depth, sinking, length[m], work.point_state, work.point_parameter)
-            if shaped:
-                terrain_linearisation(parameters, point[0], point[1], work.ground_state, work.ground_parameter)
-            else:
-                work.ground_state[:] = 0.0
-            linearise_patch(under, point[0], point[1], work.ground_state)
-            by_depth, by_sinking = work.point_state[0, 0], work.point_state[0, 1]
-            load += push
-            groove += depth * length[m]
-            by_f = normal_tangent(h_f, h_l, s, work.ground_state[1, 0], work.ground_state[2, 0])
-            by_l = normal_tangent(h_f, h_l, s, work.ground_state[1, 1], work.ground_state[2, 1])
-            curved = by_f[0] != 0.0 or by_f[1] != 0.0 or by_l[0] != 0.0 or by_l[1] != 0.0
-            # depth and rate by the point's place, rate by its velocity
-            to_depth = (
-                work.ground_state[0, 0] * s + gap * by_f[2], work.ground_state[0, 1] * s + gap * by_l[2], -s
-            )  # fmt: skip
-            to_rate = (-dot(speed, by_f), -dot(speed, by_l), 0.0)
-            whirl = cross(normal, spin)
-            turn_depth = cross(arm, to_depth)
-            turn_rate = plus(cross(arm, to_rate), times(-1.0, plus(cross(arm, whirl), cross(bending, normal))))
-            spin_rate = cross(arm, normal)
-            for j in range(3):
-                d_depth[PLACE + j], d_rate[PLACE + j] = to_depth[j], to_rate[j]
-                d_depth[TURN + j], d_rate[TURN + j] = turn_depth[j], turn_rate[j]
-                d_rate[VELOCITY + j], d_rate[SPIN + j] = -normal[j], -spin_rate[j]
-            for k in range(modes):
-                w = out_of(frame, (shape[m, edge, 0, k], shape[m, edge, 1, k], shape[m, edge, 2, k]))
-                reach[k, 0], reach[k, 1], reach[k, 2] = w
-                d_depth[MODES + k] = dot(w, to_depth)
-                d_rate[MODES + k] = dot(w, to_rate) - dot(whirl, w)
-                d_rate[MODES + modes + k] = -dot(w, normal)
-                twist = cross(w, times(push, normal))  # the force stays where it is while the ski's frame turns
-                for j in range(3):
-                    matrix[MODAL + k, TURN + j] += twist[j]
-                    matrix[further + MOMENT + j, MODES + k] += twist[j]
-            for column in range(fixed):
-                d_push[column] = by_depth * d_depth[column] + by_sinking * d_rate[column]
-            fill_pull(pulls[0], normal, arm, reach)
-            add_products(matrix, pulls[0], d_push, further, fixed)
-            for j in range(3):
-                swing = cross((1.0 * (j == 0), 1.0 * (j == 1), 1.0 * (j == 2)), arm)
-                turned = cross(swing, times(push, normal))
-                for row in range(3):
-                    matrix[further + MOMENT + row, TURN + j] += turned[row]
-            for column in range(fixed):
-                matrix[further + LOAD, column] += d_push[column]
-                matrix[further + GROOVE, column] += length[m] * d_depth[column]
-            if curved:
-                work.step[0, TURN + 1], work.step[0, TURN + 2] = arm[2], -arm[1]
-                work.step[1, TURN], work.step[1, TURN + 2] = -arm[2], arm[0]
-                for k in range(modes):
-                    work.step[0, MODES + k], work.step[1, MODES + k] = reach[k, 0], reach[k, 1]
-                fill_pull(pulls[1], times(push, by_f), arm, reach)
-                fill_pull(pulls[2], times(push, by_l), arm, reach)
-                add_products(matrix, pulls[1], work.step[0], further, MODES + modes)
-                add_products(matrix, pulls[2], work.step[1], further, MODES + modes)
-            row_of_values = -1
-            for i in range(columns.point.shape[0]):
-                column = columns.point[i]
-                if columns.row[column] != row_of_values:
-                    row_of_values = columns.row[column]
-                    others = with_values(parameters, columns.values[row_of_values])
-                    point_linearisation(
-                        others, depth, sinking, length[m], work.point_state, work.point_parameter
-                    )  # fmt: skip
-                found = work.point_parameter[0, columns.index[column]]
-                column += fixed
-                for row in range(further):
-                    matrix[row, column] += pulls[0, row] * found
-                for row in range(3):
-                    matrix[further + MOMENT + row, column] += pulls[0, further + row] * found
-                matrix[further + LOAD, column] += found
-            if curving or columns.terrain.shape[0] > 0:
-                felt = (h_f, h_l, s, gap, push, by_depth, by_sinking, speed, arm, length[m])
-                fill_ground_pulls(pulls, felt, reach)
-            row_of_values = -1
-            for i in range(columns.terrain.shape[0]):
-                column = columns.terrain[i]
-                if columns.row[column] != row_of_values:
-                    row_of_values = columns.row[column]
-                    others = with_values(parameters, columns.values[row_of_values])
-                    terrain_linearisation(
-                        others, point[0], point[1], work.ground_state, work.ground_parameter
-                    )  # fmt: skip
-                p = columns.index[column]
-                column += fixed
-                change = (work.ground_parameter[0, p], work.ground_parameter[1, p], work.ground_parameter[2, p])
-                add_ground_change(matrix, column, change, pulls, further)
-            if curving:
-                away_f, away_l = point[0] - middle_f, point[1] - middle_l
-                for i in range(PATCH):
-                    add_ground_change(matrix, patch + i, on_change(ONES[i], away_f, away_l), pulls, further)
-    # friction, edge angle and the sole, at the foot's place
-    at, speed = plus(x, place), plus(v, moving)
-    _, h_f, h_l = heights(parameters, under, at[0], at[1])
-    s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
-    normal = (-h_f * s, -h_l * s, s)
-    along, across, edge_angle = ski_axes(normal, frame)
-    v_t, v_n = dot(speed, along), dot(speed, across)
-    side = 1.0 - 2.0 * ski
-    f_t, f_n = foot_force(parameters, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side)
-    by, by_parameter = work.foot_state, work.foot_parameter
-    foot_linearisation(parameters, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side, by, by_parameter)
-    linearise_ground(parameters, under, at[0], at[1], work.ground_state, work.ground_parameter)
-    total = plus(times(load, normal), plus(times(f_t, along), times(f_n, across)))
-    up = (frame[0, 2], frame[1, 2], frame[2, 2])
+
+@inlined
+def add_terrain(matrix, work, parameters, columns, f, l):
+    """Add what the parameters of the terrain change under a point at f and l."""
+    found = work.by_parameter
     row_of_values = -1
-    for column in range(matrix.shape[1]):
-        if fixed <= column < patch:
-            if not columns.ski[column - fixed]:
-                continue
-            if columns.row[column - fixed] != row_of_values:
-                row_of_values = columns.row[column - fixed]
-                others = with_values(parameters, columns.values[row_of_values])
-                foot_linearisation(
-                    others, load, v_t, v_n, edge_angle, groove, t, at[0], at[1], side, work.foot_other, by_parameter
-                )  # fmt: skip
-                terrain_linearisation(others, at[0], at[1], work.ground_state, work.ground_parameter)
-        d_load, d_groove = matrix[further + LOAD, column], matrix[further + GROOVE, column]
-        dn, turn, d_speed = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        step_f, step_l, d_t, d_n = 0.0, 0.0, 0.0, 0.0
-        rigid = column < MODES or column >= fixed
-        if column < VELOCITY:
-            step_f, step_l = 1.0 * (column == 0), 1.0 * (column == 1)
-            if column < 2:
-                dn = normal_tangent(h_f, h_l, s, work.ground_state[1, column], work.ground_state[2, column])
-        elif column < TURN:
-            d_speed = (1.0 * (column == 3), 1.0 * (column == 4), 1.0 * (column == 5))
-        elif column < SPIN:
-            turn = (1.0 * (column == 6), 1.0 * (column == 7), 1.0 * (column == 8))
-        elif column >= patch:
-            dn = normal_tangent(h_f, h_l, s, 1.0 * (column == patch + 1), 1.0 * (column == patch + 2))
-        elif column >= fixed:
-            p = columns.index[column - fixed]
-            dn = normal_tangent(h_f, h_l, s, work.ground_parameter[1, p], work.ground_parameter[2, p])
-            d_t, d_n = by_parameter[0, p], by_parameter[1, p]
-        d_along, d_across, d_edge = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
-        if rigid:
-            d_along, d_across, d_edge = axes_tangent(normal, frame, dn, turn)
-        d_v_t = dot(d_speed, along) + dot(speed, d_along)
-        d_v_n = dot(d_speed, across) + dot(speed, d_across)
-        d_t += by[0, 0] * d_load + by[0, 1] * d_v_t + by[0, 2] * d_v_n + by[0, 3] * d_edge + by[0, 4] * d_groove
-        d_n += by[1, 0] * d_load + by[1, 1] * d_v_t + by[1, 2] * d_v_n + by[1, 3] * d_edge + by[1, 4] * d_groove
-        d_t += by[0, 5] * step_f + by[0, 6] * step_l
-        d_n += by[1, 5] * step_f + by[1, 6] * step_l
-        friction = plus(
-            plus(times(d_t, along), times(f_t, d_along)), plus(times(d_n, across), times(f_n, d_across))
-        )  # fmt: skip
-        for c in range(3):
-            matrix[further + FRICTION + c, column] = friction[c]
-        matrix[further + EDGE, column] = d_edge
-        change = plus(friction, plus(times(d_load, normal), times(load, dn)))
-        matrix[further + SOLE, column] = dot(up, change) + dot(cross(turn, up), total)
-    if curving:  # the patch goes with the foot
-        patch_changes(surface, middle_f, middle_l, work.patches)
-        for row in range(matrix.shape[0]):
-            for i in range(PATCH):
-                matrix[row, PLACE] += matrix[row, patch + i] * work.patches[0, i]
-                matrix[row, PLACE + 1] += matrix[row, patch + i] * work.patches[1, i]
+    for i in range(columns.terrain.shape[0]):
+        column = columns.terrain[i]
+        if columns.row[column] != row_of_values:
+            row_of_values = columns.row[column]
+            others = with_values(parameters, columns.values[row_of_values])
+            terrain_linearisation(others, f, l, work.by_state, found)
+        p = columns.index[column]
+        add_ground_change(matrix, work.slopes.shape[1] + column, (found[0, p], found[1, p], found[2, p]), work.pulls)
+
+
+@inlined
+def add_patch(matrix, work, arm):
+    """Add what the six numbers of the patch under a ski change at a point."""
+    for i in range(PATCH):
+        add_ground_change(matrix, matrix.shape[1] - PATCH + i, on_change(ONES[i], arm[0], arm[1]), work.pulls)
+
+
+@inlined
+def linearise_foot(parameters, columns, t, foot, carried, under, work, matrix):
+    """Fill the rows of friction, edge angle and the sole, from those of load and groove.
+
+    carried : load (N), groove (m²) and the side;  under : the patch under the foot
+    """
+    at, velocity, frame, _spin = foot
+    load, groove, side = carried
+    _, h_f, h_l = heights(parameters, under, at[0], at[1])
+    v_t, v_n, edge = foot_on_snow(velocity, h_f, h_l, frame)
+    f_t, f_n = foot_force(parameters, load, v_t, v_n, edge, groove, t, at[0], at[1], side)
+    found = work.by_parameter
+    linearise_ground(parameters, under, at[0], at[1], work.by_ground, found)
+    foot_linearisation(parameters, load, v_t, v_n, edge, groove, t, at[0], at[1], side, work.foot_law, found)
+    foot_on_snow_linearisation(velocity, h_f, h_l, frame, work.foot_state)
+    foot_on_sole_linearisation(load, f_t, f_n, h_f, h_l, frame, work.foot_forces)
+    chain_foot(work)
+    add_foot_motion(matrix, work)
+    first, fixed = MODAL + work.reach.shape[0] + FRICTION, work.slopes.shape[1]
+    row_of_values = -1
+    for i in range(columns.foot.shape[0]):
+        column = columns.foot[i]
+        if columns.row[column] != row_of_values:
+            row_of_values = columns.row[column]
+            others = with_values(parameters, columns.values[row_of_values])
+            foot_linearisation(others, load, v_t, v_n, edge, groove, t, at[0], at[1], side, work.by_state, found)
+        p = columns.index[column]
+        for row in range(5):
+            slope = work.foot[row]
+            matrix[first + row, fixed + column] += slope[BY_FORCE] * found[0, p] + slope[BY_FORCE + 1] * found[1, p]
+    row_of_values = -1
+    for i in range(columns.terrain.shape[0]):
+        column = columns.terrain[i]
+        if columns.row[column] != row_of_values:
+            row_of_values = columns.row[column]
+            others = with_values(parameters, columns.values[row_of_values])
+            terrain_linearisation(others, at[0], at[1], work.by_state, found)
+        p = columns.index[column]
+        for row in range(5):
+            slope = work.foot[row]
+            matrix[first + row, fixed + column] += slope[BY_SLOPE] * found[1, p] + slope[BY_SLOPE + 1] * found[2, p]
+
+
+@inlined
+def chain_foot(work):
+    """Fill ``work.foot``: from velocity, turn and slopes to sliding velocities and edge angle, from these by the laws
+    to the friction's parts, and from them to the force on the foot.
+    """
+    state, law, forces, foot = work.foot_state, work.foot_law, work.foot_forces, work.foot
+    foot[:] = 0.0
+    for row in range(5):
+        if row == EDGE - FRICTION:
+            for column in range(8):
+                foot[row, column] = state[2, column]
+            continue
+        found = forces[min(row, 3)]
+        foot[row, BY_FORCE], foot[row, BY_FORCE + 1] = found[1], found[2]
+        for column in range(5):
+            foot[row, BY_TURN + column] = found[3 + column]
+        foot[row, BY_LOAD] = found[0] + found[1] * law[0, 0] + found[2] * law[1, 0]
+        foot[row, BY_GROOVE] = found[1] * law[0, 4] + found[2] * law[1, 4]
+        for i in range(2):
+            foot[row, BY_PLACE + i] = found[1] * law[0, 5 + i] + found[2] * law[1, 5 + i]
+        for i in range(3):
+            through = found[1] * law[0, 1 + i] + found[2] * law[1, 1 + i]
+            for column in range(8):
+                foot[row, column] += through * state[i, column]
+
+
+@inlined
+def add_foot_motion(matrix, work):
+    """Fill the foot's rows by ``work.foot`` in the columns of load and groove, motion, place and patch."""
+    further = MODAL + work.reach.shape[0]
+    load, groove, ground = matrix[further + LOAD], matrix[further + GROOVE], work.by_ground
+    patch = matrix.shape[1] - PATCH
+    for row in range(5):
+        slope, line = work.foot[row], matrix[further + FRICTION + row]
+        for column in range(line.shape[0]):
+            line[column] = slope[BY_LOAD] * load[column] + slope[BY_GROOVE] * groove[column]
+        for j in range(3):
+            line[VELOCITY + j] += slope[j]
+            line[TURN + j] += slope[BY_TURN + j]
+        for j in range(2):
+            tilting = slope[BY_SLOPE] * ground[1, j] + slope[BY_SLOPE + 1] * ground[2, j]
+            line[PLACE + j] += slope[BY_PLACE + j] + tilting
+            line[patch + 1 + j] += slope[BY_SLOPE + j]
+
+
+@inlined
+def move_patch(matrix, work, surface, at):
+    """Add what changes as the patch under the ski goes with the foot."""
+    patch = matrix.shape[1] - PATCH
+    patch_changes(surface, at[0], at[1], work.patches)
+    for row in range(matrix.shape[0]):
+        for i in range(PATCH):
+            for j in range(2):
+                matrix[row, PLACE + j] += matrix[row, patch + i] * work.patches[j, i]
 
 
 @njit(cache=True, error_model="numpy")
@@ -456,114 +476,136 @@ def run_tangents(parameters, contact, motion, start, inputs, run_series, series)
     """One run as in ``run_batch``, and the tangents of what it fills; the instants that were reached.
 
     inputs : ``TangentInputs``;  series : ``TangentSeries`` of zeros, which is filled
-
-    The equations of an instant stand within the loop: in a function of their own they would be compiled twice.
     """
     modes = contact.omega.shape[0]
     state, newton = first_state(start)
     work, tangent = ski_work(modes, parameters.values.shape[0]), first_tangents(modes, inputs)
-    step, mass, gravity = motion.step, motion.mass, motion.gravity
-    omega, ratio = contact.omega, contact.ratio
-    size, many, begun = 3 + 2 * modes, inputs.mass.shape[0], inputs.mass.shape[0]
-    further = MODAL + modes
-    columns = inputs.columns
-    with_tables = inputs.feet.shape[3]
-    q, rate, acceleration = tangent.place, tangent.rate, tangent.acceleration
-    matrix, right, skis, z, first, last = (
-        tangent.matrix, tangent.right, tangent.skis, tangent.inputs, tangent.first, tangent.last
-    )  # fmt: skip
+    begun = inputs.mass.shape[0]
     for n in range(motion.time.shape[0]):
         if not advance(parameters, contact, motion, n, state, newton, run_series):
             return n
         while begun > 0 and inputs.begins[begun - 1] <= n:
             begun -= 1
-        by_place, by_rate = 0.0, 0.0
-        if n > 0:
-            by_place, by_rate = 0.25 * step * step, 0.5 * step
-            for i in range(size):
-                for k in range(begun, many):
-                    q[i, k] += step * rate[i, k] + by_place * acceleration[i, k]
-                    rate[i, k] += by_rate * acceleration[i, k]
-        x, v = three(state.place, 0), three(state.velocity, 0)
-        trial = three(state.acceleration, 0)
-        matrix[:] = 0.0
-        right[:] = 0.0
-        for c in range(3):
-            matrix[c, c] = mass
-            for k in range(begun, many):
-                right[c, k] = mass * inputs.gravity[c, k] - inputs.mass[k] * (trial[c] - gravity[c])
-            for k in range(begun, with_tables):
-                right[c, k] -= inputs.inertia[n, c, k]
+        step, x, v = time_step(n, motion.step), three(state.place, 0), three(state.velocity, 0)
+        predict(motion, inputs, state, n, step, begun, tangent)
         for ski in range(2):
-            frame = motion.foot_rotation[n, ski]
-            foot = (
-                three(motion.foot_place[n, ski], 0), three(motion.foot_velocity[n, ski], 0), frame,
-                three(motion.foot_spin[n, ski], 0),
-            )  # fmt: skip
-            found, feet = skis[ski], inputs.feet[n, ski]
+            foot, found = foot_at(motion, n, ski, x, v), tangent.skis[ski]
             linearise_ski(
-                parameters, contact, columns, motion.time[n], x, v, state.eta, state.rate, foot, ski, work, found
+                parameters, contact, inputs.columns, motion.time[n], foot, state.eta[ski], state.rate[ski],
+                1.0 - 2.0 * ski, work, found,
             )  # fmt: skip
             for row in range(3):
                 for column in range(found.shape[1]):
-                    found[row, column] += found[further + FRICTION + row, column]
-            collect_inputs(z, q, rate, feet, ski, modes, begun)
-            collect_patch(z, inputs, contact.surface, x[0] + foot[0][0], x[1] + foot[0][1])
-            swinging = (0.0, 0.0, 0.0)
-            for j in range(modes):
-                i = 3 + ski * modes + j
-                outwards = out_of(frame, three(contact.coupling[j], 0))
-                swinging = plus(swinging, times(state.acceleration[i], outwards))
-                turn = cross(outwards, trial)
-                damping, stiffness = 2.0 * ratio[j] * omega[j], omega[j] * omega[j]
-                matrix[i, i] += 1.0 + by_rate * damping + by_place * stiffness
-                for c in range(3):
-                    matrix[c, i] += outwards[c]
-                    matrix[i, c] += outwards[c]
-                for k in range(begun, many):
-                    right[i, k] -= damping * rate[i, k] + stiffness * q[i, k]
-                for c in range(3):
-                    for k in range(begun, with_tables):
-                        right[i, k] -= (
-                            turn[c] * feet[6 + c, k] + contact.coupling[j, c] * feet[12 + c, k]
-                            + contact.spinning[j, c] * feet[15 + c, k]
-                        )  # fmt: skip
-            for c in range(3):
-                d, e = (c + 1) % 3, (c + 2) % 3
-                for k in range(begun, with_tables):
-                    right[c, k] -= feet[6 + d, k] * swinging[e] - feet[6 + e, k] * swinging[d]
-            for row in range(MODAL + modes):
-                i = row if row < 3 else 3 + ski * modes + row - MODAL
-                add_row(right[i], found[row], z, first, last, begun)
-                for c in range(3):
-                    matrix[i, c] -= by_place * found[row, PLACE + c] + by_rate * found[row, VELOCITY + c]
-                for j in range(modes):
-                    column = 3 + ski * modes + j
-                    matrix[i, column] -= by_place * found[row, MODES + j] + by_rate * found[row, MODES + modes + j]
+                    found[row, column] += found[MODAL + modes + FRICTION + row, column]
+            swing_tangents(contact, motion, inputs, state, n, ski, step, begun, tangent)
+            collect_inputs(tangent.inputs, tangent.place, tangent.rate, inputs.feet[n, ski], ski, modes, begun)
+            collect_patch(tangent.inputs, inputs, contact.surface, foot[0][0], foot[0][1])
+            add_ski(found, ski, step, begun, tangent)
         linearise_air(
-            parameters, motion, inputs, n, x, v, by_place, by_rate, q, rate, begun, work.air_state, work.air_parameter,
-            work.body_parameter, matrix, right,
+            parameters, motion, inputs, n, x, v, step.by_place, step.by_rate, tangent.place, tangent.rate, begun,
+            work.by_state, work.by_parameter, work.by_parameter, tangent.matrix, tangent.right,
         )  # fmt: skip
-        solve_many(matrix, right, begun)
-        for i in range(size):
-            for k in range(begun, many):
-                acceleration[i, k] = right[i, k]
-                q[i, k] += by_place * right[i, k]
-                rate[i, k] += by_rate * right[i, k]
-        for c in range(3):
-            for k in range(begun, many):
-                series.place[n, c, k] = q[c, k]
-                series.velocity[n, c, k] = rate[c, k]
+        solve_many(tangent.matrix, tangent.right, begun)
+        correct(n, step, begun, tangent, series)
         for ski in range(2):
-            collect_inputs(z, q, rate, inputs.feet[n, ski], ski, modes, begun)
-            at_foot = plus(x, three(motion.foot_place[n, ski], 0))
-            collect_patch(z, inputs, contact.surface, at_foot[0], at_foot[1])
-            found = skis[ski]
-            add_row(series.loads[n, ski], found[further + LOAD], z, first, last, begun)
-            add_row(series.sole[n, ski], found[further + SOLE], z, first, last, begun)
-            add_row(series.edges[n, ski], found[further + EDGE], z, first, last, begun)
-            for c in range(3):
-                add_row(series.friction[n, ski, c], found[further + FRICTION + c], z, first, last, begun)
-                add_row(series.force[n, ski, c], found[c], z, first, last, begun)
-                add_row(series.moment[n, ski, c], found[further + MOMENT + c], z, first, last, begun)
+            collect_inputs(tangent.inputs, tangent.place, tangent.rate, inputs.feet[n, ski], ski, modes, begun)
+            at = plus(x, three(motion.foot_place[n, ski], 0))
+            collect_patch(tangent.inputs, inputs, contact.surface, at[0], at[1])
+            fill_series(tangent.skis[ski], n, ski, modes, begun, tangent, series)
     return motion.time.shape[0]
+
+
+@inlined
+def predict(motion, inputs, state, n, step, begun, tangent):
+    """Begin an instant: the tangents that the accelerations before lead to, and the pelvis' equations."""
+    q, rate, acceleration, matrix, right = (
+        tangent.place, tangent.rate, tangent.acceleration, tangent.matrix, tangent.right
+    )  # fmt: skip
+    many, with_tables = right.shape[1], inputs.feet.shape[3]
+    for i in range(q.shape[0]):
+        for k in range(begun, many):
+            q[i, k] = next_place(step, q[i, k], rate[i, k], acceleration[i, k])
+            rate[i, k] = next_rate(step, rate[i, k], acceleration[i, k])
+    matrix[:] = 0.0
+    right[:] = 0.0
+    for c in range(3):
+        matrix[c, c] = motion.mass
+        pull = state.acceleration[c] - motion.gravity[c]
+        for k in range(begun, many):
+            right[c, k] = motion.mass * inputs.gravity[c, k] - inputs.mass[k] * pull
+        for k in range(begun, with_tables):
+            right[c, k] -= inputs.inertia[n, c, k]
+
+
+@inlined
+def swing_tangents(contact, motion, inputs, state, n, ski, step, begun, tangent):
+    """Add the equations of a ski's modes, but for the snow, and what their inertia does to the pelvis."""
+    q, rate, matrix, right = tangent.place, tangent.rate, tangent.matrix, tangent.right
+    modes, many, with_tables = contact.omega.shape[0], right.shape[1], inputs.feet.shape[3]
+    frame, feet, pull = motion.foot_rotation[n, ski], inputs.feet[n, ski], three(state.acceleration, 0)
+    swinging = (0.0, 0.0, 0.0)
+    for j in range(modes):
+        i = 3 + ski * modes + j
+        outwards = out_of(frame, three(contact.coupling[j], 0))
+        swinging = plus(swinging, times(state.acceleration[i], outwards))
+        turn = cross(outwards, pull)
+        damping, stiffness = 2.0 * contact.ratio[j] * contact.omega[j], contact.omega[j] * contact.omega[j]
+        matrix[i, i] += 1.0 + step.by_rate * damping + step.by_place * stiffness
+        for c in range(3):
+            matrix[c, i] += outwards[c]
+            matrix[i, c] += outwards[c]
+        for k in range(begun, many):
+            right[i, k] -= damping * rate[i, k] + stiffness * q[i, k]
+        for c in range(3):
+            for k in range(begun, with_tables):
+                right[i, k] -= (
+                    turn[c] * feet[6 + c, k] + contact.coupling[j, c] * feet[12 + c, k]
+                    + contact.spinning[j, c] * feet[15 + c, k]
+                )  # fmt: skip
+    for c in range(3):
+        d, e = (c + 1) % 3, (c + 2) % 3
+        for k in range(begun, with_tables):
+            right[c, k] -= feet[6 + d, k] * swinging[e] - feet[6 + e, k] * swinging[d]
+
+
+@inlined
+def add_ski(found, ski, step, begun, tangent):
+    """Add a ski's linearised forces to the equations of the pelvis and of its modes."""
+    modes = (tangent.matrix.shape[0] - 3) // 2
+    for row in range(MODAL + modes):
+        i = row if row < 3 else 3 + ski * modes + row - MODAL
+        add_row(tangent.right[i], found[row], tangent.inputs, tangent.first, tangent.last, begun)
+        for c in range(3):
+            tangent.matrix[i, c] -= step.by_place * found[row, PLACE + c] + step.by_rate * found[row, VELOCITY + c]
+        for j in range(modes):
+            tangent.matrix[i, 3 + ski * modes + j] -= (
+                step.by_place * found[row, MODES + j] + step.by_rate * found[row, MODES + modes + j]
+            )
+
+
+@inlined
+def correct(n, step, begun, tangent, series):
+    """Take the accelerations that were found; the pelvis' tangents go into the series."""
+    many = tangent.right.shape[1]
+    for i in range(tangent.right.shape[0]):
+        for k in range(begun, many):
+            tangent.acceleration[i, k] = tangent.right[i, k]
+            tangent.place[i, k] += step.by_place * tangent.right[i, k]
+            tangent.rate[i, k] += step.by_rate * tangent.right[i, k]
+    for c in range(3):
+        for k in range(begun, many):
+            series.place[n, c, k] = tangent.place[c, k]
+            series.velocity[n, c, k] = tangent.rate[c, k]
+
+
+@inlined
+def fill_series(found, n, ski, modes, begun, tangent, series):
+    """Fill the series of one ski at an instant from its linearised forces."""
+    z, first, last, further = tangent.inputs, tangent.first, tangent.last, MODAL + modes
+    add_row(series.loads[n, ski], found[further + LOAD], z, first, last, begun)
+    add_row(series.sole[n, ski], found[further + SOLE], z, first, last, begun)
+    add_row(series.edges[n, ski], found[further + EDGE], z, first, last, begun)
+    for c in range(3):
+        add_row(series.friction[n, ski, c], found[further + FRICTION + c], z, first, last, begun)
+        add_row(series.force[n, ski, c], found[c], z, first, last, begun)
+        add_row(series.moment[n, ski, c], found[further + MOMENT + c], z, first, last, begun)

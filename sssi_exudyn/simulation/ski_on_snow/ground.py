@@ -6,11 +6,15 @@ import math
 from collections.abc import Callable
 
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.contact.codegen.vectors import ski_axes
+from sssi_exudyn.contact.codegen.vectors import out_of
 from sssi_exudyn.runtime.jit import njit
-from sssi_exudyn.terrain.surface import on_patch, patch_under
+from sssi_exudyn.terrain.surface import PATCH, grid_patch, on_patch, patch_under
 
 terrain_height: Callable[..., tuple[float, float, float]]
+terrain_linearisation: Callable[..., None]
+uneven: Callable[..., bool]
+snow_normal: Callable[..., tuple[float, float, float]]
+ski_axes: Callable[..., tuple[tuple[float, float, float], tuple[float, float, float], float]]
 
 
 @njit(cache=True, error_model="numpy")
@@ -22,17 +26,56 @@ def heights(parameters, under, f, l):
 
 
 @njit(cache=True, error_model="numpy")
-def upright(h_f, h_l):
-    """The snow's unit normal (3) where it has these slopes."""
-    s = 1.0 / math.sqrt(1.0 + h_f * h_f + h_l * h_l)
-    return -h_f * s, -h_l * s, s
+def snow_over(parameters, under, shaped, point):
+    """The gap (m) of snow over a point near a patch along the slope's normal, and the snow's two slopes there.
+
+    shaped : ``uneven``, asked once for all points: the laws' own call costs more than a point off the snow
+    """
+    h, h_f, h_l = on_patch(under, point[0], point[1])
+    if shaped:
+        more, more_f, more_l = terrain_height(parameters, point[0], point[1])
+        h, h_f, h_l = h + more, h_f + more_f, h_l + more_l
+    return h - point[2], h_f, h_l
+
+
+@njit(cache=True, error_model="numpy")
+def linearise_ground(parameters, under, f, l, by_state, by_parameter):
+    """Fill the derivatives of the snow's height and slopes at a place near a patch by the place and by the laws'
+    parameters.
+    """
+    if uneven(parameters):
+        terrain_linearisation(parameters, f, l, by_state, by_parameter)
+    else:
+        by_state[:] = 0.0
+    _, h_f, h_l = on_patch(under, f, l)
+    by_state[0, 0] += h_f
+    by_state[0, 1] += h_l
+    by_state[1, 0] += under[5]
+    by_state[1, 1] += under[6]
+    by_state[2, 0] += under[6]
+    by_state[2, 1] += under[7]
+
+
+@njit(cache=True, error_model="numpy")
+def collect_patch(z, inputs, surface, f, l):
+    """Fill the last rows of ``z`` with the tangents of the patch under a ski at a place."""
+    grids, amounts = inputs.surface, inputs.amounts
+    if grids.shape[0] == 0:
+        return
+    first = z.shape[0] - PATCH
+    z[first:] = 0.0
+    for i in range(grids.shape[0]):
+        found = grid_patch(grids[i], surface.origin, surface.spacing, f, l)
+        for c in range(PATCH):
+            for k in range(z.shape[1]):
+                z[first + c, k] += found[c] * amounts[i, k]
 
 
 @njit(cache=True, error_model="numpy")
 def ground(parameters, under, f, l):
     """Height of the snow over the slope's plane (m) and its unit normal (3) at a place near a patch."""
     h, h_f, h_l = heights(parameters, under, f, l)
-    return h, upright(h_f, h_l)
+    return h, snow_normal(h_f, h_l)
 
 
 @njit(cache=True, error_model="numpy")
@@ -40,6 +83,20 @@ def foot_axes(parameters, surface, place, rotation):
     """``ski_axes`` of a foot on the snow at its place."""
     under = patch_under(surface, place[0], place[1])
     return ski_axes(ground(parameters, under, place[0], place[1])[1], rotation)
+
+
+@njit(cache=True, error_model="numpy")
+def bent_vector(frame, unloaded, shape, eta, i, edge):
+    """A vector of an edge point in the bent ski, or with the modes' rates its rate, turned out of the foot's frame.
+
+    unloaded : (3) of the ski as it was made
+    """
+    a, b, c = unloaded
+    for k in range(eta.shape[0]):
+        a += shape[i, edge, 0, k] * eta[k]
+        b += shape[i, edge, 1, k] * eta[k]
+        c += shape[i, edge, 2, k] * eta[k]
+    return out_of(frame, (a, b, c))
 
 
 @njit(cache=True, error_model="numpy")

@@ -218,15 +218,24 @@ class ReducedState(NamedTuple):
     acceleration: Array
 
 
+class TimeStep(NamedTuple):
+    """A step of Newmark's rule: its length (s), and by how much place and rate at its end grow with the acceleration
+    there.
+    """
+
+    length: float
+    by_place: float
+    by_rate: float
+
+
 class NewtonWork(NamedTuple):
-    """Arrays in which Newton's method works: trial accelerations (3 + 2k,) and the state they lead to, friction
-    (2, 3) N, matrix, residual, and the contact's own scratch (4 + k, 3 + k).
+    """Arrays in which Newton's method works: trial accelerations (3 + 2k,), amplitudes and rates (2, k) of the modes
+    that they lead to, matrix, residual, and the contact's own scratch (4 + k, 3 + k).
     """
 
     trial: Array
     eta: Array
     rate: Array
-    push: Array
     matrix: Array
     residual: Array
     scratch: Array
@@ -238,15 +247,14 @@ class ParameterColumns(NamedTuple):
     index : (c,) where each stands in the array of parameters
     values : (r, p) other parameters, at which the derivative of some is taken in the run's own states
     row : (c,) row of ``values`` at which it is taken, −1 for the run's own; equal ones stand together
-    ski : (c,) whether a ski's forces depend on it
-    point, segment, body, terrain, edge : which of them the laws of that place depend on
+    point, foot, segment, body, terrain, edge : which of them the laws of that place depend on
     """
 
     index: Any
     values: Array
     row: Any
-    ski: Any
     point: Any
+    foot: Any
     segment: Any
     body: Any
     terrain: Any
@@ -320,29 +328,26 @@ class TangentState(NamedTuple):
 class SkiWork(NamedTuple):
     """Arrays in which a ski is linearised.
 
-    depth, rate, push : (12 + 2k,) derivatives of one point's depth, rate and force;  reach : (k, 3) the modes'
-        displacements there
+    point : (2, 21) depth and rate of one point, by what ``point_in_snow`` is differentiated by
+    slopes : (5, 12 + 2k) these and the point's force by the ski's columns, and how far these move it along f and l
+    reach : (k, 3) the modes' displacements there
     pulls : (3, 8 + k) what forces there do to the pelvis, the modes, the moment about the foot, load and groove
-    step : (2, 12 + 2k) the point's movement along f and l
-    point_…, ground_…, foot_…, air_…, body_… : derivatives of the laws by state and by parameters, foot_other those by a
-        foot's state with other parameters
-    patches : (2, 6) by which the one under the ski changes as it moves along f and along l
+    by_state : (3, 7) of any law by its state;  by_ground : (3, 2) of height and slopes of the snow by the place
+    by_parameter : (3, p) of all laws by the parameters, each in columns of its own
+    foot_state, foot_law, foot_forces : (3, 8), (2, 7), (4, 8) of ``foot_on_snow``, the foot's laws and ``foot_on_sole``
+    foot : (5, 14) of friction, edge angle and the force on the sole, all these together
+    patches : (2, 6) by which the patch under the ski changes as it moves along f and along l
     """
 
-    depth: Array
-    rate: Array
-    push: Array
+    point: Array
+    slopes: Array
     reach: Array
     pulls: Array
-    step: Array
-    point_state: Array
-    point_parameter: Array
-    ground_state: Array
-    ground_parameter: Array
+    by_state: Array
+    by_ground: Array
+    by_parameter: Array
     foot_state: Array
-    foot_parameter: Array
-    foot_other: Array
-    air_state: Array
-    air_parameter: Array
-    body_parameter: Array
+    foot_law: Array
+    foot_forces: Array
+    foot: Array
     patches: Array

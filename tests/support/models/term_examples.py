@@ -60,7 +60,8 @@ class Everything(BodyTerm):
         switches = math.where(x, x * y, x * z) + math.maximum(y, z) * math.minimum(x, y) + math.sign(z) * z
         powers = math.power(math.absolute(x), self.p) + math.signed_power(y, self.p)
         rest = math.saturate(z - x, self.eps + math.absolute(y)) / (2.0 + math.tanh(state.t)) - 3.0 / (1.0 + y * y)
-        return self.a * first, self.a * (switches - state.f), -(self.a * powers) + rest * state.l
+        turned = math.atan2(y - 0.3 * z, 0.2 + x)
+        return self.a * (first + turned), self.a * (switches - state.f), -(self.a * powers) + rest * state.l
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,5 @@
-"""What snow surface, air and body forces do to the tangents of a run, with edges that cut or without: a template that
-``compiled`` joins with the kernels of tangents and the laws.
+"""What air and body forces do to the tangents of a run, with edges that cut or without: a template that ``compiled``
+joins with the kernels of tangents and the laws.
 """
 
 from __future__ import annotations
@@ -9,55 +9,10 @@ from collections.abc import Callable
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
 from sssi_exudyn.contact.codegen.vectors import plus, three
 from sssi_exudyn.runtime.jit import njit
-from sssi_exudyn.terrain.surface import PATCH, grid_patch, on_patch
 
 with_values: Callable[..., LawParameters]
 segment_linearisation: Callable[..., None]
 body_linearisation: Callable[..., None]
-terrain_linearisation: Callable[..., None]
-
-
-@njit(cache=True, error_model="numpy")
-def normal_tangent(h_f, h_l, s, dh_f, dh_l):
-    """Change of the snow's normal s (−h_f, −h_l, 1) with that of its slopes."""
-    ds = -s * s * s * (h_f * dh_f + h_l * dh_l)
-    return -dh_f * s - h_f * ds, -dh_l * s - h_l * ds, ds
-
-
-@njit(cache=True, error_model="numpy")
-def linearise_ground(parameters, under, f, l, by_state, by_parameter):
-    """Fill the derivatives of the snow's height and slopes at a place near a patch by the place and by the laws'
-    parameters.
-    """
-    terrain_linearisation(parameters, f, l, by_state, by_parameter)
-    linearise_patch(under, f, l, by_state)
-
-
-@njit(cache=True, error_model="numpy")
-def linearise_patch(under, f, l, by_state):
-    """Add the derivatives of a patch's height and slopes by the place."""
-    _, h_f, h_l = on_patch(under, f, l)
-    by_state[0, 0] += h_f
-    by_state[0, 1] += h_l
-    by_state[1, 0] += under[5]
-    by_state[1, 1] += under[6]
-    by_state[2, 0] += under[6]
-    by_state[2, 1] += under[7]
-
-
-@njit(cache=True, error_model="numpy")
-def collect_patch(z, inputs, surface, f, l):
-    """Fill the last rows of ``z`` with the tangents of the patch under a ski at a place."""
-    grids, amounts = inputs.surface, inputs.amounts
-    if grids.shape[0] == 0:
-        return
-    first = z.shape[0] - PATCH
-    z[first:] = 0.0
-    for i in range(grids.shape[0]):
-        found = grid_patch(grids[i], surface.origin, surface.spacing, f, l)
-        for c in range(PATCH):
-            for k in range(z.shape[1]):
-                z[first + c, k] += found[c] * amounts[i, k]
 
 
 @njit(cache=True, error_model="numpy")
