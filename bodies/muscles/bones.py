@@ -1,8 +1,8 @@
 """Bones that hang on one another by joints whose movements are functions of coordinates.
 
-So musculoskeletal models are built: a joint has three rotations and three translations, each about or along an axis of
-its own and driven by one coordinate, possibly one that drives other joints too (the vertebrae share out the lumbar
-rotations, the patella glides with the knee).
+Musculoskeletal models are built like this.  A joint has three rotations and three translations, each about or along an
+axis of its own and driven by one coordinate.  One coordinate may drive several joints: the vertebrae share the lumbar
+rotations, the patella glides with the knee.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Drive:
 
 @dataclass(frozen=True)
 class Bone:
-    """A bone, and the joint that carries it.
+    """A bone and the joint that carries it.
 
     parent : its name, None for the ground
     place, attitude : (3,) m and (3, 3) the joint's frame in the parent
@@ -65,29 +65,30 @@ class Bones:
     couplings: tuple[Coupling, ...] = ()
 
     def index(self, name: str) -> int:
-        """Index of a bone by name.  Raises KeyError when there is none."""
+        """Return the index of a bone by name.  Raises KeyError when there is none."""
         for i, bone in enumerate(self.bones):
             if bone.name == name:
                 return i
         raise KeyError(name)
 
     def complete(self, q: Array) -> tuple[Array, Array]:
-        """Coordinates (n, c) with the dependent ones as the couplings have them, and how the whole follows the given
-        ones: (n, c, c), d completed_i / d given_j, zero for j that depends.
+        """Set the dependent coordinates of ``q`` (n, c) by the couplings, and return their derivative too.
+
+        The derivative (n, c, c) by the given coordinates is d completed_i / d given_j, zero for j that depends.
         """
-        whole = q.copy()
+        completed = q.copy()
         follows = np.broadcast_to(np.eye(q.shape[1]), (len(q), q.shape[1], q.shape[1])).copy()
-        at = {name: i for i, name in enumerate(self.coordinates)}
+        index = {name: i for i, name in enumerate(self.coordinates)}
         for coupling in self.couplings:
-            i, j = at[coupling.dependent], at[coupling.independent]
-            whole[:, i], slope = coupling.curve(whole[:, j])
+            i, j = index[coupling.dependent], index[coupling.independent]
+            completed[:, i], slope = coupling.curve(completed[:, j])
             follows[:, i] = slope[:, None] * follows[:, j]
-        return whole, follows
+        return completed, follows
 
 
 @dataclass(frozen=True)
 class Stance:
-    """Where the bones are, and how they move with the coordinates, in the ground's frame.
+    """Places of the bones, and their movement a unit rate of each coordinate, in the ground's frame.
 
     coordinates : (n, c), all of them, coupled ones too
     rotation, origin : (n, b, 3, 3) bone → ground; (n, b, 3) m
@@ -102,25 +103,28 @@ class Stance:
     moving: Array
 
     def points(self, bones: NDArray[np.int64], places: Array) -> Array:
-        """(n, k, 3) m in the ground's frame of points fixed at ``places`` (k, 3) or (n, k, 3) in ``bones`` (k,)."""
+        """Return the places (n, k, 3) m of points of ``bones`` (k,), in the ground's frame.
+
+        The points are fixed at ``places`` (k, 3) or (n, k, 3) in the bones' frames.
+        """
         turned = self.rotation[:, bones] @ np.broadcast_to(places, (len(self.origin), *places.shape[-2:]))[..., None]
         return np.asarray(self.origin[:, bones] + turned[..., 0])
 
 
 def stand(tree: Bones, q: Array) -> Stance:
-    """The stance at coordinates ``q`` (n, c), in the tree's order, coupled ones already completed."""
+    """Compute the stance at coordinates ``q`` (n, c), in the tree's order, coupled ones already completed."""
     value = {name: q[:, i] for i, name in enumerate(tree.coordinates)}
     column = {name: i for i, name in enumerate(tree.coordinates)}
     n, count = len(q), len(tree.bones)
     rotation, origin = np.empty((n, count, 3, 3)), np.empty((n, count, 3))
     turning, moving = np.zeros((n, count, len(column), 3)), np.zeros((n, count, len(column), 3))
-    at: dict[str, int] = {}
+    index: dict[str, int] = {}
     for i, bone in enumerate(tree.bones):
-        at[bone.name] = i
+        index[bone.name] = i
         frame = np.broadcast_to(bone.attitude, (n, 3, 3))
         place = np.broadcast_to(bone.place, (n, 3))
         if bone.parent is not None:
-            p = at[bone.parent]
+            p = index[bone.parent]
             place = origin[:, p] + rotation[:, p] @ bone.place
             frame = rotation[:, p] @ bone.attitude
             turning[:, i], moving[:, i] = turning[:, p], moving[:, p]
@@ -144,12 +148,12 @@ def stand(tree: Bones, q: Array) -> Stance:
 
 
 def _driven_value(drive: Drive, value: Mapping[str, Array], n: int) -> tuple[Array, Array]:
-    """What a drive does and its slope, each (n,)."""
+    """Return a drive's angle (rad) or slide (m) and its slope, each (n,)."""
     return drive.curve(np.zeros(n) if drive.coordinate is None else value[drive.coordinate])
 
 
 def _turn(axis: Array, angle: Array) -> Array:
-    """(n, 3, 3) turn about ``axis`` (3,) of length 1, by ``angle`` (n,)."""
+    """Return turns (n, 3, 3) about ``axis`` (3,) of length 1, by ``angle`` (n,)."""
     x, y, z = axis
     k = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + np.sin(angle)[:, None, None] * k + (1.0 - np.cos(angle))[:, None, None] * (k @ k))

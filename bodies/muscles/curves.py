@@ -1,6 +1,6 @@
-"""Functions of one coordinate, as musculoskeletal models tabulate them: how a patella glides, how a vertebra shares.
+"""Functions of one coordinate, as musculoskeletal models tabulate them: a patella's glide, a vertebra's share.
 
-All of them are piecewise cubic and go on straight beyond their ends.
+All of them are piecewise cubic and continue straight beyond their ends.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Curve:
     coefficients: Array
 
     def __call__(self, x: Array) -> tuple[Array, Array]:
-        """Value and slope, each (…), at ``x`` (…)."""
+        """Return value and slope, each (…), at ``x`` (…)."""
         inside = np.clip(x, self.knots[0], self.knots[-1])
         piece = np.clip(np.searchsorted(self.knots, inside, side="right") - 1, 0, len(self.coefficients) - 1)
         step = inside - self.knots[piece]
@@ -35,39 +35,40 @@ class Curve:
         return a + step * (b + step * (c + step * d)) + (x - inside) * slope, slope
 
     def scale(self, x: float = 1.0, y: float = 1.0) -> Curve:
-        """y · this(x_given / x): the same curve drawn over axes stretched by ``x`` and ``y`` (x may be negative)."""
+        """Return y · this(x_given / x): the same curve over axes stretched by ``x`` and ``y`` (x may be negative)."""
         powers = y / x ** np.arange(4)
         if x > 0.0:
             return Curve(self.knots * x, self.coefficients * powers)
-        # run through from the other end: each piece is written anew about what was its right end
+        # run through from the other end: each piece is expanded about its former right end
         ends, h = self.knots[::-1] * x, np.diff(self.knots)
         a, b, c, d = self.coefficients.T
         right = np.stack([a + h * (b + h * (c + h * d)), b + h * (2.0 * c + 3.0 * h * d), c + 3.0 * h * d, d], axis=1)
         return Curve(ends, right[::-1] * powers)
 
     def lift(self, by: float) -> Curve:
-        """This curve plus a constant."""
+        """Return this curve plus a constant."""
         moved = self.coefficients.copy()
         moved[:, 0] += by
         return Curve(self.knots, moved)
 
 
 def line(slope: float, at_zero: float = 0.0) -> Curve:
-    """The straight line y = slope · x + at_zero; a constant has slope 0."""
+    """Return the straight line y = slope · x + at_zero; a constant has slope 0."""
     return Curve(np.array([0.0, 1.0]), np.array([[at_zero, slope, 0.0, 0.0]]))
 
 
 def polygon(x: Sequence[float] | Array, y: Sequence[float] | Array) -> Curve:
-    """Straight from point to point."""
+    """Return straight lines from point to point."""
     knots, values = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
     zero = np.zeros(len(knots) - 1)
     return Curve(knots, np.stack([values[:-1], np.diff(values) / np.diff(knots), zero, zero], axis=1))
 
 
 def spline(x: Sequence[float] | Array, y: Sequence[float] | Array) -> Curve:
-    """The cubic spline through the points whose third derivatives at the ends are those of the cubics through the
-    outermost four points (Forsythe, Malcolm & Moler 1977, ch. 4.4), which SIMM and OpenSim draw; through two points,
-    the line.
+    """Return the cubic spline through the points that SIMM and OpenSim draw; through two points, the line.
+
+    Its third derivatives at the ends are those of the cubics through the outermost four points (Forsythe, Malcolm &
+    Moler 1977, ch. 4.4).
     """
     knots, values = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
     n = len(knots)

@@ -5,8 +5,8 @@ formulations for solving the muscle redundancy problem", Ann. Biomed. Eng. 44 (2
 its supplement in the form that OpenSim's DeGrooteFregly2016Muscle gives them: the active curve has its maximum of 1 at
 the optimal length, and fibres as fast as they can give no force.
 
-Passive forces are left out, as in OpenSim's static optimisation: with a rigid tendon the fibres take all of a stretch
-of which a real tendon takes a good part, and passive force grows with it exponentially.
+Passive forces are left out, as in OpenSim's static optimisation.  With a rigid tendon the fibres would take the whole
+of a stretch, of which a real tendon takes a good part, and passive force grows with it exponentially.
 
 A fibre of length l and pennation α keeps its width l sin α.  With a rigid tendon the muscle's length L leaves
 l cos α = L − tendon slack length to the fibre.
@@ -28,14 +28,14 @@ _ACTIVE: Final = (
 )
 _D1, _D2, _D3, _D4 = -0.3211346127989808, -8.149, -0.374, 0.8825327733249912
 SHORTEST: Final = 0.2
-"""Least length of a fibre, in optimal ones, for which the curves are meant; a muscle's path may leave it less."""
+"""Least length of a fibre, in optimal ones, for which the curves are meant; a muscle's path may leave it shorter."""
 FASTEST: Final = 10.0
-"""Optimal fibre lengths a second: as fast as fibres shorten (De Groote et al. 2016; Zajac 1989)."""
+"""Optimal fibre lengths a second: the greatest speed of shortening (De Groote et al. 2016; Zajac 1989)."""
 
 
 @dataclass(frozen=True)
 class Fibres:
-    """What muscles (…) can give.
+    """Force and state of muscle fibres, arrays (…).
 
     force : N along the tendon at full activation; in proportion to it at less
     length : in optimal fibre lengths
@@ -48,21 +48,21 @@ class Fibres:
 
 
 def force_length(length: Array) -> Array:
-    """Active force by normalised fibre length: Σ b1 exp(−½ (l − b2)² / (b3 + b4 l)²)."""
+    """Return the active force by normalised fibre length: Σ b1 exp(−½ (l − b2)² / (b3 + b4 l)²)."""
     return np.asarray(
         sum(b1 * np.exp(-0.5 * (length - b2) ** 2 / (b3 + b4 * length) ** 2) for b1, b2, b3, b4 in _ACTIVE)
     )
 
 
 def force_velocity(speed: Array) -> Array:
-    """Factor by normalised speed: d1 ln(d2 v + d3 + sqrt((d2 v + d3)² + 1)) + d4, within what fibres can do."""
+    """Return the factor by normalised speed, within fibres' range: d1 ln(d2 v + d3 + sqrt((d2 v + d3)² + 1)) + d4."""
     return np.asarray(_D1 * np.arcsinh(_D2 * np.clip(speed, -1.0, 1.0) + _D3) + _D4)
 
 
 def fibres(
     length: Array, speed: Array, greatest: Array, optimal: Array, tendon_slack: Array, pennation: Array
 ) -> Fibres:
-    """Fibres of muscles whose whole length is ``length`` (…, m) m and lengthens by ``speed`` (…, m) m/s.
+    """Compute the fibres of muscles whose whole length is ``length`` (…, m) m and lengthens by ``speed`` (…, m) m/s.
 
     greatest, optimal, tendon_slack, pennation : (m,) N, m, m, rad (at the optimal length)
     """

@@ -1,24 +1,24 @@
 """The skier's muscles on his own skeleton: the paper's 284, or with all of the legs' 322.
 
 The table ``muscles.toml`` gives them on the full-body lumbar spine model, the right side alone.  Here they are brought
-to a chain of given lengths: points of limbs are scaled along with their segment and turned by the small angle that
-brings the model's far joint to the chain's; the trunk, from the hips to the shoulders, is scaled as one; the pelvis has
-the skier's width between the hips.  Optimal fibre and tendon slack lengths are scaled by the muscle's whole length in
-anatomical zero, as OpenSim does it.
+to a chain of given lengths.  Points of limbs are scaled along with their segment and turned by the small angle that
+brings the model's far joint to the chain's.  The trunk, from the hips to the shoulders, is scaled as one; the pelvis
+has the skier's width between the hips.  Optimal fibre and tendon slack lengths are scaled by the muscle's whole length
+in anatomical zero, as in OpenSim.
 
-Greatest forces F go by volume V over fibre length l, as a muscle's cross section does, and volume by the skier's mass m
-and height h as that of all muscles of a leg (24 people in magnetic resonance: G. G. Handsfield et al., J. Biomech. 47
-(2014) 631-638):
+Greatest forces F are scaled by volume V over fibre length l, as a muscle's cross section.  The volume is scaled by the
+skier's mass m and height h like that of all muscles of a leg (24 people in magnetic resonance: G. G. Handsfield et al.,
+J. Biomech. 47 (2014) 631-638):
 
     F = F₀ · V(m, h)/V(m₀, h₀) · l₀/l,   V = 47 cm³/(kg m) · m h + 1285 cm³
 
-The chain has one lumbar joint, here there are five vertebrae and the torso that share its rotations; and the knee
-slides while it bends.  So bones do not turn quite about the chain's joints, and a moment that shall be held against
-these muscles has to be taken over to where they turn (``joint_shift``).
+The chain has one lumbar joint; here five vertebrae and the torso share its rotations, and the knee slides while it
+bends.  So bones do not turn exactly about the chain's joints.  A moment that is compared with these muscles has to be
+transferred to where the bones turn (``joint_shift``).
 
-Some of the model's trunk muscles have fibres of twice their optimal length in the upright posture already.  Measured
-sarcomeres say otherwise: there a trunk muscle's fibre is taken to be between ``UPRIGHT`` of its optimal length, and its
-tendon as long as leaves it that.
+Some of the model's trunk muscles have fibres of twice their optimal length in the upright posture already, unlike
+measured sarcomeres.  Here a trunk muscle's fibre, upright, is within ``UPRIGHT`` of its optimal length, and its tendon
+has the length that leaves it that.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ OTHER_LEG_GROUPS: Final = (
     "peroneals",
     "toe_extensors",
 )
-"""What the leg has besides, with which it has 42 muscles, and 43 with the psoas, whose fascicles are the trunk's."""
+"""Other groups of the leg: with them it has 42 muscles, and 43 with the psoas, whose fascicles are the trunk's."""
 OWN_BODY: Final = (75.339, 1.80)
 """kg and m of the model that the table's figures belong to."""
 _VOLUME: Final = (47.0, 1285.0)
@@ -87,7 +87,7 @@ multifidus 2.27 µm (Ward et al. 2009), psoas 3.11 µm (Regev et al. 2011).
 
 @dataclass(frozen=True)
 class NamedMuscle:
-    """Whose muscle it is: side (``SIDES``), region ("leg", "lumbar"), group; and the muscle."""
+    """A muscle with its side (``SIDES``), region ("leg", "lumbar") and group."""
 
     side: str
     region: str
@@ -110,20 +110,22 @@ class SkierMuscles:
 
 
 def skier_muscles(geometry: Geometry, body: tuple[float, float] = OWN_BODY, chosen: MuscleSet = "full") -> SkierMuscles:
-    """The muscles on a chain of these lengths, of a skier of mass and height ``body`` (kg, m)."""
+    """Return the muscles on a chain of these lengths, of a skier of mass and height ``body`` (kg, m)."""
     table = _read_table(chosen)
     volume = leg_volume(*body) / leg_volume(*OWN_BODY)
     ours = _Scales(table, geometry)
     # the reference: a chain that has the model's own lengths
     theirs = _Scales(table, _own_geometry(table))
-    built, own = (
+    model, own_model = (
         MuscleModel("skier", _bones(table, scales), _muscles(table, scales), _surfaces(table, scales), _upright())
         for scales in (ours, theirs)
     )
-    whole = muscle_paths(built, _upright()[None]).length[0]
-    longer = whole / muscle_paths(own, _upright()[None]).length[0]
+    upright_length = muscle_paths(model, _upright()[None]).length[0]
+    length_ratio = upright_length / muscle_paths(own_model, _upright()[None]).length[0]
     named = []
-    for muscle, (row, side), ratio, length in zip(built.muscles, _rows(table), longer, whole, strict=True):
+    for muscle, (row, side), ratio, length in zip(
+        model.muscles, _rows(table), length_ratio, upright_length, strict=True
+    ):
         scaled = replace(
             muscle,
             optimal_fibre=float(muscle.optimal_fibre * ratio),
@@ -134,7 +136,7 @@ def skier_muscles(geometry: Geometry, body: tuple[float, float] = OWN_BODY, chos
             scaled = _within_upright(scaled, float(length))
         named.append(NamedMuscle(side, row["region"], row["group"], scaled))
     return SkierMuscles(
-        replace(built, muscles=tuple(each.muscle for each in named)),
+        replace(model, muscles=tuple(entry.muscle for entry in named)),
         tuple(named),
         ours.torso_origin,
         _ligament(table, ours),
@@ -142,27 +144,29 @@ def skier_muscles(geometry: Geometry, body: tuple[float, float] = OWN_BODY, chos
 
 
 def leg_groups(chosen: MuscleSet) -> tuple[str, ...]:
-    """Names of the leg's muscle groups."""
+    """Return the names of the leg's muscle groups."""
     return LEG_GROUPS + OTHER_LEG_GROUPS if chosen == "full" else LEG_GROUPS
 
 
 def leg_volume(mass: float, height: float) -> float:
-    """cm³ of all muscles of a leg, of a person of mass (kg) and height (m)."""
+    """Return the volume (cm³) of all muscles of a leg, of a person of mass (kg) and height (m)."""
     return _VOLUME[0] * mass * height + _VOLUME[1]
 
 
 def _ligament(table: dict[str, Any], scales: _Scales) -> dict[str, tuple[Array, Array]]:
     ends = table["knee"]["ligament"]
-    found = {}
+    ligaments = {}
     for side, left in (("r", 1.0), ("l", -1.0)):
         mirror = np.array([1.0, left, 1.0])
         tibia, patella = (scales.point(f"{bone}_{side}", mirror * ends[bone]) for bone in ("tibia", "patella"))
-        found[side] = tibia, patella
-    return found
+        ligaments[side] = tibia, patella
+    return ligaments
 
 
 def _within_upright(muscle: Muscle, length: float) -> Muscle:
-    """The muscle with a tendon that leaves its fibre a length within ``UPRIGHT``; ``length`` m, the whole's upright."""
+    """Give a muscle a tendon that leaves its fibre a length within ``UPRIGHT``; ``length`` m is that of the muscle,
+    upright.
+    """
     width = muscle.optimal_fibre * np.sin(muscle.pennation)
     shortest, longest = (np.sqrt((bound * muscle.optimal_fibre) ** 2 - width**2) for bound in UPRIGHT)
     slack = np.clip(muscle.tendon_slack, length - longest, length - shortest)
@@ -170,29 +174,30 @@ def _within_upright(muscle: Muscle, length: float) -> Muscle:
 
 
 def joint_shift(skier: SkierMuscles, geometry: Geometry, stance: Stance) -> dict[str, dict[str, Array]]:
-    """How the chain's joints of torso and tibiae move on these bones: by segment and coordinate, (n, 3) a unit rate, in
-    the pelvis' frame.
+    """Return how the chain's joints of torso and tibiae move on these bones.
 
-    A force F that the part within exerts on the part beyond at the chain's joint does F · shift more work here than
-    there; so much greater is the moment that muscles have to do.
+    The result gives by segment and coordinate the velocity (n, 3) a unit rate, in the pelvis' frame.
+
+    A force F that the inner part exerts on the outer part at the chain's joint does F · shift more work here than in
+    the chain.  The moment of the muscles is greater by as much.
     """
     tree = skier.model.bones
     origin = geometry.joint_in_parent[SEGMENT["torso"]] - skier.torso_origin
-    found: dict[str, dict[str, Array]] = {}
+    shifts: dict[str, dict[str, Array]] = {}
     for segment, point, names in (
         ("torso", origin, _LUMBAR),
         *((f"tibia_{side}", np.zeros(3), (f"knee_angle_{side}",)) for side in "rl"),
     ):
         i = tree.index(segment)
         place = stance.origin[:, i] + stance.rotation[:, i] @ point
-        at = [PRESCRIBED.index(name) for name in names]
-        moving = stance.moving[:, i, at] + np.cross(stance.turning[:, i, at], place[:, None])
-        found[segment] = {name: moving[:, k] for k, name in enumerate(names)}
-    return found
+        columns = [PRESCRIBED.index(name) for name in names]
+        moving = stance.moving[:, i, columns] + np.cross(stance.turning[:, i, columns], place[:, None])
+        shifts[segment] = {name: moving[:, k] for k, name in enumerate(names)}
+    return shifts
 
 
 def muscles_table(chosen: MuscleSet = "full") -> list[dict[str, str | float]]:
-    """Every muscle of a set, a row each: right side, then left; figures of the model, not scaled."""
+    """Return every muscle of a set, a row each: right side, then left; figures of the model, not scaled."""
     return [
         {
             "name": f"{row['name']}_{side[0]}",
@@ -210,7 +215,7 @@ def muscles_table(chosen: MuscleSet = "full") -> list[dict[str, str | float]]:
 
 
 def own_geometry() -> Geometry:
-    """A chain with the lengths of the model that the table's figures belong to."""
+    """Return a chain with the lengths of the model that the table's figures belong to."""
     return _own_geometry(_read_table("paper"))
 
 
@@ -239,16 +244,16 @@ def _own_geometry(table: dict[str, Any]) -> Geometry:
 
 
 def _lumbar_centre(table: dict[str, Any]) -> Array:
-    """(3,) m from the middle of the hips: the vertebrae's joints, weighted by their shares of extension.
+    """Return the mean (3,) m, from the middle of the hips, of the vertebrae's joints by their shares of extension.
 
-    About this point a small extension that is shared out turns the torso.
+    About this point a small extension that the vertebrae share turns the torso.
     """
     rows = [table["lumbar"][name] for name in _VERTEBRAE]
-    at, centre, total = np.zeros(3), np.zeros(3), 0.0
+    place, centre, total = np.zeros(3), np.zeros(3), 0.0
     for row in rows:
-        at = at + row["joint"]
-        centre, total = centre + row["shares"][0] * at, total + row["shares"][0]
-        at = at + row["origin_from_joint"]
+        place = place + row["joint"]
+        centre, total = centre + row["shares"][0] * place, total + row["shares"][0]
+        place = place + row["origin_from_joint"]
     return centre / total
 
 
@@ -257,7 +262,7 @@ def _upright() -> Array:
 
 
 class _Scales:
-    """How points of the table's bones come to those of a chain: scale and small turn (3, 3), and shift (3,) m."""
+    """Scales and small turns (3, 3), and shifts (3,) m, that bring points of the table's bones to those of a chain."""
 
     def __init__(self, table: dict[str, Any], geometry: Geometry) -> None:
         joint, reference = geometry.joint_in_parent, table["reference"]
@@ -285,13 +290,13 @@ class _Scales:
 
     @property
     def torso_origin(self) -> Array:
-        """(3,) m: the torso's own frame in the pelvis, upright."""
+        """Origin (3,) m of the torso's own frame in the pelvis, upright."""
         rows = [self.table["lumbar"][name] for name in (*_VERTEBRAE, "torso")]
         from_hips = np.sum([np.array(row["joint"]) + row["origin_from_joint"] for row in rows], axis=0)
         return np.asarray(self.hips + self.trunk * from_hips)
 
     def point(self, bone: str, place: Array) -> Array:
-        """A point of the table on the chain's bone."""
+        """Return a point of the table on the chain's bone."""
         moved = self.matrix[bone] @ place
         if bone == "pelvis":
             return np.asarray(moved + self.hips)
@@ -301,7 +306,7 @@ class _Scales:
 
 
 def _onto(theirs: Array, ours: Array) -> Array:
-    """Scale and smallest turn (3, 3) that bring ``theirs`` (3,) to ``ours`` (3,)."""
+    """Return scale and smallest turn (3, 3) that bring ``theirs`` (3,) to ``ours`` (3,)."""
     size = float(np.linalg.norm(ours) / np.linalg.norm(theirs))
     axis = np.cross(theirs, ours)
     sine = float(np.linalg.norm(axis))
@@ -310,7 +315,7 @@ def _onto(theirs: Array, ours: Array) -> Array:
 
 
 def _joint(segment: str, geometry: Geometry, slides: tuple[Drive, ...] = ()) -> Bone:
-    """A bone that hangs on its parent as the chain has it."""
+    """Return a bone that hangs on its parent as in the chain."""
     i = SEGMENT[segment]
     joint = JOINTS[i]
     turns = tuple(Drive(np.array(axis), line(1.0), name) for name, axis in joint.rotations)
@@ -330,7 +335,7 @@ def _bones(table: dict[str, Any], scales: _Scales) -> Bones:
 
 
 def _leg(table: dict[str, Any], scales: _Scales, side: str) -> list[Bone]:
-    """Femur to calcaneus, and the patella; tibia and patella glide on the femur, by the femur's scale."""
+    """Return femur to calcaneus, and the patella; tibia and patella glide on the femur, by the femur's scale."""
     matrix = scales.matrix[f"femur_{side}"]
     size = float(np.linalg.norm(matrix[:, 0]))
     turned = matrix / size
@@ -352,12 +357,18 @@ def _leg(table: dict[str, Any], scales: _Scales, side: str) -> list[Bone]:
         tuple(slide(f"patella_{axis}", "xyz".index(axis), straight[axis]) for axis in "xz"),
     )
     femur, tibia, talus, calcn = (f"{name}_{side}" for name in ("femur", "tibia", "talus", "calcn"))
-    on = scales.geometry
-    return [_joint(femur, on), patella, _joint(tibia, on, glides), _joint(talus, on), _joint(calcn, on)]
+    geometry = scales.geometry
+    return [
+        _joint(femur, geometry),
+        patella,
+        _joint(tibia, geometry, glides),
+        _joint(talus, geometry),
+        _joint(calcn, geometry),
+    ]
 
 
 def _spine(table: dict[str, Any], scales: _Scales) -> Iterator[Bone]:
-    """Vertebrae and torso, one on the other, turning by their shares; and the two frames that turn with extension."""
+    """Yield vertebrae and torso, one on the other, turning by their shares, and the frames that turn with extension."""
     rows = table["lumbar"]
     total = np.sum([rows[name]["shares"] for name in (*_VERTEBRAE, "torso")], axis=0)
     parent, place = "pelvis", scales.hips + scales.trunk * np.array(rows["L5"]["joint"])
@@ -387,7 +398,7 @@ def _spine(table: dict[str, Any], scales: _Scales) -> Iterator[Bone]:
 
 
 def _rows(table: dict[str, Any]) -> Iterator[tuple[dict[str, Any], str]]:
-    """Every muscle of the table on the right, then on the left."""
+    """Yield every muscle of the table on the right, then on the left."""
     for side in SIDES:
         for row in table["muscle"]:
             yield row, side
@@ -418,17 +429,19 @@ def _muscle(row: dict[str, Any], side: str, scales: _Scales) -> Muscle:
 
 
 def _surfaces(table: dict[str, Any], scales: _Scales) -> tuple[Surface, ...]:
-    """Every surface on both sides; the left one's own frame is mirrored along its z, so that it stays right-handed."""
-    found = []
+    """Return every surface on both sides; the left one's own frame is mirrored along z, so it stays right-handed."""
+    surfaces = []
     for side in SIDES:
         left = side == "left"
         bone_mirror, own_mirror = np.diag([1.0, -1.0 if left else 1.0, 1.0]), np.diag([1.0, 1.0, -1.0 if left else 1.0])
         for row in table["surface"]:
             place = scales.trunk * bone_mirror @ row["place"]
             attitude = bone_mirror @ Rotation.from_rotvec(row["attitude"]).as_matrix() @ own_mirror
-            way, axis = (0.0, "x") if row["side"] == "all" else (1.0 if row["side"][0] == "+" else -1.0, row["side"][1])
-            sign = -way if left and axis == "z" else way
-            found.append(
+            direction, axis = (
+                (0.0, "x") if row["side"] == "all" else (1.0 if row["side"][0] == "+" else -1.0, row["side"][1])
+            )
+            sign = -direction if left and axis == "z" else direction
+            surfaces.append(
                 Surface(
                     f"{row['name']}_{side[0]}",
                     row["bone"],
@@ -440,4 +453,4 @@ def _surfaces(table: dict[str, Any], scales: _Scales) -> tuple[Surface, ...]:
                     sign,
                 )
             )
-    return tuple(found)
+    return tuple(surfaces)

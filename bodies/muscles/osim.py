@@ -1,7 +1,7 @@
 """Muscles and bones of an OpenSim model: reads ``.osim`` files of versions 3 and 4.
 
-What is read is what paths need: bodies, joints (with the functions that drive them), coordinates, couplers, wrap
-objects, and the muscles.  The model keeps its own frames: x forward, y up, z to the right.
+It reads what paths need: bodies, joints (with the functions that drive them), coordinates, couplers, wrap objects, and
+the muscles.  The model keeps its own frames: x forward, y up, z to the right.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _SPLINES: Final = ("SimmSpline", "NaturalCubicSpline", "GCVSpline")
 
 @dataclass(frozen=True)
 class _Reader:
-    """One file, and what of it was found."""
+    """A file and its model's element, with methods that read values or fail with the place."""
 
     file: Path
     model: Element
@@ -48,10 +48,10 @@ class _Reader:
         return InputError(self.file, place, problem, "export the model from OpenSim again")
 
     def text(self, element: Element, tag: str, place: str) -> str:
-        found = element.findtext(tag)
-        if found is None or not found.strip():
+        value = element.findtext(tag)
+        if value is None or not value.strip():
             raise self.fail(place, f"<{tag}> is missing")
-        return found.strip()
+        return value.strip()
 
     def numbers(self, text: str | None, place: str, count: int | None = None) -> Array:
         try:
@@ -70,9 +70,9 @@ class _Reader:
         return np.zeros(3) if text is None else self.numbers(text, f"{place}: <{tag}>", 3)
 
     def function(self, holder: Element | None, place: str) -> Curve:
-        """The function inside ``holder``: a ``<function>`` or the like, or, in version 4, what it drives itself."""
+        """Read the function inside ``holder``: a ``<function>`` or the like, or, in version 4, the function itself."""
         inside = next(
-            (each for each in (() if holder is None else holder) if each.tag not in ("coordinates", "axis")), None
+            (child for child in (() if holder is None else holder) if child.tag not in ("coordinates", "axis")), None
         )
         if inside is None:
             raise self.fail(place, "a function is missing")
@@ -94,7 +94,7 @@ class _Reader:
 
 
 def read_osim(path: Path) -> MuscleModel:
-    """The muscles of an OpenSim model.  Raises InputError for a file that is none, or has what is not known."""
+    """Read the muscles of an OpenSim model.  Raises InputError for another file, or one with unknown parts."""
     root = next(elements(path, ("OpenSimDocument",), limit=MAX_BYTES), None)
     model = None if root is None else root.find("Model")
     if root is None or model is None:
@@ -130,8 +130,8 @@ class _Carried:
 
 
 def _old_joints(reader: _Reader) -> list[_Carried]:
-    """Version 3: the joint stands in the body it carries."""
-    found = []
+    """Read the joints of version 3, each inside the body it carries."""
+    bodies = []
     for body in reader.model.findall("./BodySet/objects/Body"):
         name = body.get("name", "")
         holder = body.find("Joint")
@@ -139,7 +139,7 @@ def _old_joints(reader: _Reader) -> list[_Carried]:
             continue  # the ground
         joint = holder[0]
         place = f"joint of {name}"
-        found.append(
+        bodies.append(
             _Carried(
                 name,
                 reader.text(joint, "parent_body", place),
@@ -151,12 +151,12 @@ def _old_joints(reader: _Reader) -> list[_Carried]:
                 joint,
             )
         )
-    return found
+    return bodies
 
 
 def _new_joints(reader: _Reader) -> list[_Carried]:
-    """Version 4: joints stand apart and join frames that are bodies or offset from bodies."""
-    found = []
+    """Read the joints of version 4, which are separate and join frames that are bodies or offset from bodies."""
+    bodies = []
     for joint in reader.model.findall("./JointSet/objects/*"):
         place = f"joint {joint.get('name')}"
         sides = []
@@ -170,12 +170,12 @@ def _new_joints(reader: _Reader) -> list[_Carried]:
                 offset = (reader.vector(frame, "translation", place), reader.vector(frame, "orientation", place))
                 sides.append((body, offset))
         (parent, frame_in_parent), (child, frame_in_child) = sides
-        found.append(_Carried(child, parent, frame_in_parent, frame_in_child, joint))
-    return found
+        bodies.append(_Carried(child, parent, frame_in_parent, frame_in_child, joint))
+    return bodies
 
 
 def _bones(reader: _Reader, carried: list[_Carried]) -> tuple[Bones, Array]:
-    """The tree, parents first, and the coordinates' defaults."""
+    """Return the tree, parents first, and the coordinates' defaults."""
     waiting, done, bones = list(carried), {"ground"}, [Bone("ground", None)]
     names: list[str] = []
     defaults: list[float] = []
@@ -245,7 +245,7 @@ def _bone(reader: _Reader, entry: _Carried) -> Bone:
 
 
 def _rotation_from(angles: Array) -> Array:
-    """(3, 3) of OpenSim's body-fixed x-y-z angles."""
+    """Return the rotation (3, 3) of OpenSim's body-fixed x-y-z angles."""
     return Rotation.from_euler("XYZ", angles).as_matrix()
 
 
@@ -253,30 +253,30 @@ def _surfaces(reader: _Reader) -> Iterator[Surface]:
     for body in [*reader.model.findall("./BodySet/objects/Body"), *reader.model.findall("./Ground")]:
         # version 3 has a ground among the bodies
         bone = body.get("name", "ground")
-        for held in [*body.findall("./WrapObjectSet/objects/*"), *body.findall("./WrapObjectSet/*/objects/*")]:
-            name = held.get("name", "")
+        for wrap in [*body.findall("./WrapObjectSet/objects/*"), *body.findall("./WrapObjectSet/*/objects/*")]:
+            name = wrap.get("name", "")
             place = f"wrap object {name}"
-            if (held.findtext("active") or "true").strip() != "true":
+            if (wrap.findtext("active") or "true").strip() != "true":
                 continue
-            match held.tag:
+            match wrap.tag:
                 case "WrapCylinder":
-                    size = np.array([reader.number(held, "radius", place), reader.number(held, "length", place), 0.0])
+                    size = np.array([reader.number(wrap, "radius", place), reader.number(wrap, "length", place), 0.0])
                 case "WrapSphere":
-                    size = np.full(3, reader.number(held, "radius", place))
+                    size = np.full(3, reader.number(wrap, "radius", place))
                 case "WrapEllipsoid":
-                    size = reader.numbers(held.findtext("dimensions"), place, 3)
+                    size = reader.numbers(wrap.findtext("dimensions"), place, 3)
                 case _:
-                    raise InputError(reader.file, place, f"a {held.tag} is not known", "use a cylinder or an ellipsoid")
-            side = (held.findtext("quadrant") or "all").strip().lower()
+                    raise InputError(reader.file, place, f"a {wrap.tag} is not known", "use a cylinder or an ellipsoid")
+            side = (wrap.findtext("quadrant") or "all").strip().lower()
             letter, sign = side[-1], 0.0 if side == "all" else -1.0 if side.startswith("-") else 1.0
-            if side != "all" and side not in [way + axis for way in ("", "+", "-") for axis in "xyz"]:
+            if side != "all" and side not in [direction + axis for direction in ("", "+", "-") for axis in "xyz"]:
                 raise reader.fail(place, f"{side!r} is no quadrant")
             yield Surface(
                 name,
                 bone,
-                held.tag.removeprefix("Wrap").lower(),
-                reader.vector(held, "translation", place),
-                _rotation_from(reader.vector(held, "xyz_body_rotation", place)),
+                wrap.tag.removeprefix("Wrap").lower(),
+                reader.vector(wrap, "translation", place),
+                _rotation_from(reader.vector(wrap, "xyz_body_rotation", place)),
                 size,
                 "xyz".index(letter) if sign else 0,
                 sign,
@@ -290,15 +290,15 @@ def _muscles(reader: _Reader) -> Iterator[Muscle]:
             continue
         name = force.get("name", "")
         place = f"muscle {name}"
-        points = tuple(_point(reader, each, place) for each in path.findall("./PathPointSet/objects/*"))
+        points = tuple(_point(reader, element, place) for element in path.findall("./PathPointSet/objects/*"))
         if len(points) < 2:
             raise reader.fail(place, "its path has fewer than two points")
         wraps = []
-        held = {each.get("name") for each in reader.model.iter() if each.tag.startswith("Wrap")}
+        surfaces = {element.get("name") for element in reader.model.iter() if element.tag.startswith("Wrap")}
         for wrap in path.findall("./PathWrapSet/objects/PathWrap"):
             low, high = (int(x) for x in reader.numbers(wrap.findtext("range") or "-1 -1", place, 2))
             surface = reader.text(wrap, "wrap_object", place)
-            if surface in held:
+            if surface in surfaces:
                 wraps.append(Wrap(surface, max(low - 1, 0), len(points) - 1 if high < 1 else high - 1))
             else:
                 raise reader.fail(place, f"the model has no wrap object {surface!r}")
@@ -313,20 +313,20 @@ def _muscles(reader: _Reader) -> Iterator[Muscle]:
         )
 
 
-def _point(reader: _Reader, held: Element, place: str) -> PathPoint:
-    named = held.findtext("body") or reader.text(held, "socket_parent_frame", place)
+def _point(reader: _Reader, element: Element, place: str) -> PathPoint:
+    named = element.findtext("body") or reader.text(element, "socket_parent_frame", place)
     bone = named.strip().rsplit("/", 1)[-1]
-    if held.tag == "MovingPathPoint":
+    if element.tag == "MovingPathPoint":
         glides = {}
         for k, letter in enumerate("xyz"):
-            coordinate = held.findtext(f"{letter}_coordinate") or held.findtext(f"socket_{letter}_coordinate")
-            if coordinate and held.find(f"{letter}_location") is not None:
-                curve = reader.function(held.find(f"{letter}_location"), place)
+            coordinate = element.findtext(f"{letter}_coordinate") or element.findtext(f"socket_{letter}_coordinate")
+            if coordinate and element.find(f"{letter}_location") is not None:
+                curve = reader.function(element.find(f"{letter}_location"), place)
                 glides[k] = (curve, coordinate.strip().rsplit("/", 1)[-1])
-        return PathPoint(bone, reader.vector(held, "location", place), glides)
-    location = reader.numbers(held.findtext("location"), place, 3)
-    if held.tag != "ConditionalPathPoint":
+        return PathPoint(bone, reader.vector(element, "location", place), glides)
+    location = reader.numbers(element.findtext("location"), place, 3)
+    if element.tag != "ConditionalPathPoint":
         return PathPoint(bone, location)
-    coordinate = (held.findtext("coordinate") or reader.text(held, "socket_coordinate", place)).strip()
-    low, high = reader.numbers(held.findtext("range"), place, 2)
+    coordinate = (element.findtext("coordinate") or reader.text(element, "socket_coordinate", place)).strip()
+    low, high = reader.numbers(element.findtext("range"), place, 2)
     return PathPoint(bone, location, condition=(coordinate.rsplit("/", 1)[-1], float(low), float(high)))

@@ -1,7 +1,7 @@
 """Muscle paths through points and around surfaces; compiled.
 
-Which stretch of a path wraps a surface, and in which order several surfaces are taken, follows OpenSim's rules, so that
-its models mean here what they mean there.
+The stretch of a path that wraps a surface, and the order of several surfaces, follow OpenSim's rules, so that its
+models have the same meaning here.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from sssi_exudyn.bodies.muscles.wrapping import (
 from sssi_exudyn.runtime.jit import njit
 
 _MOST: Final = 48
-"""More nodes than a path with its tangent points has."""
+"""Size of the buffers: more than the nodes of a path with its tangent points."""
 _ROUNDS: Final = 50
 _SETTLED: Final = 1e-9
 """Several surfaces on one path: rounds, and the change of length (m) below which they end.  OpenSim ends at 5e-4; then
-moment arms are not quite the length's derivatives.
+its moment arms are not exactly the length's derivatives.
 """
 
 
 @inner
 def _into(rotation, origin, point):
-    """A point of the ground in the frame given by ``rotation`` (3, 3) and ``origin`` (3,)."""
+    """Return a point of the ground in the frame given by ``rotation`` (3, 3) and ``origin`` (3,)."""
     d = (point[0] - origin[0], point[1] - origin[1], point[2] - origin[2])
     return (
         rotation[0, 0] * d[0] + rotation[1, 0] * d[1] + rotation[2, 0] * d[2],
@@ -48,7 +48,7 @@ def _into(rotation, origin, point):
 
 @inner
 def _out(rotation, v):
-    """A vector of the frame in the ground."""
+    """Return a vector of the frame in the ground."""
     return (
         rotation[0, 0] * v[0] + rotation[0, 1] * v[1] + rotation[0, 2] * v[2],
         rotation[1, 0] * v[0] + rotation[1, 1] * v[1] + rotation[1, 2] * v[2],
@@ -75,11 +75,11 @@ def _add_wrench(wrench, bone, sign, point, pull):
 
 
 @inner
-def _length(place, surface, on, count):
+def _length(place, surface, arc_length, count):
     total = 0.0
     for i in range(count - 1):
         if surface[i] >= 0 and surface[i] == surface[i + 1]:
-            total += on[i + 1]
+            total += arc_length[i + 1]
         else:
             total += distance(_row(place, i), _row(place, i + 1))
     return total
@@ -88,9 +88,10 @@ def _length(place, surface, on, count):
 # Its copy on disk does not notice a change of ``wrapping`` alone: touch this file too.
 @njit(cache=True, error_model="numpy")
 def follow(points, active, bone, first, wraps, wrap_first, kind, size, axis, sign, carrier, frames, centres, bones):
-    """Lengths (n, m) m of m muscles; the gradient (n, p, 3) of each muscle's length with respect to each of its path's
-    points; and (n, m, b, 6) the same with respect to the bones: force and moment about the ground's origin that a unit
-    tension takes from each bone.
+    """Compute lengths (n, m) m of m muscles and their gradients.
+
+    One gradient (n, p, 3) is with respect to each of the path's points.  The other (n, m, b, 6) is with respect to the
+    bones: force and moment about the ground's origin that a unit tension takes from each bone.
 
     Parameters
     ----------
@@ -100,13 +101,13 @@ def follow(points, active, bone, first, wraps, wrap_first, kind, size, axis, sig
         those from wrap_first[k] to wrap_first[k + 1]
     kind, size, axis, sign : (s,), (s, 3), (s,), (s,) of the surfaces: radius and length of a cylinder, half axes
     carrier, frames, centres : (s,) their bones, (n, s, 3, 3), (n, s, 3) where they are
-    bones : how many there are
+    bones : their number
     """
     n, muscles = len(points), len(first) - 1
     lengths, pulls = np.zeros((n, muscles)), np.zeros(points.shape)
     wrenches = np.zeros((n, muscles, bones, 6))
     place, origin = np.zeros((_MOST, 3)), np.zeros(_MOST, dtype=np.int64)
-    surface, on, plane = np.zeros(_MOST, dtype=np.int64), np.zeros(_MOST), np.zeros(_MOST)
+    surface, arc_length, plane = np.zeros(_MOST, dtype=np.int64), np.zeros(_MOST), np.zeros(_MOST)
     for i in range(n):
         for m in range(muscles):
             count = 0
@@ -124,8 +125,8 @@ def follow(points, active, bone, first, wraps, wrap_first, kind, size, axis, sig
                         if surface[j] == s:
                             for k in range(j, count - 2):
                                 _put(place, k, _row(place, k + 2))
-                                origin[k], surface[k], on[k], plane[k] = (
-                                    origin[k + 2], surface[k + 2], on[k + 2], plane[k + 2],
+                                origin[k], surface[k], arc_length[k], plane[k] = (
+                                    origin[k + 2], surface[k + 2], arc_length[k + 2], plane[k + 2],
                                 )  # fmt: skip
                             count -= 2
                             break
@@ -153,29 +154,29 @@ def follow(points, active, bone, first, wraps, wrap_first, kind, size, axis, sig
                             action, t1, t2, arc, tilt = ellipsoid(a, b, _row(size, s), axis[s], sign[s])
                         if action == NONE:
                             continue
-                        more = distance(a, t1) + arc + distance(b, t2) - distance(a, b)
-                        if action == MUST or more < least:
-                            where, least, r1, r2, length, angle = j, more, t1, t2, arc, tilt
+                        extra = distance(a, t1) + arc + distance(b, t2) - distance(a, b)
+                        if action == MUST or extra < least:
+                            where, least, r1, r2, length, angle = j, extra, t1, t2, arc, tilt
                         if action == MUST:
                             break
                     if where >= 0 and count < _MOST - 2:
                         for k in range(count - 1, where, -1):
                             _put(place, k + 2, _row(place, k))
-                            origin[k + 2], surface[k + 2], on[k + 2], plane[k + 2] = (
-                                origin[k], surface[k], on[k], plane[k],
+                            origin[k + 2], surface[k + 2], arc_length[k + 2], plane[k + 2] = (
+                                origin[k], surface[k], arc_length[k], plane[k],
                             )  # fmt: skip
                         out1, out2 = _out(frame, r1), _out(frame, r2)
                         for k in range(3):
                             place[where + 1, k] = centre[k] + out1[k]
                             place[where + 2, k] = centre[k] + out2[k]
                         for k in range(where + 1, where + 3):
-                            origin[k], surface[k], on[k], plane[k] = -1, s, length, angle
+                            origin[k], surface[k], arc_length[k], plane[k] = -1, s, length, angle
                         count += 2
-                total = _length(place, surface, on, count)
+                total = _length(place, surface, arc_length, count)
                 if abs(total - last_length) < _SETTLED:
                     break
                 last_length = total
-            lengths[i, m] = _length(place, surface, on, count)
+            lengths[i, m] = _length(place, surface, arc_length, count)
             wrench = wrenches[i, m]
             for j in range(count - 1):
                 s, after = surface[j], surface[j + 1]
@@ -187,8 +188,8 @@ def follow(points, active, bone, first, wraps, wrap_first, kind, size, axis, sig
                     continue
                 pull = minus(one, two)
                 pull = (pull[0] / size_of, pull[1] / size_of, pull[2] / size_of)
-                here = carrier[s] if s >= 0 else bone[origin[j]]
-                there = carrier[after] if after >= 0 else bone[origin[j + 1]]
+                bone_here = carrier[s] if s >= 0 else bone[origin[j]]
+                bone_there = carrier[after] if after >= 0 else bone[origin[j + 1]]
                 at_end = False  # where the pull is taken: at the first node, or at the second
                 if after >= 0 and kind[after] == ELLIPSOID:
                     frame, centre = frames[i, after], _row(centres[i], after)
@@ -200,8 +201,8 @@ def follow(points, active, bone, first, wraps, wrap_first, kind, size, axis, sig
                     back = _out(frame, ellipsoid_pull(a, b, _row(size, s), plane[j])[1])
                     pull, at_end = (-back[0], -back[1], -back[2]), True
                 point = two if at_end else one
-                _add_wrench(wrench, here, 1.0, point, pull)
-                _add_wrench(wrench, there, -1.0, point, pull)
+                _add_wrench(wrench, bone_here, 1.0, point, pull)
+                _add_wrench(wrench, bone_there, -1.0, point, pull)
                 for k in range(3):
                     if s < 0:
                         pulls[i, origin[j], k] += pull[k]

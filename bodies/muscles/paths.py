@@ -1,4 +1,4 @@
-"""How long muscles are, how fast they lengthen, and by which arm they turn the joints.
+"""Muscles' lengths, speeds of lengthening, and moment arms about the joints.
 
 A path runs through points of bones: fixed ones, ones that glide with a coordinate, ones that count only while a
 coordinate is within a range; and around surfaces (``wrapping``).  A moment arm is minus the derivative of the
@@ -23,9 +23,9 @@ from sssi_exudyn.core.frames import Array
 Whole = NDArray[np.int64]
 
 _EDGE: Final = 1e-5
-"""rad by which a conditional point's range is wider than it says, as in OpenSim."""
+"""rad by which a conditional point's range is widened, as in OpenSim."""
 _STRETCH: Final = 64
-"""Instants that are computed at once: what a unit tension does to every bone is larger than the result."""
+"""Number of instants computed at once: what a unit tension does to every bone is larger than the result."""
 
 
 @dataclass(frozen=True)
@@ -102,11 +102,10 @@ class MuscleModel:
 class Paths:
     """m muscles at n instants.
 
-    coordinates : the k coordinates that were asked for
+    coordinates : the k coordinates that were requested
     length : (n, m) m
     moment_arm : (n, m, k) m (m/m for a coordinate that is a length)
-    pull : (n, m, g, 3) what a unit tension does to each of the g groups of bones that were asked for, in the ground's
-        frame
+    pull : (n, m, g, 3) force of a unit tension on each of the g requested groups of bones, in the ground's frame
     """
 
     coordinates: tuple[str, ...]
@@ -115,7 +114,7 @@ class Paths:
     pull: Array
 
     def speed(self, rates: Array) -> Array:
-        """(n, m) m/s by which the muscles lengthen, for rates (n, k) of the coordinates."""
+        """Return the speeds (n, m) m/s of lengthening of the muscles, for rates (n, k) of the coordinates."""
         return np.asarray(-np.einsum("nmk,nk->nm", self.moment_arm, rates))
 
 
@@ -125,7 +124,7 @@ def muscle_paths(
     coordinates: Sequence[str] | None = None,
     groups: Sequence[Sequence[str]] = (),
 ) -> Paths:
-    """Paths at coordinates ``q`` (n, c) of the model's bones, dependent ones being set by their couplings.
+    """Compute paths at coordinates ``q`` (n, c) of the model's bones, dependent ones being set by their couplings.
 
     coordinates : those whose moment arms are wanted, all if None
     groups : sets of bones
@@ -140,23 +139,23 @@ def muscle_paths(
 def _paths(
     model: MuscleModel, given: Array, wanted: tuple[str, ...], groups: Sequence[Sequence[str]]
 ) -> tuple[Array, Array, Array]:
-    """Length, moment arm and pull."""
+    """Return length, moment arm and pull."""
     tree = model.bones
     q, follows = tree.complete(given)
     stance = stand(tree, q)
     points = [point for muscle in model.muscles for point in muscle.points]
     bone = np.array([tree.index(point.bone) for point in points], dtype=np.int64)
-    at = {name: i for i, name in enumerate(tree.coordinates)}
+    index = {name: i for i, name in enumerate(tree.coordinates)}
     place = np.broadcast_to(np.stack([point.place for point in points]), (len(q), len(points), 3)).copy()
     active = np.ones(place.shape[:2], dtype=bool)
     gliding: list[tuple[int, int, int, Array]] = []
     for p, point in enumerate(points):
         for component, (curve, coordinate) in point.glides.items():
-            place[:, p, component], slope = curve(q[:, at[coordinate]])
-            gliding.append((p, component, at[coordinate], slope))
+            place[:, p, component], slope = curve(q[:, index[coordinate]])
+            gliding.append((p, component, index[coordinate], slope))
         if point.condition is not None:
             coordinate, low, high = point.condition
-            active[:, p] = (q[:, at[coordinate]] >= low - _EDGE) & (q[:, at[coordinate]] <= high + _EDGE)
+            active[:, p] = (q[:, index[coordinate]] >= low - _EDGE) & (q[:, index[coordinate]] <= high + _EDGE)
     muscle_of = np.repeat(np.arange(len(model.muscles)), [len(muscle.points) for muscle in model.muscles])
     arrays = (stance.points(bone, place), active, bone, *_lists(model), *_surfaces(model, stance))
     # in one order in memory: the kernel would be compiled again for every other one
@@ -167,14 +166,14 @@ def _paths(
     for p, component, c, slope in gliding:
         along = stance.rotation[:, bone[p], :, component]
         slope_of[:, muscle_of[p], c] += slope * np.einsum("nk,nk->n", along, pulls[:, p])
-    slope_of = slope_of @ follows[:, :, [at[name] for name in wanted]]
+    slope_of = slope_of @ follows[:, :, [index[name] for name in wanted]]
     members = [[tree.index(name) for name in group] for group in groups]
     pull = -np.stack([wrench[:, :, group, :3].sum(axis=2) for group in members], axis=2) if members else None
     return length, -slope_of, np.empty((*length.shape, 0, 3)) if pull is None else pull
 
 
 def _lists(model: MuscleModel) -> tuple[Whole, ...]:
-    """Where each muscle's points begin, all wraps, and where each muscle's wraps begin."""
+    """Return where each muscle's points begin, all wraps, and where each muscle's wraps begin."""
     number = {surface.name: i for i, surface in enumerate(model.surfaces)}
     first = np.cumsum([0, *(len(muscle.points) for muscle in model.muscles)], dtype=np.int64)
     wraps = [(number[wrap.surface], wrap.first, wrap.last) for muscle in model.muscles for wrap in muscle.wraps]
@@ -183,16 +182,16 @@ def _lists(model: MuscleModel) -> tuple[Whole, ...]:
 
 
 def _surfaces(model: MuscleModel, stance: Stance) -> tuple[Array | Whole, ...]:
-    """Kind, size, axis, sign, bone, frames and centres of the surfaces."""
-    found = model.surfaces
-    bone = np.array([model.bones.index(surface.bone) for surface in found], dtype=np.int64)
-    attitude = np.array([surface.attitude for surface in found]).reshape(-1, 3, 3)
+    """Return kind, size, axis, sign, bone, frames and centres of the surfaces."""
+    surfaces = model.surfaces
+    bone = np.array([model.bones.index(surface.bone) for surface in surfaces], dtype=np.int64)
+    attitude = np.array([surface.attitude for surface in surfaces]).reshape(-1, 3, 3)
     return (
-        np.array([CYLINDER if surface.kind == "cylinder" else ELLIPSOID for surface in found], dtype=np.int64),
-        np.array([surface.size for surface in found]).reshape(-1, 3),
-        np.array([surface.axis for surface in found], dtype=np.int64),
-        np.array([surface.sign for surface in found], dtype=np.float64),
+        np.array([CYLINDER if surface.kind == "cylinder" else ELLIPSOID for surface in surfaces], dtype=np.int64),
+        np.array([surface.size for surface in surfaces]).reshape(-1, 3),
+        np.array([surface.axis for surface in surfaces], dtype=np.int64),
+        np.array([surface.sign for surface in surfaces], dtype=np.float64),
         bone,
         stance.rotation[:, bone] @ attitude,
-        stance.points(bone, np.array([surface.place for surface in found]).reshape(-1, 3)),
+        stance.points(bone, np.array([surface.place for surface in surfaces]).reshape(-1, 3)),
     )

@@ -1,10 +1,10 @@
-"""Shortest ways around a cylinder, a sphere or an ellipsoid; compiled.
+"""Shortest paths around a cylinder, a sphere or an ellipsoid; compiled.
 
 A line from a to b that meets a surface is led around it: straight to a tangent point r1, along the surface to r2,
-straight to b.  Around a cylinder that is a helix (a straight line once the cylinder is unrolled), around a sphere a
-great circle.  An ellipsoid's path is the shortest of those that lie in a plane through a and b, as SIMM and OpenSim
-take a plane too, theirs by other criteria.  When a surface wraps at all, on which side of it (its ``quadrant``) and
-between which points of a path follows OpenSim's rules, so that its models mean here what they mean there.
+straight to b.  Around a cylinder this is a helix (a straight line once the cylinder is unrolled), around a sphere a
+great circle.  An ellipsoid's path is the shortest of those that lie in a plane through a and b.  SIMM and OpenSim take
+a plane too, by other criteria.  OpenSim's rules decide whether a surface wraps, on which side (its ``quadrant``) and
+between which points of a path, so that its models have the same meaning here.
 
 Vectors are triples, so that nothing is allocated.
 """
@@ -23,11 +23,11 @@ ELLIPSOID: Final = 1
 """Kinds of surface; a sphere is an ellipsoid of equal axes."""
 
 NONE, WRAPPED, MUST = 0, 1, 2
-"""What to do with a line: leave it straight; lead it around if nothing else calls for it more; lead it around."""
+"""Actions for a line: leave it straight; lead it around if no other line calls for it more; lead it around."""
 _PLANES: Final = 12
 _GOLD: Final = 0.5 * (math.sqrt(5.0) - 1.0)
 _STEP: Final = 1e-6
-"""m, for differences of the length on an ellipsoid; its length is right to rounding."""
+"""m, for differences of the length on an ellipsoid, which is correct to rounding."""
 
 inner = njit(error_model="numpy")
 _NODE, _WEIGHT = (0.5 * part for part in np.polynomial.legendre.leggauss(14))
@@ -67,13 +67,13 @@ def distance(a, b):
 
 @inner
 def _on(point, axis, sign):
-    """Whether a point is on the side of the surface where it is active."""
+    """Tell whether a point is on the side of the surface where it is active."""
     return (point[axis] > 0.0) == (sign > 0.0)
 
 
 @inner
 def cylinder(a, b, radius, length, axis, sign):
-    """What to do, r1, r2 and the length between them on a cylinder about z; ``sign`` 0: active all around."""
+    """Return action, r1, r2 and the length between them on a cylinder about z; ``sign`` 0: active all around."""
     nothing = (NONE, a, b, 0.0)
     da, db = math.hypot(a[0], a[1]), math.hypot(b[0], b[1])
     if da < radius or db < radius:
@@ -108,21 +108,21 @@ def cylinder(a, b, radius, length, axis, sign):
         else:
             anticlockwise = (left <= right) == a_left
     turn = left if anticlockwise else right
-    way = 1.0 if anticlockwise else -1.0
-    first, last = at_a + way * open_a, at_b - way * open_b
+    direction = 1.0 if anticlockwise else -1.0
+    first, last = at_a + direction * open_a, at_b - direction * open_b
     # unrolled, the path is one straight line: it climbs evenly
-    to, on, off = math.sqrt(da * da - radius * radius), radius * turn, math.sqrt(db * db - radius * radius)
-    climb = (b[2] - a[2]) / (to + on + off)
-    r1 = (radius * math.cos(first), radius * math.sin(first), a[2] + climb * to)
-    r2 = (radius * math.cos(last), radius * math.sin(last), b[2] - climb * off)
+    approach, arc, departure = math.sqrt(da * da - radius * radius), radius * turn, math.sqrt(db * db - radius * radius)
+    climb = (b[2] - a[2]) / (approach + arc + departure)
+    r1 = (radius * math.cos(first), radius * math.sin(first), a[2] + climb * approach)
+    r2 = (radius * math.cos(last), radius * math.sin(last), b[2] - climb * departure)
     if abs(r1[2]) > 0.5 * length and abs(r2[2]) > 0.5 * length:
         return nothing
-    return action, r1, r2, on * math.sqrt(1.0 + climb * climb)
+    return action, r1, r2, arc * math.sqrt(1.0 + climb * climb)
 
 
 @inner
 def _on_circle(size, centre, radius, e1, e2, phi):
-    """A point of the circle that a plane cuts, back in unscaled axes."""
+    """Return a point of the circle that a plane cuts, in unscaled axes."""
     u, v = radius * math.cos(phi), radius * math.sin(phi)
     return (
         size[0] * (centre[0] + u * e1[0] + v * e2[0]),
@@ -133,8 +133,10 @@ def _on_circle(size, centre, radius, e1, e2, phi):
 
 @inner
 def _section(a, b, size, angle, across, up):
-    """Length of the path from a to b in the plane that is turned by ``angle`` about their line, r1, r2 and the middle
-    of the arc.  ``across`` and ``up`` are square to the line.  In axes divided by ``size`` the section is a circle.
+    """Return the path from a to b in the plane that is turned by ``angle`` about their line.
+
+    The result is its length, r1, r2, the middle of the arc, and the arc's length.  ``across`` and ``up`` are square to
+    the line.  In axes divided by ``size`` the section is a circle.
     """
     c, s = math.cos(angle), math.sin(angle)
     lift = (c * across[0] + s * up[0], c * across[1] + s * up[1], c * across[2] + s * up[2])
@@ -172,7 +174,7 @@ def _section(a, b, size, angle, across, up):
 
 @inner
 def _square_to(a, b):
-    """Two unit vectors square to the line from a to b and to each other."""
+    """Return two unit vectors square to the line from a to b and to each other."""
     line = unit(minus(b, a))
     if abs(line[0]) <= abs(line[1]) and abs(line[0]) <= abs(line[2]):
         axis = (1.0, 0.0, 0.0)
@@ -186,7 +188,7 @@ def _square_to(a, b):
 
 @inner
 def ellipsoid(a, b, size, axis, sign):
-    """What to do, r1, r2, the length between them, and the angle of the plane."""
+    """Return action, r1, r2, the length between them, and the angle of the plane."""
     nothing = (NONE, a, b, 0.0, 0.0)
     pa = (a[0] / size[0], a[1] / size[1], a[2] / size[2])
     pb = (b[0] / size[0], b[1] / size[1], b[2] / size[2])
@@ -199,18 +201,18 @@ def ellipsoid(a, b, size, axis, sign):
         return nothing
     across, up = _square_to(a, b)
     spacing = 2.0 * math.pi / _PLANES
-    best, least, found = 0.0, math.inf, False
+    best, least, any_active = 0.0, math.inf, False
     for k in range(_PLANES):
         length, _, _, middle, _ = _section(a, b, size, k * spacing, across, up)
         active = sign == 0.0 or _on(middle, axis, sign)
-        if (active and not found) or (active == found and length < least):
-            best, least, found = k * spacing, length, active or found
-    for way in (-spacing, spacing):  # downhill from there, until the least length lies between two planes
+        if (active and not any_active) or (active == any_active and length < least):
+            best, least, any_active = k * spacing, length, active or any_active
+    for step in (-spacing, spacing):  # downhill from there, until the least length lies between two planes
         for _ in range(_PLANES):
-            length = _section(a, b, size, best + way, across, up)[0]
+            length = _section(a, b, size, best + step, across, up)[0]
             if length >= least:
                 break
-            best, least = best + way, length
+            best, least = best + step, length
     low, high = best - spacing, best + spacing
     x1, x2 = high - _GOLD * (high - low), low + _GOLD * (high - low)
     f1, f2 = _section(a, b, size, x1, across, up)[0], _section(a, b, size, x2, across, up)[0]
@@ -230,10 +232,10 @@ def ellipsoid(a, b, size, axis, sign):
 
 @inner
 def ellipsoid_pull(a, b, size, angle):
-    """Gradients of the length of the path with respect to a and b.
+    """Return the gradients of the path's length with respect to a and b.
 
-    The plane's angle is where the length is least, so to first order it does not matter that the plane turns on its own
-    when a or b moves.
+    The length is least at the plane's angle.  So to first order it does not matter that the plane turns on its own when
+    a or b moves.
     """
     across, up = _square_to(a, b)
     at_a, at_b = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]

@@ -89,7 +89,9 @@ def _section(mesh: BeamMesh, element: int) -> exu.BeamSection:
 
 
 def _add_dampers(mbs: exu.MainSystem, mesh: BeamMesh, markers: list[int]) -> tuple[int, ...]:
-    """D = τK between neighbours, for rotations only: an element's own damping matrix has no effect in Exudyn."""
+    """Add dampers D = τK between neighbours, for rotations only: an element's own damping matrix has no effect in
+    Exudyn.
+    """
     tau = damping_time(mesh)
     dampers = []
     for e, length in enumerate(mesh.element_length):
@@ -105,7 +107,9 @@ def _add_dampers(mbs: exu.MainSystem, mesh: BeamMesh, markers: list[int]) -> tup
 
 
 def _quaternion_rates(quaternions: Array, angular_velocity: Array) -> Array:
-    """Rates of (n, 4) quaternions (w, x, y, z) for an angular velocity in the outer frame: q̇ = ½ (0, ω) ∘ q."""
+    """Return the rates of (n, 4) quaternions (w, x, y, z) for an angular velocity in the outer frame: q̇ = ½ (0, ω) ∘
+    q.
+    """
     scalar, vector = quaternions[:, :1], quaternions[:, 1:]
     turned = scalar * angular_velocity + np.cross(angular_velocity, vector)
     return 0.5 * np.hstack([-(vector @ angular_velocity)[:, None], turned])

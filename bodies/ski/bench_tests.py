@@ -1,4 +1,4 @@
-"""What is measured on a ski: outline scan, weight, three-point bending and free vibration (paper 2.2.2).
+"""Measurements on a ski: outline scan, weight, three-point bending and free vibration (paper 2.2.2).
 
 A folder holds ``bench.toml`` and the tests' tables::
 
@@ -39,7 +39,7 @@ from sssi_exudyn.io.table import read_table
 
 @dataclass(frozen=True)
 class Measurements:
-    """What was measured.  Places are metres from the tail; arrays are one-dimensional.
+    """The measured data.  Places are metres from the tail; arrays are one-dimensional.
 
     scan_place, width, thickness, height (k,) m; force (n,) N; deflection (n,) m; time (m,) s; signal (m,) any unit
     """
@@ -117,7 +117,7 @@ def _section(settings: dict[str, object], name: str, file: Path) -> dict[str, ob
 
 
 def _number(section: dict[str, object], key: str, scale: float, file: Path, place: str) -> object:
-    """The value in SI where it is a number; ``checked`` speaks of anything else."""
+    """Return the value in SI where it is a number; ``build_checked`` refuses anything else."""
     if key not in section:
         raise InputError(file, f"{place} {key}".strip(), "is missing", "add it")
     value = section[key]

@@ -1,6 +1,6 @@
 """A ski from what is measured on it: density, Young's modulus and damping, each with its interval (paper 2.2.2).
 
-The stuff is taken as homogeneous and isotropic with ν = 0.3, so the shear modulus is E/(2(1 + ν)).
+The material is taken as homogeneous and isotropic with ν = 0.3, so the shear modulus is E/(2(1 + ν)).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class IdentifiedSki:
-    """The ski, and how well each number is known; ``damping_ratio`` is that of the tip's vibration.
+    """The ski, and the standard error of each number; ``damping_ratio`` is that of the tip's vibration.
 
     ``frequency`` (Hz) is the measured one of the tip; ``predicted_frequency`` that of the ski as identified, which no
     fit has seen: their difference tests homogeneity.
@@ -54,7 +54,7 @@ class IdentifiedSki:
 
 
 def identify_ski(measured: Measurements) -> IdentifiedSki:
-    """Density, Young's modulus and damping from the tests on one ski.
+    """Identify density, Young's modulus and damping from the tests on one ski.
 
     Raises InputError when a test does not determine its number.
     """
@@ -107,22 +107,25 @@ def _interval(value: float, se: float, freedom: float) -> Estimate:
 
 
 def _young_modulus(measured: Measurements, ski: Ski, thicker: Ski) -> Estimate:
-    """E = compliance of a ski of unit modulus over the slope of deflection against force.
+    """Return E: the compliance of a ski of unit modulus over the slope of deflection against force.
 
-    The slope's error and the caliper's, which enters with the cube of thickness, add up in quadrature.
+    The errors of the slope and of the caliper, which enters with the cube of thickness, add up in quadrature.
     """
     line = linregress(measured.force, measured.deflection)
     freedom = len(measured.force) - 2
     if not line.slope > 2.0 * line.stderr:
         raise InputError("bench.toml", "[bending]", "deflection does not grow with force", "check columns and signs")
-    unit, unit_up = (_unit_compliance(measured, each) for each in (ski, thicker))
+    unit, unit_up = (_unit_compliance(measured, blank) for blank in (ski, thicker))
     value = unit / float(line.slope)
     se = math.hypot(value * float(line.stderr / line.slope), (unit - unit_up) / float(line.slope))
     return _interval(value, se, freedom)
 
 
 def _unit_compliance(measured: Measurements, ski: Ski) -> float:
-    """Deflection under the force times E (m/N · Pa) on two supports: E ∫ M²/EI + V²/κGA dx for a unit force."""
+    """Return the deflection under the force times E (m/N · Pa), on two supports.
+
+    For a unit force it is E ∫ M²/EI + V²/κGA dx.
+    """
     unit = dataclasses.replace(ski, young_modulus=1.0)
     left, load, right = (place / ski.length for place in (measured.left, measured.load, measured.right))
     rear, front = (right - load) / (right - left), (load - left) / (right - left)
@@ -137,7 +140,7 @@ def _unit_compliance(measured: Measurements, ski: Ski) -> float:
 
 
 def _decay(measured: Measurements) -> tuple[Estimate, Estimate]:
-    """Frequency (Hz) and damping ratio of the tip's free vibration, by least squares over its late part."""
+    """Fit frequency (Hz) and damping ratio of the tip's free vibration, by least squares over its late part."""
     step = float(np.median(np.diff(measured.time)))
     even = np.arange(measured.time[0], measured.time[-1], step)
     wave = detrend(np.interp(even, measured.time, measured.signal), type="constant")
@@ -153,16 +156,16 @@ def _decay(measured: Measurements) -> tuple[Estimate, Estimate]:
     slope = np.polyfit(np.arange(len(envelope)) * step, np.log(envelope), 1)[0]
     guess = min(max(-slope / (2.0 * np.pi * peak), 0.002), 0.3)
 
-    def swing(t: Array, zeta: float, hertz: float, cosine: float, sine: float, rest: float) -> Array:
+    def vibration(t: Array, zeta: float, hertz: float, cosine: float, sine: float, rest: float) -> Array:
         omega = 2.0 * np.pi * hertz
         phase = omega * np.sqrt(1.0 - zeta**2) * t
         return np.asarray(np.exp(-zeta * omega * t) * (cosine * np.cos(phase) + sine * np.sin(phase)) + rest)
 
     first = [guess, peak, y[0] - y[-1], 0.0, y[-1]]
     bounds = ([0.0, 0.5 * peak, *[-np.inf] * 3], [0.5, 1.5 * peak, *[np.inf] * 3])
-    found, covariance = curve_fit(swing, t, y, p0=first, bounds=bounds)
+    fitted, covariance = curve_fit(vibration, t, y, p0=first, bounds=bounds)
     errors = np.sqrt(np.diag(covariance))
-    if not found[0] > 2.0 * errors[0]:
+    if not fitted[0] > 2.0 * errors[0]:
         raise InputError("bench.toml", "[vibration]", "no decay can be seen", "check the columns and the recording")
-    freedom = len(t) - len(found)
-    return _interval(found[1], errors[1], freedom), _interval(found[0], errors[0], freedom)
+    freedom = len(t) - len(fitted)
+    return _interval(fitted[1], errors[1], freedom), _interval(fitted[0], errors[0], freedom)

@@ -1,7 +1,7 @@
 """A ski cut into beam elements and contact points: numbers only, in the ski's own frame.
 
 The ski's frame: x forward from the boot centre, y left, z up from the straight line on which the unloaded ski rests.
-The beam's axis is taken on the running surface: what lies between it and the mid-plane (9 mm at most) is neglected.
+The beam's axis is taken on the running surface: its distance from the mid-plane (9 mm at most) is neglected.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class BeamMesh:
 
     ski: Ski
     node_s: Array
-    """(n + 1,)"""
+    """(n + 1,) places of the nodes along the ski, 0 to 1"""
     node_position: Array
     """(n + 1, 3) m, unloaded"""
     node_rotation: Array
@@ -45,7 +45,7 @@ class BeamMesh:
     stiffness: Array
     """(n, 6): EA, GA_y, GA_z (N), GJ, EI_y (up and down), EI_z (sideways) (N m²)"""
     contact_s: Array
-    """(m,)"""
+    """(m,) places of the contact points along the ski, 0 to 1"""
     contact_element: NDArray[np.int64]
     """(m,) index of the element it lies in"""
     contact_weight: Array
@@ -62,7 +62,7 @@ class BeamMesh:
 
     @property
     def edge_tangents(self) -> Array:
-        """(m, 2, 3) unit vectors forward along the edges (left, right) at the contact points, unloaded.
+        """Unit vectors (m, 2, 3) forward along the edges (left, right) at the contact points, unloaded.
 
         The sidecut turns an edge by half the change of the width along the ski.
         """
@@ -75,10 +75,12 @@ class BeamMesh:
         return np.asarray(along / np.linalg.norm(along, axis=2, keepdims=True))
 
     def contact_positions(self, position: Array, rotation: Array) -> Array:
-        """Where the contact points are, (m, 2, 3) m by edge, for node positions (n + 1, 3) and frames (n + 1, 3, 3).
+        """Return where the contact points are, (m, 2, 3) m by edge.
 
-        Σ over the element's two nodes of weight · (position + frame · offset): its derivative hands a force on the
-        point to the nodes by the same weights, so the work of forces is exact.
+        ``position`` (n + 1, 3) m and ``rotation`` (n + 1, 3, 3) are those of the nodes.
+
+        A place is Σ over the element's two nodes of weight · (position + frame · offset).  Its derivative hands a force
+        on the point to the nodes by the same weights, so the work of forces is exact.
         """
         pair = np.stack([self.contact_element, self.contact_element + 1], axis=1)
         weight = np.stack([1.0 - self.contact_weight, self.contact_weight], axis=1)
@@ -88,9 +90,10 @@ class BeamMesh:
 
 
 def mesh(ski: Ski, elements: int = 50, contacts: int = CONTACTS, *, cutting: bool = False) -> BeamMesh:
-    """Cut a ski into ``elements`` pieces, of equal straight length behind and ahead of the boot centre, where a node
-    lies, with ``contacts`` points on each edge.  They are at equal distances; closer together at the tip, where the
-    edge of a ski that is ``cutting`` enters the snow.
+    """Cut a ski into ``elements`` pieces, with ``contacts`` points on each edge.
+
+    The pieces are of equal straight length behind and ahead of the boot centre, where a node lies.  The points are at
+    equal distances; closer together at the tip, where the edge of a ski that is ``cutting`` enters the snow.
 
     An element has the mass of its piece and the stiffness that gives the same end displacements under the same end
     loads at first order: the inverse of the mean compliance.  Raises ValueError for fewer than two elements, which
@@ -142,7 +145,7 @@ def mesh(ski: Ski, elements: int = 50, contacts: int = CONTACTS, *, cutting: boo
 
 
 def _cutting_points(contacts: int) -> tuple[Array, Array]:
-    """Of a ski that cuts: where its contact points are and the share of its length that each stands for, (m,) both."""
+    """Return the contact points of a ski that cuts, (m,), and the share of its length that each stands for, (m,)."""
     ahead = int(np.clip(round(_SHOVEL_POINTS * contacts), 1, contacts - 1))
     behind = np.linspace(0.0, 1.0 - _SHOVEL, contacts - ahead + 1)
     border = np.concatenate([behind, np.linspace(1.0 - _SHOVEL, 1.0, ahead + 1)[1:]])
@@ -152,7 +155,7 @@ def _cutting_points(contacts: int) -> tuple[Array, Array]:
 def _contact_offsets(
     ski: Ski, s: Array, element: NDArray[np.int64], weight: Array, position: Array, rotation: Array
 ) -> Array:
-    """Offsets that put the weighted mean of both nodes' points on the edge of the unloaded ski, exactly."""
+    """Return offsets that put the weighted mean of both nodes' points on the edge of the unloaded ski, exactly."""
     pair = np.stack([element, element + 1], axis=1)
     chord = (1.0 - weight)[:, None] * position[pair[:, 0]] + weight[:, None] * position[pair[:, 1]]
     half = 0.5 * ski.width(s)

@@ -1,8 +1,8 @@
 """Small vibrations of a ski held at the boot centre: the reduced model's ski, and the time constant of its damping.
 
-A spatial frame of straight Timoshenko elements along the nodes of a ``BeamMesh``, so that camber and shovel are in it:
-a raised shovel slows twisting by several per cent.  Coordinates at a node: displacement (3), small rotation (3), in the
-ski's frame.
+The model is a spatial frame of straight Timoshenko elements along the nodes of a ``BeamMesh``.  It includes camber and
+shovel: a raised shovel slows twisting by several per cent.  Coordinates at a node: displacement (3), small rotation
+(3), in the ski's frame.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from sssi_exudyn.bodies.ski.mesh import BeamMesh
 from sssi_exudyn.core.frames import Array
 
 _DAMPED: Final = 2
-"""Slowest vibrations at whose mean frequency the ski's damping ratio is met."""
+"""Number of slowest vibrations at whose mean frequency the ski's damping ratio is met."""
 _GIVING: Final = (2, 4)
 """Coordinates of the node at the boot centre that are on springs where what holds it gives: up and pitch."""
 
@@ -42,14 +42,14 @@ class ModalSki:
     participation: Array
     """(k, 6) mode's mass coupling with translation (kg) and rotation about the held node (kg m)"""
     held: Array
-    """(k, 2) m, rad: how far the held node rises and pitches, > 0 tip down, a unit of the mode; zero where it cannot"""
+    """(k, 2) m, rad: how far the held node rises and pitches, > 0 tip down, a unit of the mode; zero where fixed"""
 
 
 def modal_ski(mesh: BeamMesh, modes: int = 12, give: Array | None = None) -> ModalSki:
-    """The ``modes`` slowest vibrations: bending up and down, sideways, and twisting.
+    """Compute the ``modes`` slowest vibrations: bending up and down, sideways, and twisting.
 
     give : (2,) N/m, N m/rad of the springs that hold the boot centre up and in pitch; None where it is held fast.
-        ``damping_ratio`` takes each for the ski's material, which of a spring k would make a damper ``damping_time``·k.
+        ``damping_ratio`` treats the springs as the ski's material: it gives a spring k a damper ``damping_time``·k.
 
     Raises ValueError when the mesh has fewer.
     """
@@ -79,7 +79,7 @@ def modal_ski(mesh: BeamMesh, modes: int = 12, give: Array | None = None) -> Mod
 
 
 def damping_time(mesh: BeamMesh) -> float:
-    """Time constant τ (s) of viscous damping in proportion to stiffness, D = τK, so that ζ = τω/2.
+    """Return the time constant τ (s) of viscous damping in proportion to stiffness, D = τK, so that ζ = τω/2.
 
     The ski's damping ratio is met at the mean of the two slowest vibrations of the ski held at the boot centre: the
     first bending of its front and of its back.
@@ -91,17 +91,17 @@ def damping_time(mesh: BeamMesh) -> float:
 
 
 def _damping_time(mesh: BeamMesh, squares: Array) -> float:
-    """τ (s) from the squares of the slowest vibrations' angular frequencies (rad²/s²)."""
+    """Return τ (s) from the squares of the slowest vibrations' angular frequencies (rad²/s²)."""
     return 2.0 * mesh.ski.damping_ratio / float(np.mean(np.sqrt(squares[:_DAMPED])))
 
 
 def _free(mesh: BeamMesh) -> NDArray[np.int64]:
-    """Indices of the coordinates that the binding does not hold."""
+    """Return the indices of the coordinates that the binding does not hold."""
     return np.delete(np.arange(6 * len(mesh.node_s)), np.arange(6 * mesh.clamped, 6 * mesh.clamped + 6))
 
 
 def frame_matrices(mesh: BeamMesh) -> tuple[Array, Array]:
-    """Stiffness and consistent mass (6(n + 1), 6(n + 1)) of the free ski."""
+    """Return stiffness and consistent mass (6(n + 1), 6(n + 1)) of the free ski."""
     along = np.diff(mesh.node_position, axis=0) / mesh.element_length[:, None]
     left = np.broadcast_to([0.0, 1.0, 0.0], along.shape)  # over a straight line: no sideways curve
     axes = np.stack([along, left, np.cross(along, left)], axis=1)
@@ -112,7 +112,7 @@ def frame_matrices(mesh: BeamMesh) -> tuple[Array, Array]:
 
 
 def _assembled(axes: Array, elements: Array) -> Array:
-    """(6(n + 1), 6(n + 1)) in the ski's frame from the elements' matrices (n, 12, 12) in their own axes (n, 3, 3)."""
+    """Assemble (6(n + 1), 6(n + 1)) in the ski's frame from element matrices (n, 12, 12) in own axes (n, 3, 3)."""
     count = len(elements)
     turned = np.einsum("eia,epiqj,ejb->epaqb", axes, elements.reshape(count, 4, 3, 4, 3), axes, optimize=True)
     matrix = np.zeros((6 * count + 6, 6 * count + 6))
@@ -128,7 +128,7 @@ _SLOPE_DOWN = np.outer([1.0, -1.0, 1.0, -1.0], [1.0, -1.0, 1.0, -1.0])  # rotati
 
 
 def _element_stiffness(length: Array, section: Array) -> Array:
-    """(n, 12, 12) in the elements' own axes, x along them, for the sections (EA, GA_y, GA_z, GJ, EI_y, EI_z)."""
+    """Return (n, 12, 12) in the elements' own axes, x along them, for the sections (EA, GA_y, GA_z, GJ, EI_y, EI_z)."""
     axial, shear_y, shear_z, torsion, bend_y, bend_z = section.T
     rod = np.array([[1.0, -1.0], [-1.0, 1.0]]) / length[:, None, None]
     return _element(
@@ -140,7 +140,7 @@ def _element_stiffness(length: Array, section: Array) -> Array:
 
 
 def _element_mass(length: Array, mass: Array, inertia: Array) -> Array:
-    """(n, 12, 12) consistent with linear shapes along and about the axis and cubic ones across it."""
+    """Return the mass (n, 12, 12) consistent with linear shapes along and about the axis and cubic ones across it."""
     rod = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
     return _element(
         mass[:, None, None] * rod,
@@ -151,7 +151,7 @@ def _element_mass(length: Array, mass: Array, inertia: Array) -> Array:
 
 
 def _element(axial: Array, torsion: Array, up: Array, side: Array) -> Array:
-    """(n, 12, 12) from its parts (n, 2, 2) along and about the axis and (n, 4, 4) up and sideways."""
+    """Assemble (n, 12, 12) from its parts (n, 2, 2) along and about the axis and (n, 4, 4) up and sideways."""
     matrix = np.zeros((len(axial), 12, 12))
     for places, part in ((_AXIAL, axial), (_TORSION, torsion), (_UP, _SLOPE_DOWN * up), (_SIDE, side)):
         matrix[:, np.array(places)[:, None], places] = part
@@ -159,7 +159,7 @@ def _element(axial: Array, torsion: Array, up: Array, side: Array) -> Array:
 
 
 def _bending_stiffness(length: Array, bending: Array, shear: Array) -> Array:
-    """(n, 4, 4) stiffness over (w, dw/dx) at both ends: exact for a uniform element loaded at its ends.
+    """Return the stiffness (n, 4, 4) over (w, dw/dx) at both ends: exact for a uniform element loaded at its ends.
 
     Przemieniecki, "Theory of Matrix Structural Analysis" (1968), 5.6, with Φ = 12 EI/(κGA L²).
     """
@@ -170,7 +170,7 @@ def _bending_stiffness(length: Array, bending: Array, shear: Array) -> Array:
 
 
 def _bending_mass(length: Array, mass: Array, rotary: Array) -> Array:
-    """(n, 4, 4) mass over (w, dw/dx) at both ends for cubic shapes, with the sections' rotary inertia (kg m).
+    """Return the mass (n, 4, 4) over (w, dw/dx) at both ends for cubic shapes, with sectional rotary inertia (kg m).
 
     Przemieniecki (1968), 11.3, without the shear terms.
     """
@@ -195,7 +195,7 @@ def _bending_mass(length: Array, mass: Array, rotary: Array) -> Array:
 
 
 def _rigid_motions(mesh: BeamMesh) -> Array:
-    """(6(n + 1), 6) node coordinates of unit translations and of unit rotations about the node at the boot centre."""
+    """Return node coordinates (6(n + 1), 6) of unit translations and of unit rotations about the boot centre's node."""
     arm = mesh.node_position - mesh.node_position[mesh.clamped]
     field = np.zeros((len(arm), 6, 6))
     for axis, unit in enumerate(np.eye(3)):
@@ -206,8 +206,9 @@ def _rigid_motions(mesh: BeamMesh) -> Array:
 
 
 def edge_turning(mesh: BeamMesh, ski: ModalSki) -> Array:
-    """(k, m, 2, 3) change of ``BeamMesh.edge_tangents`` a unit of each mode: their sections turn, and an edge that lies
-    aside of the axis rises or falls along a ski that twists.
+    """Return the change (k, m, 2, 3) of ``BeamMesh.edge_tangents`` a unit of each mode.
+
+    The sections turn, and an edge that lies aside of the axis rises or falls along a ski that twists.
     """
     pair = np.stack([mesh.contact_element, mesh.contact_element + 1], axis=1)
     weight = np.stack([1.0 - mesh.contact_weight, mesh.contact_weight], axis=1)
@@ -220,7 +221,7 @@ def edge_turning(mesh: BeamMesh, ski: ModalSki) -> Array:
 
 
 def _contact_shape(mesh: BeamMesh, nodal: Array) -> Array:
-    """Displacement of the contact points: the derivative of ``BeamMesh.contact_positions``."""
+    """Return the displacement of the contact points: the derivative of ``BeamMesh.contact_positions``."""
     pair = np.stack([mesh.contact_element, mesh.contact_element + 1], axis=1)
     weight = np.stack([1.0 - mesh.contact_weight, mesh.contact_weight], axis=1)
     arms = np.einsum("mkij,mekj->mkei", mesh.node_rotation[pair], mesh.contact_offset)

@@ -1,4 +1,4 @@
-"""A ski as data: its outline, its thickness, its running surface, its stuff.
+"""A ski as data: its outline, its thickness, its running surface, its material.
 
 Everything varies along s = (distance from the tail)/length, 0 at the tail and 1 at the tip; x = s·length − boot_centre
 is the same measured forwards from the boot centre.  The catalogue is ``skis.toml``; its head explains the format.
@@ -29,7 +29,7 @@ _GAUSS_S, _GAUSS_W = np.polynomial.legendre.leggauss(8)
 
 
 _MOST_POINTS: Final = 1000
-"""Of a profile in a file; scans have one every few centimetres."""
+"""Most points of a profile in a file; scans have one every few centimetres."""
 
 
 @dataclass(frozen=True)
@@ -53,20 +53,20 @@ class Profile:
             raise ValueError(f"between may be {', '.join(KINDS)}")
 
     def __call__(self, s: ArrayLike) -> Array:
-        """The value at s (any shape), in metres."""
+        """Return the value at s (any shape), in metres."""
         value, _ = self._evaluate(np.asarray(s, float), "right")
         return value
 
     def slope(self, s: ArrayLike) -> Array:
-        """d value/ds at s (any shape), in metres; at a kink the mean of both sides."""
+        """Return d value/ds at s (any shape), in metres; at a kink the mean of both sides."""
         s = np.asarray(s, float)
         return 0.5 * (self._evaluate(s, "left")[1] + self._evaluate(s, "right")[1])
 
     def _evaluate(self, s: Array, side: str) -> tuple[Array, Array]:
-        """Value and one-sided derivative."""
+        """Return value and one-sided derivative."""
         knots, values = np.asarray(self.s), np.asarray(self.value)
-        found = np.searchsorted(knots, s, side="left" if side == "left" else "right")
-        i = np.clip(found - 1, 0, len(knots) - 2)
+        knots_before = np.searchsorted(knots, s, side="left" if side == "left" else "right")
+        i = np.clip(knots_before - 1, 0, len(knots) - 2)
         width, start, rise = np.diff(knots)[i], values[i], np.diff(values)[i]
         u = (s - knots[i]) / width
         kind = np.array([KINDS.index(word) for word in self.between])[i]
@@ -77,7 +77,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class Ski:
-    """One ski: three profiles and the numbers of its stuff (SI)."""
+    """One ski: three profiles and the numbers of its material (SI)."""
 
     name: str
     source: str
@@ -99,31 +99,31 @@ class Ski:
     )
 
     def s_of_x(self, x: ArrayLike) -> Array:
-        """s at x metres ahead of the boot centre."""
+        """Return s at x metres ahead of the boot centre."""
         return (np.asarray(x, float) + self.boot_centre) / self.length
 
     def x_of_s(self, s: ArrayLike) -> Array:
-        """Metres ahead of the boot centre at s."""
+        """Return the distance (m) ahead of the boot centre at s."""
         return np.asarray(s, float) * self.length - self.boot_centre
 
     def bending_stiffness(self, s: ArrayLike) -> Array:
-        """EI = E·w·t³/12 (N m²), for bending up and down."""
+        """Return EI = E·w·t³/12 (N m²), for bending up and down."""
         return self.young_modulus * self.width(s) * self.thickness(s) ** 3 / 12.0
 
     def lateral_stiffness(self, s: ArrayLike) -> Array:
-        """EI = E·t·w³/12 (N m²), for bending in the ski's plane."""
+        """Return EI = E·t·w³/12 (N m²), for bending in the ski's plane."""
         return self.young_modulus * self.thickness(s) * self.width(s) ** 3 / 12.0
 
     def torsional_stiffness(self, s: ArrayLike) -> Array:
-        """GJ = G·w·t³/3 (N m²), the thin rectangle's."""
+        """Return GJ = G·w·t³/3 (N m²), that of a thin rectangle."""
         return self.shear_modulus * self.width(s) * self.thickness(s) ** 3 / 3.0
 
     def axial_stiffness(self, s: ArrayLike) -> Array:
-        """EA = E·w·t (N)."""
+        """Return EA = E·w·t (N)."""
         return self.young_modulus * self.width(s) * self.thickness(s)
 
     def shear_stiffness(self, s: ArrayLike) -> Array:
-        """κ·E/(2(1 + ν))·w·t (N), κ = 10(1 + ν)/(12 + 11ν).
+        """Return κ·E/(2(1 + ν))·w·t (N), κ = 10(1 + ν)/(12 + 11ν).
 
         Cowper, "The shear coefficient in Timoshenko's beam theory", J. Appl. Mech. 33 (1966).  The modulus is that of
         E and ν: ``shear_modulus`` is an effective figure for twisting a layered section.
@@ -132,13 +132,13 @@ class Ski:
         return 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu) / (2.0 * (1.0 + nu)) * self.axial_stiffness(s)
 
     def mass_per_length(self, s: ArrayLike) -> Array:
-        """Mass a metre of straight length (kg/m): the ski's mass spread as w·t."""
+        """Return the mass a metre of straight length (kg/m): the ski's mass spread as w·t."""
         area = integrate_pieces(self, np.array([0.0, 1.0]), lambda r: self.width(r) * self.thickness(r)).item()
         return self.mass / (self.length * area) * self.width(s) * self.thickness(s)
 
 
 def integrate_pieces(ski: Ski, edges: Array, function: Callable[[Array], Array]) -> Array:
-    """∫ function(s) ds over each interval of ``edges`` (n + 1,), from the tail on: (…, n).
+    """Integrate ∫ function(s) ds over each interval of ``edges`` (n + 1,), from the tail on: (…, n).
 
     ``function`` maps s (p, 8) to (…, p, 8).  Gauss with eight points on every piece between the profiles' break
     points: exact to rounding for polynomials to degree 15, hence for mass, and near it for a compliance.
@@ -153,12 +153,12 @@ def integrate_pieces(ski: Ski, edges: Array, function: Callable[[Array], Array])
 
 
 def catalogue() -> tuple[str, ...]:
-    """The names of the skis that come with the program."""
+    """Return the names of the skis that come with the program."""
     return tuple(_tables(CATALOGUE))
 
 
 def read_ski(name_or_path: str, folder: str | Path, named_in: Path | None = None) -> Ski:
-    """A ski of the catalogue, or the one ski in a file (relative to ``folder``, and inside it).
+    """Read a ski of the catalogue, or the one ski in a file (relative to ``folder``, and inside it).
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def read_ski(name_or_path: str, folder: str | Path, named_in: Path | None = None
 
 
 def ski_from_table(name: str, table: object, file: str | Path) -> Ski:
-    """A ski from its table (see ``skis.toml``); the inverse of ``ski_to_table``.  Raises InputError."""
+    """Read a ski from its table (see ``skis.toml``); the inverse of ``ski_to_table``.  Raises InputError."""
     place = f"[{name}]"
     if not isinstance(table, Mapping):
         raise InputError(file, place, "is not a table", "write the ski as in the catalogue")
@@ -213,7 +213,7 @@ def ski_from_table(name: str, table: object, file: str | Path) -> Ski:
 
 
 def ski_to_table(ski: Ski) -> dict[str, object]:
-    """The table a ski is written as; ``ski_from_table`` reads it back."""
+    """Return the table a ski is written as; ``ski_from_table`` reads it back."""
     table: dict[str, object] = {"source": ski.source}
     table |= {key: getattr(ski, name) for key, name in _number_keys().items()}
     for name in PROFILES:
@@ -224,7 +224,7 @@ def ski_to_table(ski: Ski) -> dict[str, object]:
 
 
 def _number_keys() -> dict[str, str]:
-    """Key in a file → field: the field's name with its unit."""
+    """Map each key in a file to its field: the field's name with its unit."""
     return {name if q.unit == "1" else f"{name}_{q.unit}": name for name, q in quantities(Ski).items()}
 
 
@@ -259,7 +259,7 @@ def _tables(path: Path) -> dict[str, object]:
 def uniform_ski(
     name: str, *, length: float, width: float, thickness: float, young_modulus: float, mass: float, **numbers: float
 ) -> Ski:
-    """A flat bar (SI), boot centre in its middle unless stated otherwise: what closed forms are known for."""
+    """Return a flat bar (SI), boot centre in its middle unless stated otherwise, for which closed forms are known."""
 
     def constant(value: float) -> Profile:
         return Profile((0.0, 1.0), (value, value), ("linear",))

@@ -1,12 +1,12 @@
 """Masses, centres of mass and inertia of the 21 segments of the chain, after de Leva (1996).
 
 The table ``de_leva_1996.toml`` gives shares of the skier's mass and of the segments' lengths; the lengths are those of
-the chain.  How its segments become the chain's:
+the chain.  Its segments become the chain's as follows:
 
 - pelvis: lower trunk; torso: middle and upper trunk together.  The trunk's line runs from the middle of the hip joint
   centres to the base of the neck (CERV); where it is cut (OMPH, XYPH) is taken from the mean subject's proportions.
 - forearm: one half on ulna and one on radius, foot: 0.1 : 1.25 : 0.2166 on talus, calcaneus and toes (the masses in
-  kg of OpenSim's gait2392 foot).  These parts share the whole's centre of mass and radii of gyration, so that
+  kg of OpenSim's gait2392 foot).  These parts share the centre of mass and the radii of gyration of the whole, so that
   together they are the published segment.
 - boot and binding sit on the calcaneus.
 """
@@ -29,17 +29,17 @@ from sssi_exudyn.core.quantity import quantity
 TABLE: Final = Path(__file__).with_name("de_leva_1996.toml")
 _FOOT_PARTS: Final = {"talus": 0.1, "calcn": 1.25, "toes": 0.2166}
 GRIP: Final = 0.5
-"""Of the hand's length from the wrist, where it grips a pole."""
+"""Place where the hand grips a pole, as a share of the hand's length from the wrist."""
 POLE_DIRECTION: Final = np.array([-1.0, 0.0, 0.0])
-"""From grip to tip in the hand's frame: across the hand, down when the forearm points forwards."""
+"""Direction from grip to tip in the hand's frame: across the hand, down when the forearm points forwards."""
 POLE_CENTRE: Final = 0.4
-"""Of a pole's length from the grip, its centre of mass: estimate, as the grip is the heaviest part."""
+"""Centre of mass of a pole, as a share of its length from the grip: an estimate, as the grip is the heaviest part."""
 _FOREARM_PARTS: Final = {"ulna": 0.5, "radius": 0.5}
 
 
 @dataclass(frozen=True)
 class SegmentInertia:
-    """mass (kg), com (3,) m in the segment's frame from its joint, inertia (3, 3) kg m² about the centre of mass."""
+    """Mass (kg), com (3,) m in the segment's frame from its joint, and inertia (3, 3) kg m² about that centre."""
 
     mass: float
     com: Array
@@ -48,7 +48,7 @@ class SegmentInertia:
 
 @dataclass(frozen=True)
 class Footwear:
-    """Where the boot's and the binding's masses lie: boxes of even density, lengths along the foot's axes."""
+    """Boxes of even density that stand for boot and binding: their sizes and places along the foot's axes."""
 
     boot_length: float = quantity(0.32, "m", low=0.2, high=0.5, source="typical boot, not measured", meaning="boot, x")
     boot_centre: float = quantity(
@@ -85,10 +85,10 @@ def body_inertia(
     footwear: Footwear | None = None,
     pole: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[SegmentInertia, ...]:
-    """Inertia of the 21 segments, in the chain's order.
+    """Return the inertia of the 21 segments, in the chain's order.
 
     ``skier_mass`` kg without equipment, ``boot_mass`` and ``binding_mass`` kg each, ``pole`` the mass (kg) and length
-    (m) of one; the masses add up to skier_mass + 2·(boot_mass + binding_mass + pole's).
+    (m) of one.  The masses add up to skier_mass + 2·(boot_mass + binding_mass + pole's).
 
     Raises ValueError for another sex than ``SEXES`` or a mass below zero.
     """
@@ -97,20 +97,20 @@ def body_inertia(
     if min(skier_mass, boot_mass, binding_mass, *pole) < 0.0:
         raise ValueError("a mass is below zero")
     rows = _rows_for_mass(sex, skier_mass)
-    wear = footwear or Footwear()
-    made = {"head": _along(rows["head"], geometry.segment_end[SEGMENT["head"]], np.zeros(3))}
-    made["pelvis"], made["torso"] = _trunk(rows, geometry)
+    worn = footwear or Footwear()
+    bodies = {"head": _along(rows["head"], geometry.segment_end[SEGMENT["head"]], np.zeros(3))}
+    bodies["pelvis"], bodies["torso"] = _trunk(rows, geometry)
     for side in ("l", "r"):
-        made |= _arm(rows, geometry, side, *pole)
+        bodies |= _arm(rows, geometry, side, *pole)
         for part, row, next_joint in (("femur", "thigh", "tibia"), ("tibia", "shank", "talus")):
             joint = geometry.joint_in_parent[SEGMENT[f"{next_joint}_{side}"]]
-            made[f"{part}_{side}"] = _along(rows[row], np.zeros(3), joint)
-        made |= _foot(rows["foot"], geometry, side, wear, boot_mass, binding_mass)
-    return tuple(made[name] for name in SEGMENTS)
+            bodies[f"{part}_{side}"] = _along(rows[row], np.zeros(3), joint)
+        bodies |= _foot(rows["foot"], geometry, side, worn, boot_mass, binding_mass)
+    return tuple(bodies[name] for name in SEGMENTS)
 
 
 def combine(parts: list[SegmentInertia]) -> SegmentInertia:
-    """Several bodies, all given in one frame, as one (parallel axes)."""
+    """Combine several bodies, all given in one frame, into one (parallel axes)."""
     mass = sum(part.mass for part in parts)
     if mass == 0.0:
         return SegmentInertia(0.0, np.mean([part.com for part in parts], axis=0), np.zeros((3, 3)))
@@ -155,14 +155,14 @@ def _rows_for_mass(sex: str, skier_mass: float) -> dict[str, _Row]:
 
 
 def _along(row: _Row, start: Array, end: Array, axes: tuple[int, int, int] = (0, 1, 2)) -> SegmentInertia:
-    """A segment from ``start`` to ``end`` (3,) m; ``axes`` are the radii for x, y and z, z being the long axis."""
+    """Return a segment from ``start`` to ``end`` (3,) m; ``axes`` are the radii for x, y and z, the long axis."""
     length = float(np.linalg.norm(end - start))
     moments = row.mass * (row.radii[list(axes)] * length) ** 2
     return SegmentInertia(row.mass, start + row.com * (end - start), _about_axis(moments, end - start))
 
 
 def _about_axis(moments: Array, direction: Array) -> Array:
-    """Principal moments (x, y, z) with z turned onto ``direction`` by the shortest way; along ±z nothing turns."""
+    """Turn the z axis of principal moments (x, y, z) onto ``direction`` by the smallest rotation; none along ±z."""
     z = direction / np.linalg.norm(direction)
     z = z if z[2] >= 0.0 else -z
     x = np.array([1.0, 0.0, 0.0]) - z[0] / (1.0 + z[2]) * np.array([z[0], z[1], 1.0 + z[2]])
@@ -171,7 +171,7 @@ def _about_axis(moments: Array, direction: Array) -> Array:
 
 
 def _trunk(rows: dict[str, _Row], geometry: Geometry) -> tuple[SegmentInertia, SegmentInertia]:
-    """Pelvis and torso from the three parts of the trunk, cut at OMPH and XYPH."""
+    """Return pelvis and torso, made of the three parts of the trunk, which are cut at OMPH and XYPH."""
     hips = 0.5 * (geometry.joint_in_parent[SEGMENT["femur_l"]] + geometry.joint_in_parent[SEGMENT["femur_r"]])
     lumbar = geometry.joint_in_parent[SEGMENT["torso"]]
     neck = lumbar + geometry.joint_in_parent[SEGMENT["head"]]
@@ -205,36 +205,36 @@ def _arm(
 
 
 def _pole(mass: float, length: float, grip: Array) -> SegmentInertia:
-    """A pole in a fist at ``grip`` (3,) m: a rod across the hand, whose tip points back when the arm hangs."""
+    """Return a pole in a fist at ``grip`` (3,) m: a rod across the hand, whose tip points back when the arm hangs."""
     square = mass * length**2 / 12.0
     return SegmentInertia(mass, grip + POLE_DIRECTION * POLE_CENTRE * length, np.diag([0.0, square, square]))
 
 
 def _foot(
-    row: _Row, geometry: Geometry, side: str, wear: Footwear, boot_mass: float, binding_mass: float
+    row: _Row, geometry: Geometry, side: str, worn: Footwear, boot_mass: float, binding_mass: float
 ) -> dict[str, SegmentInertia]:
-    """Talus, calcaneus with boot and binding, and toes; worked out in the talus' frame, whose origin is the ankle."""
+    """Return talus, calcaneus with boot and binding, and toes, in the talus' frame, whose origin is the ankle."""
     origin = {"talus": np.zeros(3), "calcn": geometry.joint_in_parent[SEGMENT[f"calcn_{side}"]]}
     origin["toes"] = origin["calcn"] + geometry.joint_in_parent[SEGMENT[f"toes_{side}"]]
     toe_tip = origin["toes"] + geometry.segment_end[SEGMENT[f"toes_{side}"]]
-    length = toe_tip[0] / (1.0 - wear.heel_share)
+    length = toe_tip[0] / (1.0 - worn.heel_share)
     com = np.array([toe_tip[0] - length * (1.0 - row.com), toe_tip[1] * row.com, 0.5 * toe_tip[2]])
     sagittal, transverse, longitudinal = row.mass * (row.radii * length) ** 2
     # The foot's long axis points forwards; turned up from the toes-down posture, its sagittal axis is the vertical.
     foot = SegmentInertia(row.mass, com, np.diag([longitudinal, transverse, sagittal]))
-    boot_at = np.array([com[0], 0.0, wear.boot_rise])
-    boot = _box(boot_mass, boot_at, wear.boot_length, wear.boot_width, wear.boot_height)
-    binding_at = np.array([wear.boot_centre, 0.0, wear.binding_rise - geometry.ankle_to_ski_base])
-    binding = _box(binding_mass, binding_at, wear.binding_length, wear.binding_width, wear.binding_height)
-    whole = sum(_FOOT_PARTS.values())
-    parts = {name: _share(foot, share / whole, origin[name]) for name, share in _FOOT_PARTS.items()}
-    worn = [_share(body, 1.0, origin["calcn"]) for body in (boot, binding)]
-    parts["calcn"] = combine([parts["calcn"], *worn])
+    boot_at = np.array([com[0], 0.0, worn.boot_rise])
+    boot = _box(boot_mass, boot_at, worn.boot_length, worn.boot_width, worn.boot_height)
+    binding_at = np.array([worn.boot_centre, 0.0, worn.binding_rise - geometry.ankle_to_ski_base])
+    binding = _box(binding_mass, binding_at, worn.binding_length, worn.binding_width, worn.binding_height)
+    total = sum(_FOOT_PARTS.values())
+    parts = {name: _share(foot, share / total, origin[name]) for name, share in _FOOT_PARTS.items()}
+    equipment = [_share(body, 1.0, origin["calcn"]) for body in (boot, binding)]
+    parts["calcn"] = combine([parts["calcn"], *equipment])
     return {f"{name}_{side}": body for name, body in parts.items()}
 
 
 def _share(body: SegmentInertia, share: float, origin: Array) -> SegmentInertia:
-    """A share of a body with the whole's centre and radii, seen from ``origin`` (axes parallel)."""
+    """Return a share of a body with the centre and radii of the whole, seen from ``origin`` (axes parallel)."""
     return SegmentInertia(share * body.mass, body.com - origin, share * body.inertia)
 
 

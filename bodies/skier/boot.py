@@ -1,18 +1,18 @@
 """Boot and binding: where the ski is against the foot, and what the boot's cuff does to the shank.
 
 A boot stands with the middle of its sole on the ski's mark; the ankle joint is behind that.  The cuff is a spring
-between shank and foot, beside the muscles: of the moment M of a joint that inverse dynamics finds,
+between shank and foot, next to the muscles.  It takes part of the moment M of a joint that inverse dynamics finds:
 
     flexion:  M = −k (θ − θ₀) + muscles      θ dorsiflexion, θ₀ the cuff's lean, at which it presses neither way
     edging:   cuff's part = M k / (k + k_a)  about the foot's long axis, along which no turn of the ankle in the boot is
                                              captured: cuff and ankle (k_a) share the moment by their stiffnesses
 
-Cuffs that nobody stated are those under which the muscles have least to do, as far as usual cuffs go: with muscles of
-standard deviation σ that count anew every τ, least are
+Cuffs that are not stated are estimated as those under which the muscles have least to do, with a prior from usual
+cuffs.  With muscle moments of standard deviation σ that are independent after a time τ, the estimate minimises
 
     Σ (M + k (θ − θ₀))² τ/(σ² Δt)  +  ((k − k_u)/s)²
 
-over both ankles; each has a lean of its own, as each foot's sensor has its own zero.
+over both ankles.  Each ankle has a lean of its own, as each foot's sensor has its own zero.
 """
 
 from __future__ import annotations
@@ -29,21 +29,22 @@ from sssi_exudyn.core.quantity import quantity
 _PER_DEGREE: Final = float(np.degrees(1.0))
 _ESTIMATE: Final = "estimate; no standard says what a flex index is in N m"
 USUAL_SPREAD: Final = 2.0 * _PER_DEGREE
-"""N m/rad, standard deviation of cuffs' stiffness in flexion about the usual one: soft to race boots."""
+"""N m/rad; standard deviation of cuffs' stiffness in flexion about the usual one: soft to race boots."""
 SOFTEST: Final = 0.5 * _PER_DEGREE
-"""N m/rad; no boot that is buckled is softer."""
+"""N m/rad; no buckled boot is softer."""
 ANKLE_EDGING: Final = 40.0
-"""N m/rad of an ankle in inversion and eversion, muscles a little active: estimate; relaxed it is below 20 (Lee et al.,
-J. Biomech. 44 (2011) 1901)."""
+"""N m/rad; stiffness of an ankle in inversion and eversion, muscles a little active: estimate; relaxed it is below 20
+(Lee et al., J. Biomech. 44 (2011) 1901).
+"""
 _MUSCLES: Final = 0.5
-"""N m/kg, standard deviation of what the muscles of an ankle in a boot make."""
+"""N m/kg; standard deviation of the moment that the muscles of an ankle in a boot make."""
 _MEMORY: Final = 1.0
-"""s after which they count anew."""
+"""s after which the muscles' moment is independent of its past."""
 
 
 @dataclass(frozen=True)
 class Cuff:
-    """What of a boot's cuff is estimated where nobody stated it."""
+    """Properties of a boot's cuff that are estimated where they are not stated."""
 
     cuff_flexion: float = quantity(
         4.0 * _PER_DEGREE, "N m/rad", low=0.0, high=40.0 * _PER_DEGREE, source=_ESTIMATE,
@@ -68,19 +69,22 @@ class FoundCuffs:
     lean: Array
 
     def moment(self, angle: Array) -> Array:
-        """(n, 2) N m that the cuffs do to the ankles' dorsiflexion at ``angle`` (n, 2) rad."""
+        """Return the moment (n, 2) N m that the cuffs exert on the ankles' dorsiflexion at ``angle`` (n, 2) rad."""
         return np.asarray(-self.stiffness * (angle - self.lean))
 
 
 def ski_on_foot(ramp_angle: float) -> Array:
-    """(3, 3) the ski's frame in the foot's, whose toes point down against the ski by ``ramp_angle`` (rad)."""
+    """Return the rotation (3, 3) of the ski's frame in the foot's.
+
+    The toes point down against the ski by ``ramp_angle`` (rad).
+    """
     return np.asarray(Rotation.from_rotvec([0.0, -ramp_angle, 0.0]).as_matrix())
 
 
 def find_cuffs(
     time: Array, angle: Array, moment: Array, skier_mass: float, stiffness: float | None, lean: float | None
 ) -> FoundCuffs:
-    """The cuffs of a run, what of them is stated and the rest as described above.
+    """Find the cuffs of a run: stated properties are kept, the others are estimated as the module describes.
 
     Parameters
     ----------
@@ -94,11 +98,11 @@ def find_cuffs(
     se = 0.0
     if stiffness is None:
         usual = Cuff().cuff_flexion
-        counted = max(float(time[-1] - time[0]), _MEMORY) / _MEMORY / (_MUSCLES * skier_mass) ** 2
-        bent, pushed = angle - middle, moment - steady
-        known = counted * float(np.mean(bent**2, axis=0).sum())
-        precision = known + USUAL_SPREAD**-2
-        pull = -counted * float(np.mean(bent * pushed, axis=0).sum())
+        count_weight = max(float(time[-1] - time[0]), _MEMORY) / _MEMORY / (_MUSCLES * skier_mass) ** 2
+        bend, moment_change = angle - middle, moment - steady
+        information = count_weight * float(np.mean(bend**2, axis=0).sum())
+        precision = information + USUAL_SPREAD**-2
+        pull = -count_weight * float(np.mean(bend * moment_change, axis=0).sum())
         stiffness = max((pull + usual * USUAL_SPREAD**-2) / precision, SOFTEST)
         se = precision**-0.5
     if lean is None and stiffness > 0.0:
@@ -107,5 +111,8 @@ def find_cuffs(
 
 
 def edging_share(cuff_edging: float) -> float:
-    """The part of an ankle's moment about the foot's long axis that a cuff of that stiffness (N m/rad) takes."""
+    """Return the share of an ankle's moment that a cuff of stiffness ``cuff_edging`` (N m/rad) takes.
+
+    Both moments are about the foot's long axis.
+    """
     return cuff_edging / (cuff_edging + ANKLE_EDGING)

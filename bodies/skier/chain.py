@@ -26,7 +26,7 @@ from sssi_exudyn.core.frames import Array, cross, slope_to_level
 
 Axis = tuple[float, float, float]
 _LONGEST: Final = 10.0
-"""m of a segment, in a file; and no number of a rotation is larger."""
+"""m; longest segment in a file, and largest number of a rotation."""
 _FORWARD: Final[Axis] = (1.0, 0.0, 0.0)
 _BACKWARD: Final[Axis] = (-1.0, 0.0, 0.0)
 _LEFT: Final[Axis] = (0.0, 1.0, 0.0)
@@ -86,9 +86,9 @@ SEGMENTS: Final[tuple[str, ...]] = tuple(joint.segment for joint in JOINTS)
 TRANSLATIONS: Final[tuple[str, ...]] = ("pelvis_f", "pelvis_l", "pelvis_n")
 """Place of the pelvis' origin in the slope frame (m): free."""
 PRESCRIBED: Final[tuple[str, ...]] = tuple(name for joint in JOINTS for name, _ in joint.rotations)
-"""The 28 angles (rad), prescribed by the motion."""
+"""Names of the 28 angles (rad), prescribed by the motion."""
 COORDINATES: Final[tuple[str, ...]] = TRANSLATIONS + PRESCRIBED
-"""All 31 coordinates q, in order."""
+"""Names of all 31 coordinates q, in order."""
 
 SEGMENT: Final[dict[str, int]] = {name: i for i, name in enumerate(SEGMENTS)}
 """Index of a segment by name."""
@@ -121,12 +121,12 @@ class Geometry:
     attitude_in_parent: Array = field(default_factory=lambda: np.tile(np.eye(3), (len(SEGMENTS), 1, 1)))
 
     def length(self, segment: str) -> float:
-        """Distance from the segment's joint to its far end (m)."""
+        """Return the distance from the segment's joint to its far end (m)."""
         return float(np.linalg.norm(self.segment_end[SEGMENT[segment]]))
 
 
 def geometry_to_dict(geometry: Geometry) -> dict[str, Any]:
-    """The lengths as a table of plain lists, each with its unit in its name, for a file; segments in chain order."""
+    """Return the lengths for a file: plain lists, each with its unit in its name; segments in chain order."""
     return {
         "segments": list(SEGMENTS),
         "joint_in_parent_m": geometry.joint_in_parent.tolist(),
@@ -137,7 +137,7 @@ def geometry_to_dict(geometry: Geometry) -> dict[str, Any]:
 
 
 def geometry_from_dict(table: Mapping[str, Any]) -> Geometry:
-    """The inverse of ``geometry_to_dict``.  Raises ValueError for other segments, missing keys or wrong shapes."""
+    """Read what ``geometry_to_dict`` wrote.  Raises ValueError for other segments, missing keys or wrong shapes."""
     if table.get("segments") != list(SEGMENTS):
         raise ValueError("not the segments of this skeleton")
     n = len(SEGMENTS)
@@ -160,7 +160,7 @@ def geometry_from_dict(table: Mapping[str, Any]) -> Geometry:
 
 @dataclass(frozen=True)
 class Poses:
-    """Where the segments are, in the slope frame.
+    """Places and orientations of the segments, in the slope frame.
 
     rotation : (…, 21, 3, 3) segment frame → slope frame
     origin : (…, 21, 3) the segments' joints, m
@@ -174,7 +174,7 @@ class Poses:
 
 @dataclass(frozen=True)
 class Rates:
-    """How the segments move, in the slope frame: arrays (…, 21, 3).
+    """Velocities and accelerations of the segments, in the slope frame: arrays (…, 21, 3).
 
     angular_velocity rad/s, velocity m/s of the origins, angular_acceleration rad/s², acceleration m/s² of the origins
     """
@@ -191,14 +191,14 @@ def _cross_matrix(axis: Axis) -> Array:
 
 
 def _rotate(rotation: Array, axis: Axis, angle: Array) -> Array:
-    """``rotation`` (…, 3, 3) followed by a turn of ``angle`` (…) about its own ``axis`` (Rodrigues)."""
+    """Turn ``rotation`` (…, 3, 3) by ``angle`` (…) about its own ``axis`` (Rodrigues)."""
     k = _cross_matrix(axis)
     turn = np.eye(3) + np.sin(angle)[..., None, None] * k + (1.0 - np.cos(angle))[..., None, None] * (k @ k)
     return np.asarray(rotation @ turn)
 
 
 def joint_rotation(joint: Joint, angles: Array) -> Array:
-    """The joint's rotation (…, 3, 3), segment frame → joint frame, for its own angles (…, k) in the table's order."""
+    """Return the joint's rotation (…, 3, 3), segment frame → joint frame, for its own angles (…, k) in joint order."""
     rotation = np.broadcast_to(np.eye(3), (*angles.shape[:-1], 3, 3))
     for column, (_, axis) in enumerate(joint.rotations):
         rotation = _rotate(rotation, axis, angles[..., column])
@@ -206,7 +206,7 @@ def joint_rotation(joint: Joint, angles: Array) -> Array:
 
 
 def forward_kinematics(geometry: Geometry, q: Array, inclination: float) -> Poses:
-    """Poses of all segments in the slope frame for coordinates q (…, 31) on a slope of ``inclination`` (rad).
+    """Compute all segments' poses in the slope frame for coordinates q (…, 31) on a slope of ``inclination`` (rad).
 
     The pelvis angles count from the level frame (x along the fall line's azimuth, z against gravity); the slope frame
     is inclined against it, so a constant rotation stands first.
@@ -233,7 +233,7 @@ def forward_kinematics(geometry: Geometry, q: Array, inclination: float) -> Pose
 
 
 def rates(poses: Poses, qd: Array, qdd: Array) -> Rates:
-    """Velocities and accelerations of all segments for coordinate rates qd, qdd (…, 31), exact and recursive.
+    """Compute the segments' velocities and accelerations for coordinate rates qd, qdd (…, 31), exactly and recursively.
 
     About each axis e of a joint in turn: ω ← ω + e q̇, α ← α + e q̈ + ω × e q̇; along a segment from its joint to the
     next, by r: v ← v + ω × r, a ← a + α × r + ω × (ω × r).
@@ -260,7 +260,9 @@ def rates(poses: Poses, qd: Array, qdd: Array) -> Rates:
 
 
 def _moving_coordinates() -> Array:
-    """(21, 31) True where the coordinate moves the segment: it belongs to the segment's joint or to an ancestor's."""
+    """Return (21, 31), True where the coordinate moves the segment: it belongs to the segment's joint or to an
+    ancestor's.
+    """
     moved = np.zeros((len(SEGMENTS), len(COORDINATES)), dtype=bool)
     for i, joint in enumerate(JOINTS):
         moved[i] = moved[PARENT[i]] if PARENT[i] >= 0 else False
@@ -275,8 +277,9 @@ _CARRIER: Final = np.array([0, 0, 0] + [i for i, joint in enumerate(JOINTS) for 
 
 
 def jacobians(poses: Poses, segments: Sequence[int], points: Array) -> tuple[Array, Array]:
-    """Angular and linear Jacobian, each (…, k, 3, 31), of ``points`` (…, k, 3) m fixed in ``segments``: ω = J_w q̇
-    (rad/s), v = J_v q̇ (m/s).
+    """Compute the angular and the linear Jacobian, each (…, k, 3, 31), of ``points`` (…, k, 3) m fixed in ``segments``.
+
+    They give ω = J_w q̇ (rad/s) and v = J_v q̇ (m/s).
 
     An angle turns every segment beyond it about its axis e through the point o of its joint:
     J_w = e, J_v = e × (x − o).
@@ -291,8 +294,10 @@ def jacobians(poses: Poses, segments: Sequence[int], points: Array) -> tuple[Arr
 
 
 def mean_jacobian(poses: Poses, weights: Array, points: Array) -> Array:
-    """(…, 3, 31) velocity of Σ w x a unit rate of each coordinate, for weights (21,) that sum to 1 and a point of each
-    segment, (…, 21, 3) m: J = e × Σ w (x − o) over the segments beyond the angle.
+    """Compute the Jacobian (…, 3, 31) of the weighted mean Σ w x of the segments' points: its velocity at unit rates.
+
+    The weights (21,) sum to 1; ``points`` (…, 21, 3) m holds a point of each segment.  J = e × Σ w (x − o) over the
+    segments beyond the angle.
     """
     mask = _MOVED_BY.astype(np.float64)
     first = np.swapaxes(mask, 0, 1) @ (weights[:, None] * points)
@@ -303,7 +308,7 @@ def mean_jacobian(poses: Poses, weights: Array, points: Array) -> Array:
 
 
 def average_geometry(height: float) -> Geometry:
-    """The chain of an average adult of ``height`` (m), for models without a recording.
+    """Return the chain of an average adult of ``height`` (m), for models without a recording.
 
     Segment lengths after Drillis & Contini (1966, in Winter 2009, fig. 4.1); the hips are joint centres, 0.0535 of
     height from the middle, not the skin's width.

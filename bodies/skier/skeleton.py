@@ -1,13 +1,13 @@
-"""The skeleton in Exudyn: a kinematic tree of 31 coordinates whose 28 angles are prescribed by constraints, or its mass
-carried by the pelvis.
+"""The skeleton in Exudyn: a kinematic tree of 31 coordinates whose 28 angles are prescribed by constraints, or the
+skier's mass carried by the pelvis.
 
 Every coordinate of the chain is one link of an ``ObjectKinematicTree``; the links between the first and the last
 rotation of a joint have no mass.  Segments on fixed joints (calcaneus and toes in the boot, head on the torso) are
 welded to the link that carries them.  The 28 angles are prescribed by one vector of constraints, so a joint's
 moment is its Lagrange multiplier (paper 2.3); the pelvis' three translations are free.
 
-Since all rotations are prescribed, nothing but those translations has to be solved for: the skier is then a point of
-all his mass that the pelvis carries, pulled by what the posture's own movement takes, and moves as with the tree.
+Since all rotations are prescribed, only those translations have to be solved for.  The skier is then a point of his
+whole mass that the pelvis carries, pulled by what the posture's own movement takes, and moves as with the tree.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def chain_links(geometry: Geometry, inclination: float) -> Links:
 
 
 def _weld(inertias: Sequence[SegmentInertia], links: Links) -> tuple[Array, Array, Array]:
-    """Mass (31,), centre of mass (31, 3) and inertia about it (31, 3, 3) of each link with the segments it carries."""
+    """Return mass (31,), centre of mass (31, 3) and inertia about it (31, 3, 3) of each link with its segments."""
     n = len(links.parent)
     mass, first, second = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3, 3))
     for body, (link, place, turn) in zip(inertias, links.of_segment, strict=True):
@@ -108,7 +108,7 @@ def _weld(inertias: Sequence[SegmentInertia], links: Links) -> tuple[Array, Arra
 
 @dataclass(frozen=True)
 class Skeleton:
-    """The tree as it stands in an Exudyn system.
+    """The tree in an Exudyn system.
 
     node, tree : item numbers of the coordinates and of the tree
     constraint : item number of what holds the 28 prescribed coordinates, in the order of ``PRESCRIBED``
@@ -122,7 +122,7 @@ class Skeleton:
 
     @property
     def sign(self) -> Array:
-        """(31,) the tree's coordinate / the chain's."""
+        """Signs (31,): the tree's coordinate over the chain's."""
         return self.links.sign
 
     def prescribe(self, mbs: Any, angles: Array, _com_acceleration: Array) -> None:
@@ -146,12 +146,13 @@ class CarriedMass:
 
     @property
     def sign(self) -> Array:
-        """(3,) of the translations: the chain's own."""
+        """Signs (3,) of the translations, the chain's own."""
         return np.ones(3)
 
     def prescribe(self, mbs: Any, _angles: Array, com_acceleration: Array) -> None:
-        """Set what weight and the posture's movement do to the pelvis at the end of the step: m (g − a), with a (3,)
-        m/s² of the centre of mass relative to the pelvis.
+        """Set the force of weight and of the posture's movement on the pelvis at the end of the step.
+
+        It is m (g − a), with a (3,) m/s² the centre of mass' acceleration relative to the pelvis.
         """
         self.pull(mbs, self.mass * (self.gravity - com_acceleration))
 
