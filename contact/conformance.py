@@ -43,12 +43,11 @@ _ROUNDING: Final = 1e-14
 
 
 class BrokenRule(SssiError, AssertionError):
-    """A term breaks a rule, and where."""
+    """A rule that a term breaks, and the place."""
 
 
 def check_term(cls: type[Term]) -> tuple[str, ...]:
-    """Hold a force term against every rule that the program's own terms keep; the names of the rules that it was held
-    against.
+    """Check a force term against every rule that the program's own terms keep, and return the names of these rules.
 
     Compiling the term takes some seconds the first time.
 
@@ -77,13 +76,13 @@ def check_term(cls: type[Term]) -> tuple[str, ...]:
     return tuple(kept)
 
 
-def _hold(holds: bool | np.bool_, what: object) -> None:
+def _hold(holds: bool | np.bool_, problem: object) -> None:
     if not holds:
-        raise BrokenRule(what)
+        raise BrokenRule(problem)
 
 
 def declares_what_it_is(cls: type[Any]) -> None:
-    """Name, formula and sources; every number with default, bounds, unit, source and meaning."""
+    """Check that name, formula and sources are declared, and of every number default, bounds, unit, source, meaning."""
     _hold(cls.kind in [kind.kind for kind in KINDS], f"{cls.kind!r} is no kind")
     _hold(getattr(cls, "name", "").isidentifier(), "its name is no word")
     _hold(bool(formula(cls)), "no line of its docstring begins with Formula:")
@@ -96,42 +95,42 @@ def declares_what_it_is(cls: type[Any]) -> None:
 
 
 def survives_a_file(cls: type[Any]) -> None:
-    """Its numbers make it again."""
+    """Check that its numbers, read from a file, make the same term again."""
     for term in instances(cls):
         _hold(build_checked(cls, parameters(term), "model.toml", "[[term]]") == term, parameters(term))
 
 
 def pickles(cls: type[Any]) -> None:
-    """It goes to another process and back."""
+    """Check that it goes to another process and back."""
     for term in instances(cls):
         _hold(pickle.loads(pickle.dumps(term)) == term, parameters(term))
 
 
 def does_not_branch(cls: type[Any]) -> None:
-    """A node of the tape raises when asked for its truth value, its size or a float."""
+    """Check that it evaluates on a tape, whose nodes raise when asked for a truth value, a size or a float."""
     tape = Tape()
     symbols = {name: tape.name(name) for name in quantities(cls)}
     ask(TapeMath(tape), cls(**symbols), {name: tape.name(name) for name in GRIDS[cls.kind]})
 
 
 def arrays_equal_floats(cls: type[Any]) -> None:
-    """Over arrays of states it gives what it gives state by state, without a warning."""
+    """Check that over arrays of states it gives the values of single states, without a warning."""
     states = grid(cls.kind)
     columns = {name: np.array([state[name] for state in states]) for name in GRIDS[cls.kind]}
     for term in instances(cls):
         with np.errstate(all="raise", under="ignore"):
-            given = ask(ArrayMath(), term, columns)
-        assert_close(np.stack([np.broadcast_to(x, len(states)) for x in given], axis=1), reference(term))
+            components = ask(ArrayMath(), term, columns)
+        assert_close(np.stack([np.broadcast_to(x, len(states)) for x in components], axis=1), reference(term))
 
 
 def compiled_equals_floats(cls: type[Any]) -> None:
-    """Compiled it gives what the plain formula gives."""
+    """Check that the compiled term gives the values of the plain formula."""
     for term in instances(cls):
         assert_close(compiled_on_grid(term), reference(term))
 
 
 def compiled_derivatives_are_right(cls: type[Any]) -> None:
-    """They are finite everywhere, and off the switches those of the formula."""
+    """Check that they are finite everywhere, and equal those of the formula away from the switches."""
     for term in instances(cls):
         answers, values = compiled_on_grid(term, derivatives=True), reference(term)
         size = values.shape[1]
@@ -140,13 +139,13 @@ def compiled_derivatives_are_right(cls: type[Any]) -> None:
         smooth = np.array([all(switches(term, state)) for state in grid(cls.kind)])
         _hold(np.count_nonzero(smooth) > 10, "it switches nearly everywhere")
         for column, name in enumerate(VARIABLES[cls.kind]):
-            given = answers[smooth, size + column :: len(VARIABLES[cls.kind])]
-            off = [state for state, counts in zip(grid(cls.kind), smooth, strict=True) if counts]
-            assert_close(given, complex_step(term, off, name))
+            derivatives = answers[smooth, size + column :: len(VARIABLES[cls.kind])]
+            smooth_states = [state for state, counts in zip(grid(cls.kind), smooth, strict=True) if counts]
+            assert_close(derivatives, complex_step(term, smooth_states, name))
 
 
 def linearisation_is_exact(cls: type[Any]) -> None:
-    """By the state and by every declared number, also those inside windows, places and exponents."""
+    """Check derivatives by the state and by every declared number, also those inside windows, places and exponents."""
     for term in instances(cls):
         by_state, by_parameter = linearisation_on_grid(term, grid(cls.kind))
         _hold(np.all(np.isfinite(by_state)), "a derivative is not finite")  # on the switching surfaces too
@@ -165,7 +164,7 @@ def linearisation_is_exact(cls: type[Any]) -> None:
 
 
 def is_continuous(cls: type[Any]) -> None:
-    """No force jumps where a switch turns."""
+    """Check that no force jumps where a switch turns."""
     for term in instances(cls):
         # The two states differ in the last digit of one number, so a continuous law differs by its own rounding;
         # a jump of a millionth of the greatest force on the grid would be seen.
@@ -176,7 +175,7 @@ def is_continuous(cls: type[Any]) -> None:
 
 
 def nothing_without_contact(cls: type[Any]) -> None:
-    """The snow does nothing to a ski that is not in it."""
+    """Check that the snow exerts no force on a ski that is not in it."""
     contact = {"point": "depth", "foot": "load", "edge": "lower"}[cls.kind]
     for term in instances(cls):
         for state in grid(cls.kind):
@@ -185,23 +184,21 @@ def nothing_without_contact(cls: type[Any]) -> None:
 
 
 def snow_never_pulls(cls: type[Any]) -> None:
-    """A point's normal force is ≥ 0."""
+    """Check that a point's normal force is ≥ 0."""
     for term in instances(cls):
         _hold(np.all(reference(term) >= 0.0), parameters(term))
 
 
 def force_is_in_proportion_to_length(cls: type[Any]) -> None:
-    """So that a finer ski, with shorter lengths a point, converges."""
+    """Check that a finer ski, with shorter lengths a point, converges."""
     for term in instances(cls):
         for state in grid(cls.kind):
-            whole, half = (
-                np.array(ask(FloatMath(), term, state | {"length": x * state["length"]})) for x in (1.0, 0.5)
-            )
-            _hold(_equal(half, 0.5 * whole), state)
+            full, half = (np.array(ask(FloatMath(), term, state | {"length": x * state["length"]})) for x in (1.0, 0.5))
+            _hold(_equal(half, 0.5 * full), state)
 
 
 def takes_energy_only(cls: type[Any]) -> None:
-    """A correction together with the law that it corrects, as that is by default."""
+    """Check that the force takes energy; a correction is tested together with the law it corrects, at its defaults."""
     names = {"foot": ("v_t", "v_n"), "segment": ("v_f", "v_l", "v_n")}[cls.kind]
     laws = [term_named(cls.corrects)()] if cls.corrects else []
     for term in instances(cls):
@@ -214,7 +211,7 @@ def takes_energy_only(cls: type[Any]) -> None:
 
 
 def turned_world_turned_force(cls: type[Any]) -> None:
-    """The air has no direction of its own."""
+    """Check that the air has no direction of its own."""
     turn = Rotation.from_euler("xyz", (0.4, -1.1, 2.3)).as_matrix()
     for term in instances(cls):
         for state in grid(cls.kind):
@@ -236,8 +233,9 @@ def turned_world_turned_force(cls: type[Any]) -> None:
 
 
 def mirrored_ski_mirrored_force(cls: type[Any]) -> None:
-    """A ski is not the same in all directions, but left and right are the same to the snow, or to a law of one ski once
-    it is of the other.
+    """Check that left and right are the same to the snow.
+
+    A ski is not the same in all directions.  A law of one ski is compared with that of the other ski.
     """
     for term in instances(cls):
         other = replace(term, **{name: -getattr(term, name) for name in cls.mirrors})
@@ -248,7 +246,10 @@ def mirrored_ski_mirrored_force(cls: type[Any]) -> None:
 
 
 def an_edge_is_pushed_out_and_takes_energy(cls: type[Any]) -> None:
-    """Without a wall that is bent already, which may give back what it took."""
+    """Check that an edge is pushed out and loses energy.
+
+    The wall is not bent before: a bent wall may give back what it took.
+    """
     for term in instances(cls):
         for state in grid(cls.kind):
             normal, along, across, upper = ask(FloatMath(), term, state | {"offset": 0.0})
@@ -258,7 +259,7 @@ def an_edge_is_pushed_out_and_takes_energy(cls: type[Any]) -> None:
 
 
 def mirrored_edge_mirrored_force_and_memory(cls: type[Any]) -> None:
-    """Left and right are the same to the snow."""
+    """Check that left and right are the same to the snow."""
     for term in instances(cls):
         for state in grid(cls.kind):
             mirrored = state | {name: -state[name] for name in ("offset", "v_n", "edge")}
@@ -269,7 +270,7 @@ def mirrored_edge_mirrored_force_and_memory(cls: type[Any]) -> None:
 
 
 def memory_is_the_same_however_it_is_evaluated(cls: type[Any]) -> None:
-    """Over floats, over arrays, compiled."""
+    """Check that floats, arrays and compiled code give the same memory."""
     states = grid(cls.kind)
     columns = {name: np.array([state[name] for state in states]) for name in GRIDS[cls.kind]}
     tape = Tape()
@@ -278,16 +279,16 @@ def memory_is_the_same_however_it_is_evaluated(cls: type[Any]) -> None:
         expected = np.array([ask_memory(FloatMath(), term, state) for state in states])
         assert_close(np.stack(ask_memory(ArrayMath(), term, columns), axis=1), expected)
         _, memory, capacity = compile_edge((term,))
-        given = [
+        compiled_values = [
             (*memory.value(memory.parameters, *state.values()), *capacity.value(capacity.parameters, *state.values()))
             for state in states
         ]
-        assert_close(np.array(given), expected)
+        assert_close(np.array(compiled_values), expected)
         _hold(np.all(expected[:, 0] >= 0.0), "a groove above the snow")
 
 
 def what_an_edge_leaves_is_what_the_next_point_finds(cls: type[Any]) -> None:
-    """A point that follows in the same place, without sideslip, presses no deeper and is pushed to the side as much."""
+    """Check that a following point, without sideslip, presses no deeper and is pushed to the side as much."""
     for term in instances(cls):
         state = grid(cls.kind)[-1] | {"v_n": 0.0, "groove": 0.0, "offset": 1e-4, "rate": 0.0}
         groove, offset, *_ = ask_memory(FloatMath(), term, state)
@@ -297,23 +298,23 @@ def what_an_edge_leaves_is_what_the_next_point_finds(cls: type[Any]) -> None:
 
 
 def slopes_are_those_of_the_height(cls: type[Any]) -> None:
-    """A surface's two slopes are the derivatives of its height."""
+    """Check that a surface's two slopes are the derivatives of its height."""
     for term in instances(cls):
         slopes = [complex_step(term, grid(cls.kind), name)[:, 0] for name in ("f", "l")]
         assert_close(reference(term)[:, 1:], np.stack(slopes, axis=1))
 
 
 def _equal(one: Any, other: Any) -> bool:
-    """Equal but for rounding."""
+    """Tell whether two values are equal to rounding."""
     return bool(np.allclose(one, other, rtol=_ROUNDING, atol=1e-12))
 
 
 @dataclass(frozen=True)
 class Rule:
-    """One rule.
+    """A rule of force terms.
 
     check : raises for a class that breaks it
-    kinds : of the terms that it is for; empty for all
+    kinds : those that it applies to; empty for all
     compiles : whether it compiles the term, which takes seconds
     """
 
@@ -323,7 +324,7 @@ class Rule:
 
     @property
     def name(self) -> str:
-        """Of its function."""
+        """Name of its function."""
         return self.check.__name__
 
 
@@ -349,4 +350,4 @@ RULES: Final = (
     Rule(linearisation_is_exact, tuple(LINEAR), compiles=True),
     Rule(memory_is_the_same_however_it_is_evaluated, ("edge",), compiles=True),
 )
-"""Every rule, those that take longest last."""
+"""Every rule, the slowest last."""

@@ -1,4 +1,4 @@
-"""For each place that a term may act in: a grid of states, how a term is asked there, and what its switches are."""
+"""For each place that a term may act in: a grid of states, the evaluation of a term there, and its switches."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantities, quantity
 
 State = Mapping[str, Number]
-_MADE_UP: Final = "made up, to ask terms"
+_MADE_UP: Final = "made up, to test terms"
 
 
 @dataclass(frozen=True)
 class UniformWind(WindTerm):
-    """The same wind everywhere, which blows on segments when they are asked.
+    """The same wind everywhere, which blows on segments in the tests.
 
     Formula: w = (w_f, w_l, w_n)
     """
@@ -99,7 +99,7 @@ VARIABLES = (
     | dict.fromkeys(("segment", "body"), ("v_f", "v_l", "v_n"))
     | {"edge": ("lower", "upper", "rate", "v_t", "v_n", "edge")}
 )
-"""What the compiled derivatives are taken by."""
+"""Variables that the compiled derivatives are taken by."""
 LINEAR = {
     "point": ("depth", "rate"),
     "foot": ("load", "v_t", "v_n", "edge", "groove", "f", "l"),
@@ -108,26 +108,26 @@ LINEAR = {
     "terrain": ("f", "l"),
     "body": ("f", "l", "v_f", "v_l", "v_n"),
 }
-"""What the compiled linearisation is taken by, in the order of its columns; a segment's grid has no place.  Edges have
+"""Variables that the compiled linearisation is taken by, in column order.  A segment's grid has no place; edges have
 none.
 """
 
 
 def grid(kind: str) -> list[dict[str, float]]:
-    """All combinations of the values above."""
+    """Return all combinations of the values above."""
     axes = GRIDS[kind]
     return [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
 
 
 def instances(cls: type[Any]) -> list[Any]:
-    """The term by default, with all parameters at their lower and their upper bounds, and half-way between."""
+    """Return the term by default, with all parameters at their lower and their upper bounds, and half-way between."""
     about = quantities(cls).values()
     shares = [{q.name: q.low + share * (q.high - q.low) for q in about} for share in (0.0, 0.5, 1.0)]
     return [cls(), *(cls(**values) for values in shares)]
 
 
 def ask(math: Math, term: Any, state: State) -> tuple[Number, ...]:
-    """What the term gives in that state, always as a tuple."""
+    """Return the term's components in that state, always as a tuple."""
     s = dict(state)
     velocity = tuple(s.pop(f"v_{axis}") for axis in "fln") if term.kind in ("segment", "body") else ()
     match term.kind:
@@ -149,20 +149,20 @@ def ask(math: Math, term: Any, state: State) -> tuple[Number, ...]:
 
 
 def ask_memory(math: Math, term: Any, state: State) -> tuple[Number, ...]:
-    """What an edge leaves in the snow, the greatest force of the groove's wall, and its force."""
+    """Return what an edge leaves in the snow, the greatest force of the groove's wall, and its force."""
     return *term.remember(math, EdgeState(**state)), *term.capacity(math, EdgeState(**state))
 
 
 def reference(term: Any) -> Array:
-    """(states, components) of the grid, in plain floats."""
+    """Return the values (states, components) on the grid, in plain floats."""
     return np.array([ask(FloatMath(), term, state) for state in grid(term.kind)])
 
 
 def compiled_on_grid(term: Any, derivatives: bool = False) -> Array:
-    """(states, …) what the compiled value or derivatives of that term give; another term blows a segment's wind."""
+    """Return the compiled value or derivatives (states, …) of a term; another term blows a segment's wind."""
     terms = (UniformWind(), term) if term.kind == "segment" else (term,)
-    made = getattr(compiled, f"compile_{term.kind}")(terms)
-    law = made[0] if term.kind == "edge" else made
+    compiled_laws = getattr(compiled, f"compile_{term.kind}")(terms)
+    law = compiled_laws[0] if term.kind == "edge" else compiled_laws
     function, rows = law.derivatives if derivatives else law.value, []
     for state in grid(term.kind):
         if term.kind == "segment":
@@ -176,7 +176,7 @@ def compiled_on_grid(term: Any, derivatives: bool = False) -> Array:
 
 
 def linearisation_on_grid(term: Any, states: Sequence[State]) -> tuple[Array, Array]:
-    """(states, outputs, variables) and (states, outputs, the term's parameters) of the compiled linearisation."""
+    """Return (states, outputs, variables) and (states, outputs, parameters of the term) of the linearisation."""
     first = (UniformWind(), term) if term.kind == "segment" else (term,)
     law = getattr(compiled, f"compile_{term.kind}")(first)
     own = [parameter_index(first, term, name) for name in quantities(type(term))]
@@ -196,7 +196,7 @@ def linearisation_on_grid(term: Any, states: Sequence[State]) -> tuple[Array, Ar
 
 
 class Switches:
-    """A note of every number whose sign decides something, before another ``Math`` computes with it."""
+    """A record of every number whose sign decides something, before another ``Math`` computes with it."""
 
     def __init__(self) -> None:
         self.switches: list[Any] = []
@@ -227,15 +227,15 @@ class Switches:
 
 
 class SwitchMath(Switches, FloatMath):
-    """Plain floats with their switches."""
+    """Plain floats that record their switches."""
 
 
 class ArraySwitches(Switches, ArrayMath):  # type: ignore[misc]  # functions of NumPy where methods stand
-    """Arrays with their switches."""
+    """Arrays that record their switches."""
 
 
 def switches(term: Any, state: State) -> list[float]:
-    """The numbers whose signs decide which branch the term takes in that state."""
+    """Return the numbers whose signs decide which branch the term takes in that state."""
     math = SwitchMath()
     ask(math, term, state)
     return math.switches
@@ -243,14 +243,14 @@ def switches(term: Any, state: State) -> list[float]:
 
 @dataclass(frozen=True)
 class Crossing:
-    """Two states as near to each other as floats allow, between which a switch of the term turns."""
+    """Two neighbouring floating-point states between which a switch of the term turns."""
 
     before: State
     after: State
 
 
 def crossings(term: Any) -> Iterator[Crossing]:
-    """Every place where a switch turns between neighbours of the grid."""
+    """Yield every place where a switch turns between neighbours of the grid."""
     states = grid(term.kind)
     signs = {tuple(state.values()): np.array(switches(term, state)) > 0.0 for state in states}
     for name, values in GRIDS[term.kind].items():
@@ -273,11 +273,11 @@ def crossings(term: Any) -> Iterator[Crossing]:
 def _brackets(
     term: Any, name: str, after: Mapping[float, float], turns: list[tuple[dict[str, float], int, bool]]
 ) -> tuple[list[float], list[float]]:
-    """For every turn two values of the number ``name``, a few roundings apart, between which the switch turns.
+    """Bracket every turn between two values of the number ``name``, a few roundings apart.
 
-    All turns are halved at once with arrays.  What is halved is the number of floats between, since halves of numbers
-    would take a thousand steps towards zero.  Arrays may round otherwise than floats, so the signs at both ends are
-    asked in floats, and where they are equal the whole step is given.
+    All turns are bisected at once with arrays.  The bisection halves the count of floats in between, since halves of
+    numbers would take a thousand steps towards zero.  Arrays may round otherwise than floats, so the signs at both ends
+    are computed in floats, and where they are equal the full step is returned.
     """
     if not turns:
         return [], []
@@ -294,29 +294,30 @@ def _brackets(
         turned = np.stack([np.broadcast_to(x, len(turns)) for x in math.switches])[which, every] > 0.0
         a, b = np.where(turned == sign, middle, a), np.where(turned != sign, middle, b)
     a, b = (_of_ranks(x) for x in (np.maximum(a - 8, _ranks(low)), np.minimum(b + 8, _ranks(high))))
-    found: tuple[list[float], list[float]] = ([], [])
+    brackets: tuple[list[float], list[float]] = ([], [])
     for j, (state, i, before) in enumerate(turns):
         ends = [switches(term, {**state, name: float(x[j])})[i] > 0.0 for x in (a, b)]
-        whole = ends != [before, not before]
-        found[0].append(float(low[j] if whole else a[j]))
-        found[1].append(float(high[j] if whole else b[j]))
-    return found
+        same_sign = ends != [before, not before]
+        brackets[0].append(float(low[j] if same_sign else a[j]))
+        brackets[1].append(float(high[j] if same_sign else b[j]))
+    return brackets
 
 
 def _ranks(values: Array) -> Any:
-    """Whole numbers in the order of the floats, one apart where floats are neighbours."""
+    """Return integers in the order of the floats, one apart where floats are neighbours."""
     bits = values.view(np.int64)
     return np.where(bits < 0, np.iinfo(np.int64).min - bits, bits)
 
 
 def _of_ranks(ranks: Any) -> Any:
-    """The floats of such ranks."""
+    """Return the floats of such ranks."""
     return np.where(ranks < 0, np.iinfo(np.int64).min - ranks, ranks).view(np.float64)
 
 
 class ComplexMath:
-    """Complex numbers, or arrays of them, that branch by their real part: a step of 10⁻³⁰ i gives a derivative without
-    cancellation.
+    """Complex numbers, or arrays of them, that branch by their real part.
+
+    A step of 10⁻³⁰ i gives a derivative without cancellation.
     """
 
     sqrt, sin, cos = staticmethod(np.sqrt), staticmethod(np.sin), staticmethod(np.cos)
@@ -357,12 +358,12 @@ class _ByRealPart(np.ndarray[Any, Any]):
         plain = [np.asarray(x) for x in inputs]
         if method == "__call__" and ufunc.__name__ in _COMPARED:
             return _COMPARED[ufunc.__name__](*plain).view(_ByRealPart)
-        found = getattr(ufunc, method)(*plain, **options)
-        return found.view(_ByRealPart) if isinstance(found, np.ndarray) else found
+        result = getattr(ufunc, method)(*plain, **options)
+        return result.view(_ByRealPart) if isinstance(result, np.ndarray) else result
 
     def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
-        found = super().__array_function__(func, types, args, kwargs)
-        return found.view(_ByRealPart) if type(found) is np.ndarray else found
+        result = super().__array_function__(func, types, args, kwargs)
+        return result.view(_ByRealPart) if type(result) is np.ndarray else result
 
 
 _COMPARED: Final[Mapping[str, Any]] = {
@@ -383,12 +384,12 @@ _COMPARED: Final[Mapping[str, Any]] = {
 
 
 def complex_step(term: Any, states: Sequence[State], variable: str) -> Array:
-    """(states, components) derivatives of what the term gives by one of the state's numbers."""
+    """Return derivatives (states, components) of the term's values by one of the state's numbers."""
     return _imaginary(term, states, {variable: 1e-30j})
 
 
 def complex_parameter_step(term: Any, states: Sequence[State], parameter: str) -> Array:
-    """(states, components) derivatives of what the term gives by one of its own numbers."""
+    """Return derivatives (states, components) of the term's values by one of its own numbers."""
     return _imaginary(replace(term, **{parameter: complex(getattr(term, parameter), 1e-30)}), states, {})
 
 
@@ -397,11 +398,11 @@ def _imaginary(term: Any, states: Sequence[State], steps: Mapping[str, complex])
         name: (np.array([state[name] for state in states]) + steps.get(name, 0.0)).astype(complex).view(_ByRealPart)
         for name in states[0]
     }
-    given = ask(ComplexMath(), term, columns)
-    return np.stack([np.broadcast_to(np.asarray(np.imag(x)), len(states)) for x in given], axis=1) / 1e-30
+    components = ask(ComplexMath(), term, columns)
+    return np.stack([np.broadcast_to(np.asarray(np.imag(x)), len(states)) for x in components], axis=1) / 1e-30
 
 
 def assert_close(actual: Array, expected: Array) -> None:
-    """To 10⁻¹² of each number, or 10⁻¹³ of the greatest: where two parts nearly cancel, only the whole is exact."""
+    """Compare to 10⁻¹² of each number, or 10⁻¹³ of the greatest: where parts nearly cancel, only the sum is exact."""
     scale = float(np.max(np.abs(expected), initial=0.0))
     np.testing.assert_allclose(actual, expected, rtol=1e-12, atol=1e-13 * scale)

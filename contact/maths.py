@@ -1,4 +1,4 @@
-"""The arithmetic a force term is written in: one formula over floats, arrays or symbols.
+"""The arithmetic of force terms: one formula over floats, arrays or symbols.
 
 A term calls nothing but ``Math``, NumPy's usual functions and the operators + − · / ** on its numbers, and never
 branches on one of them.  Both branches of ``where`` are computed, so each of them must be defined on both sides of the
@@ -13,7 +13,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 
 Number: TypeAlias = Any
-"""A float, an array, an Exudyn symbol or a node of a tape: whatever the ``Math`` at hand works with."""
+"""A float, an array, an Exudyn symbol or a node of a tape, depending on the ``Math`` in use."""
 
 Vector: TypeAlias = tuple[Number, Number, Number]
 """Components along f, l and n of the slope frame."""
@@ -42,56 +42,56 @@ class Math(Protocol):
     """The functions a term may use."""
 
     def sqrt(self, x: Number) -> Number:
-        """Square root of x ≥ 0."""
+        """Return the square root of x ≥ 0."""
 
     def sin(self, x: Number) -> Number:
-        """Sine of an angle in radians."""
+        """Return the sine of an angle in radians."""
 
     def cos(self, x: Number) -> Number:
-        """Cosine of an angle in radians."""
+        """Return the cosine of an angle in radians."""
 
     def atan(self, x: Number) -> Number:
-        """Inverse tangent, radians."""
+        """Return the inverse tangent, radians."""
 
     def atan2(self, y: Number, x: Number) -> Number:
         """Angle of the direction (x, y) from the first axis, radians, −π to π."""
 
     def exp(self, x: Number) -> Number:
-        """Exponential."""
+        """Return the exponential."""
 
     def log(self, x: Number) -> Number:
-        """Natural logarithm of x > 0."""
+        """Return the natural logarithm of x > 0."""
 
     def tanh(self, x: Number) -> Number:
-        """Hyperbolic tangent."""
+        """Return the hyperbolic tangent."""
 
     def absolute(self, x: Number) -> Number:
-        """|x|."""
+        """Return |x|."""
 
     def sign(self, x: Number) -> Number:
-        """−1, 0 or 1."""
+        """Return −1, 0 or 1."""
 
     def power(self, x: Number, p: Number) -> Number:
-        """x to the power p, for x ≥ 0 and p > 0."""
+        """Return x to the power p, for x ≥ 0 and p > 0."""
 
     def signed_power(self, x: Number, p: Number) -> Number:
-        """sign(x)·|x| to the power p, for p ≥ 1: smooth through 0, where sign and power each are not."""
+        """Return sign(x)·|x| to the power p, for p ≥ 1: smooth through 0, where sign and power alone are not."""
 
     def where(self, x: Number, a: Number, b: Number) -> Number:
-        """a if x > 0, else b."""
+        """Return a if x > 0, else b."""
 
     def maximum(self, a: Number, b: Number) -> Number:
-        """The greater of the two."""
+        """Return the greater of the two."""
 
     def minimum(self, a: Number, b: Number) -> Number:
-        """The lesser of the two."""
+        """Return the lesser of the two."""
 
     def saturate(self, v: Number, eps: Number) -> Number:
-        """v/√(v² + eps²): the sign of v, smoothed over the width eps > 0."""
+        """Return v/√(v² + eps²): the sign of v, smoothed over the width eps > 0."""
 
 
 class FloatMath:
-    """Plain Python floats: the reference the other kinds are held against."""
+    """Plain Python floats: the reference for the other kinds."""
 
     sqrt = staticmethod(math.sqrt)
     sin = staticmethod(math.sin)

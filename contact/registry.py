@@ -1,4 +1,4 @@
-"""The list of the force terms, written out.  A term here that a model does not use is a hypothesis to be raised."""
+"""The list of the force terms.  A term here that a model does not use may be a hypothesis of a diagnosis."""
 
 from __future__ import annotations
 
@@ -64,24 +64,23 @@ _ADDED: Final[dict[str, type[Term]]] = {}
 
 
 def add_term(cls: type[Term]) -> None:
-    """Let files and commands know a term of a plug-in by its name; a class that is defined anew takes the place of the
-    old one.
+    """Register a term of a plug-in by its name; a class that is defined again replaces the old one.
 
     Raises ValueError where the name is another term's.
     """
-    other = _ADDED.get(cls.name) or next((each for each in TERMS if each.name == cls.name), None)
-    if other is not None and not same_part(other, cls):
+    registered = _ADDED.get(cls.name) or next((term for term in TERMS if term.name == cls.name), None)
+    if registered is not None and not same_part(registered, cls):
         raise ValueError(f"there is a force term named {cls.name!r} already")
     _ADDED[cls.name] = cls
 
 
 def known_terms() -> tuple[type[Term], ...]:
-    """The terms of the list above, and those of plug-ins."""
+    """Return the terms of the list above, and those of plug-ins."""
     return (*TERMS, *_ADDED.values())
 
 
 def term_named(name: str) -> type[Term]:
-    """The term of that name.  Raises KeyError with the names there are."""
+    """Return the term of that name.  Raises KeyError with the known names."""
     for cls in known_terms():
         if cls.name == name:
             return cls
@@ -89,7 +88,7 @@ def term_named(name: str) -> type[Term]:
 
 
 def read_term(name: str, values: Mapping[str, object], file: str | Path, place: str) -> Term:
-    """The term ``name`` with parameters as read from ``file`` at ``place``; those not given keep their default.
+    """Read the term ``name`` with parameters from ``file`` at ``place``; those not given keep their default.
 
     Raises InputError for an unknown name, an unknown parameter, or a value that is no number within its bounds.
     """
@@ -100,7 +99,7 @@ def read_term(name: str, values: Mapping[str, object], file: str | Path, place: 
 
 
 def is_carved(terms: Iterable[Term]) -> bool:
-    """Whether edges cut the snow."""
+    """Tell whether edges cut the snow."""
     return any(isinstance(term, EdgeTerm) for term in terms)
 
 
@@ -113,15 +112,17 @@ def check_together(terms: Sequence[Term], file: str | Path, place: str = "[[term
             raise InputError(file, f"{place} {count}", f"{term.name}: {problem}", "leave one of them out")
 
 
-def combine_terms(terms: Iterable[Term], more: Sequence[Term]) -> tuple[Term, ...]:
-    """The terms and more of them, those left out that stand in the place of."""
-    replaced = {name for term in more for name in term.replaces}
-    return (*(term for term in terms if term.name not in replaced), *more)
+def combine_terms(terms: Iterable[Term], added: Sequence[Term]) -> tuple[Term, ...]:
+    """Add terms to others, which lose those that the added terms replace."""
+    replaced = {name for term in added for name in term.replaces}
+    return (*(term for term in terms if term.name not in replaced), *added)
 
 
 def terms_table() -> list[dict[str, str | float]]:
-    """One row a parameter: name, kind, origin ("built in", or the plug-in's name), parameter, unit, default, low, high,
-    source, meaning, formula.
+    """Return one row a parameter of every term.
+
+    Columns: name, kind, origin ("built in", or the plug-in's name), parameter, unit, default, low, high, source,
+    meaning, formula.
     """
     return [
         {

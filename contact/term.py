@@ -1,8 +1,8 @@
-"""A force term: one law of what pushes on the skier, written once and used everywhere.
+"""A force term: one law of a force on the skier, written once and used everywhere.
 
-One frozen dataclass is one term.  Its parameters are declared with ``quantity``; its formula stands in the docstring,
-on a line that begins with ``Formula:``, and once in code, over a ``Math``.  A term acts in one of seven places, each
-with an abstract class and a state here; terms of one kind add up.  Directions and signs are those of the slope frame.
+One frozen dataclass is one term.  Its parameters are declared with ``quantity``; its formula is in the docstring, on a
+line that begins with ``Formula:``, and once in code, over a ``Math``.  A term acts in one of seven places, each with an
+abstract class and a state here; terms of one kind add up.  Directions and signs are those of the slope frame.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from sssi_exudyn.core.quantity import quantities
 
 @dataclass(frozen=True)
 class Term(ABC):
-    """What all terms have in common: the name used in files, the place they act in, where they come from.
+    """Common properties of all terms: the name used in files, the place they act in, their sources.
 
-    A term that corrects another law names it in ``corrects``; it may give energy back where the law takes more.  One
-    that stands in the place of other laws names them in ``replaces``.  Of a law to which the left and the right ski are
-    not alike, ``mirrors`` names the numbers that change their sign where the two are exchanged.
+    A term that corrects another law names it in ``corrects``; it may give energy back where the law takes more.  A term
+    that replaces other laws names them in ``replaces``.  Where a law treats the left and the right ski differently,
+    ``mirrors`` names the numbers that change their sign when the two are exchanged.
     """
 
     name: ClassVar[str]
@@ -73,7 +73,7 @@ class PointTerm(Term):
 
     @abstractmethod
     def force(self, math: Math, state: PointState) -> Number:
-        """Normal force on the ski (N, ≥ 0; 0 for depth ≤ 0)."""
+        """Return the normal force on the ski (N, ≥ 0; 0 for depth ≤ 0)."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class FootTerm(Term):
 
     @abstractmethod
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
-        """Force on the foot (N): along the ski (t) and across it (n, to the left); none without load."""
+        """Return the force on the foot (N): along the ski (t) and across it (n, to the left); none without load."""
 
 
 @dataclass(frozen=True)
@@ -135,9 +135,9 @@ class SegmentState:
 
     velocity : of its centre of mass (m/s)
     wind : the air's velocity there (m/s)
-    area : frontal area of a skier who stands upright (m²)
-    facing : M_ff, M_fl, M_fn, M_ll, M_ln, M_nn (m⁴): along a direction û the segment shows the area √(û·M û), less what
-        others shield of it
+    area : frontal area of an upright skier (m²)
+    facing : M_ff, M_fl, M_fn, M_ll, M_ln, M_nn (m⁴): along a direction û the segment has the area √(û·M û), less the
+        part that others shield
     """
 
     velocity: Vector
@@ -171,12 +171,12 @@ class SegmentTerm(Term):
 
     @abstractmethod
     def force(self, math: Math, state: SegmentState) -> Vector:
-        """Force on the segment (N), components f, l, n."""
+        """Return the force on the segment (N), components f, l, n."""
 
 
 @dataclass(frozen=True)
 class PlaceState:
-    """Where and when.  t : time (s);  f, l : place on the slope (m)."""
+    """Time and place.  t : time (s);  f, l : place on the slope (m)."""
 
     t: Number
     f: Number
@@ -208,7 +208,7 @@ class WindTerm(Term):
 
     @abstractmethod
     def velocity(self, math: Math, state: PlaceState) -> Vector:
-        """Velocity of the air (m/s), components f, l, n."""
+        """Return the velocity of the air (m/s), components f, l, n."""
 
 
 @dataclass(frozen=True)
@@ -236,7 +236,7 @@ class TerrainTerm(Term):
 
     @abstractmethod
     def height(self, math: Math, f: Number, l: Number) -> tuple[Number, Number, Number]:  # noqa: E741
-        """Height h over the plane (m) and its slopes ∂h/∂f, ∂h/∂l (1) at the place f, l (m)."""
+        """Return the height h over the plane (m) and its slopes ∂h/∂f, ∂h/∂l (1) at the place f, l (m)."""
 
 
 @dataclass(frozen=True)
@@ -272,25 +272,25 @@ class BodyTerm(Term):
     ...     c: float = quantity(0.0, "kg/s", low=0.0, high=99.0, source="chosen", meaning="linear drag")
     ...
     ...     def force(self, math, state):
-    ...         return tuple(-self.c * each for each in state.velocity)
+    ...         return tuple(-self.c * v for v in state.velocity)
     """
 
     kind: ClassVar[str] = "body"
 
     def at_hands(self) -> tuple[float, float]:
-        """Which parts of the force act at the left and at the right hand; the rest acts on the centre of mass."""
+        """Return the shares of the force at the left and at the right hand; the rest acts on the centre of mass."""
         return 0.0, 0.0
 
     @abstractmethod
     def force(self, math: Math, state: BodyState) -> Vector:
-        """Force on the skier (N), components f, l, n."""
+        """Return the force on the skier (N), components f, l, n."""
 
 
 @dataclass(frozen=True)
 class EdgeState:
-    """One section of a ski at the edge that is deeper in the snow, with the snow's memory of what went there before.
+    """One section of a ski at its deeper edge, with the snow's memory of earlier points.
 
-    lower, upper : how deep the deeper and the other edge are, along the snow's normal (m, > 0 in the snow)
+    lower, upper : depth of the deeper and of the other edge, along the snow's normal (m, > 0 in the snow)
     rate : rate of the deeper edge's depth (m/s, > 0 going deeper)
     width : of the ski there (m)
     groove : depth of the groove that arrived from ahead (m, ≥ 0)
@@ -326,17 +326,19 @@ class EdgeTerm(Term):
 
     @abstractmethod
     def force(self, math: Math, state: EdgeState) -> tuple[Number, Number, Number, Number]:
-        """Force on the section (N): along the snow's normal (≥ 0), along t, along n, and how much of the first acts at
-        the upper edge; all else acts at the lower.  None for lower ≤ 0.
+        """Return the force on the section (N), none for lower ≤ 0.
+
+        Components: along the snow's normal (≥ 0), along t, along n, and the part of the first that acts at the upper
+        edge; everything else acts at the lower edge.
         """
 
     @abstractmethod
     def remember(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
-        """Groove and offset (m) that the point leaves at the end of the step; none for lower ≤ 0."""
+        """Return groove and offset (m) that the point leaves at the end of the step; none for lower ≤ 0."""
 
     @abstractmethod
     def capacity(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
-        """Greatest force (N) that the groove's wall bears towards the base's side, and what it does bear (N, ≥ 0)."""
+        """Return the greatest force (N) of the groove's wall towards the base's side, and its force now (N, ≥ 0)."""
 
 
 KINDS: tuple[type[Term], ...] = (PointTerm, FootTerm, SegmentTerm, WindTerm, TerrainTerm, BodyTerm, EdgeTerm)
@@ -344,7 +346,7 @@ KINDS: tuple[type[Term], ...] = (PointTerm, FootTerm, SegmentTerm, WindTerm, Ter
 
 
 def vector_sum(vectors: Iterable[tuple[Number, ...]], size: int) -> tuple[Number, ...]:
-    """The sum of vectors of the given size, component by component; zeros when there is none."""
+    """Return the sum of vectors of the given size, component by component; zeros when there is none."""
     total: tuple[Number, ...] = (0.0,) * size
     for vector in vectors:
         total = tuple(a + b for a, b in zip(total, vector, strict=True))
@@ -352,51 +354,51 @@ def vector_sum(vectors: Iterable[tuple[Number, ...]], size: int) -> tuple[Number
 
 
 def point_force(math: Math, terms: Iterable[Term], state: PointState) -> Number:
-    """Normal force of all point terms among ``terms`` (N)."""
+    """Return the normal force of all point terms among ``terms`` (N)."""
     return vector_sum(((term.force(math, state),) for term in terms if isinstance(term, PointTerm)), 1)[0]
 
 
 def foot_force(math: Math, terms: Iterable[Term], state: FootState) -> tuple[Number, ...]:
-    """Force of all foot terms among ``terms``, along and across (N)."""
+    """Return the force of all foot terms among ``terms``, along and across (N)."""
     return vector_sum((term.force(math, state) for term in terms if isinstance(term, FootTerm)), 2)
 
 
 def segment_force(math: Math, terms: Iterable[Term], state: SegmentState) -> tuple[Number, ...]:
-    """Force of all segment terms among ``terms``, components f, l, n (N)."""
+    """Return the force of all segment terms among ``terms``, components f, l, n (N)."""
     return vector_sum((term.force(math, state) for term in terms if isinstance(term, SegmentTerm)), 3)
 
 
 def air_velocity(math: Math, terms: Iterable[Term], state: PlaceState) -> tuple[Number, ...]:
-    """Velocity of the air by all wind terms among ``terms``, components f, l, n (m/s)."""
+    """Return the velocity of the air by all wind terms among ``terms``, components f, l, n (m/s)."""
     return vector_sum((term.velocity(math, state) for term in terms if isinstance(term, WindTerm)), 3)
 
 
 def terrain_height(math: Math, terms: Iterable[Term], f: Number, l: Number) -> tuple[Number, ...]:  # noqa: E741
-    """Height (m) and slopes (1) of the snow by all terrain terms among ``terms``: h, ∂h/∂f, ∂h/∂l."""
+    """Return height (m) and slopes (1) of the snow by all terrain terms among ``terms``: h, ∂h/∂f, ∂h/∂l."""
     return vector_sum((term.height(math, f, l) for term in terms if isinstance(term, TerrainTerm)), 3)
 
 
 def body_force(math: Math, terms: Iterable[Term], state: BodyState) -> tuple[Number, ...]:
-    """Force of all body terms among ``terms``, components f, l, n (N)."""
+    """Return the force of all body terms among ``terms``, components f, l, n (N)."""
     return vector_sum((term.force(math, state) for term in terms if isinstance(term, BodyTerm)), 3)
 
 
 def hand_forces(math: Math, terms: Iterable[Term], state: BodyState) -> tuple[tuple[Number, ...], ...]:
-    """What of the body terms' forces acts at the left and at the right hand, components f, l, n each (N)."""
-    held = [(term.at_hands(), term.force(math, state)) for term in terms if isinstance(term, BodyTerm)]
-    held = [each for each in held if any(each[0])]
+    """Return the body terms' forces at the left and at the right hand, components f, l, n each (N)."""
+    shared = [(term.at_hands(), term.force(math, state)) for term in terms if isinstance(term, BodyTerm)]
+    shared = [(share, force) for share, force in shared if any(share)]
     return tuple(
-        vector_sum((tuple(share[hand] * part for part in force) for share, force in held), 3) for hand in range(2)
+        vector_sum((tuple(share[hand] * part for part in force) for share, force in shared), 3) for hand in range(2)
     )
 
 
 def parameters(term: Term) -> dict[str, float]:
-    """The values of a term's declared numbers, by name, in order of declaration."""
+    """Return the values of a term's declared numbers, by name, in order of declaration."""
     return {name: getattr(term, name) for name in quantities(term)}
 
 
 def formula(cls: type[Term]) -> str:
-    """The formula of a term: the line of its docstring that begins with ``Formula:``, "" where there is none."""
+    """Return the line of a term's docstring that begins with ``Formula:``, without it; "" where there is none."""
     for line in inspect.cleandoc(cls.__doc__ or "").splitlines():
         if line.startswith("Formula:"):
             return line.removeprefix("Formula:").strip()

@@ -49,14 +49,14 @@ class AirDrag(SegmentTerm):
 
 
 TINY: Final = 1e-18
-"""m⁴ m²/s²; keeps the slope of a root finite where a segment shows the air nothing or the air stands still."""
+"""m⁴ m²/s²; keeps the slope of a root finite where a segment has no area or the air stands still."""
 
 
 @dataclass(frozen=True)
 class PostureAir(SegmentTerm):
-    """Quadratic drag and lift of what a segment shows the air in its posture.
+    """Quadratic drag and lift of a segment's area in its posture.
 
-    The push is along M û: across a long segment that stands aslant, which is drag and lift.
+    The force is along M û: across a long segment that is inclined to the wind, which gives drag and lift.
 
     Formula: F = ½·C_D·rho·|u|²·M û/√(û·M û),   u = wind − velocity, û = u/|u|
     """
@@ -87,16 +87,16 @@ class PostureAir(SegmentTerm):
             fl * u_f + ll * u_l + ln * u_n,
             fn * u_f + ln * u_l + nn * u_n,
         )
-        shown = math.sqrt(u_f * m_f + u_l * m_l + u_n * m_n + TINY)
-        push = 0.5 * self.c_d * self.rho * (u_f * u_f + u_l * u_l + u_n * u_n) / shown
+        root = math.sqrt(u_f * m_f + u_l * m_l + u_n * m_n + TINY)
+        push = 0.5 * self.c_d * self.rho * (u_f * u_f + u_l * u_l + u_n * u_n) / root
         return push * m_f, push * m_l, push * m_n
 
 
 @dataclass(frozen=True)
 class ShownAreas:
-    """What each segment shows the air from the side and from above, for a skier of ``FrontalAreas``' height (m²).
+    """Area of each segment from the side and from above, for a skier of ``FrontalAreas``' height (m²).
 
-    From the front it is ``FrontalAreas``'.
+    ``FrontalAreas`` gives the area from the front.
     """
 
     SIDE: ClassVar[str] = "boxes and cylinders of a clothed adult of 1.75 m: chosen"
@@ -121,7 +121,7 @@ class ShownAreas:
     hand_above: float = quantity(0.005, "m^2", low=0.0, high=0.1, source=SIDE, meaning="of one hand along it")
 
     def of_height(self, height: float) -> dict[str, tuple[float, float, float]]:
-        """Areas (m²) along a segment's own axes by segment of the kinematic chain, for a skier of ``height`` (m)."""
+        """Return areas (m²) along a segment's own axes by segment of the chain, for a skier of ``height`` (m)."""
         front = FrontalAreas().of_height(height)
         scale = (height / FrontalAreas.REFERENCE_HEIGHT) ** 2
         return {
@@ -165,6 +165,6 @@ class FrontalAreas:
     hand: float = quantity(0.008, "m^2", low=0.0, high=0.1, source=_CHOICE, meaning="of one hand")
 
     def of_height(self, height: float) -> dict[str, float]:
-        """Area by segment of the kinematic chain (m²) for a skier of ``height`` (m): it grows with height squared."""
+        """Return the area (m²) by segment of the chain for a skier of ``height`` (m): it grows with height squared."""
         scale = (height / self.REFERENCE_HEIGHT) ** 2
         return {segment: scale * getattr(self, part) for part, group in self.SEGMENTS.items() for segment in group}

@@ -17,12 +17,12 @@ _SLOW: Final = 0.1
 
 _SIDE: Final = "hand that holds the pole: 1 the left, -1 the right, 0 both alike"
 _LEAST_HEIGHT: Final = 0.3
-"""Of a pole's length, the least height of the hand over the tip."""
+"""Least height of the hand over the tip, as a share of a pole's length."""
 
 
 @dataclass(frozen=True)
 class PolePlant(BodyTerm):
-    """A pole set at time t: a short push along the way, braking or driving, and up from the snow.
+    """A pole set at time t: a short push along the path, braking or driving, and up from the snow.
 
     Formula: F = (forward·v/|v| + up·n)·exp(−½((t' − t)/width)²)/(width·√(2π)),   t' the time
     """
@@ -33,7 +33,7 @@ class PolePlant(BodyTerm):
     )
 
     forward: float = quantity(
-        0.0, "N*s", low=-200.0, high=200.0, source="chosen", meaning="impulse along the way; below 0 it brakes"
+        0.0, "N*s", low=-200.0, high=200.0, source="chosen", meaning="impulse along the path; below 0 it brakes"
     )
     up: float = quantity(0.0, "N*s", low=-200.0, high=200.0, source="chosen", meaning="impulse away from the snow")
     t: float = quantity(1.0, "s", low=-10.0, high=7200.0, source="chosen", meaning="when")
@@ -52,8 +52,10 @@ class PolePlant(BodyTerm):
 
 @dataclass(frozen=True)
 class PlantedPole(BodyTerm):
-    """A pole whose tip stands in the snow from t0 to t1 and is pressed along its shaft.  It is set ahead of the hand,
-    which passes over it at the skier's speed: at first it brakes, behind the skier it drives.
+    """A pole whose tip stands in the snow from t0 to t1 and is pressed along its shaft.
+
+    It is set ahead of the hand, which passes over it at the skier's speed: at first it brakes, behind the skier it
+    drives.
 
     Formula: F = ½(1 − cos 2πs)·press·(d·v/|v| + √(L² − d²)·n)/L,   s = (t' − t0)/(t1 − t0),   d = |v|·(t' − t0) − ahead
     """
@@ -86,7 +88,7 @@ class PlantedPole(BodyTerm):
 
 @dataclass(frozen=True)
 class UnexplainedForce(BodyTerm):
-    """A force of which nothing is known but that it acted; several in a row follow any course of it.
+    """A force of unknown cause; several in a row follow any course in time.
 
     Formula: F = (force_f, force_l, force_n)·½(tanh((t − t0)/rise) − tanh((t − t1)/rise))
     """

@@ -16,7 +16,7 @@ _LEVEL: Final = 1e-9
 _TURNED: Final = 0.035
 """rad; over this edge angle the firm wall of the groove goes from one side of the edge to the other."""
 _OPEN: Final = 5e-3
-"""m of sideslip beyond the groove's own width over which a point has left the groove."""
+"""m of sideslip beyond the groove's own width after which a point has left the groove."""
 _YIELD_DEPTH: Final = 2e-3
 """m; depth at which ``yield_offset`` is met: the stiffness of the wall is that of this depth at every depth."""
 _SMALL: Final = 1e-3
@@ -25,7 +25,7 @@ _SMALL: Final = 1e-3
 
 @dataclass(frozen=True)
 class Carving(EdgeTerm):
-    """Plastic snow that an edge cuts into, and a groove that the edge's later points run in.
+    """Plastic snow that an edge cuts into, and a groove that guides the edge's later points.
 
     Formula: p = H·w·cosθ·I0·(1 − r/δ)₊·(1 + χ·ȧ)₊,  q = −q_e − ρ_s·a·v_n·|v_n|,  q_e = k_s·(u − play) within ±S_f·a,
     u = U + h·v_n,  f = −μ·√(p² + q²)·V/√(V² + ε²) − p·(τ·N)₊
@@ -114,24 +114,24 @@ class Carving(EdgeTerm):
         return most * state.length, math.absolute(self._wall(math, state)) * state.length
 
     def _stiffness(self) -> Number:
-        """Of the groove's wall (N/m²)."""
+        """Return the stiffness of the groove's wall (N/m²)."""
         return self.strength * _YIELD_DEPTH / self.yield_offset
 
     def _wall(self, math: Math, state: EdgeState) -> Number:
-        """Force on the groove's wall a metre of edge, to the left (N/m)."""
+        """Return the force on the groove's wall a metre of edge, to the left (N/m)."""
         (right, left), (most_right, most_left) = self._play(math, state), self._most(math, state)
         offset = state.offset + state.step * state.v_n
         beyond = math.maximum(offset - left, 0.0) - math.maximum(-offset - right, 0.0)
         return math.maximum(math.minimum(self._stiffness() * beyond, most_left), -most_right)
 
     def _most(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
-        """What the walls to the right and to the left bear (N/m)."""
+        """Return the greatest forces of the walls to the right and to the left (N/m)."""
         most, turned = self.strength * math.maximum(state.lower, 0.0), _turned(math, state)
         middle, half = 0.5 * (1.0 + self.inside), 0.5 * (1.0 - self.inside)
         return most * (middle - half * turned), most * (middle + half * turned)
 
     def _play(self, math: Math, state: EdgeState) -> tuple[Number, Number]:
-        """How far an edge that has risen in its groove is from the walls to the right and to the left (m)."""
+        """Return the distances (m) of a risen edge in its groove from the walls to the right and to the left."""
         risen = math.maximum(state.groove - math.maximum(state.lower, 0.0), 0.0)
         turned = _turned(math, state)
         sine, cosine = math.maximum(math.absolute(math.sin(state.edge)), 1e-6), math.cos(state.edge)
@@ -143,13 +143,14 @@ class Carving(EdgeTerm):
 
 
 def _turned(math: Math, state: EdgeState) -> Number:
-    """From -1 to 1: on which side of the edge the base is, 1 to the left."""
+    """Return the side of the edge on which the base is, from -1 to 1; 1 is left."""
     return math.maximum(math.minimum(state.edge / _TURNED, 1.0), -1.0)
 
 
 def _depths(math: Math, lower: Number, apart: Number) -> tuple[Number, Number]:
-    """∫ (depth)₊ over the section, of which the lower edge is at the depth ``lower`` and the other ``apart`` less deep
-    (m), by the share of its width from the lower edge on; and the same times that share.
+    """Integrate ∫ (depth)₊ over the section's width, as a share of it from the lower edge on; also times that share.
+
+    The lower edge is at the depth ``lower`` and the other edge ``apart`` less deep (m).
     """
     d = math.maximum(apart, _LEVEL)
     covered = math.minimum(lower / d, 1.0)

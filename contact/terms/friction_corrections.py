@@ -12,9 +12,9 @@ from sssi_exudyn.contact.terms.shapes import window
 from sssi_exudyn.core.quantity import quantity
 
 LARGEST_FALL: Final = 0.09
-"""A correction takes no more than this from mu_t, so that the two together keep on braking."""
+"""Largest decrease of mu_t by a correction, so that the two together keep on braking."""
 LARGEST_FALL_ACROSS: Final = 0.4
-"""Nor more than this from mu_n, so that the two together still hold."""
+"""Largest decrease of mu_n, so that the two together still hold."""
 _SMOOTHING: Final = AnisotropicFriction().eps
 SMALL: Final = 1e-3
 """m/s; keeps the speed's root smooth at rest."""
@@ -24,13 +24,13 @@ _CHOICE: Final = "chosen: several times what is published"
 
 
 def more_friction(math: Math, state: FootState, delta_mu: Number) -> tuple[Number, Number]:
-    """The force of a friction that is ``delta_mu`` greater along the ski."""
+    """Return the force of a friction that is ``delta_mu`` greater along the ski."""
     more = math.maximum(delta_mu, -LARGEST_FALL)
     return -more * state.load * math.saturate(state.v_t, _SMOOTHING), 0.0
 
 
 def _touches(math: Math, state: FootState) -> Number:
-    """0 without contact, 1 from a few newtons on."""
+    """Return 0 without contact, 1 from a few newtons on."""
     return state.load / (math.absolute(state.load) + 1.0)
 
 
@@ -123,8 +123,9 @@ class LoadDependentFriction(FootTerm):
 
 @dataclass(frozen=True)
 class UnexplainedFriction(FootTerm):
-    """Friction of the left ski that is not the right one's, of which nothing is known but that it is there: another
-    base, wax or edge, or snow that lies under one ski alone.  mu_t is the mean of the two.
+    """Difference in friction, of unknown cause, between the left and the right ski.
+
+    It may be another base, wax or edge, or snow under one ski alone.  mu_t is the mean of the two.
 
     Formula: f_t = −½·side·delta_mu·ΣF_N·sign(v_t),   side = 1 for the left ski, −1 for the right one
     """
@@ -149,8 +150,9 @@ class UnexplainedFriction(FootTerm):
 
 @dataclass(frozen=True)
 class UnexplainedDrag(FootTerm):
-    """What holds one ski back for a while, of which nothing is known but that it acts there: an edge that catches, a
-    lump of ice, a ski under the other.
+    """A force of unknown cause that holds one ski back for a while.
+
+    It may be an edge that catches, a lump of ice, or a ski under the other.
 
     Formula: f_t = −½(1 + side·s)·brake_t·w·sign(v_t),   f_n = −½(1 + side·s)·brake_n·w·sign(v_n),   s = 1 for the left
     ski, −1 for the right one, w = ½(tanh((t − t0)/rise) − tanh((t − t1)/rise)), where the ski is on the snow
@@ -185,7 +187,7 @@ class SnowCompaction(FootTerm):
 
     name: ClassVar[str] = "snow_compaction"
     sources: ClassVar[tuple[str, ...]] = (
-        "D. A. Lind, S. P. Sanders, The Physics of Skiing (2004), ch. 4: work of compaction over the way",
+        "D. A. Lind, S. P. Sanders, The Physics of Skiing (2004), ch. 4: work of compaction over the path",
     )
 
     c: float = quantity(0.0, "N/m^2", low=0.0, high=2e5, source=_CHOICE, meaning="resistance to a groove's area")
@@ -196,14 +198,15 @@ class SnowCompaction(FootTerm):
 
 @dataclass(frozen=True)
 class EdgeFriction(FootTerm):
-    """Friction across the edges, which do not all point as the ski does: sidecut and bend turn those ahead of the boot
-    to one side and those behind it to the other.
+    """Friction across the edges, which do not all point as the ski does.
+
+    Sidecut and bend turn the edges ahead of the boot to one side and those behind it to the other.
 
     Formula: f_t = −c·ΣF_N·(β² − s²)₊/(2β)·sign(v_t),   f_n = −c·ΣF_N·(s/β within ±1 − sign(v_n)),   s = v_n/|v_t|,
     β = spread/cos(edge)
 
-    Of edges that point evenly into all directions from −β to β, each resists with c of its load across itself.  Where
-    the ski slips by less than β they resist each other: less holds across the ski, and more brakes along it.
+    Edges point evenly into all directions from −β to β, and each resists with c of its load across itself.  Where the
+    ski slips by less than β they resist each other: less holds across the ski, and more brakes along it.
     """
 
     name: ClassVar[str] = "edge_friction"

@@ -1,4 +1,4 @@
-"""Friction along the ski as measured runs have it, where no law of the list does: a polynomial of the local state."""
+"""Friction along the ski as a polynomial of the local state, for measured runs that no law of the list describes."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from sssi_exudyn.contact.terms.friction_corrections import SMALL, more_friction
 from sssi_exudyn.core.quantity import quantity
 
 VARIABLES: Final = ("speed", "edge", "load", "slip", "place")
-"""What the law depends on, by the names that its numbers begin with."""
+"""Variables of the law, by the names that its numbers begin with."""
 POWERS: Final[dict[str, dict[str, int]]] = {
     **{f"{name}{power if power > 1 else ''}": {name: power} for name in VARIABLES for power in (1, 2)},
     "speed_edge": {"speed": 1, "edge": 1},
     "speed_load": {"speed": 1, "load": 1},
     "edge_load": {"edge": 1, "load": 1},
 }
-"""Every product of the sum, by the name that stands behind ``c_`` in its coefficient: powers of its variables."""
+"""Every product of the sum, by the name that follows ``c_`` in its coefficient: powers of its variables."""
 KNOWN: Final = 3.0
-"""Scales from its reference beyond which a variable counts as if it were there: a polynomial must not be continued to
-where nothing was measured.
+"""Scales from its reference beyond which a variable is held: a polynomial must not be continued to where nothing was
+measured.
 """
 _LARGEST_RISE: Final = 0.6
-"""Nor does the law add more than this to mu_t, as a patch of snow does not."""
+"""Largest increase of mu_t by the law, as for a patch of snow."""
 
 
 def _coefficient(of: str) -> Any:  # Any: as for ``quantity``
@@ -36,7 +36,7 @@ def _coefficient(of: str) -> Any:  # Any: as for ``quantity``
 
 
 def _reference(default: float, unit: str, high: float, of: str, low: float = 0.0) -> Any:
-    """Declare what a variable is counted from."""
+    """Declare the reference that a variable is counted from."""
     return quantity(default, unit, low=low, high=high, source="mean over the runs", meaning=f"{of} it is counted from")
 
 
@@ -87,7 +87,7 @@ class FrictionLaw(FootTerm):
     place_scale: float = _scale(30.0, "m", 0.5, 1e4, "place")
 
     def variables(self, math: Math, state: FootState) -> dict[str, Number]:
-        """What the law depends on, by the names in ``VARIABLES``, in their units."""
+        """Return the law's variables, by the names in ``VARIABLES``, in their units."""
         speed = math.sqrt(state.v_t * state.v_t + state.v_n * state.v_n + SMALL * SMALL)
         return {
             "speed": speed,
@@ -98,7 +98,7 @@ class FrictionLaw(FootTerm):
         }
 
     def change(self, math: Math, state: FootState) -> Number:
-        """Δμ (1)."""
+        """Return Δμ (1)."""
         x = {}
         for name, value in self.variables(math, state).items():
             apart = (value - getattr(self, f"{name}_ref")) / getattr(self, f"{name}_scale")

@@ -9,22 +9,25 @@ from sssi_exudyn.contact.maths import Math, Number
 TURN: Final = 6.283185307179586
 """rad in a full turn."""
 SHORTEST: Final = 1e-3
-"""A swell is no shorter, so that it exists for ends that coincide too."""
+"""Shortest length of a swell, so that it exists for ends that coincide too."""
 
 
 def window(math: Math, x: Number, low: Number, high: Number, edge: Number) -> Number:
-    """1 between ``low`` and ``high``, 0 outside, each edge smoothed over ``edge`` (> 0, the unit of x)."""
+    """Return 1 between ``low`` and ``high``, 0 outside, each edge smoothed over ``edge`` (> 0, the unit of x)."""
     return 0.5 * (math.tanh((x - low) / edge) - math.tanh((x - high) / edge))
 
 
 def bell(math: Math, x: Number, centre: Number, width: Number) -> Number:
-    """exp(−½((x − centre)/width)²)."""
+    """Return exp(−½((x − centre)/width)²)."""
     z = (x - centre) / width
     return math.exp(-0.5 * z * z)
 
 
 def swell(math: Math, x: Number, low: Number, high: Number, rise: Number) -> Number:
-    """0 at ``low``, ``high`` and beyond, ½(1 − cos) up and down within the share ``rise`` of the way, 1 between."""
+    """Return 0 at ``low``, ``high`` and beyond, and 1 between.
+
+    It rises and falls as ½(1 − cos) within the share ``rise`` of the length.
+    """
     share = (x - low) / math.maximum(high - low, SHORTEST)
     inwards = math.maximum(math.minimum(share, 1.0 - share), 0.0)
     return 0.5 * (1.0 - math.cos(0.5 * TURN * math.minimum(2.0 * inwards / rise, 1.0)))

@@ -1,4 +1,4 @@
-"""Snow surfaces that are no plane: height fields in which the contact itself works."""
+"""Snow surfaces that are not plane: height fields in which the contact itself works."""
 
 from __future__ import annotations
 

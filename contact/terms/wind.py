@@ -37,7 +37,7 @@ class Wind(WindTerm):
 
 @dataclass(frozen=True)
 class Gust(WindTerm):
-    """A wind that swells from t0 and is gone at t1; w_f and w_l are its peak.
+    """A wind that rises from t0 and ends at t1; w_f and w_l are its peak.
 
     Formula: w = (w_f, w_l, 0)·½(1 − cos(π·min(1, 2x/rise)))   x = min(t − t0, t1 − t)/(t1 − t0), where that is positive
     """
@@ -56,15 +56,15 @@ class Gust(WindTerm):
     )
 
     def velocity(self, math: Math, state: PlaceState) -> Vector:
-        blows = swell(math, state.t, self.t0, self.t1, self.rise)
-        return self.w_f * blows, self.w_l * blows, 0.0
+        share = swell(math, state.t, self.t0, self.t1, self.rise)
+        return self.w_f * share, self.w_l * share, 0.0
 
 
 @dataclass(frozen=True)
 class DragArea(SegmentTerm):
     """Clothing or posture that takes more or less air than the assumed drag area C_D·A.
 
-    Formula: F = share·½·C_D·rho·A·|u|·u   beside the air's, with its default C_D and rho
+    Formula: F = share·½·C_D·rho·A·|u|·u   in addition to the air's, with its default C_D and rho
     """
 
     name: ClassVar[str] = "drag_area"
