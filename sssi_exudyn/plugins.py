@@ -1,4 +1,4 @@
-"""Other people's force terms, hypotheses and readers: put to use when the user names them.
+"""Force terms, hypotheses and readers of plug-ins, registered when the user names them.
 
 A plug-in is a file of Python that defines them (classes derived from the terms' places, classes derived from those of
 hypotheses, ``MotionReader`` and ``FixReader``), or an installed package whose entry points ``sssi_exudyn.terms``,
@@ -19,7 +19,7 @@ from sssi_exudyn.runtime.plugins import Plugin, load, note
 
 
 def use_plugin(what: str | Path | object) -> Plugin:
-    """Run a plug-in and put what it offers to use.
+    """Run a plug-in and register what it offers.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def use_plugin(what: str | Path | object) -> Plugin:
     """
     if isinstance(what, str | Path):
         plugin, offered = load(what)
-        if sum(_add(each, str(what)) for each in offered) == 0:
+        if sum(_add(part, str(what)) for part in offered) == 0:
             problem = "it offers no force term, hypothesis or reader"
             raise InputError(what, "", problem, "derive a class from FootTerm or SteadyLaw, or make a MotionReader")
         return plugin
@@ -40,13 +40,13 @@ def use_plugin(what: str | Path | object) -> Plugin:
 
 
 def use_plugins(several: Iterable[str | Path]) -> None:
-    """``use_plugin`` of each."""
+    """Call ``use_plugin`` for each."""
     for what in several:
         use_plugin(what)
 
 
 def _add(offered: object, source: str) -> bool:
-    """Put one object to use; False where it is nothing of ours."""
+    """Register one object; return False where it is no term, hypothesis or reader."""
     try:
         if inspect.isclass(offered):
             return _add_class(offered)
@@ -61,7 +61,7 @@ def _add_class(cls: type) -> bool:
     if issubclass(cls, Term) and hasattr(cls, "kind") and hasattr(cls, "name"):
         add_term(cls)
         return True
-    # what derives from a hypothesis has loaded it; nobody else has to wait for that
+    # a class derived from a hypothesis has loaded this module; other plug-ins need not wait for it
     module = sys.modules.get("sssi_exudyn.validation.diagnosis.hypotheses.hypothesis")
     if module is not None and issubclass(cls, module.Hypothesis) and hasattr(cls, "name"):
         from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import add_hypothesis

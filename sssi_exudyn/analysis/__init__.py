@@ -1,1 +1,1 @@
-"""Turns and what a skier does in them: joint angles, forces, moments, work."""
+"""Turns and the skier's biomechanics in them: joint angles, forces, moments, work."""

@@ -1,7 +1,7 @@
 """Kinematics and kinetics of a run: sample by sample, by turn and by phase.
 
 Definitions are the paper's ("Quantitative analysis of turning technique").  Angles between directions are taken in the
-snow's plane.  Of a turn, the inside is where its centre lies; the outside ski is the left one in a right turn.
+snow's plane.  The inside of a turn is where its centre lies; the outside ski is the left one in a right turn.
 """
 
 from __future__ import annotations
@@ -21,12 +21,15 @@ from sssi_exudyn.simulation.result import SIDES, SimulationResult
 
 Mask = NDArray[np.bool_]
 WHOLE: Final = "turn"
-"""In place of a phase: the whole turn."""
+"""Name that replaces a phase's: the whole turn."""
 FORCE_CUTOFF: Final = 6.0
-"""Hz; the paper filters measured foot loads so.  Simulated ones are filtered alike before their crossing is sought."""
+"""Hz; the paper's filter of measured foot loads.  Simulated ones are filtered alike before their crossing is searched
+for.
+"""
 RESIDUAL_MOMENT: Final = {"peak": (50.0, 75.0), "rms": (30.0, 50.0)}
-"""N m below which a residual moment is good, and below which it is okay: OpenSim's user guide on residual reduction
-("Evaluating your results"; Hicks et al. 2015 give the same)."""
+"""N m; limits of a good and of an okay residual moment: OpenSim's user guide on residual reduction ("Evaluating your
+results"; Hicks et al. 2015 give the same).
+"""
 VERDICTS: Final = ("good", "okay", "bad")
 STANDING_SPEED: Final = 0.5
 """m/s below which a direction of travel has no meaning."""
@@ -38,10 +41,10 @@ class Technique:
 
     speed : (n,) m/s of the centre of mass
     ski_angle : (n,) rad from the left ski's direction to the right one's, positive when the tips are together (wedge)
-    steering_angle : (n, 2) rad from the way a foot goes to the way its ski points, anticlockwise from above
+    steering_angle : (n, 2) rad from a foot's direction of travel to its ski's axis, anticlockwise from above
     inclination : (n,) rad from the snow's normal to the line from the middle of pressure to the centre of mass, in the
-        plane across the way; positive to the left
-    offset : (n, 2) m, how far the centre of mass is to the left of each ski's line
+        plane across the direction of travel; positive to the left
+    offset : (n, 2) m, distance of the centre of mass to the left of each ski's line
     load : (n, 2) N, the snow's normal force on each ski, filtered
     share : (n, 2) each ski's share of it; NaN where there is none
     total_force : (n,) N, sum of both
@@ -60,15 +63,15 @@ class Technique:
 
 
 def technique(result: SimulationResult) -> Technique:
-    """The figures of a run; angles that need a way to go are NaN where the skier stands."""
+    """Compute the technique of a run; angles that need a direction of travel are NaN where the skier stands."""
     forward = result.foot_forward[..., :2]
     left_normal = np.stack([-forward[..., 1], forward[..., 0]], axis=-1)
     left_normal /= np.linalg.norm(left_normal, axis=-1, keepdims=True)
-    going = result.com_velocity[:, :2]
-    speed = np.linalg.norm(going, axis=1)
+    velocity = result.com_velocity[:, :2]
+    speed = np.linalg.norm(velocity, axis=1)
     foot_speed = np.linalg.norm(result.foot_velocity[..., :2], axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        way = np.where(speed[:, None] > STANDING_SPEED, going / speed[:, None], np.nan)
+        direction = np.where(speed[:, None] > STANDING_SPEED, velocity / speed[:, None], np.nan)
     steering = _angle_between(result.foot_velocity[..., :2], forward)
     steering[foot_speed < STANDING_SPEED] = np.nan
     load = _lowpass(result.time, result.foot_load)
@@ -77,7 +80,7 @@ def technique(result: SimulationResult) -> Technique:
     weight = np.divide(pressing, total[:, None], out=np.full_like(pressing, np.nan), where=total[:, None] > 0.0)
     middle = np.einsum("ns,nsk->nk", np.where(np.isfinite(weight), weight, 0.5), result.foot_position)
     arm = result.com - middle
-    aside = -arm[:, 0] * way[:, 1] + arm[:, 1] * way[:, 0]
+    aside = -arm[:, 0] * direction[:, 1] + arm[:, 1] * direction[:, 0]
     return Technique(
         speed=np.linalg.norm(result.com_velocity, axis=1),
         ski_angle=_angle_between(forward[:, 0], forward[:, 1]),
@@ -93,7 +96,7 @@ def technique(result: SimulationResult) -> Technique:
 
 @dataclass(frozen=True)
 class Shift:
-    """When two curves of left and right cross near a transition: s after it, and in percent of the turn it begins.
+    """Time at which two curves of left and right cross near a transition: s after it, and in percent of the next turn.
 
     NaN where they do not cross within half a turn of it.
     """
@@ -103,11 +106,11 @@ class Shift:
 
 
 def shift(time: Array, left_minus_right: Array, turn: Turn) -> Shift:
-    """The crossing (zero of ``left_minus_right`` (n,)) nearest to the turn's start, within half its duration."""
+    """Find the crossing (zero of ``left_minus_right`` (n,)) nearest to the turn's start, within half its duration."""
     above = left_minus_right >= 0.0
-    at = np.flatnonzero(above[:-1] != above[1:])
-    a, b = left_minus_right[at], left_minus_right[at + 1]
-    crossings = time[at] + (time[at + 1] - time[at]) * a / (a - b) - turn.start
+    before = np.flatnonzero(above[:-1] != above[1:])
+    a, b = left_minus_right[before], left_minus_right[before + 1]
+    crossings = time[before] + (time[before + 1] - time[before]) * a / (a - b) - turn.start
     near = crossings[np.abs(crossings) <= 0.5 * turn.duration]
     if not len(near):
         return Shift(float("nan"), float("nan"))
@@ -117,7 +120,7 @@ def shift(time: Array, left_minus_right: Array, turn: Turn) -> Shift:
 
 @dataclass(frozen=True)
 class Biomechanics:
-    """A run's turns, the technique along it, and a table: one row a turn and phase (``WHOLE`` for all of it).
+    """A run's turns, the technique along it, and a table with one row a turn and phase (``WHOLE`` for the whole turn).
 
     The table's columns have their unit in their name; those of joints carry ``outside`` or ``inside``.
     """
@@ -128,11 +131,11 @@ class Biomechanics:
 
 
 def biomechanics(result: SimulationResult, skier_mass: float) -> Biomechanics:
-    """All figures of a run by turn and phase.
+    """Compute all figures of a run by turn and phase.
 
     Parameters
     ----------
-    skier_mass : kg without boots and skis; joint moments count per kg of it, forces per its weight, as in the paper
+    skier_mass : kg without boots and skis; joint moments are per kg of it, forces per its weight, as in the paper
     """
     turns = find_turns(result.time, result.com)
     skiing = technique(result)
@@ -162,7 +165,7 @@ def biomechanics(result: SimulationResult, skier_mass: float) -> Biomechanics:
 
 
 def label_turns(series: pd.DataFrame, turns: Turns) -> pd.DataFrame:
-    """A run's series with the number of the turn (0: none), its side and its phase in columns of their own."""
+    """Add to a run's series the number of the turn (0: none), its side and its phase as columns."""
     number, side, phase = turns.labels(series["time_s"].to_numpy(dtype=float))
     return series.assign(turn=number.astype(int), turn_side=side, turn_phase=phase)
 
@@ -179,12 +182,12 @@ class ResidualMoment:
 
 
 def residual_moment(result: SimulationResult) -> ResidualMoment:
-    """The residual moment at the pelvis (N m), which nothing holds on a real skier: how consistent the motion is.
+    """Compute the residual moment at the pelvis (N m), which nothing holds on a real skier: it measures consistency.
 
     There is no residual force: the pelvis' translations are free.  The verdict is by ``RESIDUAL_MOMENT``.
     """
-    at = [i for i, name in enumerate(result.moment_names) if name.startswith("pelvis_")]
-    size = np.linalg.norm(result.joint_moments[:, at], axis=1)
+    columns = [i for i, name in enumerate(result.moment_names) if name.startswith("pelvis_")]
+    size = np.linalg.norm(result.joint_moments[:, columns], axis=1)
     figures = {"peak": float(np.max(size)), "rms": float(np.sqrt(np.mean(size**2)))}
     grades = [sum(figures[key] > bound for bound in bounds) for key, bounds in RESIDUAL_MOMENT.items()]
     return ResidualMoment(
@@ -197,7 +200,7 @@ def residual_moment(result: SimulationResult) -> ResidualMoment:
 
 
 def residual_moment_vector(result: SimulationResult) -> Array:
-    """(n, 3) N m, level frame: the residual moment at the pelvis as one vector.
+    """Return the residual moment at the pelvis as one vector (n, 3) N m in the level frame.
 
     A moment Q of a coordinate is the vector's part along that coordinate's axis: rotation about gravity, list about the
     axis that points forward then, tilt about the one to the right after both.
@@ -230,7 +233,7 @@ HEADLINES: Final = (
     "load_shift_percent",
     "hip_flexion_outside_max_deg",
 )
-"""Figures of the whole turn that the summary gives as a mean over complete turns, with their spread."""
+"""Figures of the whole turn of which the summary gives mean and spread over complete turns."""
 
 CONTROL: Final = (
     "outside_force_share",
@@ -238,7 +241,7 @@ CONTROL: Final = (
     "outside_snow_force_share",
     "snow_force_bodyweights",
 )
-"""Those of the control phase: of the forces square to the snow, and of the whole forces, friction included."""
+"""Figures of the control phase: of the forces square to the snow, and of the whole forces, friction included."""
 
 
 @dataclass(frozen=True)
@@ -252,7 +255,7 @@ class Spread:
 
 @dataclass(frozen=True)
 class StretchFigures:
-    """A time without turns: ``stop``, ``traverse`` or ``fall``."""
+    """An interval without turns: ``stop``, ``traverse`` or ``fall``."""
 
     kind: str
     start_s: float
@@ -263,8 +266,8 @@ class StretchFigures:
 class TurnFigures:
     """The turns of a run in figures.
 
-    each, control : over complete turns, by the figure's name: of the whole turn (``HEADLINES``), and of the control
-        phase (``CONTROL``)
+    each, control : figures over complete turns, by name: of the whole turn (``HEADLINES``), and of the control phase
+        (``CONTROL``)
     peak_moments : N m/kg, the largest (and least) of each joint over all complete turns
     """
 
@@ -278,9 +281,9 @@ class TurnFigures:
     peak_moments: Mapping[str, float | None] | None = None
 
 
-def turn_figures(found: Biomechanics) -> TurnFigures:
-    """Counts of turns, and mean and standard deviation of their figures over complete turns."""
-    turns = found.turns
+def turn_figures(analysis: Biomechanics) -> TurnFigures:
+    """Return counts of turns, and mean and standard deviation of their figures over complete turns."""
+    turns = analysis.turns
     figures = TurnFigures(
         count=len(turns.turns),
         complete=sum(turn.complete for turn in turns.turns),
@@ -290,15 +293,16 @@ def turn_figures(found: Biomechanics) -> TurnFigures:
     )
     if not figures.complete:
         return figures
-    complete = found.table[found.table["complete"]]
-    whole, control = (complete[complete["phase"] == phase] for phase in (WHOLE, "control"))
-    peaks = [name for name in whole.columns if name.endswith(("moment_max_Nm_per_kg", "moment_min_Nm_per_kg"))]
+    complete = analysis.table[analysis.table["complete"]]
+    whole_turns, control_phases = (complete[complete["phase"] == phase] for phase in (WHOLE, "control"))
+    peaks = [name for name in whole_turns.columns if name.endswith(("moment_max_Nm_per_kg", "moment_min_Nm_per_kg"))]
     return replace(
         figures,
-        each=_spread(whole, HEADLINES),
-        control=_spread(control, CONTROL),
+        each=_spread(whole_turns, HEADLINES),
+        control=_spread(control_phases, CONTROL),
         peak_moments={
-            name: float(whole[name].max() if "_max_" in name else whole[name].min()) for name in sorted(peaks)
+            name: float(whole_turns[name].max() if "_max_" in name else whole_turns[name].min())
+            for name in sorted(peaks)
         },
     )
 
@@ -315,14 +319,15 @@ def _spread(rows: pd.DataFrame, names: tuple[str, ...]) -> dict[str, Spread]:
 
 
 def _angle_between(first: Array, second: Array) -> Array:
-    """Angle (…) from ``first`` (…, 2) to ``second`` (…, 2), anticlockwise, in (−π, π]."""
+    """Return the angle (…) from ``first`` (…, 2) to ``second`` (…, 2), anticlockwise, in (−π, π]."""
     cross = first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
     return np.asarray(np.arctan2(cross, np.sum(first * second, axis=-1)))
 
 
 def _lowpass(time: Array, values: Array) -> Array:
-    """``values`` (n, …) without what is faster than ``FORCE_CUTOFF``; the steps of a run are even but for those that
-    the solver had to cut.
+    """Filter ``values`` (n, …) to frequencies below ``FORCE_CUTOFF``.
+
+    The steps of a run are even, except those that the solver had to cut.
     """
     if len(time) < 2:
         return values
@@ -331,7 +336,7 @@ def _lowpass(time: Array, values: Array) -> Array:
 
 
 def _sides(turn: Turn) -> Iterator[tuple[str, int]]:
-    """("outside", its index), ("inside", its index) in pairs of (left, right)."""
+    """Yield ("outside", its index) and ("inside", its index) in pairs of (left, right)."""
     outside = SIDES.index("right" if turn.side == "left" else "left")
     yield "outside", outside
     yield "inside", 1 - outside
@@ -367,18 +372,20 @@ def _force_figures(skiing: Technique, rows: Mask, turn: Turn, mass: float) -> di
     outside = dict(_sides(turn))["outside"]
     weights = skiing.total_force[rows] / (mass * GRAVITY)
     share = skiing.share[rows, outside]
-    whole = skiing.snow_force[rows]
+    snow_force = skiing.snow_force[rows]
     return {
         "outside_force_share": float(np.nanmean(share)) if np.any(np.isfinite(share)) else float("nan"),
-        "outside_snow_force_share": float(np.sum(whole[:, outside]) / np.sum(whole)) if np.any(whole) else float("nan"),
-        "snow_force_bodyweights": float(np.mean(whole.sum(axis=1))) / (mass * GRAVITY),
+        "outside_snow_force_share": float(np.sum(snow_force[:, outside]) / np.sum(snow_force))
+        if np.any(snow_force)
+        else float("nan"),
+        "snow_force_bodyweights": float(np.mean(snow_force.sum(axis=1))) / (mass * GRAVITY),
         "total_force_bodyweights": float(np.mean(weights)),
         "total_force_peak_bodyweights": float(np.max(weights)),
     }
 
 
 def _joint_figures(result: SimulationResult, rows: Mask, turn: Turn, mass: float) -> dict[str, float]:
-    """Mean, least and largest of every angle (deg) and moment (N m/kg); legs and arms as outside and inside."""
+    """Return mean, least and largest of every angle (deg) and moment (N m/kg); legs and arms as outside and inside."""
     row: dict[str, float] = {}
     named = {f"_{SIDES[side][0]}": f"_{name}" for name, side in _sides(turn)}
 
@@ -403,7 +410,7 @@ def _work_figures(result: SimulationResult, rows: Mask) -> dict[str, float]:
 
 
 def _shift_figures(result: SimulationResult, skiing: Technique, turns: Turns, turn: Turn) -> dict[str, float]:
-    """Shift of posture and of load at the transition into ``turn``; NaN where there is none before it."""
+    """Return the shift of posture and of load at the transition into ``turn``; NaN where no turn precedes it."""
     before = any(other.end == turn.start for other in turns.turns)
     none = Shift(float("nan"), float("nan"))
     left, right = (result.coordinates[:, result.coordinate_names.index(f"hip_flexion_{side}")] for side in "lr")

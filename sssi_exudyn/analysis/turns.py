@@ -2,8 +2,8 @@
 
 A turn is delimited by two transitions, where the turn's radius is largest (paper, "Quantitative analysis"): the course
 over ground has an extremum there.  Extrema count when the course changes by ``LEAST_ANGLE`` on both of their sides, so
-that noise of a track makes no turn.  Where the skier goes straight for longer than ``LONGEST_TRANSITION`` between two
-turns, a traverse lies between them and the turns end where it begins.  Initiation, control and completion are three
+that noise of a track makes no turn.  Where the skier goes straight for longer than ``LONGEST_TRANSITION``, a traverse
+lies between two turns and they end where it begins.  Initiation, control and completion are three
 equal parts of a turn.
 """
 
@@ -33,29 +33,29 @@ LEAST_ANGLE: Final = np.radians(20.0)
 STRAIGHT: Final = 0.2
 """Share of a turn's quickest change of course below which the skier goes straight."""
 LONGEST_TRANSITION: Final = 1.5
-"""s of going straight that still are one transition; longer, they are a traverse."""
+"""s; the longest straight path that is still one transition; longer ones are a traverse."""
 EDGE_AVERAGE: Final = 0.3
-"""s over which edge angles are averaged where their sign is asked for."""
+"""s over which edge angles are averaged before their sign is taken."""
 LEAST_EDGE: Final = 0.05
 """rad of edge angle below which a ski is flat."""
 LEAST_SAMPLES: Final = 4
-"""A run of fewer has no turns."""
+"""Least samples of a run with turns."""
 STANDING: Final = 0.5
 """m/s below which the skier stands."""
 FALL_DECELERATION: Final = 7.0
-"""m/s² that no skid holds for ``FALL_TIME``: its friction would have to be 0.7 and more, all of it backwards."""
+"""m/s²; no skid lasts at it for ``FALL_TIME``: its friction would have to be 0.7 and more, all of it backwards."""
 FALL_TIME: Final = 0.4
 FALL_SPEED: Final = 3.0
-"""m/s of speed that a fall takes at least."""
+"""m/s; least loss of speed in a fall."""
 
 
 @dataclass(frozen=True)
 class Turn:
     """One turn, between two transitions.
 
-    side : the way it goes, seen by the skier; its outside ski is the other one
+    side : direction of the turn, seen by the skier; its outside ski is the other one
     start, end : s, the transitions
-    angle : rad the course changes by, positive
+    angle : rad; change of the course, positive
     complete : False where the recording, a traverse or a stop cuts it off, so that it has no transition at one end
     """
 
@@ -67,7 +67,7 @@ class Turn:
 
     @property
     def duration(self) -> float:
-        """s"""
+        """Duration (s)."""
         return self.end - self.start
 
     @property
@@ -79,7 +79,7 @@ class Turn:
 
 @dataclass(frozen=True)
 class Stretch:
-    """A time (s) in which the skier does not turn: stands, goes straight, or has fallen."""
+    """An interval (s) in which the skier does not turn: stands, goes straight, or has fallen."""
 
     kind: Literal["stop", "traverse", "fall"]
     start: float
@@ -88,13 +88,13 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Turns:
-    """All turns in order, and what lies between them."""
+    """All turns in order, and the stretches between them."""
 
     turns: tuple[Turn, ...]
     stretches: tuple[Stretch, ...]
 
     def linked_pairs(self) -> tuple[tuple[Turn, Turn], ...]:
-        """Pairs of complete turns that follow each other without a stretch between them, one to each side."""
+        """Return pairs of complete turns that follow each other without a stretch between them, one to each side."""
         return tuple(
             (a, b)
             for a, b in pairwise(self.turns)
@@ -102,8 +102,9 @@ class Turns:
         )
 
     def labels(self, times: Array) -> tuple[Array, list[str], list[str]]:
-        """For each of ``times`` (n,) the number of its turn (1, 2, …; 0 for none), its side and its phase ("" for
-        none).
+        """Return for each of ``times`` (n,) the number of its turn, its side and its phase.
+
+        The number is 1, 2, …, and 0 for none; side and phase are then "".
         """
         number = np.zeros(len(times))
         sides, phases = [""] * len(times), [""] * len(times)
@@ -116,7 +117,7 @@ class Turns:
 
 
 def find_turns(time: Array, path: Array) -> Turns:
-    """Turns of a path over ground.
+    """Find the turns of a path over ground.
 
     Parameters
     ----------
@@ -125,15 +126,15 @@ def find_turns(time: Array, path: Array) -> Turns:
     """
     if len(time) < LEAST_SAMPLES:
         return Turns((), ())
-    at = _grid(time)
-    place = lowpass(CubicSpline(time, path[:, :2])(at), RATE, CUTOFF)
+    grid = _grid(time)
+    place = lowpass(CubicSpline(time, path[:, :2])(grid), RATE, CUTOFF)
     velocity = np.gradient(place, 1.0 / RATE, axis=0)
     speed = np.linalg.norm(velocity, axis=1)
-    return _turns(at, _course(velocity, speed), speed)
+    return _turns(grid, _course(velocity, speed), speed)
 
 
 def turns_of_course(time: Array, course: Array, speed: Array) -> Turns:
-    """Turns of a known course, for instance the integral of a phone's yaw rate.
+    """Find the turns of a known course, for instance the integral of a phone's yaw rate.
 
     Parameters
     ----------
@@ -143,14 +144,17 @@ def turns_of_course(time: Array, course: Array, speed: Array) -> Turns:
     """
     if len(time) < LEAST_SAMPLES:
         return Turns((), ())
-    at = _grid(time)
-    return _turns(at, lowpass(PchipInterpolator(time, course)(at), RATE, CUTOFF), PchipInterpolator(time, speed)(at))
+    grid = _grid(time)
+    return _turns(
+        grid, lowpass(PchipInterpolator(time, course)(grid), RATE, CUTOFF), PchipInterpolator(time, speed)(grid)
+    )
 
 
 def edge_changes(time: Array, edge_angle: Array) -> Array:
-    """Times (s) at which the skis go from one edge to the other.
+    """Find the times (s) at which the skis go from one edge to the other.
 
-    Not its transitions, which are extrema of the course, some 0.15 s earlier, between two turns of ``LEAST_ANGLE``.
+    They are not the transitions, which are extrema of the course, some 0.15 s earlier, between two turns of
+    ``LEAST_ANGLE``.
 
     Parameters
     ----------
@@ -165,7 +169,7 @@ def edge_changes(time: Array, edge_angle: Array) -> Array:
 
 
 def radius(path: Array) -> float:
-    """Mean turn radius (m) of a path (n, ≥ 2): its length over what its course changes by; infinite when straight."""
+    """Return the mean turn radius (m) of a path (n, ≥ 2): its length over its change of course; inf when straight."""
     steps = np.diff(path[:, :2], axis=0)
     course = np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))
     turned = abs(float(course[-1] - course[0]))
@@ -180,13 +184,13 @@ def _grid(time: Array) -> Array:
 
 
 def _course(velocity: Array, speed: Array) -> Array:
-    """(n,) rad, unwrapped; where the skier stands the course has no meaning and is joined by a straight line."""
-    at = np.arange(len(speed))
-    goes = speed > STANDING
-    if not np.any(goes):
+    """Return the course (n,) rad, unwrapped; where the skier stands it is meaningless and joined by a straight line."""
+    index = np.arange(len(speed))
+    moving = speed > STANDING
+    if not np.any(moving):
         return np.zeros(len(speed))
-    course = np.unwrap(np.arctan2(velocity[goes, 1], velocity[goes, 0]))
-    return np.asarray(np.interp(at, at[goes], course), dtype=np.float64)
+    course = np.unwrap(np.arctan2(velocity[moving, 1], velocity[moving, 0]))
+    return np.asarray(np.interp(index, index[moving], course), dtype=np.float64)
 
 
 def _turns(time: Array, course: Array, speed: Array) -> Turns:
@@ -197,31 +201,31 @@ def _turns(time: Array, course: Array, speed: Array) -> Turns:
     for fall in falls:
         moving &= ~((time >= fall.start) & (time <= fall.end))
     for first, last in _runs(~moving):
-        at = float(time[first])
-        if not any(fall.start <= at <= fall.end for fall in falls):
-            stretches.append(Stretch("stop", at, float(time[last])))
+        start = float(time[first])
+        if not any(fall.start <= start <= fall.end for fall in falls):
+            stretches.append(Stretch("stop", start, float(time[last])))
     for first, last in _runs(moving):
         if last - first >= LEAST_SAMPLES:
             part = slice(first, last + 1)
-            found, straight = _turns_of_run(time[part], course[part])
-            turns += found
-            stretches += straight
+            run_turns, traverses = _turns_of_run(time[part], course[part])
+            turns += run_turns
+            stretches += traverses
     stretches += falls
-    return Turns(tuple(turns), tuple(sorted(stretches, key=lambda each: each.start)))
+    return Turns(tuple(turns), tuple(sorted(stretches, key=lambda stretch: stretch.start)))
 
 
 def _falls(time: Array, speed: Array) -> Iterator[Stretch]:
-    """Where the speed falls faster than in any skid; until the skier moves again, or to the end."""
+    """Yield where the speed falls faster than in any skid, until the skier moves again, or to the end."""
     slowing = -np.gradient(speed, 1.0 / RATE) > FALL_DECELERATION
     for first, last in _runs(slowing):
         if time[last] - time[first] >= FALL_TIME and speed[first] - speed[last] >= FALL_SPEED:
-            lies = np.flatnonzero(speed[last:] > max(STANDING, speed[last]) + FALL_SPEED)
-            until = last + int(lies[0]) if len(lies) else len(time) - 1
+            moving_again = np.flatnonzero(speed[last:] > max(STANDING, speed[last]) + FALL_SPEED)
+            until = last + int(moving_again[0]) if len(moving_again) else len(time) - 1
             yield Stretch("fall", float(time[first]), float(time[until]))
 
 
 def _turns_of_run(time: Array, course: Array) -> tuple[list[Turn], list[Stretch]]:
-    """Turns and traverses of one run without a stop."""
+    """Return turns and traverses of one run without a stop."""
     rate = np.gradient(course, time)
     bounds = _extrema(course)
     pieces = [(a, b) for a, b in pairwise(bounds) if abs(course[b] - course[a]) >= LEAST_ANGLE]
@@ -260,7 +264,7 @@ def _turns_of_run(time: Array, course: Array) -> tuple[list[Turn], list[Stretch]
 
 
 def _extrema(course: Array) -> list[int]:
-    """Indices of the ends and of every extremum that stands out by ``LEAST_ANGLE``, alternating."""
+    """Return the indices of the ends and of every extremum that exceeds ``LEAST_ANGLE``, alternating."""
     from scipy.signal import find_peaks  # here: it takes most of a second to load
 
     high = find_peaks(course, prominence=LEAST_ANGLE, plateau_size=1)[0]
@@ -269,8 +273,9 @@ def _extrema(course: Array) -> list[int]:
 
 
 def _split_at_traverses(rate: Array, first: int, last: int) -> list[tuple[int, int]]:
-    """A change of course to one side, split where the skier goes straight for long in its middle: two turns to the
-    same side with a traverse between them.
+    """Split a change of course to one side where the skier goes straight for long in its middle.
+
+    The pieces are two turns to the same side with a traverse between them.
     """
     quick = np.abs(rate[first : last + 1]) > STRAIGHT * np.max(np.abs(rate[first : last + 1]))
     pieces = list(_runs(quick))
@@ -284,14 +289,14 @@ def _split_at_traverses(rate: Array, first: int, last: int) -> list[tuple[int, i
 
 
 def _active(rate: Array, first: int, last: int) -> tuple[int, int]:
-    """Where between two bounds the skier turns and does not go straight: first and last index."""
+    """Return first and last index between two bounds where the skier turns and does not go straight."""
     part = np.abs(rate[first : last + 1])
     quick = np.flatnonzero(part > STRAIGHT * np.max(part))
     return first + int(quick[0]), first + int(quick[-1])
 
 
 def _runs(mask: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
-    """First and last index of each run of True."""
+    """Yield first and last index of each run of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
     for first, after in zip(edges[::2], edges[1::2], strict=True):
         yield int(first), int(after) - 1

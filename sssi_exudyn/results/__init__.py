@@ -1,1 +1,1 @@
-"""A result's folder: what is written, and how it is read back."""
+"""A result's folder: its files, written and read back."""

@@ -1,4 +1,4 @@
-"""What a run on snow that edges cut tells, as a result's figures."""
+"""Figures of a run on snow that edges cut."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from sssi_exudyn.results.summary import CarvingFigures, Estimate
 from sssi_exudyn.simulation.result import SimulationResult
 
 _FEW = 5.0
-"""% of the run in which the side reserve is less than the least that is given."""
+"""% of the run in which the side reserve is less than the given least."""
 
 _SLOW = 0.1
-"""m/s below which a skier has no way."""
+"""m/s below which a skier has no direction of travel."""
 
 
 def _rms(values: Array) -> float:
@@ -24,7 +24,7 @@ def _rms(values: Array) -> float:
 
 
 def carving_figures(model: Model, result: SimulationResult, fitted: Mapping[str, Estimate]) -> CarvingFigures | None:
-    """The figures of a run; None by the paper's law."""
+    """Compute the figures of a run; None for a run by the paper's law."""
     edges = result.edges
     if edges is None:
         return None
@@ -35,7 +35,7 @@ def carving_figures(model: Model, result: SimulationResult, fitted: Mapping[str,
     load = max(float(result.foot_load.sum()), 1.0)
     outer = np.argmax(result.foot_load, axis=1)
     reserve = edges.side_reserve[np.arange(len(outer)), outer]
-    left = residual_moment_vector(result)
+    residual = residual_moment_vector(result)
     course = (result.com_velocity @ slope_to_level(model.inclination).T)[:, :2]
     course = course / np.maximum(np.linalg.norm(course, axis=1, keepdims=True), _SLOW)
     return CarvingFigures(
@@ -53,6 +53,6 @@ def carving_figures(model: Model, result: SimulationResult, fitted: Mapping[str,
         ski_pitch_rms_deg=float(np.degrees(_rms(edges.pitch))),
         heading=model.heading.mode,
         heading_rms_deg=float(np.degrees(_rms(edges.heading))),
-        yaw_residual_rms_Nm=_rms(left[:, 2]),
-        roll_residual_rms_Nm=_rms(np.sum(left[:, :2] * course, axis=1)),
+        yaw_residual_rms_Nm=_rms(residual[:, 2]),
+        roll_residual_rms_Nm=_rms(np.sum(residual[:, :2] * course, axis=1)),
     )

@@ -1,4 +1,4 @@
-"""What several runs of one day say together, as ``day.json`` holds it."""
+"""The common result of several runs of one day, as ``day.json`` holds it."""
 
 from __future__ import annotations
 
@@ -16,10 +16,9 @@ class Day:
     """The comparison of a day's runs.
 
     recordings : their names
-    explanations : what may act on all runs alike, and that nothing does, the most probable first
-    same_place : findings of one run that others passed the place of, and what these measured there
-    found_law : the most probable law of friction that is in no list, and whether it is offered; files older than it
-        have none
+    explanations : effects that may act on all runs alike, and no effect, the most probable first
+    same_place : findings of one run whose place other runs passed, and what these measured there
+    found_law : the most probable law of friction that is in no list, and whether it is offered; older files have none
     """
 
     format: Literal[1]

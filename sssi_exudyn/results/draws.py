@@ -1,5 +1,7 @@
-"""Draws from what an estimate leaves uncertain, kept with its result so that bands can be found later: by how much a
-posture, the skier's mass and the model's numbers differ from the estimate, all of them together.
+"""Draws from the uncertainty of an estimate, kept with its result so that bands can be computed later.
+
+A draw tells how much a posture, the skier's mass and the model's numbers differ from the estimate, all of them
+together.
 """
 
 from __future__ import annotations
@@ -21,11 +23,11 @@ from sssi_exudyn.results.folder import DRAW_ANGLES, DRAW_MASS, DRAWS
 from sssi_exudyn.results.stored import StoredRun
 
 COUNT: Final = 8
-"""Draws that are kept: a standard deviation of as many is right to a quarter."""
+"""Number of draws that are kept: their standard deviation is right to a quarter."""
 _GRID: Final = 0.1
-"""s between the instants at which a posture is kept; its errors wander over a second and a half."""
+"""s between the instants at which a posture is kept; its errors vary over a second and a half."""
 _MOST: Final = 1.6
-"""rad; what is wrong by more was no capture."""
+"""rad; larger errors are not those of a capture."""
 
 
 @dataclass(frozen=True)
@@ -41,20 +43,20 @@ class Draw:
     model: Model
 
     def at(self, time: Array) -> Array:
-        """(n, 28) rad that are added at ``time`` (n,) s."""
+        """Return the angles (n, 28) rad that are added at ``time`` (n,) s."""
         return np.stack([np.interp(time, self.time, column) for column in self.angles.T], axis=1)
 
 
-def draws_table(found: Posterior) -> pd.DataFrame:
-    """``COUNT`` draws, always the same of one estimate: a row a draw and instant."""
-    setting, responses = found.setting, found.responses.posture
-    values, sizes = draw_numbers(found, COUNT, np.random.default_rng(0))
+def draws_table(posterior: Posterior) -> pd.DataFrame:
+    """Draw ``COUNT`` times, always the same for one estimate, and return a row a draw and instant."""
+    setting, responses = posterior.setting, posterior.responses.posture
+    values, sizes = draw_numbers(posterior, COUNT, np.random.default_rng(0))
     start, stop = float(responses.time[0]), float(responses.time[-1])
     grid = np.linspace(start, stop, max(2, round((stop - start) / _GRID) + 1))
     mass, sigma = setting.mass
     parts = []
     for i in range(COUNT):
-        angles = responses.angles((sizes[i] - found.sizes)[:-1])
+        angles = responses.angles((sizes[i] - posterior.sizes)[:-1])
         table = pd.DataFrame(
             np.stack([np.interp(grid, responses.time, column) for column in angles.T], axis=1), columns=DRAW_ANGLES
         )
@@ -64,7 +66,7 @@ def draws_table(found: Posterior) -> pd.DataFrame:
             name: float(value)
             for unknown, value in zip(setting.unknowns, values[i], strict=True)
             for name in unknown.names
-            if not isinstance(found.model.owner(name.partition(".")[0]), Sensor)
+            if not isinstance(posterior.model.owner(name.partition(".")[0]), Sensor)
         }
         numbers[DRAW_MASS] = mass + float(sizes[i, -1]) * sigma
         parts.append(pd.concat([table, pd.DataFrame(numbers, index=table.index)], axis=1))
@@ -72,21 +74,21 @@ def draws_table(found: Posterior) -> pd.DataFrame:
 
 
 def draws_of(run: StoredRun, folder: Path) -> tuple[Draw, ...]:
-    """The draws that a result in ``folder`` has; none where it was not estimated.
+    """Return the draws of the result in ``folder``; none where it was not estimated.
 
     Raises InputError where they are not of its model.
     """
     if run.draws is None:
         return ()
-    found = []
+    draws = []
     for _, table in run.draws.groupby("draw"):
         if len(table) < 2:
             raise InputError(folder / DRAWS, "", "a draw has fewer than two instants", "run again")
         time, angles = table["time_s"].to_numpy(dtype=float), table[list(DRAW_ANGLES)].to_numpy(dtype=float)
         if np.any(np.diff(time) <= 0.0) or np.max(np.abs(angles)) > _MOST:
             raise InputError(folder / DRAWS, "", "times that do not grow, or angles that are none", "run again")
-        found.append(Draw(time, angles, _drawn_model(run.model, table.iloc[0], folder / DRAWS)))
-    return tuple(found)
+        draws.append(Draw(time, angles, _drawn_model(run.model, table.iloc[0], folder / DRAWS)))
+    return tuple(draws)
 
 
 def _drawn_model(model: Model, row: pd.Series, path: Path) -> Model:

@@ -1,7 +1,7 @@
 """A result on disk: a folder of plain files that other programs read.
 
-``summary.json`` is put in place last.  All files are first written into a folder beside them and only then moved, so
-that a full disk or an interrupt leaves the old result or the new one, a kill at the worst none, and never half a file.
+``summary.json`` is put in place last.  All files are first written into a new folder and only then moved.  A full disk
+or an interrupt therefore leaves the old result or the new one, a kill at the worst none, and never half a file.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ MUSCLES = ("muscle_activations.sto", "muscle_forces.sto")
 MEASURED, SKELETON = "measured.parquet", "skeleton.json"
 SECOND_HALF, DRAWS = "second_half.parquet", "draws.parquet"
 LAW: Final = "law"
-"""Folder within a run of a day that holds the run's model with a law of friction that is in no list."""
+"""Folder within a run of a day: the run's model with a law of friction that is in no list."""
 FILES: Final = (
     *(
         SERIES,
@@ -63,7 +63,7 @@ FILES: Final = (
     ),
     SUMMARY,
 )
-"""Every file of a result, the one that is put in place last at the end."""
+"""Every file of a result, the summary, which is put in place last, at the end."""
 _NEW: Final = ".new."
 _AXES: Final = ("east", "north", "up")
 
@@ -73,7 +73,7 @@ def _vector(name: str, unit: str) -> tuple[str, ...]:
 
 
 DRAW_ANGLES: Final = tuple(f"{name}_rad" for name in PRESCRIBED)
-"""Columns of the draws: what is added to the posture."""
+"""Columns of the draws: the angles added to the posture."""
 DRAW_MASS: Final = "skier_mass_kg"
 _MEASURED_BY_ANTENNA: Final = _vector("antenna", "m")
 """Columns of a series that are empty where there is no antenna."""
@@ -101,14 +101,14 @@ _NUMBERS: Final[Mapping[str, tuple[str, ...]]] = {
     DRAWS: ("draw", "time_s", *DRAW_ANGLES, DRAW_MASS),
     TURNS[1]: ("turn", "complete", "start_s", "duration_s", "mean_speed_mps", "turn_radius_m", "outside_force_share"),
 }
-"""Columns of the other tables that have to be there."""
+"""Columns that the other tables must have."""
 _TOGETHER: Final = (("gps_east_m", "gps_north_m", "gps_up_m", "gps_sigma_m"), ("left_insole_N", "right_insole_N"))
-"""Columns of the measurements of which all are there or none."""
+"""Columns of the measurements that are all present or all absent."""
 _TEXTS: Final = ("turn_side", "turn_phase", "side", "phase")
 """Columns of names."""
 
 Render = Callable[[Path], str]
-"""The report of the result in a folder, as the text of a page."""
+"""Function that returns the report of the result in a folder, as the text of a page."""
 
 
 def write_result(
@@ -129,24 +129,24 @@ def write_result(
 ) -> None:
     """Write a whole result, replacing the one that may be there.
 
-    Parameters
-    ----------
-    folder : made when missing
-    summary : all figures
-    series : one row a sample (``SimulationResult.to_frame``)
-    model : the complete model as a table (written as TOML)
-    model_files : the files that ``model`` names, by name: snow surface, posture correction
-    measured : what the recording's instruments measured, one row an instant (``results.measured``)
-    skeleton : the skier's lengths (``chain.geometry_to_dict``)
-    diagnosis : what a diagnosis found, as data
-    turns : one row a turn and phase (``biomechanics``)
-    second_half : speed predicted from the first half of the fixes (``results.posture``)
-    draws : of what an estimate leaves uncertain (``results.draws``)
-    opensim : the texts of the files ``OPENSIM`` by name
-    render : makes the report out of the folder with all other files
-    model_files … render : left out, older ones go away, since they would belong to another run
+        Parameters
+        ----------
+        folder : made when missing
+        summary : all figures
+        series : one row a sample (``SimulationResult.to_frame``)
+        model : the complete model as a table (written as TOML)
+        model_files : the files that ``model`` names, by name: snow surface, posture correction
+        measured : measurements of the recording's instruments, one row an instant (``results.measured``)
+        skeleton : the skier's lengths (``chain.geometry_to_dict``)
+        diagnosis : result of a diagnosis, as data
+        turns : one row a turn and phase (``biomechanics``)
+        second_half : speed predicted from the first half of the fixes (``results.posture``)
+    draws : draws from the uncertainty of an estimate (``results.draws``)
+        opensim : the texts of the files ``OPENSIM`` by name
+        render : makes the report from the folder with all other files
+        model_files … render : where left out, older ones are removed, since they would belong to another run
 
-    Raises InputError when the folder cannot be written or another process is writing it.
+        Raises InputError when the folder cannot be written or another process is writing it.
     """
     with _replacement(folder, None) as new:
         series.to_parquet(new / SERIES, index=False)
@@ -167,7 +167,7 @@ def write_result(
 
 
 def write_model(folder: Path, model: Mapping[str, Any], files: Mapping[str, bytes]) -> None:
-    """``model.toml`` in a folder that is there, and beside it the files that it names."""
+    """Write ``model.toml`` and the files that it names into an existing folder."""
     (folder / MODEL).write_text(tomli_w.dumps(model), encoding="utf-8")
     for name, content in files.items():
         (folder / name).write_bytes(content)
@@ -182,17 +182,16 @@ def amend_result(
     texts: Mapping[str, str] | None = None,
     render: Render,
 ) -> None:
-    """Write the result in ``source``, with other groups of figures and other files, to ``folder``, which may be the
-    same.
+    """Write the result in ``source``, with changed figures and files, to ``folder``, which may be the same.
 
-    Parameters
-    ----------
-    groups : groups of the summary by name; all others stay, unknown ones too
-    tables : Parquet files by name; None removes one
-    texts : text files by name
-    render : makes the report out of the folder with all other files
+        Parameters
+        ----------
+        groups : groups of the summary by name; all others stay, unknown ones too
+        tables : Parquet files by name; None removes one
+        texts : text files by name
+    render : makes the report from the folder with all other files
 
-    Raises InputError when the folder cannot be written or another process is writing it.
+        Raises InputError when the folder cannot be written or another process is writing it.
     """
     with _replacement(folder, source) as new:
         summary = _read_summary_table(new)
@@ -209,16 +208,17 @@ def amend_result(
 
 @contextmanager
 def _replacement(folder: Path, source: Path | None) -> Iterator[Path]:
-    """A new folder, with the files of the result ``source`` if given; at the end of the block its files take the place
-    of the result in ``folder``.
+    """Yield a new folder, whose files replace the result in ``folder`` at the end of the block.
 
-    The summary, which shows that all other files are whole, goes away before the first of them is moved: a kill in
-    between leaves no result that is half the old one.
+    It begins with the files of the result ``source`` if given.
+
+    The summary, which shows that all other files are complete, is removed before the first of them is moved.  So a kill
+    in between leaves no result that is half the old one.
     """
     with folder_lock(folder), clear_errors(folder):
-        for left in folder.glob(f"{_NEW}*"):  # by a process that was killed
-            if re.fullmatch(r"\d+", left.name.removeprefix(_NEW)) and left.is_dir() and not left.is_symlink():
-                shutil.rmtree(left)
+        for stale in folder.glob(f"{_NEW}*"):  # by a process that was killed
+            if re.fullmatch(r"\d+", stale.name.removeprefix(_NEW)) and stale.is_dir() and not stale.is_symlink():
+                shutil.rmtree(stale)
         new = folder / f"{_NEW}{os.getpid()}"
         try:
             new.mkdir()
@@ -236,7 +236,7 @@ def _replacement(folder: Path, source: Path | None) -> Iterator[Path]:
                     (folder / name).unlink(missing_ok=True)
             for path in sorted(new.iterdir(), key=lambda path: (path.name == SUMMARY, path.name)):
                 path.replace(folder / path.name)
-        except InputError as error:  # of a file in the new folder, which nobody knows
+        except InputError as error:  # of a file in the new folder, whose name the user does not know
             if source is None or not error.file.startswith(str(new)):
                 raise
             file = f"{source}{error.file.removeprefix(str(new))}"
@@ -246,8 +246,9 @@ def _replacement(folder: Path, source: Path | None) -> Iterator[Path]:
 
 
 def read_summary(folder: Path) -> Summary:
-    """The summary of a result folder.  Raises InputError when there is none, it is of another format, or a figure is of
-    another type.
+    """Read the summary of a result folder.
+
+    Raises InputError when there is none, it is of another format, or a figure is of another type.
     """
     try:
         return summary_from_dict(_read_summary_table(folder))
@@ -264,11 +265,11 @@ def _read_summary_table(folder: Path) -> dict[str, Any]:
 
 
 _CUFFS: Final = tuple(cuff_column(side, "flexion") for side in SIDES)
-"""Columns that only results with boots have, from which muscles are computed."""
+"""Columns from which muscles are computed, only in results with boots."""
 
 
 def read_series(folder: Path) -> pd.DataFrame:
-    """The time series of a result folder.
+    """Read the time series of a result folder.
 
     Raises InputError when there is none or it cannot be read, a column is missing or holds what is not a finite number,
     or time does not rise.
@@ -283,7 +284,7 @@ def read_series(folder: Path) -> pd.DataFrame:
 
 
 def read_table(folder: Path, name: str) -> pd.DataFrame | None:
-    """A Parquet file of a result, ``MEASURED``, ``SECOND_HALF``, ``DRAWS`` or the turns'; None where it has none.
+    """Read a Parquet file of a result, ``MEASURED``, ``SECOND_HALF``, ``DRAWS`` or the turns'; None where it has none.
 
     Raises InputError where it cannot be read, lacks a column, or its time falls.
     """
@@ -311,24 +312,24 @@ def read_table(folder: Path, name: str) -> pd.DataFrame | None:
 
 
 def read_skeleton(folder: Path) -> dict[str, Any] | None:
-    """The skier's lengths as a table; None where the result has none.  Raises InputError when it cannot be read."""
+    """Read the skier's lengths as a table; None where the result has none.  Raises InputError if it is unreadable."""
     path = folder / SKELETON
     return read_json_table(_no_link(path)) if _exists(path) else None
 
 
 def read_diagnosis(folder: Path) -> Diagnosis | None:
-    """What a diagnosis found; None where none was made.  Raises InputError when it cannot be read."""
+    """Read the result of a diagnosis; None where none was made.  Raises InputError when it cannot be read."""
     path = folder / DIAGNOSIS
     return read_json(_no_link(path), Diagnosis) if _exists(path) else None
 
 
 def _exists(path: Path) -> bool:
-    """True for anything of that name, also for a link that leads nowhere."""
+    """Tell whether anything of that name exists, also a link that leads nowhere."""
     return os.path.lexists(path)
 
 
 def _no_link(path: Path) -> Path:
-    """The path.  Raises InputError for a symbolic link: a result is one folder of its own files."""
+    """Return the path.  Raises InputError for a symbolic link: a result is one folder of its own files."""
     if path.is_symlink():
         raise InputError(path, "", "this is a link", "put the file itself into the folder")
     return path

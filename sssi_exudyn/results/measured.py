@@ -9,9 +9,9 @@ from sssi_exudyn.recording.instruments.insoles import Insoles
 
 
 def measured_table(gps: Gps | None, insoles: Insoles | None) -> pd.DataFrame | None:
-    """One row an instant at which an instrument measured, in the order of time; None where there is none.
+    """Return one row an instant at which an instrument measured, in the order of time; None where there is none.
 
-    Columns, NaN where that instrument has no sample: ``time_s``, ``gps_east_m``, ``gps_north_m``, ``gps_up_m``,
+    The columns are NaN where that instrument has no sample: ``time_s``, ``gps_east_m``, ``gps_north_m``, ``gps_up_m``,
     ``gps_sigma_m``, ``left_insole_N``, ``right_insole_N``.
     """
     tables = []

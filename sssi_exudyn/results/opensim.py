@@ -1,9 +1,10 @@
-"""A run in OpenSim's text formats: joint angles and snow forces (``.mot``), joint moments (``.sto``), joint centres as
-markers (``.trc``).
+"""A run in OpenSim's text formats.
+
+Joint angles and snow forces are ``.mot`` files, joint moments ``.sto``, and joint centres as markers ``.trc``.
 
 OpenSim's ground frame is put on the slope: x along the fall line's azimuth, y up against gravity, z to the right; its
-origin is the run's.  Joint coordinates are named and turned as in the full-body lumbar spine model, whose knees extend
-positive; the pelvis turns about z (tilt), x (list), y (rotation) in this order.
+origin is the run's.  Joint coordinates have the names and directions of the full-body lumbar spine model, whose knees
+extend positive.  The pelvis turns about z (tilt), x (list), y (rotation) in this order.
 """
 
 from __future__ import annotations
@@ -22,16 +23,16 @@ from sssi_exudyn.simulation.result import SIDES, SimulationResult
 MARKER_RATE: Final = 100.0
 """Hz of the markers; a ``.trc`` has to be evenly sampled."""
 _EXTENDS: Final = ("knee_angle_r", "knee_angle_l")
-"""Coordinates whose positive direction is the other one there."""
+"""Coordinates with the opposite positive direction in OpenSim."""
 
 
 def coordinates(result: SimulationResult, inclination: float) -> Storage:
-    """Joint angles (degrees) and the pelvis' place (m)."""
+    """Return joint angles (degrees) and the pelvis' place (m)."""
     level = slope_to_level(inclination)
-    at = {name: result.coordinates[:, i] for i, name in enumerate(result.coordinate_names)}
+    coordinate = {name: result.coordinates[:, i] for i, name in enumerate(result.coordinate_names)}
     place = result.pelvis @ (GROUND_FROM_LEVEL @ level).T
     turned = Rotation.from_euler(
-        "ZXY", np.stack([at["pelvis_rotation"], at["pelvis_list"], -at["pelvis_tilt"]], axis=1)
+        "ZXY", np.stack([coordinate["pelvis_rotation"], coordinate["pelvis_list"], -coordinate["pelvis_tilt"]], axis=1)
     ).as_matrix()
     tilt, list_, rotation = Rotation.from_matrix(GROUND_FROM_LEVEL @ turned @ GROUND_FROM_LEVEL.T).as_euler("ZXY").T
     columns = {
@@ -44,12 +45,12 @@ def coordinates(result: SimulationResult, inclination: float) -> Storage:
     }
     for name in result.moment_names:
         if name not in columns:
-            columns[name] = np.degrees(at[name]) * (-1.0 if name in _EXTENDS else 1.0)
+            columns[name] = np.degrees(coordinate[name]) * (-1.0 if name in _EXTENDS else 1.0)
     return _storage("coordinates", result.time, columns, in_degrees=True)
 
 
 def moments(result: SimulationResult) -> Storage:
-    """What drives each coordinate (N m), named as OpenSim's inverse dynamics does."""
+    """Return the moment of each coordinate (N m), named as in OpenSim's inverse dynamics."""
     columns = {
         f"{name}_moment": result.joint_moments[:, i] * (-1.0 if name in _EXTENDS else 1.0)
         for i, name in enumerate(result.moment_names)
@@ -59,7 +60,7 @@ def moments(result: SimulationResult) -> Storage:
 
 
 def snow_forces(result: SimulationResult, inclination: float) -> Storage:
-    """Each ski's force by the snow (N), acting where friction does, with no free moment: external loads."""
+    """Return the snow's force on each ski (N), acting where friction does, with no free moment: external loads."""
     turned = (GROUND_FROM_LEVEL @ slope_to_level(inclination)).T
     columns: dict[str, Array] = {}
     for index, side in enumerate(SIDES):
@@ -72,7 +73,9 @@ def snow_forces(result: SimulationResult, inclination: float) -> Storage:
 
 
 def markers_text(result: SimulationResult, geometry: Geometry, inclination: float) -> str:
-    """Joint centres, head's vertex and toe tips as markers in metres, ``MARKER_RATE`` a second, a ``.trc`` file."""
+    """Return a ``.trc`` file of joint centres, head's vertex and toe tips as markers in metres, ``MARKER_RATE`` a
+    second.
+    """
     times = np.arange(result.time[0], result.time[-1] + 1e-9, 1.0 / MARKER_RATE)
     q = np.stack([np.interp(times, result.time, column) for column in result.coordinates.T], axis=1)
     poses = forward_kinematics(geometry, q, inclination)
@@ -100,7 +103,7 @@ def markers_text(result: SimulationResult, geometry: Geometry, inclination: floa
 
 
 def opensim_texts(result: SimulationResult, geometry: Geometry, inclination: float) -> dict[str, str]:
-    """Every file by its name."""
+    """Return every file by its name."""
     return {
         "coordinates.mot": storage_text(coordinates(result, inclination)),
         "snow_forces.mot": storage_text(snow_forces(result, inclination)),

@@ -1,4 +1,4 @@
-"""A recording of few sensors in a result: what was measured and what assumed, and what that leaves uncertain."""
+"""A recording of few sensors in a result: what was measured and what was assumed, and the uncertainty from it."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from sssi_exudyn.validation.posture_uncertainty import SecondHalf, Shares
 
 
 def posture_figures(completed: Completed, names: tuple[str, ...], shares: Shares, half: SecondHalf) -> Posture:
-    """The ``posture`` group of a summary.
+    """Return the ``posture`` group of a summary.
 
     names : (k,) the fitted numbers, in the order of the shares
     """
     sigma, lag = completed.sigma, completed.lag
-    at = names.index("friction.mu_t")
+    index = names.index("friction.mu_t")
     track, posture, slope, steering = (
-        float(share[at]) for share in (shares.track, shares.posture, shares.slope, shares.steering)
+        float(share[index]) for share in (shares.track, shares.posture, shares.slope, shares.steering)
     )
     return Posture(
         measured=tuple(completed.measured),
@@ -39,5 +39,5 @@ def posture_figures(completed: Completed, names: tuple[str, ...], shares: Shares
 
 
 def second_half_table(half: SecondHalf) -> pd.DataFrame:
-    """Speed over ground, measured and as predicted with what the first half gives: one row a fix."""
+    """Return the speed over ground, measured and predicted from the first half: one row a fix."""
     return pd.DataFrame({"time_s": half.time, "measured_mps": half.measured, "predicted_mps": half.predicted})

@@ -1,4 +1,4 @@
-"""One result as reports take it: its figures, its series, its model, and what was measured."""
+"""One result for a report: its figures, its series, its model, and the measurements."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ class StoredRun:
 
     summary : all figures, as in ``summary.json``
     series : the time series, as in ``series.parquet``
-    model : what was simulated
-    measured : what the instruments measured (``measured_table``); None where there was none
+    model : the simulated model
+    measured : measurements of the instruments (``measured_table``); None where there were none
     geometry : the skeleton's lengths; None for a result without them, which then has no replay
     turn_table : one row a turn and phase (``biomechanics``); None for a result without it
-    second_half : measured and predicted speed (``results.posture``); None but for a recording of few sensors
-    diagnosis : what a diagnosis found; None where none was made
-    draws : of what an estimate leaves uncertain (``results.draws``); None where nothing was estimated
+    second_half : measured and predicted speed (``results.posture``); None except for a recording of few sensors
+    diagnosis : result of a diagnosis; None where none was made
+    draws : draws from the uncertainty of an estimate (``results.draws``); None where nothing was estimated
     """
 
     summary: Summary
@@ -62,33 +62,33 @@ class StoredRun:
 
     @property
     def name(self) -> str:
-        """The recording's."""
+        """Name of the recording."""
         return one_line(self.summary.recording or "a recording")
 
     @cached_property
     def time(self) -> Array:
-        """(n,) s"""
+        """Instants (n,) s."""
         return self.series["time_s"].to_numpy(dtype=float)
 
     @cached_property
     def com(self) -> Array:
-        """(n, 3) m, centre of mass in the slope frame."""
+        """Centre of mass (n, 3) m in the slope frame."""
         return self.slope("com", "m")
 
     @cached_property
     def turns(self) -> Turns:
-        """The turns of the centre of mass; none where the run stopped at once."""
+        """Turns of the centre of mass; none where the run stopped at once."""
         return find_turns(self.time, self.com) if len(self.time) >= LEAST_SAMPLES else Turns((), ())
 
     def slope(self, name: str, unit: str) -> Array:
-        """(n, 3) the vector of that name in the slope frame, in the unit its columns have."""
+        """Return the vector (n, 3) of that name in the slope frame, in its columns' unit."""
         columns = [f"{name}_{axis}_{unit}" for axis in ("east", "north", "up")]
         turned = slope_to_enu(self.model.inclination, self.model.fall_line_azimuth)
         return self.series[columns].to_numpy(dtype=float) @ turned
 
 
 def read_run(folder: Path) -> StoredRun:
-    """The result in a folder.  Raises InputError where there is none or it cannot be read."""
+    """Read the result in a folder.  Raises InputError where there is none or it cannot be read."""
     summary = read_summary(folder)
     skeleton = read_skeleton(folder)
     try:

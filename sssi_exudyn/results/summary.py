@@ -1,8 +1,8 @@
 """The figures of a result, as ``summary.json`` holds them: each with its unit in its name, null where there is none.
 
-The groups ``posture``, ``diagnosis`` and ``muscles`` are in the file once the command that makes them was run,
-``surface`` where the snow is no plane, ``uncertainty`` where all that is uncertain was estimated, ``carving`` where
-edges cut the snow; there ``friction`` is null.
+The groups ``posture``, ``diagnosis`` and ``muscles`` are in the file once the command that makes them was run.  The
+group ``surface`` is there where the snow is not plane, ``uncertainty`` where all uncertain quantities were estimated.
+Where edges cut the snow, ``carving`` is there and ``friction`` is null.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from sssi_exudyn.terrain.profile import SurfaceFigures
 
 FORMAT: Final = 1
 _ON_REQUEST: Final = ("posture", "diagnosis", "muscles", "surface", "uncertainty", "carving", "boots")
-"""Groups that not every result has."""
+"""Groups that only some results have."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class PressureRatio:
-    """The left foot's share of the load against the insoles: of the force square to the sole, and of the snow's normal
-    force as the paper has it.
+    """The left foot's share of the load compared with the insoles: of the force square to the sole, and of the snow's
+    normal force as in the paper.
     """
 
     correlation: float | None = None
@@ -74,13 +74,15 @@ class ResidualNoise:
 
 MISSED: Final = 3.0
 """Times an instrument's usual noise beyond which the model is wrong, not the instrument: three standard deviations of
-what is known of noise are a factor of 1.5 to 2."""
+the known range of noise are a factor of 1.5 to 2.
+"""
 
 
 @dataclass(frozen=True)
 class Noise:
-    """Noise of a kind of measurement, in its SI unit, and the time over which it is correlated; how many times what
-    such instruments usually have, where that is known.
+    """Noise of a kind of measurement, in its SI unit, and the time over which it is correlated.
+
+    ``times_usual`` is its ratio to the usual noise of such instruments, where that is known.
     """
 
     sigma: float
@@ -90,7 +92,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class Fit:
-    """How the fit ended, and every fitted parameter; ``correlation`` (k, k) in the order of ``parameters``."""
+    """End of the fit, and every fitted parameter; ``correlation`` (k, k) in the order of ``parameters``."""
 
     converged: bool | None = None
     evaluations: int | None = None
@@ -113,7 +115,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Correction:
-    """What was corrected: in standard deviations of what is known of it beforehand."""
+    """A correction, in standard deviations of its prior."""
 
     what: str
     sigmas: float
@@ -121,16 +123,16 @@ class Correction:
 
 @dataclass(frozen=True)
 class UncertaintyFigures:
-    """What a fit leaves uncertain.
+    """Uncertainty of a fit's results.
 
     interval_90 : of friction, and where edges cut of the snow's hardness (N/m³) and strength (Pa)
-    shares : of the variance of each of them, by where it comes from; they add up to one
+    shares : of the variance of each of them, by its source; they add up to one
     posture_rms_deg : corrections of the captured posture by joint coordinate, root mean square over time
-    largest : the corrections that are largest against what is known beforehand
+    largest : the corrections that are largest in standard deviations of their priors
     noise : of the measurements, by kind
     fits_priors : whether no correction is beyond three standard deviations
     log_evidence : log probability of all measurements, by which two results of one recording may be compared
-    widened : by how much intervals are wider than noise makes them, as loads or speed are missed by more than noise
+    widened : factor on the intervals from noise alone, as loads or speed are missed by more than noise
     """
 
     interval_90: Mapping[str, Interval]
@@ -144,17 +146,18 @@ class UncertaintyFigures:
 
     @property
     def missed(self) -> tuple[str, float] | None:
-        """The kind of measurement that is missed by most of what its instruments usually have, and how many times; None
-        where none is by more than ``MISSED`` times: what the model leaves out is then more than noise.
+        """Kind of measurement with the largest noise relative to its instruments' usual one, and that ratio.
+
+        None where no ratio exceeds ``MISSED``; above it, the model leaves out more than noise.
         """
-        found = [(name, noise.times_usual) for name, noise in self.noise.items() if noise.times_usual is not None]
-        worst = max(found, key=lambda pair: pair[1], default=None)
+        ratios = [(name, noise.times_usual) for name, noise in self.noise.items() if noise.times_usual is not None]
+        worst = max(ratios, key=lambda pair: pair[1], default=None)
         return worst if worst is not None and worst[1] > MISSED else None
 
 
 @dataclass(frozen=True)
 class Solver:
-    """What the solver did."""
+    """Work of the solver."""
 
     simulated_s: float | None = None
     wall_s: float | None = None
@@ -174,7 +177,7 @@ class Energy:
 
 @dataclass(frozen=True)
 class Platform:
-    """Where it was computed."""
+    """Computer of the run."""
 
     system: str | None = None
     machine: str | None = None
@@ -182,7 +185,7 @@ class Platform:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Hashes of what was read, versions of what ran, and what was asked for."""
+    """Hashes of the input files, versions of the programs, and the settings."""
 
     inputs: Mapping[str, str] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
@@ -193,8 +196,9 @@ class Provenance:
 
 @dataclass(frozen=True)
 class SegmentRoundTrip:
-    """One segment of the skeleton against the captured one: orientation after and before the filter, place of its
-    joint.
+    """One segment of the skeleton compared with the captured one.
+
+    The orientation is compared after and before the filter, and so is the place of its joint.
     """
 
     segment: str
@@ -209,14 +213,14 @@ class SegmentRoundTrip:
 
 @dataclass(frozen=True)
 class Capture:
-    """How well the skeleton's joint angles give the captured posture again."""
+    """Difference between the posture of the skeleton's joint angles and the captured one."""
 
     round_trip: tuple[SegmentRoundTrip, ...] = ()
 
 
 @dataclass(frozen=True)
 class PostureSigma:
-    """One standard deviation of the feet's angles, and of the height of one foot against the other."""
+    """One standard deviation of the feet's angles, and of the height of one foot relative to the other."""
 
     edge_deg: float
     pitch_deg: float
@@ -226,7 +230,7 @@ class PostureSigma:
 
 @dataclass(frozen=True)
 class FrictionShares:
-    """Where the standard error of μ_t comes from."""
+    """Sources of the standard error of μ_t."""
 
     track: float | None
     posture: float | None
@@ -236,8 +240,9 @@ class FrictionShares:
 
 @dataclass(frozen=True)
 class Prediction:
-    """The run's second half, predicted with what the first half gives; ``constant_speed_rms_mps`` is the error
-    of the first half's mean speed in its place.
+    """The run's second half, predicted from the first half.
+
+    ``constant_speed_rms_mps`` is the error of a prediction by the first half's mean speed.
     """
 
     mu_t: float | None
@@ -248,7 +253,7 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Posture:
-    """A recording of few sensors: what was measured and what assumed, and what that leaves uncertain."""
+    """A recording of few sensors: what was measured and what was assumed, and the uncertainty from it."""
 
     measured: tuple[str, ...]
     assumed: tuple[str, ...]
@@ -262,7 +267,7 @@ class Posture:
 
 @dataclass(frozen=True)
 class DiagnosisResult:
-    """What a diagnosis found, in one word and one sentence; all of it is in ``diagnosis.json``."""
+    """Result of a diagnosis, in one word and one sentence; all of it is in ``diagnosis.json``."""
 
     verdict: str
     sentence: str
@@ -279,7 +284,7 @@ class Reserve:
 
 @dataclass(frozen=True)
 class LackingJoint:
-    """A joint whose muscles were too weak: for how much of the run, and when most was missing."""
+    """A joint whose muscles were too weak: the share of the run, and the instant when most was missing."""
 
     coordinate: str
     share_of_samples: float
@@ -290,10 +295,11 @@ class LackingJoint:
 
 @dataclass(frozen=True)
 class MuscleFigures:
-    """The muscles' static optimisation: its size, what the muscles could not make, and the joints' largest loads.
+    """The muscles' static optimisation: its size, the moments the muscles could not make, and the joints' largest
+    loads.
 
     muscle_set : "paper" or "full"
-    draws : from what the estimate leaves uncertain, that the bands are of
+    draws : number of draws from the uncertainty of the estimate, from which the bands are computed
     contact_peak_band_bodyweights : half width of the band of each joint's load at its peak; empty without draws
     """
 
@@ -318,13 +324,13 @@ class CarvingFigures:
     mu, hardness_N_m3, strength_Pa : the snow's numbers
     equivalent_mu_t : friction along the edges against the load, both summed over the run, as μ_t of the paper's law
     equivalent_mu_n : the walls' force across the edges against the load, as μ_n
-    side_reserve_mean, side_reserve_least : share of what the wall bears that the more loaded ski does not use: over the
-        run, and where a twentieth of it has less
+    side_reserve_mean, side_reserve_least : share of the wall's strength that the more loaded ski does not use: over the
+        run, and its 5 % quantile
     ski_yaw_rms_deg, ski_roll_rms_deg, ski_heave_rms_m, ski_pitch_rms_deg : of the skis against the captured feet
-    heading : what held the skier's heading: ``replay``, ``track`` or ``free``
+    heading : control of the skier's heading: ``replay``, ``track`` or ``free``
     heading_rms_deg : of the skier against the captured heading
-    yaw_residual_rms_Nm, roll_residual_rms_Nm : moments about gravity and about the way of the centre of mass, at this
-        or any other point, that posture and snow leave over: large where the posture does not fit the path
+    yaw_residual_rms_Nm, roll_residual_rms_Nm : residual moments of posture and snow about gravity and about the
+        direction of travel, at any point: large where the posture does not fit the path
     """
 
     tier: str
@@ -351,7 +357,7 @@ class Summary:
 
     recording : the recording's name
     diverged : why the simulation stopped before the end; null where it did not
-    notices : what the reader should know of the recording, such as what had to be estimated
+    notices : remarks on the recording for the reader, such as quantities that had to be estimated
 
     Examples
     --------
@@ -387,7 +393,7 @@ class Summary:
 
 
 def summary_from_dict(table: Mapping[str, Any]) -> Summary:
-    """The summary in a mapping of groups, which may lack some: those have no figures.
+    """Read the summary in a mapping of groups, some of which may be absent: those have no figures.
 
     Raises ValueError where a figure is of another type.
     """
@@ -395,7 +401,7 @@ def summary_from_dict(table: Mapping[str, Any]) -> Summary:
 
 
 def summary_to_dict(summary: Summary) -> dict[str, Any]:
-    """The summary as ``summary.json`` holds it; what is not finite is null."""
+    """Return the summary as ``summary.json`` holds it; values that are not finite are null."""
     groups = {entry.name: getattr(summary, entry.name) for entry in dataclasses.fields(summary)}
     table: dict[str, Any] = to_plain(
         {name: group for name, group in groups.items() if group is not None or name not in _ON_REQUEST}

@@ -1,4 +1,4 @@
-"""What a fit leaves uncertain, as a result's figures."""
+"""Uncertainty of a fit, as a result's figures."""
 
 from __future__ import annotations
 
@@ -14,49 +14,49 @@ from sssi_exudyn.results.summary import Correction, Interval, Noise, Uncertainty
 
 _SHOWN: Final = 8
 _FAR: Final = 3.0
-"""Standard deviations beyond which a correction does not fit what is known beforehand."""
+"""Standard deviations beyond which a correction does not fit its prior."""
 _SIDES: Final = {0: "left foot's ", 1: "right foot's ", -1: ""}
 
 
-def uncertainty_figures(found: Posterior) -> UncertaintyFigures:
-    """Intervals, budget, noise and corrections of an estimate."""
-    setting = found.setting
-    pulls = (found.values - setting.means) / setting.sigmas
-    every = [Correction(name, float(pull)) for name, pull in zip(setting.names, pulls, strict=True)]
-    sought = snow_beforehand(found.model)
-    every = [each for each in every if each.what not in sought]
-    what = [*(_words(error, setting.motion.start, setting.motion.stop) for error in setting.errors), MASS]
-    every += [Correction(words, float(size)) for words, size in zip(what, found.sizes, strict=True)]
-    every.sort(key=lambda each: -abs(each.sigmas))
+def uncertainty_figures(posterior: Posterior) -> UncertaintyFigures:
+    """Return intervals, budget, noise and corrections of an estimate."""
+    setting = posterior.setting
+    pulls = (posterior.values - setting.means) / setting.sigmas
+    corrections = [Correction(name, float(pull)) for name, pull in zip(setting.names, pulls, strict=True)]
+    snow_numbers = snow_beforehand(posterior.model)
+    corrections = [correction for correction in corrections if correction.what not in snow_numbers]
+    sources = [*(_words(error, setting.motion.start, setting.motion.stop) for error in setting.errors), MASS]
+    corrections += [Correction(words, float(size)) for words, size in zip(sources, posterior.sizes, strict=True)]
+    corrections.sort(key=lambda correction: -abs(correction.sigmas))
     half = norm.ppf(0.95)
     intervals, shares = {}, {}
-    for name in sought:
+    for name in snow_numbers:
         key = name.partition(".")[2]
         i = setting.names.index(name)
-        value, spread = float(found.values[i]), float(np.sqrt(found.covariance[i, i]))
-        low, high = found.model.bounds(name)
+        value, spread = float(posterior.values[i]), float(np.sqrt(posterior.covariance[i, i]))
+        low, high = posterior.model.bounds(name)
         intervals[key] = Interval(max(low, value - half * spread), min(high, value + half * spread))
-        shares[key] = found.share(name)
-    rms = {} if found.model.posture is None else found.model.posture.rms()
+        shares[key] = posterior.share(name)
+    rms = {} if posterior.model.posture is None else posterior.model.posture.rms()
     groups = setting.seen.groups
     return UncertaintyFigures(
         interval_90=intervals,
         shares=shares,
         posture_rms_deg={name: float(np.degrees(value)) for name, value in rms.items()},
-        largest=tuple(every[:_SHOWN]),
+        largest=tuple(corrections[:_SHOWN]),
         noise={
             group: Noise(level.sigma, level.correlation_time, level.sigma / setting.seen.usual[names[0]].sigma)
             for group, names in groups.items()
-            for level in (found.levels[names[0]],)
+            for level in (posterior.levels[names[0]],)
         },
-        fits_priors=abs(every[0].sigmas) <= _FAR,
-        log_evidence=log_evidence(found),
-        widened=found.widened,
+        fits_priors=abs(corrections[0].sigmas) <= _FAR,
+        log_evidence=log_evidence(posterior),
+        widened=posterior.widened,
     )
 
 
 def _words(error: PostureError, start: float, stop: float) -> str:
-    """``left foot's yaw``, and when it is greatest where it wanders."""
+    """Return ``left foot's yaw`` or the like, and the time of its largest value where it varies."""
     kind = error.kind.replace("_", " ")
     if error.support < 0:
         return f"{_SIDES[error.side]}{kind}"
