@@ -1,1 +1,1 @@
-"""Muscle forces that made the joint moments of a run."""
+"""Muscle forces that make the joint moments of a run."""

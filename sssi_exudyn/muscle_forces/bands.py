@@ -1,9 +1,8 @@
-"""How uncertain muscles and joint loads are: from draws of posture, mass, snow and friction, as the measurements leave
-them open.
+"""Uncertainty of muscles and joint loads, from draws of posture, mass, snow and friction.
 
-Each draw is run by the reduced model, and its muscles are computed every ``EVERY`` s.  What differs from the estimate,
-run in the same way, is the draw's error; a band's half width is 1.645 standard deviations of the errors, which hold
-nine of ten normal ones.
+Each draw is run by the reduced model, and its muscles are computed every ``EVERY`` s.  Its difference from the
+estimate, run in the same manner, is the draw's error.  A band's half width is 1.645 standard deviations of the errors,
+which hold nine of ten normal ones.
 """
 
 from __future__ import annotations
@@ -29,16 +28,16 @@ from sssi_exudyn.simulation.reduced.prepared import prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 
 EVERY: Final = 0.05
-"""s"""
+"""s between the instants of a draw's muscles"""
 _STEP: Final = 0.01
-"""s of the reduced model."""
+"""s; step of the reduced model."""
 SPREAD: Final = 1.645
-"""Standard deviations of a band's half width."""
+"""Standard deviations in a band's half width."""
 
 
 @dataclass(frozen=True)
 class Nominal:
-    """The estimate that draws differ from.
+    """The estimate from which draws differ.
 
     time : (n,) s;  angles, moments : (n, 28) rad, N m;  joint_force : (n, 21, 3) N
     """
@@ -53,7 +52,7 @@ class Nominal:
 
 @dataclass(frozen=True)
 class Errors:
-    """Draws against the estimate at k instants.
+    """Draws and the estimate at k instants.
 
     time : (k,) s
     nominal, drawn : muscles of the estimate and of each draw
@@ -66,7 +65,7 @@ class Errors:
 
 @dataclass(frozen=True)
 class _Loads:
-    """rates (k, 28) rad/s, moments (k, 28) N m, joint_force (k, 21, 3) N at instants of a reduced run."""
+    """Rates (k, 28) rad/s, moments (k, 28) N m and joint_force (k, 21, 3) N at instants of a reduced run."""
 
     rates: Array
     moments: Array
@@ -74,7 +73,7 @@ class _Loads:
 
 
 def errors_of(skier: SkierMuscles, nominal: Nominal, draws: Sequence[Draw], power: int) -> Errors | None:
-    """The muscles of draws from what is uncertain; None where fewer than two of them can be run."""
+    """Compute the muscles of draws from the uncertainty; None where fewer than two of them can be run."""
     time = np.arange(nominal.time[0], nominal.time[-1] - _STEP, EVERY)
     heading = nominal.model.start.heading_offset
     # the posture of a result is corrected and turned already
@@ -88,13 +87,13 @@ def errors_of(skier: SkierMuscles, nominal: Nominal, draws: Sequence[Draw], powe
         base = _loads(turned(nominal.model), nominal.geometry, nominal.time, nominal.angles, time)
     except SimulationDiverged:
         return None
-    at = np.searchsorted(nominal.time, time - 1e-9)
-    angles, moments, force = nominal.angles[at], nominal.moments[at], nominal.joint_force[at]
+    rows = np.searchsorted(nominal.time, time - 1e-9)
+    angles, moments, force = nominal.angles[rows], nominal.moments[rows], nominal.joint_force[rows]
 
-    def muscles(changed: Array, loads: _Loads) -> MuscleForces:
-        given = (angles + changed, loads.rates, moments + loads.moments - base.moments)
+    def muscles(angle_change: Array, loads: _Loads) -> MuscleForces:
+        motion = (angles + angle_change, loads.rates, moments + loads.moments - base.moments)
         between = force + loads.joint_force - base.joint_force
-        return muscle_forces(skier, nominal.geometry, time, *given, between, power)
+        return muscle_forces(skier, nominal.geometry, time, *motion, between, power)
 
     drawn = []
     for draw in draws:
@@ -108,21 +107,21 @@ def errors_of(skier: SkierMuscles, nominal: Nominal, draws: Sequence[Draw], powe
 
 
 def half_widths(errors: Errors, of: Callable[[MuscleForces], Array], time: Array) -> Array:
-    """(n, c) half widths of the bands at ``time`` (n,) s of c quantities ``of`` the muscles' forces, (k, c)."""
+    """Return half widths (n, c) of the bands at ``time`` (n,) s of c quantities ``of`` the muscles' forces, (k, c)."""
     nominal = of(errors.nominal)
-    spread = SPREAD * np.sqrt(np.mean([(of(each) - nominal) ** 2 for each in errors.drawn], axis=0))
+    spread = SPREAD * np.sqrt(np.mean([(of(forces) - nominal) ** 2 for forces in errors.drawn], axis=0))
     return np.stack([np.interp(time, errors.time, column) for column in spread.T], axis=1)
 
 
-def _loads(model: Model, geometry: Geometry, time: Array, angles: Array, at: Array) -> _Loads:
-    """What the reduced model's run along a posture asks of the joints at some instants.
+def _loads(model: Model, geometry: Geometry, time: Array, angles: Array, instants: Array) -> _Loads:
+    """Compute the joint loads of the reduced model's run along a posture at some instants.
 
-    Raises SimulationDiverged when it does.
+    Raises SimulationDiverged where the run diverges.
     """
     motion = spline_motion(geometry, model.inclination, time, angles)
     run = simulate_reduced(model, prepare(model, motion, step=_STEP))
     parts = Parts(model, correct_motion(model, motion))
-    rows = np.clip(np.searchsorted(run.time, at), 0, len(run.time) - 1)
+    rows = np.clip(np.searchsorted(run.time, instants), 0, len(run.time) - 1)
     posture, rates, accelerations = parts.motion.evaluate(run.time[rows])
     pull = np.gradient(run.pelvis_velocity, run.time, axis=0)
     movement = Movement(

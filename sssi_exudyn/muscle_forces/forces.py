@@ -1,12 +1,12 @@
-"""The muscle forces that made a run's joint moments, and what the joints carry.
+"""The muscle forces that make a run's joint moments, and the loads of the joints.
 
-At each instant muscles have to make the inverse dynamics' moments of hips, knees, ankles and lumbar joint, 13 in all;
-how they share them is static optimisation's (``static_optimisation``).  The other joints, those of the arms, are left
-to moments of their own: latissimus dorsi counts at the spine alone.
+At each instant muscles have to make the inverse dynamics' moments of hips, knees, ankles and lumbar joint, 13 in all.
+Static optimisation shares these among them (``static_optimisation``).  The other joints, those of the arms, have
+moments of their own: latissimus dorsi counts at the spine alone.
 
-What a joint carries is what goes through it without muscles, by Newton's law for all that is beyond it, and what the
-muscles that cross it press on top.  The quadriceps reach the tibia through the patella's ligament, whose force follows
-from the knee moment they make.
+A joint's load is the force through it without muscles, by Newton's law for everything beyond it, plus the pressure of
+the muscles that cross it.  The quadriceps reach the tibia through the patella's ligament, whose force follows from the
+knee moment they make.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from sssi_exudyn.muscle_forces.static_optimisation import optimise
 MUSCLED: Final = tuple(name for name in PRESCRIBED if name.startswith(("hip_", "knee_", "ankle_", "lumbar_")))
 """The coordinates whose moments muscles make."""
 LACKS: Final = 1.0
-"""N m of reserve from which on a joint lacks strength."""
+"""N m of reserve above which a joint lacks strength."""
 _CROSSED: Final = (*MUSCLED, *(name for name in PRESCRIBED if name.startswith("arm_")))
 """The coordinates that lengthen the muscles."""
 _UPPER: Final = ("L5", "L4", "L3", "L2", "L1", "torso", "humerus_r", "humerus_l")
@@ -45,7 +45,7 @@ JOINTS: Final[dict[str, tuple[str, tuple[str, ...]]]] = {
 }
 """The joints with a contact force: the chain's segment beyond, and the muscles' bones beyond."""
 _STRETCH: Final = 512
-"""Instants of which everything is kept at once."""
+"""Number of instants computed at once."""
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,10 @@ class MuscleForces:
     activation : (n, m)
     force : (n, m) N along the tendons
     fibre_length : (n, m) in optimal lengths
-    wanted : (n, 13) N m, the moments of ``MUSCLED`` that had to be made, about the joints of the muscles' bones
+    wanted : (n, 13) N m, the required moments of ``MUSCLED``, about the joints of the muscles' bones
     made : (n, 13) N m that the muscles make
-    reserve : (n, 13) N m, what is missing
-    contact : (n, 7, 3) N that the part within presses on the part beyond each of ``JOINTS``, in the pelvis' axes
+    reserve : (n, 13) N m, the missing moments
+    contact : (n, 7, 3) N of the inner part on the outer part at each of ``JOINTS``, in the pelvis' axes
     """
 
     activation: Array
@@ -80,7 +80,7 @@ def muscle_forces(
     joint_force: Array,
     power: int = 2,
 ) -> MuscleForces:
-    """The forces of all muscles.
+    """Compute the forces of all muscles.
 
     Parameters
     ----------
@@ -88,13 +88,13 @@ def muscle_forces(
     time : (n,) s
     angles, rates, moments : (n, 28) rad, rad/s, N m of the chain's prescribed coordinates
     joint_force : (n, 21, 3) N that each segment gets from its parent, muscles and all, in the pelvis' axes
-    power : of the activations in the sum that is least
+    power : exponent of the activations in the minimised sum
     """
     parts: list[tuple[Array, ...]] = []
     before = None
     for rows in np.array_split(np.arange(len(angles)), max(1, -(-len(angles) // _STRETCH))):
-        given = (time[rows], angles[rows], rates[rows], moments[rows], joint_force[rows])
-        parts.append(_stretch(skier, geometry, *given, power, before))
+        stretch = (time[rows], angles[rows], rates[rows], moments[rows], joint_force[rows])
+        parts.append(_stretch(skier, geometry, *stretch, power, before))
         before = float(time[rows[-1]]), parts[-1][0][-1]
     return MuscleForces(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
@@ -113,7 +113,7 @@ def _stretch(
     muscles = skier.model.muscles
     stance = stand(skier.model.bones, angles)
     paths = muscle_paths(skier.model, angles, _CROSSED, [beyond for _, beyond in JOINTS.values()])
-    found = fibres(
+    muscle_fibres = fibres(
         paths.length,
         paths.speed(rates[:, [PRESCRIBED.index(name) for name in _CROSSED]]),
         np.array([muscle.max_isometric_force for muscle in muscles]),
@@ -126,15 +126,15 @@ def _stretch(
     for segment, shifts in joint_shift(skier, geometry, stance).items():
         for name, shift in shifts.items():
             wanted[:, MUSCLED.index(name)] += np.sum(joint_force[:, SEGMENT[segment]] * shift, axis=1)
-    optimum = optimise(arms * found.force[:, None], wanted, power, time, before)
-    force = optimum.activation * found.force
+    optimum = optimise(arms * muscle_fibres.force[:, None], wanted, power, time, before)
+    force = optimum.activation * muscle_fibres.force
     made = np.einsum("ncm,nm->nc", arms, force)
     contact = _contact(skier, stance, paths, force, joint_force)
-    return optimum.activation, force, found.length, wanted, made, wanted - made, contact
+    return optimum.activation, force, muscle_fibres.length, wanted, made, wanted - made, contact
 
 
 def _contact(skier: SkierMuscles, stance: Stance, paths: Paths, force: Array, joint_force: Array) -> Array:
-    """(n, 7, 3) N: the force through each joint less the muscles' part of it."""
+    """Return the force (n, 7, 3) N through each joint less the muscles' part of it."""
     pulled = np.einsum("nmgk,nm->ngk", paths.pull, force)
     for side in "rl":
         pulled[:, list(JOINTS).index(f"knee_{side}")] += _ligament(skier, stance, paths, force, side)
@@ -143,7 +143,7 @@ def _contact(skier: SkierMuscles, stance: Stance, paths: Paths, force: Array, jo
 
 
 def _ligament(skier: SkierMuscles, stance: Stance, paths: Paths, force: Array, side: str) -> Array:
-    """(n, 3) N with which the patella's ligament pulls the tibia.
+    """Return the force (n, 3) N of the patella's ligament on the tibia.
 
     The muscles that end on the patella make the moment M about the knee through it: with u its direction and v the
     velocity of its end on the tibia a unit rate of the knee, F u · v = M.
@@ -156,7 +156,7 @@ def _ligament(skier: SkierMuscles, stance: Stance, paths: Paths, force: Array, s
     knee = f"knee_angle_{side}"
     i, c = tree.index(f"tibia_{side}"), PRESCRIBED.index(knee)
     velocity = stance.moving[:, i, c] + np.cross(stance.turning[:, i, c], end)
-    on_patella = [k for k, each in enumerate(skier.model.muscles) if each.points[-1].bone == f"patella_{side}"]
+    on_patella = [k for k, muscle in enumerate(skier.model.muscles) if muscle.points[-1].bone == f"patella_{side}"]
     moment = np.sum(paths.moment_arm[:, on_patella, paths.coordinates.index(knee)] * force[:, on_patella], axis=1)
     return np.asarray((moment / np.sum(direction * velocity, axis=1))[:, None] * direction)
 

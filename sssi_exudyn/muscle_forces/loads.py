@@ -1,4 +1,4 @@
-"""What joints carry and what moments they need, of a movement and all forces that act on it."""
+"""Loads and moments of the joints in a movement under all its forces."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Movement:
     """A skier's movement at n instants, slope frame, and the snow's forces.
 
     time : (n,) s;  q, rates, accelerations : (n, 31) of the chain's coordinates
-    com, com_velocity : (n, 3) m, m/s of all that moves
+    com, com_velocity : (n, 3) m, m/s of everything that moves
     snow : (n, 2, 3) N on the left and the right ski;  ski_acceleration : (n, 2, 3) m/s²
     """
 
@@ -38,13 +38,14 @@ class Movement:
 
 
 def joint_forces(parts: Parts, movement: Movement) -> Array:
-    """(n, 21, 3) N in the pelvis' axes that each segment gets from its parent, and the pelvis from nobody: nothing,
-    where the movement follows from the forces.
+    """Return the forces (n, 21, 3) N, in the pelvis' axes, that each segment gets from its parent.
 
-    What beyond the joint has to be accelerated and supported against gravity, less all other forces there: each ski's
-    snow force without what its own mass takes of it, the air's on every segment, and what the model lets act on the
-    centre of mass (unexplained forces), which segments bear by their masses, as the joints' moments have it; poles'
-    forces act at the hands.
+    The pelvis has no parent; its force is zero where the movement follows from the forces.
+
+    The segments beyond a joint have to be accelerated and supported against gravity, less all other forces there.
+    These are each ski's snow force without the part for its own mass, the air's force on every segment, and the model's
+    forces on the centre of mass (unexplained forces).  Segments bear the latter by their masses, as in the joints'
+    moments; poles' forces act at the hands.
     """
     force, _ = _under_gravity(parts, movement)
     poses = forward_kinematics(parts.motion.geometry, movement.q, parts.model.inclination)
@@ -58,9 +59,10 @@ def joint_forces(parts: Parts, movement: Movement) -> Array:
 
 
 def joint_moments(parts: Parts, movement: Movement, feet: Array, snow_moment: Array) -> Array:
-    """(n, 28) N m of the prescribed coordinates; what turns the skis themselves, a few N m, is left out.
+    """Return the moments (n, 28) N m of the prescribed coordinates; the moments that turn the skis, a few N m, are left
+    out.
 
-    feet, snow_moment : (n, 2, 3) m and N m: the points of the soles that the snow's forces act at, and their moment
+    feet, snow_moment : (n, 2, 3) m and N m: the points of the soles at which the snow's forces act, and their moment
         about these
     """
     _, moments = _under_gravity(parts, movement)
@@ -68,57 +70,57 @@ def joint_moments(parts: Parts, movement: Movement, feet: Array, snow_moment: Ar
     places = poses.origin + np.stack([poses.rotation[:, i] @ part.com for i, part in enumerate(parts.inertias)], axis=1)
     _, linear = jacobians(poses, range(len(SEGMENT)), places)
     moments = moments - np.einsum("nsck,nsc->nk", linear[..., 3:], _outer(parts, movement, poses))
-    turning, linear = (found[..., 3:] for found in jacobians(poses, list(FEET), feet))
+    turning, linear = (jacobian[..., 3:] for jacobian in jacobians(poses, list(FEET), feet))
     moments -= np.einsum("nsck,nsc->nk", linear, _on_feet(parts, movement))
     return np.asarray(moments - np.einsum("nsck,nsc->nk", turning, snow_moment))
 
 
 def _under_gravity(parts: Parts, movement: Movement) -> tuple[Array, Array]:
-    """``joint_loads`` of the movement, were there no other forces than gravity."""
-    given = (movement.q, movement.rates, movement.accelerations)
+    """Compute ``joint_loads`` of the movement for gravity alone."""
+    motion = (movement.q, movement.rates, movement.accelerations)
     inclination = parts.model.inclination
-    return joint_loads(parts.motion.geometry, parts.inertias, inclination, gravity_in_slope(inclination), *given)
+    return joint_loads(parts.motion.geometry, parts.inertias, inclination, gravity_in_slope(inclination), *motion)
 
 
 def _outer(parts: Parts, movement: Movement, poses: Poses) -> Array:
-    """(n, 21, 3) N on the segments, but for the snow's."""
+    """Return the forces (n, 21, 3) N on the segments, without the snow's."""
     moving = segment_rates(poses, movement.rates, movement.accelerations)
     return _from_air(parts, movement, poses, moving) + _on_body(parts, movement)
 
 
 def _on_feet(parts: Parts, movement: Movement) -> Array:
-    """(n, 2, 3) N of the skis on the feet."""
+    """Return the forces (n, 2, 3) N of the skis on the feet."""
     gravity = gravity_in_slope(parts.model.inclination)
     return np.asarray(movement.snow - 0.5 * (parts.mass - parts.body_mass) * (movement.ski_acceleration - gravity))
 
 
 def _from_air(parts: Parts, movement: Movement, poses: Poses, moving: Rates) -> Array:
-    """(n, 21, 3) N of the air on the segments."""
+    """Return the forces (n, 21, 3) N of the air on the segments."""
     math, terms = ArrayMath(), parts.model.terms
-    at, found = movement.q[:, :3], np.zeros_like(poses.origin)
-    wind = air_velocity(math, terms, PlaceState(movement.time, at[:, 0], at[:, 1]))
-    shown = parts.facing(movement.time)
+    place, force = movement.q[:, :3], np.zeros_like(poses.origin)
+    wind = air_velocity(math, terms, PlaceState(movement.time, place[:, 0], place[:, 1]))
+    facing = parts.facing(movement.time)
     for k, (name, area) in enumerate(parts.areas.items()):
         i = SEGMENT[name]
         arm = poses.rotation[:, i] @ parts.inertias[i].com
         speed = moving.velocity[:, i] + np.cross(moving.angular_velocity[:, i], arm)
-        state = SegmentState(tuple(speed.T), wind, area, six_of(shown[:, k]))
-        found[:, i] = _vectors(segment_force(math, terms, state), len(at))
-    return found
+        state = SegmentState(tuple(speed.T), wind, area, six_of(facing[:, k]))
+        force[:, i] = _vectors(segment_force(math, terms, state), len(place))
+    return force
 
 
 def _on_body(parts: Parts, movement: Movement) -> Array:
-    """(n, 21, 3) N of what acts on the centre of mass, shared out by mass, and of poles at the hands."""
+    """Return forces (n, 21, 3) N: those on the centre of mass, shared by mass, and of poles at the hands."""
     com = movement.com
     state = BodyState(movement.time, com[:, 0], com[:, 1], tuple(movement.com_velocity.T))
     force = _vectors(body_force(ArrayMath(), parts.model.terms, state), len(com))
-    held = pole_forces(parts.model.terms, movement.time, com, movement.com_velocity)
+    pole_force = pole_forces(parts.model.terms, movement.time, com, movement.com_velocity)
     share = np.array([part.mass for part in parts.inertias]) / parts.body_mass
-    found = share[:, None] * (force - held.sum(axis=1))[:, None]
-    found[:, list(HANDS)] += held
-    return np.asarray(found)
+    shared = share[:, None] * (force - pole_force.sum(axis=1))[:, None]
+    shared[:, list(HANDS)] += pole_force
+    return np.asarray(shared)
 
 
 def _vectors(columns: Sequence[Number], count: int) -> Array:
-    """(n, 3) of three columns that are arrays (n,) or numbers."""
+    """Stack three columns, arrays (n,) or numbers, to (n, 3)."""
     return np.stack([np.broadcast_to(column, count) for column in columns], axis=1)

@@ -30,9 +30,9 @@ from sssi_exudyn.results.summary import LackingJoint, MuscleFigures, Reserve
 from sssi_exudyn.simulation.assembly import Parts
 
 LEAST_SAMPLES: Final = 6
-"""A quintic spline needs as many."""
+"""Least samples of a result: a quintic spline needs as many."""
 RESERVE_SHARE: Final = 5.0
-"""Per cent of the largest moment that a reserve may have: J. L. Hicks et al., J. Biomech. Eng. 137 (2015) 020905."""
+"""Largest reserve in per cent of the largest moment: J. L. Hicks et al., J. Biomech. Eng. 137 (2015) 020905."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class MuscleRun:
     """The muscles of a result.
 
     time : (n,) s
-    chosen : which of the muscles
+    chosen : the set of muscles
     body_weight : N, of the skier without equipment
-    power : of the activations in the sum that is least
-    wall : s that paths and optimisation took
-    errors : draws from what the estimate leaves uncertain; None where nothing was estimated
+    power : exponent of the activations in the minimised sum
+    wall : s of computing paths and optimisation
+    errors : draws from the uncertainty of the estimate; None where nothing was estimated
     """
 
     time: Array
@@ -58,7 +58,7 @@ class MuscleRun:
 
 
 def muscles_of(run: StoredRun, folder: Path, power: int = 2, chosen: MuscleSet = "full") -> MuscleRun:
-    """The forces of the ``chosen`` muscles of a result, which ``folder`` holds.
+    """Compute the forces of the ``chosen`` muscles of a result, which ``folder`` holds.
 
     Raises InputError where the result has no skeleton or too few samples, SssiError where no activations are found.
     """
@@ -85,7 +85,7 @@ def muscles_of(run: StoredRun, folder: Path, power: int = 2, chosen: MuscleSet =
 
 
 def joint_forces(run: StoredRun, parts: Parts, angles: Array, rates: Array, accelerations: Array) -> Array:
-    """``loads.joint_forces`` of a result."""
+    """Compute ``loads.joint_forces`` of a result."""
     velocity, sides = run.slope("pelvis_velocity", "mps"), ("left", "right")
     skis = [CubicSpline(run.time, run.slope(f"{side}_foot_velocity", "mps"))(run.time, 1) for side in sides]
     movement = Movement(
@@ -102,7 +102,7 @@ def joint_forces(run: StoredRun, parts: Parts, angles: Array, rates: Array, acce
 
 
 def _snow_force(run: StoredRun, side: str) -> Array:
-    """(n, 3) N on a ski: its load along the snow's normal, and friction."""
+    """Return the force (n, 3) N on a ski: its load along the snow's normal, and friction."""
     load = run.series[f"{side}_load_N"].to_numpy(dtype=float)
     _, rising = run.model.snow(run.slope(f"{side}_foot", "m"))
     normal = np.column_stack([-rising, np.ones(len(load))])
@@ -110,151 +110,151 @@ def _snow_force(run: StoredRun, side: str) -> Array:
     return np.asarray(load[:, None] * normal + run.slope(f"{side}_friction", "N"))
 
 
-def group_activation(found: MuscleRun, side: str, region: str, group: str, forces: MuscleForces | None = None) -> Array:
-    """(n,) mean activation of a group, each muscle weighted with its greatest force; of other ``forces`` of the same
-    muscles where they are given.
+def group_activation(run: MuscleRun, side: str, region: str, group: str, forces: MuscleForces | None = None) -> Array:
+    """Return the mean activation (n,) of a group, each muscle weighted with its greatest force.
+
+    ``forces``, where given, are other forces of the same muscles.
 
     The leg's psoas major is the iliacus and the psoas' fascicles, which belong to the trunk too.
     """
-    taken = [
+    indices = [
         k
-        for k, named in enumerate(found.skier.named)
+        for k, named in enumerate(run.skier.named)
         if named.side == side
         and named.group == group
         and (named.region == region or (region == "leg" and group == "psoas_major"))
     ]
-    weight = np.array([found.skier.model.muscles[k].max_isometric_force for k in taken])
-    return np.asarray((forces or found.forces).activation[:, taken] @ weight / weight.sum())
+    weight = np.array([run.skier.model.muscles[k].max_isometric_force for k in indices])
+    return np.asarray((forces or run.forces).activation[:, indices] @ weight / weight.sum())
 
 
-def contact_weights(found: MuscleRun) -> dict[str, Array]:
-    """(n,) what each joint carries, in body weights."""
-    return dict(zip(JOINTS, _sizes(found, found.forces).T, strict=True))
+def contact_weights(run: MuscleRun) -> dict[str, Array]:
+    """Return the load (n,) of each joint, in body weights."""
+    return dict(zip(JOINTS, _sizes(run, run.forces).T, strict=True))
 
 
-def _sizes(found: MuscleRun, forces: MuscleForces) -> Array:
-    """(n, 7) body weights that each joint carries."""
-    return np.asarray(np.linalg.norm(forces.contact, axis=2) / found.body_weight)
+def _sizes(run: MuscleRun, forces: MuscleForces) -> Array:
+    """Return the loads (n, 7) of the joints in body weights."""
+    return np.asarray(np.linalg.norm(forces.contact, axis=2) / run.body_weight)
 
 
-def contact_bands(found: MuscleRun) -> dict[str, Array]:
-    """(n,) half width of the band of what each joint carries, in body weights; empty without draws."""
-    if found.errors is None:
+def contact_bands(run: MuscleRun) -> dict[str, Array]:
+    """Return the half width (n,) of the band of each joint's load, in body weights; empty without draws."""
+    if run.errors is None:
         return {}
-    widths = half_widths(found.errors, lambda forces: _sizes(found, forces), found.time)
+    widths = half_widths(run.errors, lambda forces: _sizes(run, forces), run.time)
     return dict(zip(JOINTS, widths.T, strict=True))
 
 
 def group_column(region: str, group: str, side: str) -> str:
-    """Name of the column with a muscle group's activation."""
+    """Return the name of the column with a muscle group's activation."""
     return f"muscles_{region}_{group}_{side}_activation"
 
 
 def contact_column(joint: str) -> str:
-    """Name of the column with a joint's load."""
+    """Return the name of the column with a joint's load."""
     return f"muscles_{joint}_contact_bodyweights"
 
 
 def contact_band_column(joint: str) -> str:
-    """Name of the column with the half width of the band of a joint's load."""
+    """Return the name of the column with the half width of the band of a joint's load."""
     return f"muscles_{joint}_contact_band_bodyweights"
 
 
-def add_muscles(series: pd.DataFrame, found: MuscleRun) -> pd.DataFrame:
-    """The series with columns of every muscle, every group, the reserves and the joints' loads; older ones replaced."""
-    forces = found.forces
+def add_muscles(series: pd.DataFrame, run: MuscleRun) -> pd.DataFrame:
+    """Add to the series columns of every muscle, every group, the reserves and the joints' loads; older ones go."""
+    forces = run.forces
     columns: dict[str, Array] = {}
-    for k, muscle in enumerate(found.skier.model.muscles):
+    for k, muscle in enumerate(run.skier.model.muscles):
         columns[f"muscle_{muscle.name}_activation"] = forces.activation[:, k]
         columns[f"muscle_{muscle.name}_force_N"] = forces.force[:, k]
     for side in SIDES:
-        for region, groups in (("leg", leg_groups(found.chosen)), ("lumbar", LUMBAR_GROUPS)):
+        for region, groups in (("leg", leg_groups(run.chosen)), ("lumbar", LUMBAR_GROUPS)):
             for group in groups:
-                columns[group_column(region, group, side)] = group_activation(found, side, region, group)
+                columns[group_column(region, group, side)] = group_activation(run, side, region, group)
     for k, name in enumerate(MUSCLED):
         columns[f"muscles_{name}_wanted_Nm"] = forces.wanted[:, k]
         columns[f"muscles_{name}_reserve_Nm"] = forces.reserve[:, k]
-    for name, weights in contact_weights(found).items():
+    for name, weights in contact_weights(run).items():
         columns[contact_column(name)] = weights
-    for name, widths in contact_bands(found).items():
+    for name, widths in contact_bands(run).items():
         columns[contact_band_column(name)] = widths
-    columns |= _other_bands(found)
+    columns |= _other_bands(run)
     kept = [name for name in series.columns if not name.startswith(("muscle_", "muscles_"))]
     return pd.concat([series[kept], pd.DataFrame(columns, index=series.index)], axis=1)
 
 
-def _other_bands(found: MuscleRun) -> dict[str, Array]:
-    """Half widths of the bands of groups' activations and of the wanted moments, by column; none without draws."""
-    if found.errors is None:
+def _other_bands(run: MuscleRun) -> dict[str, Array]:
+    """Return half widths of the bands of groups' activations and of wanted moments, by column; none without draws."""
+    if run.errors is None:
         return {}
     groups = [
         (side, region, group)
         for side in SIDES
-        for region, names in (("leg", leg_groups(found.chosen)), ("lumbar", LUMBAR_GROUPS))
+        for region, names in (("leg", leg_groups(run.chosen)), ("lumbar", LUMBAR_GROUPS))
         for group in names
     ]
 
     def activations(forces: MuscleForces) -> Array:
-        return np.stack([group_activation(found, *group, forces) for group in groups], axis=1)
+        return np.stack([group_activation(run, *group, forces) for group in groups], axis=1)
 
-    of_groups = half_widths(found.errors, activations, found.time)
-    of_moments = half_widths(found.errors, lambda forces: forces.wanted, found.time)
+    of_groups = half_widths(run.errors, activations, run.time)
+    of_moments = half_widths(run.errors, lambda forces: forces.wanted, run.time)
     names = [f"{group_column(region, group, side)}_band" for side, region, group in groups]
     names += [f"muscles_{name}_wanted_band_Nm" for name in MUSCLED]
     return dict(zip(names, np.hstack([of_groups, of_moments]).T, strict=True))
 
 
-def storage_texts(found: MuscleRun) -> dict[str, str]:
-    """Activations and tendon forces (N) as OpenSim's static optimisation writes them, by file name."""
-    names = ("time", *(muscle.name for muscle in found.skier.model.muscles))
+def storage_texts(run: MuscleRun) -> dict[str, str]:
+    """Return activations and tendon forces (N) as OpenSim's static optimisation writes them, by file name."""
+    names = ("time", *(muscle.name for muscle in run.skier.model.muscles))
     return {
-        file: storage_text(Storage(title, names, np.column_stack([found.time, values]), in_degrees=False))
+        file: storage_text(Storage(title, names, np.column_stack([run.time, values]), in_degrees=False))
         for file, title, values in (
-            (MUSCLES[0], "Static Optimization activations", found.forces.activation),
-            (MUSCLES[1], "Static Optimization forces", found.forces.force),
+            (MUSCLES[0], "Static Optimization activations", run.forces.activation),
+            (MUSCLES[1], "Static Optimization forces", run.forces.force),
         )
     }
 
 
-def muscle_figures(found: MuscleRun) -> MuscleFigures:
-    """The summary's group ``muscles``."""
-    forces = found.forces
+def muscle_figures(run: MuscleRun) -> MuscleFigures:
+    """Return the summary's group ``muscles``."""
+    forces = run.forces
     reserve: dict[str, Reserve] = {}
     lacking: list[LackingJoint] = []
     for k, name in enumerate(MUSCLED):
         size = np.abs(forces.reserve[:, k])
         largest = float(np.max(np.abs(forces.wanted[:, k])))
-        at = int(np.argmax(size))
-        share = 100.0 * float(size[at]) / largest if largest > 0.0 else 0.0
+        worst = int(np.argmax(size))
+        share = 100.0 * float(size[worst]) / largest if largest > 0.0 else 0.0
         reserve[name] = Reserve(
-            peak_Nm=float(size[at]),
+            peak_Nm=float(size[worst]),
             percent_of_peak_moment=share,
             verdict="good" if share <= RESERVE_SHARE else "bad",
         )
-        if size[at] > LACKS:
+        if size[worst] > LACKS:
             lacking.append(
                 LackingJoint(
                     coordinate=name,
                     share_of_samples=float(np.mean(size > LACKS)),
-                    worst_Nm=float(forces.reserve[at, k]),
-                    wanted_then_Nm=float(forces.wanted[at, k]),
-                    at_s=float(found.time[at]),
+                    worst_Nm=float(forces.reserve[worst, k]),
+                    wanted_then_Nm=float(forces.wanted[worst, k]),
+                    at_s=float(run.time[worst]),
                 )
             )
     enough = np.all(np.abs(forces.reserve) <= LACKS, axis=1)
     return MuscleFigures(
-        count=len(found.skier.named),
-        power=found.power,
-        samples=len(found.time),
-        wall_s=found.wall,
+        count=len(run.skier.named),
+        power=run.power,
+        samples=len(run.time),
+        wall_s=run.wall,
         strong_enough_share=float(np.mean(enough)),
         reserve=reserve,
         lacking=tuple(lacking),
-        contact_peak_bodyweights={name: float(weights.max()) for name, weights in contact_weights(found).items()},
-        muscle_set=found.chosen,
-        draws=0 if found.errors is None else len(found.errors.drawn),
+        contact_peak_bodyweights={name: float(weights.max()) for name, weights in contact_weights(run).items()},
+        muscle_set=run.chosen,
+        draws=0 if run.errors is None else len(run.errors.drawn),
         contact_peak_band_bodyweights={
-            name: float(widths[np.argmax(contact_weights(found)[name])])
-            for name, widths in contact_bands(found).items()
+            name: float(widths[np.argmax(contact_weights(run)[name])]) for name, widths in contact_bands(run).items()
         },
     )

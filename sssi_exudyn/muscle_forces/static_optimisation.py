@@ -1,19 +1,19 @@
-"""Which activations make given joint moments: at each instant the least Σ aᵖ within what the instant before allows.
+"""Activations that make given joint moments: at each instant the least Σ aᵖ within the reach of the instant before.
 
 min Σ aᵖ + Σ (r / r₀)²   subject to   A a + r = b,   a_min ≤ a ≤ 1,
 
-A (c, m) the moments that m muscles do at full activation, b (c,) the moments to be made, r reserve moments that stand
-in where the muscles are too weak: they are so dear that they stay near zero where they are not.  For p = 2 that is a
-quadratic programme, solved by OSQP, which starts from the instant before (B. Stellato et al., Math. Prog. Comp. 12
-(2020) 637-672).  For p = 3 such programmes are solved one after another (Newton's method): a³ is convex.
+A (c, m) are the moments that m muscles make at full activation, b (c,) the moments to be made.  The reserve moments r
+stand in where the muscles are too weak; elsewhere their cost keeps them near zero.  For p = 2 this is a quadratic
+programme, solved by OSQP, which starts from the instant before (B. Stellato et al., Math. Prog. Comp. 12 (2020)
+637-672).  For p = 3 such programmes are solved one after another (Newton's method): a³ is convex.
 
 Activation follows excitation u, a_min ≤ u ≤ 1, by ȧ = (u − a)/τ (F. E. Zajac, Crit. Rev. Biomed. Eng. 17 (1989)
-359-411), τ = 10 ms where it rises and 40 ms where it falls (as OpenSim has it: M. Millard et al., J. Biomech. Eng. 135
+359-411), τ = 10 ms where it rises and 40 ms where it falls (as in OpenSim: M. Millard et al., J. Biomech. Eng. 135
 (2013) 021005).  So after a step of h
 
     a_min + (a − a_min) e^(−h/40 ms)  ≤  a′  ≤  1 − (1 − a) e^(−h/10 ms).
 
-Each instant is solved by itself, so that a muscle does not rise before it is wanted.
+Each instant is solved alone, so that a muscle does not rise before it is needed.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import Array
 
 LEAST: Final = 0.01
-"""Activation that muscles do not go below."""
+"""Least activation of muscles."""
 RISE: Final = 0.010
-"""s, time constant of activation that rises."""
+"""s; time constant of rising activation."""
 FALL: Final = 0.040
-"""s, of activation that falls."""
+"""s; time constant of falling activation."""
 RESERVE: Final = 0.3
-"""N m, r₀: a reserve of that costs what one fully active muscle does."""
+"""N m, r₀: a reserve of this size costs as much as one fully active muscle."""
 _UNIT: Final = 50.0
-"""N m in which the programme counts moments, so that its numbers are around 1; OSQP's own scaling, which looks at the
-first instant, then takes four times the steps.
+"""N m in which the programme counts moments, so that its numbers are around 1.  OSQP's own scaling, which looks at the
+first instant, takes four times the steps.
 """
 _PRECISION: Final = 1e-6
 _NEWTON_STEPS: Final = 20
@@ -50,7 +50,7 @@ _ITERATIONS: Final = 5_000
 
 @dataclass(frozen=True)
 class Optimum:
-    """activation (n, m) and reserve (n, c) N m."""
+    """Activation (n, m) and reserve (n, c) N m."""
 
     activation: Array
     reserve: Array
@@ -63,15 +63,15 @@ def optimise(
     time: Array | None = None,
     before: tuple[float, Array] | None = None,
 ) -> Optimum:
-    """The activations at n instants, each started from the one before.
+    """Find the activations at n instants, each started from the one before.
 
     Parameters
     ----------
-    at_full : (n, c, m) N m that each muscle does to each coordinate at full activation
+    at_full : (n, c, m) N m of each muscle on each coordinate at full activation
     wanted : (n, c) N m
     power : p
-    time : (n,) s, over which activation follows excitation; left out, it does so at once
-    before : time (s) and activation (m,) that came before the first instant; left out, that one is free
+    time : (n,) s, over which activation follows excitation; where left out, it follows at once
+    before : time (s) and activation (m,) before the first instant; where left out, the first instant is free
 
     Raises ValueError for another power than ``POWERS``, SssiError where the solver gives up.
     """
@@ -81,54 +81,54 @@ def optimise(
     programme = _Programme(np.any(at_full != 0.0, axis=0))
     activation, reserve = np.empty((n, m)), np.empty((n, c))
     guess = np.full(m, 0.1) if before is None else before[1]
-    past = np.inf if time is None or before is None else time[0] - before[0]
+    elapsed = np.inf if time is None or before is None else time[0] - before[0]
     for i in range(n):
-        programme.constrain(at_full[i], wanted[i], *reach(guess, past))
+        programme.constrain(at_full[i], wanted[i], *reach(guess, elapsed))
         if power == 2:
             guess, reserve[i] = programme.solve(i)
         else:
             for _ in range(_NEWTON_STEPS):
                 # a³ about g: 3 g a² − 3 g² a + …
                 programme.weigh(3.0 * guess, -3.0 * guess**2)
-                found, reserve[i] = programme.solve(i)
-                change, guess = float(np.max(np.abs(found - guess))), found
+                improved, reserve[i] = programme.solve(i)
+                change, guess = float(np.max(np.abs(improved - guess))), improved
                 if change < _NEWTON_PRECISION:
                     break
         activation[i] = guess
         if time is not None and i + 1 < n:
-            past = time[i + 1] - time[i]
+            elapsed = time[i + 1] - time[i]
     return Optimum(activation, reserve)
 
 
 def reach(activation: Array, step: float) -> tuple[Array, Array]:
-    """Least and greatest activation (m,) a ``step`` (s) after ``activation`` (m,)."""
+    """Return least and greatest activation (m,) a ``step`` (s) after ``activation`` (m,)."""
     return LEAST + (activation - LEAST) * np.exp(-step / FALL), 1.0 - (1.0 - activation) * np.exp(-step / RISE)
 
 
 class _Programme:
     """The programme of one instant in OSQP, which keeps its structure and its last solution: x = (a, r / _UNIT)."""
 
-    def __init__(self, touched: Array) -> None:
-        c, m = touched.shape
+    def __init__(self, acting: Array) -> None:
+        c, m = acting.shape
         self.muscles, self.linear = m, np.zeros(m)
         self.at_full, self.wanted = np.zeros((c, m)), np.zeros(c)
-        self.rows, self.columns = np.nonzero(touched.T)[::-1]  # column by column, as OSQP stores it
+        self.rows, self.columns = np.nonzero(acting.T)[::-1]  # column by column, as OSQP stores it
         reserve = (_UNIT / RESERVE) ** 2
         self.weight = np.concatenate([np.full(m, 2.0), np.full(c, 2.0 * reserve)])
         numbered = sparse.csc_matrix((np.arange(1.0, len(self.rows) + 1.0), (self.rows, self.columns)), (c, m))
         bounded = sparse.csc_matrix((-np.ones(m), (np.arange(m), np.arange(m))), (m, m + c))
         balanced = sparse.hstack([numbered, sparse.csc_matrix(-np.eye(c))])
-        whole = sparse.csc_matrix(sparse.vstack([balanced, bounded]))
-        self.places = np.flatnonzero(whole.data > 0.0).astype(np.int32)
-        self.order = whole.data[self.places].astype(int) - 1
-        whole.data = np.abs(np.sign(whole.data))
+        matrix = sparse.csc_matrix(sparse.vstack([balanced, bounded]))
+        self.places = np.flatnonzero(matrix.data > 0.0).astype(np.int32)
+        self.order = matrix.data[self.places].astype(int) - 1
+        matrix.data = np.abs(np.sign(matrix.data))
         self.lower = np.concatenate([np.zeros(c), np.full(m, LEAST)])
         self.upper = np.concatenate([np.zeros(c), np.ones(m)])
         self.solver = osqp.OSQP()
         self.solver.setup(
             sparse.diags(self.weight).tocsc(),
             np.zeros(m + c),
-            whole,
+            matrix,
             self.lower,
             self.upper,
             verbose=False,
@@ -152,32 +152,34 @@ class _Programme:
     def weigh(self, quadratic: Array, linear: Array) -> None:
         """Set the muscles' cost: Σ quadratic a² + linear a."""
         self.weight[: self.muscles], self.linear = 2.0 * quadratic, linear
-        whole = np.concatenate([linear, np.zeros(len(self.weight) - self.muscles)])
-        self.solver.update(Px=self.weight, q=whole)
+        cost = np.concatenate([linear, np.zeros(len(self.weight) - self.muscles)])
+        self.solver.update(Px=self.weight, q=cost)
 
     def solve(self, instant: int) -> tuple[Array, Array]:
-        """Activations (m,) and reserves (c,) N m."""
-        found = self.solver.solve(raise_error=False)
-        if found.info.status_val not in (
+        """Return activations (m,) and reserves (c,) N m."""
+        solution = self.solver.solve(raise_error=False)
+        if solution.info.status_val not in (
             osqp.SolverStatus.OSQP_SOLVED,
-            osqp.SolverStatus.OSQP_SOLVED_INACCURATE,  # least by a little less than was asked
+            osqp.SolverStatus.OSQP_SOLVED_INACCURATE,  # nearly to the requested precision
         ):
             return self._solve_by_active_set(instant)
-        x = np.array(found.x, dtype=np.float64)
+        x = np.array(solution.x, dtype=np.float64)
         return np.clip(x[: self.muscles], LEAST, 1.0), x[self.muscles :] * _UNIT
 
     def _solve_by_active_set(self, instant: int) -> tuple[Array, Array]:
-        """The same programme as bounded least squares of the muscles alone, exactly: tens of times slower, and sure
-        where many muscles are at a bound (P. B. Stark & R. L. Parker, Comput. Stat. 10 (1995) 129-141).
+        """Solve the same programme as bounded least squares of the muscles alone, exactly.
+
+        It is tens of times slower, and sure where many muscles are at a bound (P. B. Stark & R. L. Parker, Comput.
+        Stat. 10 (1995) 129-141).
         """
         root = np.sqrt(0.5 * self.weight)
         table = np.vstack([np.diag(root[: self.muscles]), root[self.muscles :, None] * self.at_full])
         least = -0.5 * self.linear / root[: self.muscles]
         right = np.concatenate([least, root[self.muscles :] * self.wanted])
         bounds = self.lower[len(self.wanted) :], self.upper[len(self.wanted) :]
-        found = lsq_linear(table, right, bounds, method="bvls", tol=_PRECISION**2)
-        if not found.success:
-            raise SssiError(f"no activations at sample {instant}: {found.message}")
-        activation = np.asarray(found.x, dtype=np.float64)
+        solution = lsq_linear(table, right, bounds, method="bvls", tol=_PRECISION**2)
+        if not solution.success:
+            raise SssiError(f"no activations at sample {instant}: {solution.message}")
+        activation = np.asarray(solution.x, dtype=np.float64)
         self.solver.warm_start(x=np.concatenate([activation, self.wanted - self.at_full @ activation]))
         return activation, (self.wanted - self.at_full @ activation) * _UNIT
