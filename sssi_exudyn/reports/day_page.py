@@ -1,4 +1,4 @@
-"""What several runs of a day say together: in a sentence, and as a page."""
+"""The common result of several runs of a day: in a sentence, and as a page."""
 
 from __future__ import annotations
 
@@ -27,10 +27,11 @@ from sssi_exudyn.validation.diagnosis.wording.sentence import list_alternatives
 def sentence_of_day(
     explanations: Sequence[DayExplanation], runs: int, model: Model, law: FoundLaw | None = None
 ) -> str:
-    """What acts on all runs alike, in one sentence: nothing, unless that is improbable as in a single diagnosis; or a
-    law that is in no list, where it is offered.
+    """State in one sentence what acts on all runs alike.
 
-    model : of one of the runs
+    It is nothing, unless that is improbable as in a single diagnosis; or a law that is in no list, where it is offered.
+
+    model : model of one of the runs
     """
     if law is not None and law.offered:
         return (
@@ -38,34 +39,34 @@ def sentence_of_day(
             f"probable): {law.formula}; the nearest in the list is {law.best_named}; "
             f"μ_n is {_around(law.numbers['friction.mu_n'])}."
         )
-    nothing = next(each for each in explanations if each.name == NOTHING_MISSING)
+    nothing = next(explanation for explanation in explanations if explanation.name == NOTHING_MISSING)
     best = nothing if nothing.probability > STANDS_OUT else explanations[0]
     numbers = {name.partition(".")[2]: number for name, number in best.numbers.items()}
-    found = best.name != NOTHING_MISSING
-    what = BY_NAME[best.name].sentence(numbers, model) if found else "nothing is missing that acts on all alike"
+    named = best.name != NOTHING_MISSING
+    what = BY_NAME[best.name].sentence(numbers, model) if named else "nothing is missing that acts on all alike"
     unlisted = 0.0 if law is None else law.probability
     probability = best.probability * (1.0 - unlisted)
     others = [
-        Alternative(each.name, each.probability * (1.0 - unlisted))
-        for each in explanations
-        if each is not best and each.probability >= WORTH_NAMING
+        Alternative(explanation.name, explanation.probability * (1.0 - unlisted))
+        for explanation in explanations
+        if explanation is not best and explanation.probability >= WORTH_NAMING
     ]
     if unlisted >= WORTH_NAMING:
         others.append(Alternative("a law in no list", unlisted))
-    unsure = found and probability < SURE and others
-    beside = f"; {list_alternatives(best.name, others)}" if unsure else ""
+    unsure = named and probability < SURE and others
+    alternatives = f"; {list_alternatives(best.name, others)}" if unsure else ""
     friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n {_around(numbers['mu_n'])}"
-    return f"In {runs} runs together {what} ({probability:.0%} probable{beside}); {friction}."
+    return f"In {runs} runs together {what} ({probability:.0%} probable{alternatives}); {friction}."
 
 
 def day_page(day: Day) -> str:
-    """The page: the sentence, every explanation with its numbers, and the way to each run's own page."""
+    """Return the page: the sentence, every explanation with its numbers, and links to each run's own page."""
     rows = [["", "probability", "log evidence", "numbers, 90 % intervals"]]
-    none = next(each.log_evidence for each in day.explanations if each.name == NOTHING_MISSING)
-    for each in day.explanations:
-        values = "; ".join(f"{name} {_between(number)}" for name, number in each.numbers.items())
-        title = each.name.replace("_", " ") + ("" if each.fitted else " (by its linear response)")
-        rows.append([title, f"{each.probability:.1%}", f"{each.log_evidence - none:+.1f}", values])
+    none = next(explanation.log_evidence for explanation in day.explanations if explanation.name == NOTHING_MISSING)
+    for explanation in day.explanations:
+        values = "; ".join(f"{name} {_between(number)}" for name, number in explanation.numbers.items())
+        title = explanation.name.replace("_", " ") + ("" if explanation.fitted else " (by its linear response)")
+        rows.append([title, f"{explanation.probability:.1%}", f"{explanation.log_evidence - none:+.1f}", values])
     runs = "".join(f'<li><a href="{quote(name)}/report.html">{escape(name)}</a></li>\n' for name in day.recordings)
     sections = [
         Section("What may act on all runs alike", (Markup(grid(rows)),)),
@@ -77,10 +78,10 @@ def day_page(day: Day) -> str:
 
 
 def _same_place(places: Sequence[SamePlace]) -> tuple[Markup | Text, ...]:
-    """What other runs say of findings: a table of probabilities before and after, and of the passes."""
+    """Compare findings with other runs: a table of probabilities before and after, and of the passes."""
     rows = [["found in", "what it may be", "by that run alone", "with the others", "passed by", "log evidence there"]]
     for place in places:
-        passed = ", ".join(f"{each.run} ({each.metres:.0f} m)" for each in place.passes)
+        passed = ", ".join(f"{passing.run} ({passing.metres:.0f} m)" for passing in place.passes)
         gains = gains_of(place.passes)
         for i, (name, probability) in enumerate(place.after.items()):
             gain = f"{gains[name]:+.1f}" if name in gains else ""
@@ -92,7 +93,7 @@ def _same_place(places: Sequence[SamePlace]) -> tuple[Markup | Text, ...]:
 
 
 def _law_section(law: FoundLaw) -> Section:
-    """The law that is in no list: its formula, its numbers, what there is for it."""
+    """Describe the law that is in no list: its formula, its numbers, and its evidence."""
     verdict = (
         "It is clearly more probable than nothing and than every law of the list."
         if law.offered
@@ -101,8 +102,8 @@ def _law_section(law: FoundLaw) -> Section:
     blocks: list[Block] = [
         Text(
             "Every sum of at most three products of speed, edge angle, load, slip and place was compared with the runs."
-            f" The most probable is {law.formula}. Beside nothing and all laws of the list it is {law.probability:.1%} "
-            f"probable; its log evidence is {law.log_evidence_over_nothing:+.1f} against nothing and "
+            f" The most probable is {law.formula}. Compared with nothing and all laws of the list, its probability is "
+            f"{law.probability:.1%}; its log evidence is {law.log_evidence_over_nothing:+.1f} against nothing and "
             f"{law.log_evidence_over_best_named:+.1f} against {law.best_named.replace('_', ' ')}. {verdict}"
         ),
         Text(
@@ -119,8 +120,8 @@ def _law_section(law: FoundLaw) -> Section:
 
 
 def _draw_inclusion(axes: Axes, law: FoundLaw) -> None:
-    """Bars of the products, the most probable on top."""
-    ordered = sorted(law.inclusion_probability.items(), key=lambda each: each[1])
+    """Draw bars of the products, the most probable on top."""
+    ordered = sorted(law.inclusion_probability.items(), key=lambda item: item[1])
     names, shares = [name.replace("_", " × ").replace("2", "²") for name, _ in ordered], [p for _, p in ordered]
     bars = axes.barh(names, shares, color=plots.SIMULATED)
     axes.bar_label(bars, [f"{share:.0%}" for share in shares], padding=3.0)

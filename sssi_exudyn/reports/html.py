@@ -1,4 +1,4 @@
-"""A page of HTML that holds all it shows and asks nothing of a network: its style, its plots, its script, its data."""
+"""A page of HTML that is complete without a network: its style, its plots, its script, its data."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.section import Block, Drawing, Facts, Grid, Heading, Items, Key, Markup, Panels, Section, Text
 
 _LONG = 24
-"""Characters from which a cell of a table is no figure."""
+"""Characters from which a cell of a table is not a figure."""
 
 
 def document(title: str, lead: str, sections: Sequence[Section]) -> str:
-    """The whole page: ``title`` is text, ``lead`` the markup that stands before the sections; empty ones are left out.
+    """Return the whole page: ``title`` is text, ``lead`` the markup before the sections; empty sections are left out.
 
-    The script that plays replays comes along where a section has one; nothing else may run.
+    The script that plays replays is included where a section has one; nothing else may run.
     """
     shown = [(section.title, section_html(section, f"part-{index}")) for index, section in enumerate(sections)]
     shown = [(headline, content) for headline, content in shown if content]
@@ -44,7 +44,7 @@ def document(title: str, lead: str, sections: Sequence[Section]) -> str:
 
 
 def _short(headline: str) -> str:
-    """A headline without what stands after a colon or in brackets."""
+    """Return a headline without the part after a colon or in brackets."""
     return headline.partition(":")[0].partition(" (")[0]
 
 
@@ -53,7 +53,7 @@ def _read_packaged(name: str) -> str:
 
 
 def section_html(section: Section, name: str) -> str:
-    """The content of a section; ``name`` is its own on its page."""
+    """Return the content of a section; ``name`` is its own on its page."""
     return "".join(_block_html(block, f"{name}-{index}") for index, block in enumerate(section.blocks))
 
 
@@ -78,7 +78,7 @@ def _block_html(block: Block, name: str) -> str:
 
 
 def facts(rows: Sequence[tuple[str, str, str]]) -> str:
-    """A table of what it is, its value, what it means; nothing where there is no row."""
+    """Return a table of name, value and meaning; nothing where there is no row."""
     if not rows:
         return ""
     body = "".join(
@@ -90,13 +90,15 @@ def facts(rows: Sequence[tuple[str, str, str]]) -> str:
 
 
 def table(title: str, rows: Sequence[tuple[str, str, str]]) -> str:
-    """``facts`` under a headline; nothing where there is no row."""
+    """Return ``facts`` under a headline; nothing where there is no row."""
     return f"<h3>{escape(title)}</h3>\n{facts(rows)}" if rows else ""
 
 
 def grid(rows: Sequence[Sequence[str]]) -> str:
-    """A table of figures, the headline first: each row's first cell names it, the others are values; nothing without
-    rows.  What is longer than a figure, such as a hash, may run over several lines.
+    """Return a table of figures, the headline first; nothing without rows.
+
+    Each row's first cell names it, the others are values.  A cell longer than a figure, such as a hash, may run over
+    several lines.
     """
     if len(rows) < 2:
         return ""
@@ -111,13 +113,13 @@ def grid(rows: Sequence[Sequence[str]]) -> str:
 
 
 def figure(svg: str, caption: str) -> str:
-    """A plot with its caption, which is also its text for screen readers."""
+    """Return a plot with its caption, which is also its text for screen readers."""
     picture = plots.with_label(svg, caption)
     return f"<figure>\n{picture}\n<figcaption>{escape(caption)}.</figcaption>\n</figure>\n"
 
 
 def panels(block: Panels, name: str) -> str:
-    """A figure of panels: each a plot of its own, so that they flow on a narrow screen."""
+    """Return a figure of panels: each a plot of its own, so that they flow on a narrow screen."""
     drawn = []
     for index, panel in enumerate(block.panels):
         svg = plots.svg(f"{name}-{index}", panel.draw, block.height, block.width)

@@ -17,20 +17,20 @@ from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.section import Block, Drawing, Facts, Grid, Heading, Items, Key, Markup, Panels, Section, Text
 
 A4: Final = (8.27, 11.69)
-"""in"""
+"""inches"""
 _LINE: Final = 0.017
-"""Height of a line of text, of the page's."""
+"""Height of a line of text, as a share of the page's."""
 _TOP, _BOTTOM, _LEFT, _RIGHT = 0.93, 0.05, 0.08, 0.95
 _FACTS: Final = (0.0, 0.45, 0.48)
-"""Where the columns of a table of facts begin, of its width; the second one ends there."""
+"""Left edges of the columns of a table of facts, as shares of its width; the second one ends there."""
 _MANY: Final = 6
 """Columns beyond which a table is set smaller."""
 _LETTERS: Final = 880.0
-"""Letters of one point that fill a table's width."""
+"""Number of letters of one point that fill a table's width."""
 
 
 def pdf_bytes(title: str, sentences: Sequence[str], sections: Iterable[Section]) -> bytes:
-    """A document in A4: title and sentences, then the sections.
+    """Return a document in A4: title and sentences, then the sections.
 
     The same input gives the same bytes: no date is written.
     """
@@ -52,7 +52,7 @@ def pdf_bytes(title: str, sentences: Sequence[str], sections: Iterable[Section])
 
 
 class _Paper:
-    """The page that is being filled from its top; full ones go into the document."""
+    """The page that is being filled from its top; full pages go into the document."""
 
     def __init__(self, document: PdfPages) -> None:
         self._document = document
@@ -63,7 +63,7 @@ class _Paper:
         self._document.savefig(self._page)  # type: ignore[no-untyped-call]
 
     def need(self, lines: float) -> bool:
-        """Begin a new page where fewer than so many lines are left; True where it did."""
+        """Begin a new page where fewer than so many lines are left, and return whether it did."""
         if self._y - lines * _LINE >= _BOTTOM:
             return False
         self.finish()
@@ -76,7 +76,7 @@ class _Paper:
             self._y -= lines * _LINE
 
     def text(self, text: str, width: int, *, size: float = 9.0, weight: str = "normal", indent: float = 0.0) -> None:
-        """A paragraph of lines of ``width`` letters."""
+        """Add a paragraph of lines of ``width`` letters."""
         step = size / 10.0
         for line in textwrap.wrap(text, width):
             self.need(step)
@@ -84,8 +84,9 @@ class _Paper:
             self._y -= step * _LINE
 
     def row(self, cells: Sequence[tuple[str, float, float, str]], *, size: float = 8.0, weight: str = "normal") -> None:
-        """One row of a table, long cells over several lines.  A cell is its text, where it begins and ends (of the
-        table's width), and "left" or "right".
+        """Add one row of a table, long cells over several lines.
+
+        A cell is its text, its begin and end (as shares of the table's width), and "left" or "right".
         """
         lines = _wrap(cells, size)
         for (_, begin, end, side), cell in zip(cells, lines, strict=True):
@@ -99,14 +100,14 @@ class _Paper:
         self._y -= 0.05 * _LINE
 
     def axes(self, height: float) -> Axes:
-        """Axes of ``height`` inches over the whole width, with room for a legend above and labels below."""
+        """Add axes of ``height`` inches over the whole width, with room for a legend above and labels below."""
         self.need((height + 0.9) / A4[1] / _LINE)
         bottom = self._y - (height + 0.3) / A4[1]
         self._y = bottom - 0.55 / A4[1]
         return self._page.add_axes((_LEFT + 0.04, bottom, _RIGHT - _LEFT - 0.04, height / A4[1]))
 
     def panels(self, block: Panels) -> None:
-        """A figure of panels, with its keys and caption below."""
+        """Add a figure of panels, with its keys and caption below."""
         columns = 3 if block.width < plots.WIDE else min(2, len(block.panels))
         rows = -(-len(block.panels) // columns)
         height = min(_TOP - _BOTTOM - 8.0 * _LINE, rows * (block.height + 0.45) / A4[1])
@@ -136,7 +137,7 @@ def _add_section(paper: _Paper, section: Section) -> None:
 
 
 def _least(block: Block) -> float:
-    """Lines that a headline needs below it so that it does not stand alone."""
+    """Return the number of lines that a headline needs below it so that it does not stand alone."""
     match block:
         case Panels():
             columns = 3 if block.width < plots.WIDE else min(2, len(block.panels))
@@ -187,7 +188,7 @@ def _add_caption(paper: _Paper, caption: str) -> None:
 
 
 def _add_grid(paper: _Paper, rows: Sequence[Sequence[str]]) -> None:
-    """A table; its headline is repeated where it continues on the next page."""
+    """Add a table; its headline is repeated where it continues on the next page."""
     if len(rows) < 2:
         return
     size = 8.0 if len(rows[0]) <= _MANY else 7.0
@@ -205,8 +206,9 @@ def _add_grid(paper: _Paper, rows: Sequence[Sequence[str]]) -> None:
 
 
 def _column_edges(rows: Sequence[Sequence[str]], size: float) -> list[float]:
-    """Where the columns begin and the last one ends, of the table's width: each as wide as its longest cell.  Spare
-    width goes to the first column; missing width is taken from the widest one.
+    """Return the edges of the columns as shares of the table's width, each column as wide as its longest cell.
+
+    Spare width goes to the first column; missing width is taken from the widest one.
     """
     letters = int(_LETTERS / size)
     widths = [max(len(row[k]) for row in rows) + 3 for k in range(len(rows[0]))]
@@ -222,7 +224,7 @@ def _wrap(cells: Sequence[tuple[str, float, float, str]], size: float) -> list[l
 
 
 def _height(lines: Sequence[Sequence[str]]) -> float:
-    """Of a row, in lines of text."""
+    """Return the height of a row, in lines of text."""
     return 0.8 * max(1, *(len(cell) for cell in lines)) + 0.2
 
 

@@ -22,11 +22,11 @@ MEASURED, SIMULATED, OTHER = COLOURS[:3]
 INK = "#010203"
 """Stands for the text's colour until the SVG is written; no plot uses it for anything else."""
 WIDE = 4.0
-"""Inches from which a panel shares its line with one other at most, narrower ones with two."""
+"""Inches from which a panel shares its line with at most one other, narrower ones with two."""
 _INCHES_A_LETTER = 0.078
-"""Of the page's font in its size, on average and a little more."""
+"""Width of a letter of the page's font in its size, on average and a little more."""
 _INCHES_A_FIGURE = 0.088
-"""A point has half of it, a minus sign 1.4 times as much."""
+"""Width of a digit; a point has half of it, a minus sign 1.4 times as much."""
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",  # words stay words: searchable, and in the page's own font
     "text.parse_math": False,  # names come from files: a dollar sign begins no formula
@@ -41,7 +41,7 @@ STYLE: dict[Any, Any] = {
 
 
 def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: float = 7.2) -> str:
-    """What ``draw`` puts on the axes, as SVG text; ``name`` is this plot's own on its page, its size in inches."""
+    """Return the drawing of ``draw`` as SVG text; ``name`` is this plot's own on its page, its size in inches."""
     with mpl.rc_context(STYLE | {"svg.hashsalt": name}):  # a salt of its own: identical runs give identical bytes
         figure = Figure(figsize=(width, height))
         figure.patch.set_alpha(0.0)
@@ -69,7 +69,7 @@ def svg(name: str, draw: Callable[[Axes], None], height: float = 2.9, width: flo
 
 
 def _for_ticks(axes: Axes) -> float:
-    """Inches that what stands along the left axis needs: names, or numbers."""
+    """Return the inches needed along the left axis for names or numbers."""
     words = [label.get_text() for label in axes.get_yticklabels()]
     if any(re.search("[A-Za-z]", word) for word in words):
         return _INCHES_A_LETTER * max(map(len, words)) + (0.35 if axes.get_ylabel() else 0.15)
@@ -80,12 +80,12 @@ def _for_ticks(axes: Axes) -> float:
 
 
 def with_label(drawn: str, text: str) -> str:
-    """The picture with its text for screen readers."""
+    """Return the picture with its text for screen readers."""
     return drawn.replace("<svg ", f'<svg role="img" aria-label="{escape(text)}" ', 1)
 
 
 def _lighter(drawn: str) -> str:
-    """The same picture in half the bytes: places to 0.1 pt, no names of groups, the page's font and style."""
+    """Return the same picture in half the bytes: places to 0.1 pt, no names of groups, the page's font and style."""
     drawn = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", drawn, flags=re.DOTALL)
     drawn = re.sub(r'<g id="[^"]*">', "<g>", drawn)
     drawn = re.sub(r"font-family: [^;]*; ", "", drawn)

@@ -1,7 +1,7 @@
-"""The report of a result, or of several side by side, made from what their folders hold.
+"""The report of a result, or of several side by side, made from the contents of their folders.
 
-A sentence of result comes first, what it rests on, then the run itself in 3D, then what the paper shows of its runs in
-the paper's order (Table 1, Figures 4 to 8), then what else is known, the solver's health and where it all comes from.
+A sentence of result comes first, then its basis, then the run itself in 3D.  The paper's tables and figures follow in
+the paper's order (Table 1, Figures 4 to 8), then further results, the solver's health and the provenance.
 """
 
 from __future__ import annotations
@@ -63,24 +63,24 @@ SECTIONS: Final[tuple[Callable[[Runs], Section], ...]] = (
     tables.health,
     tables.provenance,
 )
-"""Every section, in the report's order; those that have nothing to show are left out."""
+"""Every section, in the report's order; empty ones are left out."""
 
 
 def render(runs: Runs) -> str:
-    """The report as a page of HTML."""
+    """Return the report as a page of HTML."""
     lead = "".join(f'<p class="result">{escape(sentence)}</p>\n' for sentence in sentences(runs))
     return document(_title(runs), lead, [section(runs) for section in SECTIONS])
 
 
 def render_pdf(runs: Runs) -> bytes:
-    """The same as a document to print, without what moves."""
+    """Return the report as a document to print, without the replay."""
     from sssi_exudyn.reports.pdf import pdf_bytes  # here: the fonts take half a second to load
 
     return pdf_bytes(_title(runs), sentences(runs), [section(runs) for section in SECTIONS])
 
 
 def render_folder(folder: Path) -> str:
-    """The page of the result in a folder.  Raises InputError where there is none or it cannot be read."""
+    """Return the page of the result in a folder.  Raises InputError where there is none or it cannot be read."""
     return render([read_run(folder)])
 
 

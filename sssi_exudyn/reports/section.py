@@ -1,4 +1,4 @@
-"""Sections of blocks, of which a report consists; a page and a printed document show them alike."""
+"""Sections of blocks, the parts of a report; a page and a printed document show them alike."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class Facts:
-    """A table of three columns without a headline: what it is, its value, what it means."""
+    """A table of three columns without a headline: name, value, meaning."""
 
     rows: Sequence[tuple[str, str, str]]
 
@@ -66,7 +66,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Key:
-    """What a line's colour (an index into ``plots.COLOURS``; None for the text's) and style mean."""
+    """Meaning of a line's colour (an index into ``plots.COLOURS``; None for the text's) and style."""
 
     colour: int | None
     style: Literal["-", "--", ":", "."]
@@ -86,7 +86,7 @@ class Panels:
 
 @dataclass(frozen=True)
 class Markup:
-    """HTML that only a page shows, such as what moves."""
+    """HTML that only a page shows, such as a replay."""
 
     html: str
 
@@ -107,19 +107,19 @@ Runs: TypeAlias = Sequence[StoredRun]
 
 
 def table_section(title: str, rows: Sequence[Sequence[str]]) -> Section:
-    """A section of one table, the headline first; empty where there is nothing but the headline."""
+    """Return a section of one table, the headline first; empty where there is only the headline."""
     return Section(title, (Grid(rows),) if len(rows) > 1 else ())
 
 
 def figure_section(
     title: str, caption: str, panels: tuple[Panel, ...], keys: tuple[Key, ...], width: float, height: float
 ) -> Section:
-    """A section of one figure; empty where it has no panel."""
+    """Return a section of one figure; empty where it has no panel."""
     return Section(title, (Panels(caption, panels, keys, width, height),) if panels else ())
 
 
 def section_of_each(title: str, runs: Runs, blocks_of: Callable[[StoredRun], tuple[Block, ...]]) -> Section:
-    """The blocks of every run, below its name where there are several."""
+    """Return the blocks of every run, below its name where there are several."""
     blocks: list[Block] = []
     for run in runs:
         own = blocks_of(run)

@@ -6,47 +6,48 @@ import math
 from collections.abc import Mapping
 from typing import Final, Literal
 
-from sssi_exudyn.analysis.biomechanics import Spread
+from sssi_exudyn.analysis.biomechanics import RESIDUAL_MOMENT, Spread
 from sssi_exudyn.reports.section import Runs
 from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Estimate, Summary
 
 WEDGE_DEG: Final = 5.0
-"""Angle between the skis from which they make a wedge: between the paper's beginner (9°) and intermediate (2°)."""
+"""Angle between the skis above which they make a wedge: between the paper's beginner (9°) and intermediate (2°)."""
 SKIDDED_DEG: Final = 12.0
-"""Mean steering angle from which a turn is skidded: between the paper's beginner (25°) and intermediate (6°)."""
+"""Mean steering angle above which a turn is skidded: between the paper's beginner (25°) and intermediate (6°)."""
 
 
 Known = tuple[float, float]
 """A number and its standard error."""
 _NOTICEABLE: Final = 2.0
-"""Standard errors from which two numbers are reported to differ."""
+"""Standard errors above which two numbers are reported to differ."""
 _LEAST_TURNS: Final = 2
-"""Turns from which their spread is known."""
+"""Least number of turns from which their spread is known."""
 Group = Literal["each", "control"]
 """Figures of whole turns, or of their control phase."""
 
 
 def sentences(runs: Runs) -> list[str]:
-    """The result in words: the skiing and the agreement of each recording, what was missing, and how two differ."""
-    found = [
+    """State the result in words: skiing and agreement of each recording, what was missing, and how two differ."""
+    stated = [
         f"{run.name}: {_early_stop(run.summary)}{_skiing(run.summary)}{_agreement(run.summary)}"
-        f"{_friction(run.summary)}{_of_few_sensors(run.summary)}{_cutting(run.summary)}{_residual(run.summary)}{_assumed(run.summary)}{_missing(run.summary)}"
+        f"{_friction(run.summary)}{_of_few_sensors(run.summary)}{_cutting(run.summary)}{_residual(run.summary)}"
+        f"{_assumed(run.summary)}{_missing(run.summary)}"
         for run in runs
     ]
     if len(runs) == 2:
-        found += _difference(*runs)
-    return found
+        stated += _difference(*runs)
+    return stated
 
 
 def spread_of(summary: Summary, name: str, group: Group = "each") -> Spread:
-    """A figure of the turns, over complete ones; empty where there is none."""
+    """Return a figure of the turns, over complete ones; empty where there is none."""
     figures: Mapping[str, Spread] = getattr(summary.turns, group) or {}
     return figures.get(name, Spread())
 
 
 def mean_of(summary: Summary, name: str, group: Group = "each") -> float | None:
-    """The mean of a turns' figure over complete turns; None where there is none."""
+    """Return the mean of a turns' figure over complete turns; None where there is none."""
     return spread_of(summary, name, group).mean
 
 
@@ -65,7 +66,7 @@ def _skiing(summary: Summary) -> str:
     if apart is None or steering is None or _steering_is_assumed(summary):
         return words + " "
     edge = "skidded" if steering >= SKIDDED_DEG else "almost carved"
-    point = f"{edge}: the skis point {steering:.0f}° off the way they go"
+    point = f"{edge}: the skis point {steering:.0f}° off their direction of travel"
     if summary.posture is not None:  # which sets them parallel, and the load on them
         return f"{words} Turns {point}. "
     skis = f"in a wedge of {apart:.0f}°" if apart >= WEDGE_DEG else f"parallel to {apart:.0f}°"
@@ -77,8 +78,10 @@ def _skiing(summary: Summary) -> str:
 
 
 def _steering_is_assumed(summary: Summary) -> bool:
-    """Whether few sensors have left open where the skis point: what was assumed of them is no result."""
-    return summary.posture is not None and any(each.startswith("steering") for each in summary.posture.assumed)
+    """Tell whether few sensors leave the skis' direction open: an assumed direction is no result."""
+    return summary.posture is not None and any(
+        assumption.startswith("steering") for assumption in summary.posture.assumed
+    )
 
 
 def _early_stop(summary: Summary) -> str:
@@ -103,46 +106,50 @@ def _agreement(summary: Summary) -> str:
 
 
 def _residual(summary: Summary) -> str:
-    """The moment at the pelvis that nothing explains."""
-    found = summary.residual_moment
-    if found.rms_Nm is None or found.verdict is None:
+    """State the moment at the pelvis that nothing explains, compared with OpenSim's limits."""
+    moment = summary.residual_moment
+    if moment.rms_Nm is None or moment.verdict is None:
         return ""
-    most = "" if found.peak_Nm is None else f", {found.peak_Nm:.0f} N\u00a0m at most"
-    size = f"{found.rms_Nm:.0f} N\u00a0m (rms){most}"
-    return f" The moment left over at the pelvis is {size}, which is {found.verdict} by OpenSim's thresholds."
+    words = []
+    for name, figure, value in (("an rms", "rms", moment.rms_Nm), ("a peak", "peak", moment.peak_Nm)):
+        if value is not None:
+            limit = RESIDUAL_MOMENT[figure][1]
+            where = "within" if value <= limit else "above"
+            words.append(f"{name} of {value:.0f} N\u00a0m, {where} OpenSim's limit of {limit:.0f} N\u00a0m")
+    return f" The residual moment at the pelvis has {', and '.join(words)}."
 
 
 def _assumed(summary: Summary) -> str:
-    """That something was assumed which nobody stated."""
+    """State that something was assumed because it was not stated."""
     some = any(notice.startswith("assumed") for notice in summary.notices)
     return " Part of what is stated of skier and equipment was assumed." if some else ""
 
 
 def _friction(summary: Summary) -> str:
-    """The interval of friction along the ski, where it comes from, and whether the corrections are believable."""
-    found, value = summary.uncertainty, summary.friction.mu_t.value
-    if found is None or value is None:
+    """State the interval of friction along the ski, its sources, and whether the corrections are believable."""
+    uncertainty, value = summary.uncertainty, summary.friction.mu_t.value
+    if uncertainty is None or value is None:
         return ""
-    interval = found.interval_90["mu_t"]
-    parts = sorted(found.shares["mu_t"].items(), key=lambda part: -part[1])[:2]
+    interval = uncertainty.interval_90["mu_t"]
+    parts = sorted(uncertainty.shares["mu_t"].items(), key=lambda part: -part[1])[:2]
     sources = " and ".join(f"{group} ({100.0 * share:.0f}\u00a0%)" for group, share in parts)
     words = (
         f" μ_t is {value:.3f}, with 90\u00a0% probability between {interval.low:.3f} and {interval.high:.3f}; most of"
         f" that uncertainty comes from {sources}."
     )
-    if found.missed is not None:
-        what, times = found.missed
-        wide = found.widened or 1.0
+    if uncertainty.missed is not None:
+        what, times = uncertainty.missed
+        wide = uncertainty.widened or 1.0
         widened = f"That is widened {wide:.1f} times" if wide > 1.0 else "That is too narrow"
-        words += f" {widened}: what is left over of the {what} is {times:.0f} times the usual noise."
-    if found.fits_priors:
+        words += f" {widened}: the residual of the {what} is {times:.0f} times the usual noise."
+    if uncertainty.fits_priors:
         return words
-    worst = found.largest[0]
+    worst = uncertainty.largest[0]
     return f"{words} But {worst.what} had to be corrected by {abs(worst.sigmas):.1f} of its standard deviations."
 
 
 def _of_few_sensors(summary: Summary) -> str:
-    """Effective friction, and whether the model tells how the speed of a run of few sensors changes."""
+    """State effective friction, and whether the model predicts the changes of speed of a run of few sensors."""
     if summary.posture is None:
         return ""
     effective, half = summary.posture.effective_friction, summary.posture.second_half
@@ -160,19 +167,25 @@ def _of_few_sensors(summary: Summary) -> str:
 
 
 def _cutting(summary: Summary) -> str:
-    """What edges that cut come to, beside the paper's coefficients."""
-    found = summary.carving
-    if found is None or found.mu.value is None or found.equivalent_mu_t is None or found.equivalent_mu_n is None:
+    """State the friction of edges that cut, next to the paper's coefficients."""
+    carving = summary.carving
+    if (
+        carving is None
+        or carving.mu.value is None
+        or carving.equivalent_mu_t is None
+        or carving.equivalent_mu_n is None
+    ):
         return ""
     return (
-        f" Its edges cut the snow: friction along them ({found.mu.value:.3f} of the resultant) comes to a μ_t of"
-        f" {found.equivalent_mu_t:.3f}, the grooves' walls to a μ_n of {found.equivalent_mu_n:.2f}."
+        f" Its edges cut the snow: friction along them ({carving.mu.value:.3f} of the resultant) comes to a μ_t of"
+        f" {carving.equivalent_mu_t:.3f}, the grooves' walls to a μ_n of {carving.equivalent_mu_n:.2f}."
     )
 
 
 def _difference(first: StoredRun, second: StoredRun) -> list[str]:
-    """How the second run differs from the first, each difference with its standard error; what is within two of these
-    is not reported to differ.
+    """State how the second run differs from the first, each difference with its standard error.
+
+    Differences within two standard errors are not reported.
     """
     stated, same = [], []
     for what, (a, b), unit, more, less in _compared(first.summary, second.summary):
@@ -195,7 +208,7 @@ def _difference(first: StoredRun, second: StoredRun) -> list[str]:
 
 
 def _compared(first: Summary, second: Summary) -> list[tuple[str, tuple[Known | None, Known | None], str, str, str]]:
-    """What is compared: its name, its number with its standard error in both runs, unit, words for more and less."""
+    """Return the compared quantities: name, number with standard error in both runs, unit, words for more and less."""
     speed, radius, skid = (
         (_over_turns(first, name), _over_turns(second, name))
         for name in ("mean_speed_mps", "turn_radius_m", "steering_angle_mean_deg")
@@ -211,12 +224,12 @@ def _compared(first: Summary, second: Summary) -> list[tuple[str, tuple[Known | 
 
 
 def _over_turns(summary: Summary, name: str) -> Known | None:
-    """A figure's mean over the turns, and the standard error that their spread leaves; None for fewer than two."""
+    """Return a figure's mean over the turns, and the standard error from their spread; None for fewer than two."""
     spread = spread_of(summary, name)
     if spread.mean is None or spread.sd is None or spread.turns is None or spread.turns < _LEAST_TURNS:
         return None
     return spread.mean, spread.sd / math.sqrt(spread.turns)
 
 
-def _with_error(found: Estimate) -> Known | None:
-    return None if found.value is None or found.se is None else (found.value, found.se)
+def _with_error(estimate: Estimate) -> Known | None:
+    return None if estimate.value is None or estimate.se is None else (estimate.value, estimate.se)

@@ -1,4 +1,4 @@
-"""The page that sets skis side by side in steady turns."""
+"""The page that compares skis in steady turns."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from sssi_exudyn.simulation.turns.steady_turn import SteadyTurn, TurnCase
 from sssi_exudyn.simulation.turns.turn_rig import UNCERTAIN, RigPoint, difference
 
 _STYLES: Final = ("-", "--")
-"""Of the lines: five skis, and five more."""
+"""Styles of the lines: five skis, and five more."""
 
 
 def turn_page(skis: Sequence[Ski], points: Sequence[RigPoint], case: TurnCase) -> str:
-    """The page for skis and their points, all of one case but for the edge angle."""
+    """Return the page for skis and their points, all of one case except for the edge angle."""
     names = [ski.name for ski in skis]
     lead = (
         f"<p>{escape(', '.join(names))}: one ski with {case.load:g} N along the snow's normal at {case.speed:g} m/s, "
@@ -49,7 +49,7 @@ _RESERVE: Final = (
     "slips out of the turn."
 )
 _Bar = Callable[[RigPoint], tuple[float, float, float]]
-"""A point's value, and how much less and more it may be."""
+"""A point's value, and its uncertainty downwards and upwards."""
 
 
 def _radius_bar(point: RigPoint) -> tuple[float, float, float]:
@@ -89,14 +89,14 @@ def _over_edge(names: Sequence[str], points: Sequence[RigPoint], label: str, bar
 
 
 def _along(names: Sequence[str], points: Sequence[RigPoint]) -> tuple[Block, ...]:
-    """Along the edge, at the edge angle nearest to 60 degrees at which all skis turn."""
+    """Draw quantities along the edge, at the edge angle nearest to 60 degrees at which all skis turn."""
     edges = sorted({point.edge for point in points}, key=lambda edge: abs(edge - np.radians(60.0)))
     of_edges = [[point.turn for point in points if point.edge == edge and point.radius is not None] for edge in edges]
     shared = [[turn for turn in turns if turn is not None] for turns in of_edges if len(turns) == len(names)]
     if not shared:
         return (Text("There is no edge angle at which all skis turn."),)
     turns = shared[0]
-    at = f"at {np.degrees(turns[0].case.edge):.0f} degrees"
+    edge_words = f"at {np.degrees(turns[0].case.edge):.0f} degrees"
 
     def drawing(label: str, of: Callable[[SteadyTurn], Array]) -> Drawing:
         def draw(axes: Axes) -> None:
@@ -105,7 +105,7 @@ def _along(names: Sequence[str], points: Sequence[RigPoint]) -> tuple[Block, ...
             axes.set_xlabel("ahead of the boot centre (mm)")
             axes.set_ylabel(label)
 
-        return Drawing(f"{label} along the edge, {at}", draw)
+        return Drawing(f"{label} along the edge, {edge_words}", draw)
 
     return (
         drawing("pressure (kN/m)", lambda turn: 1e-3 * turn.pressure),
@@ -163,7 +163,7 @@ def _loss_rows(points: Sequence[RigPoint]) -> list[list[str]]:
 
 
 def _differences(names: Sequence[str], points: Sequence[RigPoint]) -> tuple[Block, ...]:
-    """The radius of every other ski against the first one's."""
+    """Compare the radius of every other ski with the first one's."""
     edges = sorted({point.edge for point in points})
     by = {(point.ski, point.edge): point for point in points}
     rows = [["radius", *(f"{np.degrees(edge):.0f}°" for edge in edges)]]
@@ -172,22 +172,22 @@ def _differences(names: Sequence[str], points: Sequence[RigPoint]) -> tuple[Bloc
 
 
 def _difference_text(point: RigPoint, other: RigPoint) -> str:
-    found = difference(point, other)
-    if found is None:
+    change = difference(point, other)
+    if change is None:
         return "one may slip"
-    claim = "" if abs(found.share) > 2.0 * found.error else ", no claim"
-    return f"{100.0 * found.share:+.1f} ± {100.0 * found.error:.1f} %{claim}"
+    remark = "" if abs(change.share) > 2.0 * change.error else ", not significant"
+    return f"{100.0 * change.share:+.1f} ± {100.0 * change.error:.1f} %{remark}"
 
 
 _ALIKE: Final = (
     "What is uncertain of snow and posture is the same for both skis, so the difference is known better than either "
-    "radius. Below two standard deviations it is no claim."
+    "radius. Differences below two standard deviations are not significant."
 )
 
 
 def _share_rows(points: Sequence[RigPoint]) -> list[list[str]]:
-    """By how much each uncertain thing changes the radius."""
-    rows = [["radius with one less, one more", *(f"{each.name}, {each.amount}" for each in UNCERTAIN)]]
+    """Return by how much each uncertain quantity changes the radius."""
+    rows = [["radius with one less, one more", *(f"{source.name}, {source.amount}" for source in UNCERTAIN)]]
     for point in points:
         if point.turn is not None:
             pairs = [
@@ -199,7 +199,9 @@ def _share_rows(points: Sequence[RigPoint]) -> list[list[str]]:
 
 
 def _sources() -> tuple[str, ...]:
-    return tuple(f"{each.name}, one standard deviation {each.amount}: {each.source}" for each in UNCERTAIN)
+    return tuple(
+        f"{uncertain.name}, one standard deviation {uncertain.amount}: {uncertain.source}" for uncertain in UNCERTAIN
+    )
 
 
 def _ski_rows(skis: Sequence[Ski]) -> list[list[str]]:

@@ -53,7 +53,8 @@ def test_the_bad_news_is_said_too(run: StoredRun) -> None:
     rmsd = shown.summary.pressure_ratio.rmsd
     assert rmsd is not None
     assert f"and is {100.0 * rmsd:.0f}\u00a0% of the load off" in words
-    assert "93 N\u00a0m (rms), 210 N\u00a0m at most, which is bad by OpenSim's thresholds" in words
+    assert "an rms of 93 N\u00a0m, above OpenSim's limit of 50 N\u00a0m" in words
+    assert "a peak of 210 N\u00a0m, above OpenSim's limit of 75 N\u00a0m" in words
     assert "was assumed" in words
     assert "was assumed" not in sentences([run])[0]
 
@@ -81,7 +82,7 @@ def test_of_few_sensors_nothing_that_was_assumed_is_a_result(run: StoredRun) -> 
     assert "is 3.2 m/s off (rms); the first half's mean speed is 0.6 m/s off: the model does not tell" in words
     measured = with_figures(run, posture=few_sensors(("arms: held in front",), 0.4))
     (words,) = sentences([measured])
-    assert "Turns almost carved: the skis point 1° off the way they go." in words
+    assert "Turns almost carved: the skis point 1° off their direction of travel." in words
     assert "parallel" not in words
     assert "the model does not tell" not in words
     assert "skid angle" not in sentences([assumed, measured])[2]

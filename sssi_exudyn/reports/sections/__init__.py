@@ -1,1 +1,1 @@
-"""The sections of a report: each a function of the results that are shown."""
+"""The sections of a report: each a function of the results shown."""

@@ -1,4 +1,4 @@
-"""The boots of a run: where they are on the skis, and what their cuffs take of the ankles' moments."""
+"""The boots of a run: their places on the skis, and their cuffs' part in the ankles' moments."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.simulation.result import SIDES
 
 _ABOUT = (
-    "Cuff and muscles together make the ankle's moment; up (dorsiflexion) is positive. A cuff that nobody stated"
-    " is the one that leaves least to the muscles, as far as usual boots go: a lower bound for the muscles."
+    "Cuff and muscles together make the ankle's moment; up (dorsiflexion) is positive. A cuff that is not stated is"
+    " estimated, with a prior from usual boots, so that it leaves least to the muscles: a lower bound for the muscles."
 )
 
 
 def boots(runs: Runs) -> Section:
-    """Facts of every run's boots."""
+    """Show facts of every run's boots."""
     return section_of_each("Boots", runs, _blocks)
 
 
 def _blocks(run: StoredRun) -> tuple[Block, ...]:
-    found = run.summary.boots
-    if found is None or found.ankles is None:
+    figures = run.summary.boots
+    if figures is None or figures.ankles is None:
         return ()
     rows = [
-        (name, *(number(getattr(found.ankles.get(side, AnkleFigures()), key)) for side in SIDES))
+        (name, *(number(getattr(figures.ankles.get(side, AnkleFigures()), key)) for side in SIDES))
         for name, key in (
             ("cuff presses neither way at a captured ankle of (°)", "lean_deg"),
             ("ankle's moment, rms (N m)", "moment_rms_Nm"),
@@ -41,14 +41,14 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
             ("by which boot and ankle give way to it, rms (°)", "edging_give_rms_deg"),
         )
     ]
-    blocks: tuple[Block, ...] = (Text(_sentence(found)), Text(_ABOUT), Grid([["", *SIDES], *map(list, rows)]))
+    blocks: tuple[Block, ...] = (Text(_sentence(figures)), Text(_ABOUT), Grid([["", *SIDES], *map(list, rows)]))
     if not {name for side in SIDES for name in _columns(side)} <= set(run.series.columns):
         return blocks
     return (*blocks, Drawing("Moments of the ankles and their cuffs", lambda axes: _draw(axes, run.series), 3.0))
 
 
 def _columns(side: str) -> tuple[str, str]:
-    """Columns of the ankle's moment and of its cuff's."""
+    """Return the columns of the ankle's moment and of its cuff's."""
     return f"ankle_angle_{side[0]}_moment_Nm", cuff_column(side, "flexion")
 
 
@@ -61,13 +61,13 @@ def _draw(axes: Axes, series: pd.DataFrame) -> None:
     axes.legend(ncols=4)
 
 
-def _sentence(found: BootFigures) -> str:
-    where = f"The ski's mark is {100.0 * (found.centre_m or 0.0):.1f} cm ahead of the ankle"
-    if found.ramp_angle_deg:
-        where += f", on a ramp of {found.ramp_angle_deg:.1f}°"
-    stiffness = f"{number(found.flexion_Nm_per_deg)} N m/° in flexion"
-    if found.flexion_se_Nm_per_deg is None:
+def _sentence(figures: BootFigures) -> str:
+    place = f"The ski's mark is {100.0 * (figures.centre_m or 0.0):.1f} cm ahead of the ankle"
+    if figures.ramp_angle_deg:
+        place += f", on a ramp of {figures.ramp_angle_deg:.1f}°"
+    stiffness = f"{number(figures.flexion_Nm_per_deg)} N m/° in flexion"
+    if figures.flexion_se_Nm_per_deg is None:
         stiffness += ", as stated"
     else:
-        stiffness += f" (± {number(found.flexion_se_Nm_per_deg, 2)}, estimated from the run)"
-    return f"{where}. The cuffs' stiffness is {stiffness}, and {number(found.edging_Nm_per_deg)} N m/° in edging."
+        stiffness += f" (± {number(figures.flexion_se_Nm_per_deg, 2)}, estimated from the run)"
+    return f"{place}. The cuffs' stiffness is {stiffness}, and {number(figures.edging_Nm_per_deg)} N m/° in edging."

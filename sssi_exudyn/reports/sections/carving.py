@@ -1,4 +1,4 @@
-"""Runs on snow that edges cut: the snow's numbers, what they come to as the paper's, and how the skis run."""
+"""Runs on snow that edges cut: the snow's numbers, their equivalents in the paper's law, and the skis' movement."""
 
 from __future__ import annotations
 
@@ -14,39 +14,39 @@ _ABOUT = (
 _HEADINGS = {
     "replay": "the captured one",
     "track": "held to the captured one by a spring and a damper",
-    "free": "what snow and air make of it",
+    "free": "free, moved by snow and air",
 }
 
 
 def carving(runs: Runs) -> Section:
-    """Facts of every run whose edges cut the snow."""
+    """Show facts of every run whose edges cut the snow."""
     return section_of_each("Edges that cut the snow", runs, _blocks)
 
 
 def _blocks(run: StoredRun) -> tuple[Block, ...]:
-    found = run.summary.carving
-    if found is None:
+    figures = run.summary.carving
+    if figures is None:
         return ()
     rows = (
-        ("model", f"the {found.tier} one"),
-        ("μ, friction along the edges", _with_error(found.mu)),
-        ("H, hardness (N/m³)", _with_error(found.hardness_N_m3)),
-        ("S_f, strength (Pa)", _with_error(found.strength_Pa)),
-        ("friction along the edges against the load, as μ_t", number(found.equivalent_mu_t)),
-        ("force of the grooves' walls against the load, as μ_n", number(found.equivalent_mu_n)),
-        ("side reserve of the outer ski, mean", number(found.side_reserve_mean)),
-        ("less for a twentieth of the run than", number(found.side_reserve_least)),
-        ("yaw of the skis against the feet, rms (°)", number(found.ski_yaw_rms_deg)),
-        ("roll of the skis against the feet, rms (°)", number(found.ski_roll_rms_deg)),
-        ("heave of the skis against the feet, rms (m)", number(found.ski_heave_rms_m)),
-        ("pitch of the skis against the feet, rms (°)", number(found.ski_pitch_rms_deg)),
-        ("the skier's heading", _HEADINGS[found.heading]),
-        ("heading against the captured one, rms (°)", number(found.heading_rms_deg)),
-        ("moment left over about gravity, rms (N m)", number(found.yaw_residual_rms_Nm)),
-        ("moment left over in roll, about the way, rms (N m)", number(found.roll_residual_rms_Nm)),
+        ("model", f"the {figures.tier} one"),
+        ("μ, friction along the edges", _with_error(figures.mu)),
+        ("H, hardness (N/m³)", _with_error(figures.hardness_N_m3)),
+        ("S_f, strength (Pa)", _with_error(figures.strength_Pa)),
+        ("friction along the edges against the load, as μ_t", number(figures.equivalent_mu_t)),
+        ("force of the grooves' walls against the load, as μ_n", number(figures.equivalent_mu_n)),
+        ("side reserve of the outer ski, mean", number(figures.side_reserve_mean)),
+        ("less for a twentieth of the run than", number(figures.side_reserve_least)),
+        ("yaw of the skis against the feet, rms (°)", number(figures.ski_yaw_rms_deg)),
+        ("roll of the skis against the feet, rms (°)", number(figures.ski_roll_rms_deg)),
+        ("heave of the skis against the feet, rms (m)", number(figures.ski_heave_rms_m)),
+        ("pitch of the skis against the feet, rms (°)", number(figures.ski_pitch_rms_deg)),
+        ("the skier's heading", _HEADINGS[figures.heading]),
+        ("heading against the captured one, rms (°)", number(figures.heading_rms_deg)),
+        ("residual moment about gravity, rms (N m)", number(figures.yaw_residual_rms_Nm)),
+        ("residual moment in roll, about the direction of travel, rms (N m)", number(figures.roll_residual_rms_Nm)),
     )
     return Text(_ABOUT), Grid([["", "value"], *map(list, rows)])
 
 
-def _with_error(found: Estimate) -> str:
-    return number(found.value) if found.se is None else f"{number(found.value)} ± {number(found.se, 2)}"
+def _with_error(estimate: Estimate) -> str:
+    return number(estimate.value) if estimate.se is None else f"{number(estimate.value)} ± {number(estimate.se, 2)}"

@@ -16,7 +16,7 @@ from sssi_exudyn.results.stored import StoredRun
 
 RIGHT: Final = "-"
 LEFT: Final = "--"
-"""Line styles of the sides, as the paper has them."""
+"""Line styles of the sides, as in the paper."""
 _TRUNK: Final = ("pelvis", "lumbar")
 ANGLES: Final = (
     ("hip_flexion", "hip flexion"),
@@ -31,7 +31,7 @@ ANGLES: Final = (
     ("lumbar_bending", "lumbar right bending"),
     ("lumbar_rotation", "lumbar left rotation"),
 )
-"""Figure 5: coordinate, and what is positive.  The paper has knee extension."""
+"""Figure 5: coordinate, and its positive direction.  The paper has knee extension."""
 MOMENTS: Final = (
     ("hip_flexion", "hip flexion"),
     ("hip_adduction", "hip adduction"),
@@ -39,11 +39,11 @@ MOMENTS: Final = (
     ("knee_angle", "knee flexion"),
     ("ankle_angle", "ankle dorsiflexion"),
 )
-"""Figure 8: likewise."""
+"""Figure 8: coordinate, and its positive direction."""
 _AROUND: Final = 0.2
 """Share of a turn before and after the transition in which a spike counts as the transition's."""
 _SPIKE: Final = 0.3
-"""Share of a curve's range by which a spike stands out."""
+"""Least height of a spike, as a share of the curve's range."""
 
 
 def figure_5(runs: Runs) -> Section:
@@ -58,7 +58,7 @@ def figure_5(runs: Runs) -> Section:
         panels.append(_curves(f"{words} (°)", series, cycles))
     return figure_section(
         "Joint angles over two linked turns (the paper's Figure 5)",
-        f"Positive is what each panel is called. {_pairs_of_turns(runs, cycles)}",
+        f"Each panel names its positive direction. {_pairs_of_turns(runs, cycles)}",
         tuple(panels),
         (*_of_runs(runs), *_of_sides()),
         3.3,
@@ -103,8 +103,8 @@ def figure_8(runs: Runs) -> Section:
         panels.append(_curves(f"{words} (N m/kg)", series, cycles, mark_spikes=True))
     return figure_section(
         "Joint moments over two linked turns (the paper's Figure 8)",
-        "Positive is what each panel is called, a kilogram of the skier; diamonds are spikes at the transition between "
-        f"the turns. {_pairs_of_turns(runs, cycles)}",
+        "Each panel names its positive direction; moments are per kilogram of the skier. Diamonds are spikes at the "
+        f"transition between the turns. {_pairs_of_turns(runs, cycles)}",
         tuple(panels),
         (*_of_runs(runs), *_of_sides()),
         3.3,
@@ -138,8 +138,8 @@ def _curves(
             axes.fill_between(curve.time, low, high, color=_colour(index), alpha=0.18, linewidth=0)
             axes.plot(curve.time, curve.mean, color=_colour(index), linestyle=style)
             if mark_spikes and shown[index].pairs:
-                at = spikes(curve.time, curve.mean, shown[index])
-                axes.plot(curve.time[at], curve.mean[at], "D", color=_colour(index), markersize=4.5)
+                peaks = spikes(curve.time, curve.mean, shown[index])
+                axes.plot(curve.time[peaks], curve.mean[peaks], "D", color=_colour(index), markersize=4.5)
         axes.margins(x=0.01)
         axes.set(xlabel="time (s)")
 
@@ -148,18 +148,18 @@ def _curves(
 
 
 def spikes(time: Array, values: Array, cycle: Cycle) -> list[int]:
-    """Indices where the curve has a spike, up or down, at the transition between the two turns."""
+    """Find the indices where the curve has a spike, up or down, at the transition between the two turns."""
     middle = cycle.transitions[1]
     window = _AROUND * float(np.mean(cycle.durations))
     least = _SPIKE * float(np.ptp(values))
     from scipy.signal import find_peaks  # here: it takes most of a second to load
 
-    found = [i for sign in (1.0, -1.0) for i in find_peaks(sign * values, prominence=least)[0]]
-    return [int(i) for i in found if abs(time[i] - middle) <= window]
+    peaks = [i for sign in (1.0, -1.0) for i in find_peaks(sign * values, prominence=least)[0]]
+    return [int(i) for i in peaks if abs(time[i] - middle) <= window]
 
 
 def _sides(name: str) -> tuple[tuple[str, str, str], ...]:
-    """Coordinate, line style and name of each side; the trunk has none."""
+    """Return coordinate, line style and name of each side; the trunk has none."""
     if name.startswith(_TRUNK):
         return ((name, RIGHT, ""),)
     return ((f"{name}_r", RIGHT, ", right"), (f"{name}_l", LEFT, ", left"))
@@ -178,7 +178,7 @@ def _of_sides() -> tuple[Key, ...]:
 
 
 def _pairs_of_turns(runs: Runs, cycles: Sequence[Cycle]) -> str:
-    """How many pairs of turns a mean is over."""
+    """State how many pairs of turns a mean is over."""
     lines = [
         f"{run.name}: mean and standard deviation over {len(cycle.pairs)} pairs, {cycle.pairs[0][0].side} turn first"
         if len(cycle.pairs) > 1

@@ -32,70 +32,70 @@ from sssi_exudyn.validation.diagnosis.search.missing_force import DIRECTIONS
 _COLOURS = (plots.SIMULATED, plots.MEASURED, plots.OTHER)
 Row = tuple[str, str, str]
 _BARS = 10
-"""Explanations that are drawn, at most, and how probable they are at least."""
+"""Greatest number of explanations that are drawn, and their least probability."""
 _DRAWN = 0.005
 _LONGEST = 0.12
-"""Of the way's length: the longest arrow."""
+"""Length of the longest arrow, as a share of the path's."""
 
 
 def diagnosis(runs: Runs) -> Section:
-    """What was missing; figures that the diagnosis has no data of are left out."""
+    """Show what was missing; figures without data in the diagnosis are left out."""
     return section_of_each(
         "Diagnosis", runs, lambda run: () if run.diagnosis is None else diagnosis_blocks(run.diagnosis)
     )
 
 
-def diagnosis_blocks(found: Diagnosis) -> tuple[Block, ...]:
-    """The section of one diagnosis."""
-    blocks: list[Block] = [Text(found.sentence)]
-    if found.paragraph:
-        blocks += [Heading("For the coach"), Text(found.paragraph)]
-    if found.track_distance is not None:
-        distance = found.track_distance
-        blocks.append(Drawing(_distance_caption(found), lambda axes: _draw_distance(axes, found, distance)))
-    if found.latent_force is not None:
-        before, after = found.latent_force.before, found.latent_force.after
+def diagnosis_blocks(diagnosis: Diagnosis) -> tuple[Block, ...]:
+    """Return the section of one diagnosis."""
+    blocks: list[Block] = [Text(diagnosis.sentence)]
+    if diagnosis.paragraph:
+        blocks += [Heading("For the coach"), Text(diagnosis.paragraph)]
+    if diagnosis.track_distance is not None:
+        distance = diagnosis.track_distance
+        blocks.append(Drawing(_distance_caption(diagnosis), lambda axes: _draw_distance(axes, diagnosis, distance)))
+    if diagnosis.latent_force is not None:
+        before, after = diagnosis.latent_force.before, diagnosis.latent_force.after
         caption = "Force that the model lacks, with twice its standard deviation; dots stand out from what noise shows"
         blocks.append(Drawing(caption, lambda axes: draw_force(axes, before)))
-        if found.findings:
-            caption = f"The same with {_captions(found)} in the model"
+        if diagnosis.findings:
+            caption = f"The same with {_captions(diagnosis)} in the model"
             blocks.append(Drawing(caption, lambda axes: draw_force(axes, after)))
         if before.by_foot is not None:
             for side, on_foot in _by_foot(before, before.by_foot):
                 caption = f"The same on the {side} foot, were it the snow's: what the insoles say of it"
                 blocks.append(Drawing(caption, partial(draw_force, missing=on_foot)))
-        rows = _force_rows(found.latent_force)
+        rows = _force_rows(diagnosis.latent_force)
         blocks += [Facts(rows)] if rows else []
-        if found.way is not None:
-            way = found.way
+        if diagnosis.way is not None:
+            path = diagnosis.way
             caption = (
                 "The slope from above, the fall line to the right: the missing force in the snow's plane as arrows, "
                 "the circle at each one's end its standard deviation; grey where it is less than that"
             )
-            blocks.append(Drawing(caption, lambda axes: _draw_slope(axes, way, before), 3.6))
-    for finding in found.findings:
+            blocks.append(Drawing(caption, lambda axes: _draw_slope(axes, path, before), 3.6))
+    for finding in diagnosis.findings:
         blocks += [Heading(f"{finding.name.replace('_', ' ')} ({finding.probability:.0%})"), Facts(_finding(finding))]
-    if found.next:
-        blocks += [Heading("What to measure next"), Facts(_next(found.next))]
-    if found.friction_averaged is not None:
-        blocks += [Heading("Friction, whatever the explanation"), Facts(_friction(found.friction_averaged))]
-    if found.weighed:
-        weighed = found.weighed[0]
+    if diagnosis.next:
+        blocks += [Heading("What to measure next"), Facts(_next(diagnosis.next))]
+    if diagnosis.friction_averaged is not None:
+        blocks += [Heading("Friction, whatever the explanation"), Facts(_friction(diagnosis.friction_averaged))]
+    if diagnosis.weighed:
+        weighed = diagnosis.weighed[0]
         caption = "Probability of every explanation, before anything was added"
         blocks += [Heading(caption), Drawing(caption, lambda axes: draw_probabilities(axes, weighed), 3.2)]
-        blocks += [Facts(_hypotheses(weighed) + ([] if found.chance is None else [_chance(found.chance)]))]
-    if found.smallest_noticed:
-        blocks += [Heading("What would have been noticed"), Facts(_smallest(found.smallest_noticed))]
-    return (*blocks, Heading("Noise of the instruments"), Facts(_noise_rows(found.noise)))
+        blocks += [Facts(_hypotheses(weighed) + ([] if diagnosis.chance is None else [_chance(diagnosis.chance)]))]
+    if diagnosis.smallest_noticed:
+        blocks += [Heading("What would have been noticed"), Facts(_smallest(diagnosis.smallest_noticed))]
+    return (*blocks, Heading("Noise of the instruments"), Facts(_noise_rows(diagnosis.noise)))
 
 
 def _force_rows(latent: LatentForce) -> list[Row]:
-    """How much more probable the measurements are with some force, whatever its course, than with none."""
-    named = (("some force missing, against none", latent.before), ("the same, with all findings", latent.after))
+    """State how much more probable the measurements are with some force, whatever its course, than with none."""
+    forces = (("some force missing, against none", latent.before), ("the same, with all findings", latent.after))
     rows: list[Row] = [
-        (name, f"{each.log_bayes_factor:+.1f}", "log Bayes factor; above 3 there is one, below −3 there is none")
-        for name, each in named
-        if each.log_bayes_factor is not None
+        (name, f"{force.log_bayes_factor:+.1f}", "log Bayes factor; above 3 there is one, below −3 there is none")
+        for name, force in forces
+        if force.log_bayes_factor is not None
     ]
     feet = latent.before.by_foot
     if feet is not None:
@@ -105,7 +105,7 @@ def _force_rows(latent: LatentForce) -> list[Row]:
 
 
 def _by_foot(missing: ForceOverTime, feet: ForceByFoot) -> tuple[tuple[str, ForceOverTime], ...]:
-    """The force on each foot as one over time; what stands out is not sought foot by foot."""
+    """Return the force on each foot as one over time; deviations from noise are not marked foot by foot."""
     nowhere = ((False, False, False),) * len(missing.force_N)
     pairs = (("left", feet.left_N, feet.left_band_N), ("right", feet.right_N, feet.right_band_N))
     return tuple((side, ForceOverTime(missing.edges_s, force, band, nowhere)) for side, force, band in pairs)
@@ -161,24 +161,24 @@ def _change(what: str, change: Change, form: str, scale: str = "") -> Row:
 
 
 def _hypotheses(posteriors: tuple[Weighed, ...]) -> list[Row]:
-    """Every hypothesis with its probability, the most probable first."""
-    nothing = next((each.log_evidence for each in posteriors if each.name == NOTHING_MISSING), None)
+    """Return every hypothesis with its probability, the most probable first."""
+    nothing = next((hypothesis.log_evidence for hypothesis in posteriors if hypothesis.name == NOTHING_MISSING), None)
 
-    def meaning(each: Weighed) -> str:
-        if each.name == NOTHING_MISSING:
+    def meaning(hypothesis: Weighed) -> str:
+        if hypothesis.name == NOTHING_MISSING:
             return ""
-        if each.log_evidence is None or nothing is None:
+        if hypothesis.log_evidence is None or nothing is None:
             return "not possible"
-        against = f"log evidence {each.log_evidence - nothing:+.1f} against nothing"
-        return f"{against}; refitted" if each.refitted else against
+        against = f"log evidence {hypothesis.log_evidence - nothing:+.1f} against nothing"
+        return f"{against}; refitted" if hypothesis.refitted else against
 
     return [
         (
-            "nothing is missing" if each.name == NOTHING_MISSING else each.name.replace("_", " "),
-            f"{each.probability:.1%}",
-            meaning(each),
+            "nothing is missing" if hypothesis.name == NOTHING_MISSING else hypothesis.name.replace("_", " "),
+            f"{hypothesis.probability:.1%}",
+            meaning(hypothesis),
         )
-        for each in posteriors
+        for hypothesis in posteriors
     ]
 
 
@@ -197,22 +197,25 @@ def _friction(averaged: dict[str, Number]) -> list[Row]:
 
 
 def _next(measurements: tuple[Next, ...]) -> list[Row]:
-    def meaning(each: Next) -> str:
-        first, second = (name.replace("_", " ") for name in each.distinguishes)
+    def meaning(measurement: Next) -> str:
+        first, second = (name.replace("_", " ") for name in measurement.distinguishes)
         return f"probability that {first} or {second} would stand alone then"
 
-    return [(each.measurement, f"{each.probability:.0%}", meaning(each)) for each in measurements]
+    return [
+        (measurement.measurement, f"{measurement.probability:.0%}", meaning(measurement))
+        for measurement in measurements
+    ]
 
 
 def _smallest(noticed: dict[str, Smallest]) -> list[Row]:
-    """From which size on each hypothesis would have been found as often as not."""
+    """Return the size of each hypothesis from which it would have been found as often as not."""
     return [
         (
             name.replace("_", " "),
-            f"{each.value:.3g} {'' if each.unit == '1' else each.unit}",
-            f"{each.number}, at least",
+            f"{smallest.value:.3g} {'' if smallest.unit == '1' else smallest.unit}",
+            f"{smallest.number}, at least",
         )
-        for name, each in noticed.items()
+        for name, smallest in noticed.items()
     ]
 
 
@@ -246,34 +249,37 @@ def _draw_distance(axes: Axes, diagnosis: Diagnosis, distance: TrackDistance) ->
 
 
 def _draw_held_out(axes: Axes, diagnosis: Diagnosis) -> None:
-    """Stretches that were left out of a fit, and the mean error that it has there."""
+    """Draw stretches that were left out of a fit, and its mean error there."""
     stretches = diagnosis.held_out
-    begin, end = [each.t0_s for each in stretches], [each.t1_s for each in stretches]
+    begin, end = [stretch.t0_s for stretch in stretches], [stretch.t1_s for stretch in stretches]
     for instant in {*begin, *end}:
         axes.axvline(instant, color=plots.INK, linewidth=0.8, linestyle=":", alpha=0.6)
-    before, after = [each.before_m for each in stretches], [each.after_m for each in stretches]
+    before, after = [stretch.before_m for stretch in stretches], [stretch.after_m for stretch in stretches]
     drawn = [("before, left out", before, plots.MEASURED), ("after, left out", after, plots.SIMULATED)]
     for label, errors, colour in drawn[: 2 if diagnosis.findings else 1]:
         axes.hlines(errors, begin, end, label=label, color=colour, linewidth=4.0, alpha=0.45)
-    for each in stretches:
-        if each.turn is not None:
-            place = 0.5 * (each.t0_s + each.t1_s), 0.98
+    for stretch in stretches:
+        if stretch.turn is not None:
+            place = 0.5 * (stretch.t0_s + stretch.t1_s), 0.98
             above = axes.get_xaxis_transform()
-            axes.text(*place, f"{each.turn}", transform=above, ha="center", va="top", fontsize="small")
+            axes.text(*place, f"{stretch.turn}", transform=above, ha="center", va="top", fontsize="small")
 
 
 def draw_probabilities(axes: Axes, weighed: tuple[Weighed, ...]) -> None:
-    """Bars of the most probable explanations."""
-    shown = [each for each in weighed[:_BARS] if each.probability >= _DRAWN][::-1]
-    names = ["nothing is missing" if each.name == NOTHING_MISSING else each.name.replace("_", " ") for each in shown]
-    bars = axes.barh(names, [each.probability for each in shown], color=plots.SIMULATED)
-    axes.bar_label(bars, [f"{each.probability:.0%}" for each in shown], padding=3.0)
+    """Draw bars of the most probable explanations."""
+    shown = [explanation for explanation in weighed[:_BARS] if explanation.probability >= _DRAWN][::-1]
+    names = [
+        "nothing is missing" if explanation.name == NOTHING_MISSING else explanation.name.replace("_", " ")
+        for explanation in shown
+    ]
+    bars = axes.barh(names, [explanation.probability for explanation in shown], color=plots.SIMULATED)
+    axes.bar_label(bars, [f"{explanation.probability:.0%}" for explanation in shown], padding=3.0)
     axes.set(xlabel="probability", xlim=(0.0, 1.1))
 
 
-def _draw_slope(axes: Axes, way: Way, missing: ForceOverTime) -> None:
-    time, f, l = (np.array(part) for part in (way.time_s, way.f_m, way.l_m))  # noqa: E741
-    axes.plot(f, l, color=plots.MEASURED, linewidth=1.5, label="way")
+def _draw_slope(axes: Axes, path: Way, missing: ForceOverTime) -> None:
+    time, f, l = (np.array(part) for part in (path.time_s, path.f_m, path.l_m))  # noqa: E741
+    axes.plot(f, l, color=plots.MEASURED, linewidth=1.5, label="path")
     edges, force, band = np.array(missing.edges_s), np.array(missing.force_N), np.array(missing.band_N)
     middles = 0.5 * (edges[1:] + edges[:-1])
     course = [np.interp(middles, time, np.gradient(part, time)) for part in (f, l)]
@@ -296,7 +302,7 @@ def _draw_slope(axes: Axes, way: Way, missing: ForceOverTime) -> None:
 
 
 def draw_force(axes: Axes, missing: ForceOverTime) -> None:
-    """A missing force over time, with twice its standard deviation."""
+    """Draw a missing force over time, with twice its standard deviation."""
     edges = np.array(missing.edges_s)
     middles = 0.5 * (edges[1:] + edges[:-1])
     forces, bands, stands_out = np.array(missing.force_N), np.array(missing.band_N), np.array(missing.stands_out)

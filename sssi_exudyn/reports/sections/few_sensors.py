@@ -1,4 +1,4 @@
-"""A recording of few sensors: what was measured and what assumed, and what that leaves uncertain."""
+"""A recording of few sensors: what was measured and what was assumed, and the uncertainty from it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sssi_exudyn.results.summary import Posture
 
 
 def few_sensors(runs: Runs) -> Section:
-    """What a reader has to know before believing anything of such a result."""
+    """Show what a reader has to know before believing anything of such a result."""
     return section_of_each("Few sensors: measured and assumed", runs, _blocks)
 
 
@@ -55,7 +55,7 @@ def _rows(posture: Posture) -> list[tuple[str, str, str]]:
         (
             "effective friction",
             estimate_text(effective),
-            "of the way: along and across the skis together, which only a measured steering angle distinguishes",
+            "along the path: along and across the skis together, which only a measured steering angle distinguishes",
         ),
     ]
     return rows + [

@@ -1,21 +1,22 @@
-"""What a result rests on: what every run assumes, and what was assumed of these."""
+"""The basis of a result: the assumptions of every run, and those of these runs."""
 
 from __future__ import annotations
 
 from typing import Final
 
+from sssi_exudyn.analysis.biomechanics import RESIDUAL_MOMENT
 from sssi_exudyn.reports.section import Block, Items, Runs, Section, section_of_each
 from sssi_exudyn.results.stored import StoredRun
 
 _ALWAYS: Final = (
     "The movement is prescribed as it was captured: on other snow the skier would move otherwise.",
-    "Snow is of one kind along the run but for what a diagnosis found.",
+    "The model assumes uniform snow, except where the diagnosis found otherwise.",
     "Segments' masses are an average person's of that sex, mass and height; boots carry no moment, poles no force.",
 )
 
 
 def limits(runs: Runs) -> Section:
-    """A list before everything else: what every run assumes, then what holds of each of these."""
+    """List before everything else the assumptions of every run, then those of each of these."""
     return Section("Limits and assumptions", (Items(_ALWAYS), *section_of_each("", runs, _own).blocks))
 
 
@@ -26,7 +27,7 @@ def _own(run: StoredRun) -> tuple[Block, ...]:
 
 def _lines(run: StoredRun) -> list[str]:
     summary = run.summary
-    found, moment = summary.uncertainty, summary.residual_moment
+    uncertainty, moment = summary.uncertainty, summary.residual_moment
     lines = [notice for notice in summary.notices if notice.startswith("assumed")]
     if summary.carving is None:
         lines.append("Friction acts at the foot, not along the edge.")
@@ -40,24 +41,24 @@ def _lines(run: StoredRun) -> list[str]:
         lines.append("Nothing was fitted: the run was simulated with the friction that its model states.")
     elif summary.fit.converged is False:
         lines.append(f"The fit did not converge: {summary.fit.reason or 'no reason is given'}.")
-    if summary.fit.method is not None and found is None and summary.posture is None:
+    if summary.fit.method is not None and uncertainty is None and summary.posture is None:
         lines.append("Standard errors count the track's residual alone, not posture, mass or antenna.")
-    if found is not None and not found.fits_priors:
-        worst = found.largest[0]
+    if uncertainty is not None and not uncertainty.fits_priors:
+        worst = uncertainty.largest[0]
         much = f"had to be corrected by {abs(worst.sigmas):.1f} standard deviations"
         what = worst.what[:1].upper() + worst.what[1:]
         lines.append(f"{what} {much}: what is stated of it, or the model, is wrong.")
-    if found is not None and found.missed is not None:
-        kind, times = found.missed
+    if uncertainty is not None and uncertainty.missed is not None:
+        kind, times = uncertainty.missed
         lines.append(
-            f"What is left over of the {kind} is {times:.0f} times the noise of such instruments: the model leaves"
-            " something out, such as waves of the snow that no height shows, and the intervals may not hold that."
+            f"The residual of the {kind} is {times:.0f} times the noise of such instruments: the model leaves something"
+            " out, such as waves of the snow that no height shows, and the intervals may not hold that."
         )
     if moment.verdict == "bad":
         size = f"{moment.rms_Nm:.0f} N m rms, {moment.peak_Nm:.0f} N m at most"
         lines.append(
-            f"The residual moment at the pelvis ({size}) is bad by OpenSim's thresholds:"
-            " moments of hips and trunk are as uncertain."
+            f"The residual moment at the pelvis ({size}) exceeds OpenSim's limits ({RESIDUAL_MOMENT['rms'][1]:.0f} and"
+            f" {RESIDUAL_MOMENT['peak'][1]:.0f} N m): moments of hips and trunk are as uncertain."
         )
     if run.diagnosis is not None and run.diagnosis.tier == "reduced":
         lines.append("Diagnosed by the reduced model alone: no fit was confirmed by the full one.")

@@ -1,6 +1,4 @@
-"""Two linked turns, a right one and a left one, as the paper shows its runs: the mean over all such pairs of a run,
-with their spread.
-"""
+"""Two linked turns, a right one and a left one, as in the paper: mean and spread over all such pairs of a run."""
 
 from __future__ import annotations
 
@@ -15,7 +13,7 @@ from sssi_exudyn.core.frames import Array
 from sssi_exudyn.reports.section import Runs
 
 SAMPLES: Final = 100
-"""Points a turn: 20 ms apart in a turn of 2 s, half a period of what a filter of 6 Hz leaves in eight."""
+"""Points a turn: 20 ms apart in a turn of 2 s, an eighth of a period at the 6 Hz of the filter."""
 
 Pair = tuple[Turn, Turn]
 
@@ -35,11 +33,11 @@ class Curve:
 
 @dataclass(frozen=True)
 class Cycle:
-    """Which turns are shown together, and on which time axis: each turn stretched to the mean duration of its kind.
+    """Turns that are shown together, and their time axis: each turn stretched to the mean duration of its kind.
 
     A run without two linked turns is shown whole, as it was: ``pairs`` is empty.
 
-    samples : (n,) s, when the run was sampled
+    samples : (n,) s, times of the run's samples
     """
 
     samples: Array
@@ -48,12 +46,12 @@ class Cycle:
 
     @property
     def durations(self) -> Array:
-        """(2,) s, mean duration of first and second turn."""
+        """Mean durations (2,) s of first and second turn."""
         return np.asarray(np.mean([[turn.duration for turn in pair] for pair in self.pairs], axis=0))
 
     @property
     def transitions(self) -> Array:
-        """(k,) s from the start of the axis."""
+        """Transitions (k,) s from the start of the axis."""
         if self.pairs:
             return np.concatenate([[0.0], np.cumsum(self.durations)])
         bounds = {bound for turn in self.turns.turns for bound in (turn.start, turn.end)}
@@ -61,7 +59,7 @@ class Cycle:
 
     @property
     def phases(self) -> Array:
-        """(k,) s from the start of the axis: where control and completion begin."""
+        """Begins (k,) s of control and completion, from the start of the axis."""
         if self.pairs:
             marks = self.transitions
             return np.array([a + (b - a) * third / 3.0 for a, b in pairwise(marks) for third in (1, 2)])
@@ -77,7 +75,7 @@ class Cycle:
         return first.start, second.end
 
     def curve(self, values: Array) -> Curve:
-        """The mean of ``values`` (n,), known at ``samples``, over the pairs."""
+        """Return the mean of ``values`` (n,), known at ``samples``, over the pairs."""
         if not self.pairs:
             return Curve(self.samples - self.samples[0], values, np.full(len(values), np.nan))
         share = np.linspace(0.0, 1.0, SAMPLES)
@@ -92,13 +90,14 @@ class Cycle:
 
 
 def cycles_of(runs: Runs) -> list[Cycle]:
-    """The linked turns of each run."""
+    """Return the linked turns of each run."""
     return [cycle_of(run.time, run.turns) for run in runs]
 
 
 def cycle_of(time: Array, turns: Turns) -> Cycle:
-    """The linked ones of the ``turns`` of a run sampled at ``time`` (n,) s, the right one first; where no pair begins
-    with a right turn, the left one first.
+    """Select the linked ones of the ``turns`` of a run sampled at ``time`` (n,) s.
+
+    The right turn is first; where no pair begins with a right turn, the left one is first.
     """
     linked = turns.linked_pairs()
     from_right = tuple(pair for pair in linked if pair[0].side == "right")

@@ -29,7 +29,7 @@ _PUBLISHED: Final = (
 
 
 def muscles(runs: Runs) -> Section:
-    """From the series' columns and the summary's group that ``sssi muscles`` adds."""
+    """Show the muscles from the series' columns and the summary's group that ``sssi muscles`` adds."""
     return section_of_each("Muscles", runs, _blocks)
 
 
@@ -38,7 +38,7 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
     if figures is None:
         return ()
     chosen: MuscleSet = "full" if figures.muscle_set == "full" else "paper"
-    if not _columns(chosen) <= set(series.columns):  # the summary has figures that its series does not bear out
+    if not _columns(chosen) <= set(series.columns):  # the summary has figures without their columns in the series
         return (Text(_sentence(figures)),)
     blocks: tuple[Block, ...] = (
         Text(_sentence(figures)),
@@ -59,7 +59,7 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
 
 
 def _columns(chosen: MuscleSet) -> set[str]:
-    """Columns of the series that the section shows."""
+    """Return the columns of the series that the section shows."""
     regions = (("leg", leg_groups(chosen)), ("lumbar", LUMBAR_GROUPS))
     joints = [f"{joint}_{side[0]}" for joint in ("hip", "knee", "ankle") for side in SIDES]
     groups = {group_column(region, group, side) for region, names in regions for group in names for side in SIDES}
@@ -94,21 +94,21 @@ def _joint_name(coordinate: str) -> str:
 
 
 def _by_side(series: pd.DataFrame) -> list[tuple[str, str, str, Mask]]:
-    """Phase, ("outside", "inside"), the body's side and the samples: all turns of each side."""
+    """Return phase, ("outside", "inside"), the body's side and the samples: all turns of each side."""
     side, phase = (series[name].to_numpy() for name in ("turn_side", "turn_phase"))
-    found = []
+    parts = []
     for name in PHASES:
         for turn_side, outer, inner in (("left", "right", "left"), ("right", "left", "right")):
-            at = (phase == name) & (side == turn_side)
-            found += [(name, "outside", outer, at), (name, "inside", inner, at)]
-    return found
+            samples = (phase == name) & (side == turn_side)
+            parts += [(name, "outside", outer, samples), (name, "inside", inner, samples)]
+    return parts
 
 
 def _mean_by_phase(series: pd.DataFrame, of_side: dict[str, Array]) -> dict[tuple[str, str], float]:
-    """Mean over all samples of a phase, by phase and outside or inside; NaN where there are none."""
+    """Return the mean over all samples of a phase, by phase and outside or inside; NaN where there are none."""
     sums: dict[tuple[str, str], list[Array]] = {}
-    for phase, where, side, at in _by_side(series):
-        sums.setdefault((phase, where), []).append(of_side[side][at])
+    for phase, where, side, samples in _by_side(series):
+        sums.setdefault((phase, where), []).append(of_side[side][samples])
     joined = {key: np.concatenate(parts) for key, parts in sums.items()}
     return {key: float(np.mean(values)) if len(values) else float("nan") for key, values in joined.items()}
 
@@ -123,16 +123,16 @@ def _by_phase(series: pd.DataFrame, region: str, groups: Sequence[str]) -> list[
 
 
 def _contact(series: pd.DataFrame, bands: Mapping[str, float]) -> list[list[str]]:
-    """Largest loads, with half the bands' width there in the last column."""
+    """Return the largest loads, with half the bands' width there in the last column."""
 
     def peak(joints: Sequence[str]) -> str:
         largest, joint = max((float(_contact_weights(series, joint).max()), joint) for joint in joints)
         return _number(largest) + (f" ± {_number(bands[joint])}" if joint in bands else "")
 
     peaks: dict[str, dict[str, float]] = {}
-    for _, where, side, at in _by_side(series):
+    for _, where, side, samples in _by_side(series):
         for joint in ("hip", "knee", "ankle"):
-            values = _contact_weights(series, f"{joint}_{side[0]}")[at]
+            values = _contact_weights(series, f"{joint}_{side[0]}")[samples]
             if len(values):
                 row = peaks.setdefault(joint, {})
                 row[where] = max(row.get(where, 0.0), float(values.max()))
@@ -173,21 +173,21 @@ def _draw_loads(axes: Axes, series: pd.DataFrame) -> None:
 
 
 def _draw_turn(axes: Axes, series: pd.DataFrame) -> None:
-    """Loads of the outside and the inside knee and of L5/S1 from the beginning to the end of a turn, with bands."""
+    """Draw loads of the outside and the inside knee and of L5/S1 from beginning to end of a turn, with bands."""
     share = np.linspace(0.0, 1.0, 101)
-    found: dict[str, list[Array]] = {}
+    loads: dict[str, list[Array]] = {}
     for _, turn in series[series["turn"] > 0].groupby("turn"):
         side = turn["turn_side"].iloc[0]
         if side not in SIDES or not set(PHASES) <= set(turn["turn_phase"]):
             continue
         outer, inner = ("r", "l") if side == "left" else ("l", "r")
         time = _values(turn, "time_s")
-        at = time[0] + share * (time[-1] - time[0])
+        instants = time[0] + share * (time[-1] - time[0])
         for label, joint in (("outside knee", f"knee_{outer}"), ("inside knee", f"knee_{inner}"), ("L5/S1", "L5_S1")):
             band = contact_band_column(joint)
             columns = [_contact_weights(turn, joint), _values(turn, band) if band in turn else np.zeros(len(turn))]
-            found.setdefault(label, []).append(np.stack([np.interp(at, time, column) for column in columns]))
-    for (label, turns), colour in zip(found.items(), COLOURS, strict=False):
+            loads.setdefault(label, []).append(np.stack([np.interp(instants, time, column) for column in columns]))
+    for (label, turns), colour in zip(loads.items(), COLOURS, strict=False):
         mean, width = np.mean(turns, axis=0)
         axes.plot(100.0 * share, mean, color=colour, label=label)
         if np.any(width > 0.0):

@@ -1,4 +1,4 @@
-"""Two runs over each other: their tracks from the start, and who is ahead by how much time."""
+"""Two runs over each other: their tracks from the start, and which one leads by how much time."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from sssi_exudyn.reports.section import Key, Panel, Runs, Section, figure_sectio
 from sssi_exudyn.results.stored import StoredRun
 
 _STEP: Final = 0.25
-"""m down the fall line between the places that are compared."""
+"""m down the fall line between the compared places."""
 
 
 def overlay(runs: Runs) -> Section:
-    """Tracks, time gap and speeds of two runs; nothing for one or for more."""
+    """Show tracks, time gap and speeds of two runs; nothing for one or for more."""
     title = "The two runs over each other"
     if len(runs) != 2:
         return Section(title, ())
     first, second = runs
     down = [_down(run) for run in runs]
-    reach = min(float(each[-1]) for each in down)
+    reach = min(float(distance[-1]) for distance in down)
     if reach <= _STEP:
         return Section(title, ())
     places = np.arange(0.0, reach, _STEP)
-    since, speeds = zip(*(_at(run, each, places) for run, each in zip(runs, down, strict=True)), strict=True)
+    since, speeds = zip(*(_at(run, distance, places) for run, distance in zip(runs, down, strict=True)), strict=True)
     gap = since[1] - since[0]
 
     def tracks(axes: Axes) -> None:
@@ -65,13 +65,13 @@ def overlay(runs: Runs) -> Section:
 
 
 def _down(run: StoredRun) -> Array:
-    """(n,) m down the fall line from the start, never back."""
+    """Return the distance (n,) m down the fall line from the start, never back."""
     return np.asarray(np.maximum.accumulate(run.com[:, 0] - run.com[0, 0]))
 
 
 def _at(run: StoredRun, down: Array, places: Array) -> tuple[Array, Array]:
-    """Time (s) since the start at which the run passes each place, and its speed there (m/s)."""
-    fresh = np.concatenate([[True], np.diff(down) > 0.0])
-    time = np.interp(places, down[fresh], run.time[fresh])
+    """Return the time (s) since the start at which the run passes each place, and its speed there (m/s)."""
+    rising = np.concatenate([[True], np.diff(down) > 0.0])
+    time = np.interp(places, down[rising], run.time[rising])
     speed = np.linalg.norm(np.gradient(run.com, run.time, axis=0), axis=1)
     return time - run.time[0], np.interp(time, run.time, speed)

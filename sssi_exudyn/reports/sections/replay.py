@@ -1,7 +1,7 @@
-"""A run as numbers that a page can replay: where skeleton and skis are, and which forces act, a few times a second.
+"""A run as numbers that a page can replay: places of skeleton and skis, and forces, a few times a second.
 
-Everything is in the level frame (x along the fall line's azimuth, y left, z up; see ``frames``), counted from where the
-centre of mass starts.  The page's script draws it; here it is only thinned out and packed.
+Everything is in the level frame (x along the fall line's azimuth, y left, z up; see ``frames``), counted from the start
+of the centre of mass.  The page's script draws it; here it is only sampled and packed.
 """
 
 from __future__ import annotations
@@ -36,12 +36,13 @@ from sssi_exudyn.reports.section import Markup, Runs, Section
 from sssi_exudyn.simulation.result import SIDES
 
 RATE: Final = 20.0
-"""Frames a second; the page interpolates between them.  A hand that swings 0.3 m twice a second is then drawn up to
-15 mm off."""
+"""Frames a second; the page interpolates between them.  A hand that swings 0.3 m twice a second is then drawn up to 15
+mm off.
+"""
 STATIONS: Final = (0.0, 0.04, 0.2, 0.35, 0.5, 0.65, 0.8, 0.93, 0.97, 1.0)
 """Cross-sections drawn of each ski, from tail to tip, closer where tail and shovel turn up."""
 _SPEEDS: Final = ("0.1", "0.25", "0.5", "1", "2")
-"""Offered for playing, 1 as it was."""
+"""Speeds of the replay; 1 is real time."""
 _KEY: Final = "".join(
     f'<span><i style="background:var(--{colour})"></i>{word}</span> '
     for colour, word in (
@@ -57,27 +58,29 @@ _TOGETHER: Final = (
     '<p class="together" hidden><button type="button">Play together</button>\n'
     '<input type="range" min="0" max="1" step="any" value="0" aria-label="time since each start"></p>\n'
 )
-"""Controls of several replays at once: the same time since each start, at the first one's speed."""
+"""Controls of several replays at once: the same time since each start, at the speed of the first replay."""
 _LEAVES: Final = tuple(i for i in range(len(SEGMENTS)) if i not in PARENT)
 """Segments that carry no other: head, hands and toes are drawn to their far end."""
 _BULK: Final = {"pelvis": 0.1, "torso": 0.09, "femur": 0.075, "tibia": 0.055, "humerus": 0.045, "ulna": 0.04}
-"""Half the thickness drawn (m), to tell trunk from limbs at a glance; ``_THIN`` for all others."""
+"""Half the thickness drawn (m), to distinguish trunk and limbs; ``_THIN`` for all others."""
 _THIN: Final = 0.035
 
 
 _REACH: Final = 16.0
-"""m of snow about the way that are drawn."""
+"""m of snow drawn around the path."""
 _CELL: Final = 2.0
-"""m between heights of the snow, where these are no more than ``_MOST``."""
+"""m between heights of the snow, where there are at most ``_MOST`` of them."""
 _MOST: Final = 40_000
 _EVEN: Final = 1e-3
-"""m by which snow leaves its plane where it is drawn as one."""
+"""m; deviation from the plane below which the snow is drawn as a plane."""
 
 
 @dataclass(frozen=True)
 class Hill:
-    """Heights of the snow straight above the slope's plane, level frame: (a, b) m every ``spacing`` (m) down the fall
-    line's azimuth and to its left, the first at ``corner`` (2,) m.
+    """Heights of the snow straight above the slope's plane, level frame.
+
+    The heights are (a, b) m every ``spacing`` (m) down the fall line's azimuth and to its left, the first at ``corner``
+    (2,) m.
     """
 
     corner: Array
@@ -94,7 +97,7 @@ class Replay:
     joints : (n, 21, 3) origins of the segments
     ends : (n, k, 3) far ends of the segments that carry no other
     skis : (n, 2, stations, 2, 3) left and right ski, from tail to tip, left and right edge of the running surface
-    feet : (n, 2, 3) where friction acts
+    feet : (n, 2, 3) points where friction acts
     snow : (n, 2, 3) N, the snow's force on each ski
     air : (n, 3) N
     hill : heights of the snow; None where it is its plane
@@ -112,7 +115,7 @@ class Replay:
 
 
 def poses_of(series: pd.DataFrame, geometry: Geometry, inclination: float) -> Poses:
-    """Poses of all segments in the slope frame at every row of a result's time series."""
+    """Compute the poses of all segments in the slope frame at every row of a result's time series."""
     free = [f"{name}_m" for name in TRANSLATIONS]
     turning = [f"{name}_deg" for name in COORDINATES[len(TRANSLATIONS) :]]
     q = np.hstack([series[free].to_numpy(dtype=float), np.radians(series[turning].to_numpy(dtype=float))])
@@ -120,7 +123,7 @@ def poses_of(series: pd.DataFrame, geometry: Geometry, inclination: float) -> Po
 
 
 def replay_of(series: pd.DataFrame, geometry: Geometry, model: Model, rate: float = RATE) -> Replay:
-    """The run of ``series`` at ``rate`` frames a second: the rows nearest to evenly spaced times."""
+    """Return the run of ``series`` at ``rate`` frames a second: the rows nearest to evenly spaced times."""
     clock = series["time_s"].to_numpy(dtype=float)
     frames = np.linspace(clock[0], clock[-1], max(2, round((clock[-1] - clock[0]) * rate) + 1))
     middles = 0.5 * (clock[1:] + clock[:-1])
@@ -140,8 +143,8 @@ def replay_of(series: pd.DataFrame, geometry: Geometry, model: Model, rate: floa
     ends = poses.origin + np.einsum("nsij,sj->nsi", poses.rotation, geometry.segment_end)
     bent = rows[[f"{side}_{end}_deflection_m" for side in SIDES for end in ("tip", "tail")]].to_numpy(dtype=float)
     on_foot = _edges(model.ski, bent.reshape(-1, 2, 2))
-    carried = ski_on_foot(model.equipment.ramp_angle)
-    skis = np.einsum("nfij,nfsej->nfsei", level @ poses.rotation[:, list(FEET)] @ carried, on_foot)
+    ski_rotation = ski_on_foot(model.equipment.ramp_angle)
+    skis = np.einsum("nfij,nfsej->nfsei", level @ poses.rotation[:, list(FEET)] @ ski_rotation, on_foot)
     return Replay(
         time=rows["time_s"].to_numpy(dtype=float),
         com=com - start,
@@ -156,7 +159,7 @@ def replay_of(series: pd.DataFrame, geometry: Geometry, model: Model, rate: floa
 
 
 def hill_about(model: Model, com: Array, start: Array) -> Hill | None:
-    """The snow about a way ``com`` (n, 3) m, level frame, counted from ``start`` (3,)."""
+    """Return the snow around a path ``com`` (n, 3) m, level frame, counted from ``start`` (3,)."""
     low, high = com[:, :2].min(axis=0) - _REACH, com[:, :2].max(axis=0) + _REACH
     spacing = max(_CELL, float(np.sqrt(np.prod(high - low) / _MOST)))
     x, y = (np.arange(a, b + spacing, spacing) for a, b in zip(low, high, strict=True))
@@ -167,9 +170,9 @@ def hill_about(model: Model, com: Array, start: Array) -> Hill | None:
 
 
 def _edges(ski: Ski, bent: Array) -> Array:
-    """(n, 2, stations, 2, 3) m: both edges in the feet's frames, for deflections (n, 2, 2) m of (tip, tail).
+    """Return both edges (n, 2, stations, 2, 3) m in the feet's frames, for deflections (n, 2, 2) m of (tip, tail).
 
-    Between boot and ends the ski takes the shape it has under an even load, from its own stiffness; twist is not drawn.
+    Between boot and ends the ski has its shape under an even load, from its own stiffness; twist is not drawn.
     """
     s = np.array(STATIONS)
     shape = bent[..., :1] * _under_even_load(ski, s) + bent[..., 1:] * _under_even_load(ski, 1.0 - s, mirrored=True)
@@ -181,7 +184,10 @@ def _edges(ski: Ski, bent: Array) -> Array:
 
 
 def _under_even_load(ski: Ski, s: Array, *, mirrored: bool = False) -> Array:
-    """Deflection at s over that at the end (1 at s = 1), of the half ski clamped at s = 1/2: w'' = (1 − s)²/EI."""
+    """Return the deflection at s over that at the end (1 at s = 1), of the half ski clamped at s = 1/2.
+
+    w'' = (1 − s)²/EI.
+    """
     fine = np.linspace(0.5, 1.0, 101)
     stiffness = ski.bending_stiffness(1.0 - fine if mirrored else fine)
     slope = cumulative_trapezoid((1.0 - fine) ** 2 / stiffness, fine, initial=0)
@@ -190,7 +196,7 @@ def _under_even_load(ski: Ski, s: Array, *, mirrored: bool = False) -> Array:
 
 
 def pack(replay: Replay, name: str, model: Model) -> dict[str, Any]:
-    """What the page's script replays, for JSON: numbers as little-endian binary in base64.
+    """Pack a replay for the page's script, as JSON: numbers as little-endian binary in base64.
 
     ``path`` (n, 3) float32 is the centre of mass; ``points`` (n, k, 3) int16 count from it in steps of ``step`` m;
     ``forces`` (n, 3, 3) int16 (snow on the left ski, on the right, air) in steps of ``newton`` N.
@@ -225,7 +231,7 @@ def pack(replay: Replay, name: str, model: Model) -> dict[str, Any]:
 
 
 def _packed(hill: Hill) -> dict[str, Any]:
-    """``heights`` (a, b) int16 in steps of ``step`` m."""
+    """Pack ``heights`` (a, b) as int16 in steps of ``step`` m."""
     step = _step(hill.heights)
     return {
         "corner": hill.corner.tolist(),
@@ -238,11 +244,11 @@ def _packed(hill: Hill) -> dict[str, Any]:
 
 
 def _bones() -> list[list[float | int]]:
-    """[from point, to point, half thickness in m, side (0 trunk, 1 left, 2 right)] of every line to draw."""
+    """Return [from point, to point, half thickness in m, side (0 trunk, 1 left, 2 right)] of every line to draw."""
     hips = (SEGMENT["femur_l"], SEGMENT["femur_r"])
     pairs = [(SEGMENTS[p], p, i) for i, p in enumerate(PARENT) if p >= 0 and i not in hips]
     pairs += [("pelvis", hip, SEGMENT["torso"]) for hip in hips] + [("pelvis", *hips)]
-    pairs += [(SEGMENTS[i], i, len(SEGMENTS) + at) for at, i in enumerate(_LEAVES) if i != SEGMENT["head"]]
+    pairs += [(SEGMENTS[i], i, len(SEGMENTS) + end) for end, i in enumerate(_LEAVES) if i != SEGMENT["head"]]
     return [[start, stop, *_look(segment)] for segment, start, stop in pairs]
 
 
@@ -252,7 +258,7 @@ def _look(segment: str) -> tuple[float, int]:
 
 
 def _step(values: Array) -> float:
-    """The step that brings the largest of ``values`` to the end of int16."""
+    """Return the step that brings the largest of ``values`` to the end of int16."""
     return float(np.max(np.abs(values), initial=1e-9)) / 32767.0
 
 
@@ -261,20 +267,20 @@ def _binary(values: Array, kind: str) -> str:
 
 
 def the_run(runs: Runs) -> Section:
-    """The runs in 3D, side by side; only on a page."""
+    """Show the runs in 3D, side by side; only on a page."""
     players = [
         player(pack(replay_of(run.series, run.geometry, run.model), run.name, run.model))
         for run in runs
         if run.geometry is not None and len(run.time) > 1
     ]
-    beside = f'<div class="beside">\n{"".join(players)}</div>\n'
+    content = f'<div class="beside">\n{"".join(players)}</div>\n'
     if len(players) > 1:
-        beside = _TOGETHER + beside
-    return Section("The run", (Markup(beside),) if players else ())
+        content = _TOGETHER + content
+    return Section("The run", (Markup(content),) if players else ())
 
 
 def player(content: Mapping[str, Any]) -> str:
-    """HTML of one replay: a picture, its controls and its data, which the page's script draws."""
+    """Return HTML of one replay: a picture, its controls and its data, which the page's script draws."""
     name = escape(str(content["name"]))
     data = json.dumps(content).replace("<", "\\u003c")  # so that no name in it can end the element
     views = "".join(f"<option>{view}</option>" for view in ("front", "side", "behind", "above"))

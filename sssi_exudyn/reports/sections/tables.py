@@ -15,13 +15,13 @@ from sssi_exudyn.results.stored import StoredRun
 from sssi_exudyn.results.summary import Estimate, SegmentRoundTrip, Summary
 
 Entry = tuple[str, Callable[[Summary], str]]
-"""What a row is about, and its figure in a summary as text."""
+"""Name of a row, and its figure in a summary as text."""
 Table = list[list[str]]
 """Rows of text, the headline first."""
 
 
 def table_1(runs: Runs) -> Section:
-    """The paper's Table 1: friction, the track's error and the slope's inclination, a row a recording."""
+    """Show the paper's Table 1: friction, the track's error and the slope's inclination, a row a recording."""
     head = ["", "μ_t", "μ_n", "percentage trajectory error", "piste inclination angle (°)"]
     rows = [
         [
@@ -36,7 +36,7 @@ def table_1(runs: Runs) -> Section:
 
 
 def friction(summary: Summary, name: str) -> str:
-    """A friction coefficient, ± its standard error where it was fitted; what edges that cut come to."""
+    """Return a friction coefficient, ± its standard error where it was fitted, or the equivalent of edges that cut."""
     cut = summary.carving
     if cut is not None:
         return f"{number(cut.equivalent_mu_t if name == 'mu_t' else cut.equivalent_mu_n)} (edges that cut)"
@@ -44,14 +44,14 @@ def friction(summary: Summary, name: str) -> str:
 
 
 def estimate_text(estimate: Estimate) -> str:
-    """A number, ± its standard error where it has one; a dash where there is none."""
+    """Return a number, ± its standard error where it has one; a dash where there is none."""
     if estimate.value is None:
         return "–"
     return f"{estimate.value:.3f}" if estimate.se is None else with_spread(estimate.value, estimate.se)
 
 
 def agreement(runs: Runs) -> Section:
-    """How far simulation and instruments differ."""
+    """Show the differences between simulation and instruments."""
     rows = sheet(
         runs,
         [
@@ -67,7 +67,7 @@ def agreement(runs: Runs) -> Section:
 
 
 def energy(runs: Runs) -> Section:
-    """What each term of the energy balance did from the start to the end of the run, and the balance's gap."""
+    """Show the work of each term of the energy balance from start to end of the run, and the balance's gap."""
     columns = _union(run.series.columns for run in runs)
     terms = [name for name in columns if name.startswith("energy_") and name != "energy_closure_J"]
 
@@ -83,8 +83,9 @@ def energy(runs: Runs) -> Section:
 
 
 def capture(runs: Runs) -> Section:
-    """How far the skeleton's 28 angles are from the capture, segment by segment: the difference in orientation, root
-    mean square (largest), and in the place of the joint.
+    """Compare the skeleton's 28 angles with the capture, segment by segment.
+
+    The columns are the difference in orientation, root mean square (largest), and in the place of the joint.
     """
     known = [{row.segment: row for row in run.summary.capture.round_trip} for run in runs]
 
@@ -105,13 +106,13 @@ def capture(runs: Runs) -> Section:
 
 
 def notices(runs: Runs) -> Section:
-    """What the reader should know of a recording, such as what had to be estimated: a row a notice."""
+    """Show remarks on a recording for the reader, such as quantities that had to be estimated: a row a notice."""
     rows = [[run.name, notice] for run in runs for notice in run.summary.notices]
     return table_section("What to know of the recording", [["", "notice"], *rows])
 
 
 def health(runs: Runs) -> Section:
-    """How solver and fit ended."""
+    """Show how solver and fit ended."""
     units = {"simulated_s": "simulated time (s)", "wall_s": "computing time (s)"}
     rows: list[Entry] = []
     for group in ("solver", "fit"):
@@ -128,7 +129,7 @@ def health(runs: Runs) -> Section:
 
 
 def provenance(runs: Runs) -> Section:
-    """What was read, what read it, and what was asked for."""
+    """Show the inputs, the versions of the programs, and the settings."""
     rows: list[Entry] = []
     for group, word in (("inputs", "input"), ("versions", "version of"), ("settings", "setting")):
         names = _union(getattr(run.summary.provenance, group) for run in runs)
@@ -138,7 +139,7 @@ def provenance(runs: Runs) -> Section:
 
 
 def number(value: object, digits: int = 3, unit: str = "") -> str:
-    """A figure with the digits that count; a dash where there is none."""
+    """Return a figure with its significant digits; a dash where there is none."""
     match value:
         case None:
             return "–"
@@ -151,7 +152,7 @@ def number(value: object, digits: int = 3, unit: str = "") -> str:
 
 
 def with_spread(value: float, spread: float) -> str:
-    """``value ± spread``, both to the spread's first digit that counts."""
+    """Return ``value ± spread``, both to the spread's first significant digit."""
     if not spread > 0.0:
         return number(value)
     digits = max(0, -math.floor(math.log10(spread)))
@@ -172,11 +173,11 @@ def _origin(group: str, name: str) -> Callable[[Summary], str]:
 
 
 def _union(names: Iterable[Iterable[str]]) -> list[str]:
-    """Every name once, in the order of their first coming."""
-    return list(dict.fromkeys(name for each in names for name in each))
+    """Return every name once, in the order of first occurrence."""
+    return list(dict.fromkeys(name for group in names for name in group))
 
 
 def sheet(runs: Runs, entries: Sequence[Entry]) -> Table:
-    """The runs' names, then a row for each of ``entries`` with its figure in every run's summary."""
+    """Return the runs' names, then a row for each of ``entries`` with its figure in every run's summary."""
     rows = [[what, *(figure(run.summary) for run in runs)] for what, figure in entries]
     return [["", *(run.name for run in runs)], *rows]

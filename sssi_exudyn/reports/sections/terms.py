@@ -1,4 +1,4 @@
-"""The force terms of the model that was run: each law with its formula and its numbers."""
+"""The force terms of the model: each law with its formula and its numbers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _HEAD = ["", "value", "unit", "least", "greatest", "", "source"]
 
 
 def terms(runs: Runs) -> Section:
-    """Every term with each number: value, unit, bounds, whether it was fitted, and where it comes from."""
+    """Show every term with each number: value, unit, bounds, whether it was fitted, and its source."""
     return section_of_each("Force terms in the model", runs, _blocks)
 
 
@@ -33,7 +33,7 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
 
 
 def _rows(term: Term, fitted: dict[str, Estimate]) -> list[list[str]]:
-    """A row a number; ``fitted`` holds those of the term that were fitted."""
+    """Return a row a number; ``fitted`` holds those of the term that were fitted."""
     rows = []
     for name, value in parameters(term).items():
         about = quantities(term)[name]

@@ -1,4 +1,4 @@
-"""The paper's Figures 4 and 6: where the run went, against what was measured, and how the skier stood on it."""
+"""The paper's Figures 4 and 6: the run's path against the measured one, and the skier's posture on it."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from sssi_exudyn.validation.metrics import pressure_ratio
 _KINDS: Final = ("trajectory", "distance to the GPS", "foot pressure ratio")
 _TRACK, _DISTANCE, _RATIO = _KINDS
 _INSTANTS: Final = 12
-"""How often skis, hips and shoulders are drawn along a turn."""
+"""Number of instants along a turn at which skis, hips and shoulders are drawn."""
 
 
 def figure_4(runs: Runs) -> Section:
     by_run = [_panels_of(run) for run in runs]
-    panels = [each[kind] for kind in _KINDS for each in by_run if kind in each]
+    panels = [run_panels[kind] for kind in _KINDS for run_panels in by_run if kind in run_panels]
     caption = (
         "Trajectory of the antenna in the slope's plane, and its distance to the GPS fixes with the fixes' standard"
         " deviation as a band"
     )
     keys = [Key(1, "-", "simulated"), Key(0, ".", "GPS")]
-    if any(_RATIO in each for each in by_run):
+    if any(_RATIO in run_panels for run_panels in by_run):
         caption += "; the left foot's share of the load"
         keys.append(Key(0, "--", "insoles"))
     return figure_section(
@@ -61,7 +61,7 @@ class Fixes:
 
 
 def measured_track(run: StoredRun) -> Fixes | None:
-    """The GPS fixes within a run; None where it has no antenna or fewer than two fixes."""
+    """Return the GPS fixes within a run; None where it has no antenna or fewer than two fixes."""
     if run.measured is None or "gps_east_m" not in run.measured or not np.all(np.isfinite(run.slope("antenna", "m"))):
         return None
     within = run.measured[run.measured["time_s"].between(run.time[0], run.time[-1])]
@@ -78,43 +78,43 @@ def measured_track(run: StoredRun) -> Fixes | None:
 
 
 def measured_loads(run: StoredRun) -> pd.DataFrame | None:
-    """The insoles' forces, also before and after the run; None without insoles."""
+    """Return the insoles' forces, also before and after the run; None without insoles."""
     if run.measured is None or "left_insole_N" not in run.measured:
         return None
     return run.measured.dropna(subset=["left_insole_N"])
 
 
 def _panels_of(run: StoredRun) -> dict[str, Panel]:
-    """A panel for each of ``_KINDS`` that something was measured for."""
+    """Return a panel for each of ``_KINDS`` that has measurements."""
     panels: dict[str, Panel] = {}
-    antenna, seen = run.slope("antenna", "m"), measured_track(run)
-    if seen is not None:
-        error = distances(run.series, seen.time, seen.enu)
+    antenna, fixes = run.slope("antenna", "m"), measured_track(run)
+    if fixes is not None:
+        error = distances(run.series, fixes.time, fixes.enu)
 
         def track(axes: Axes) -> None:
-            axes.plot(seen.places[:, 0], seen.places[:, 1], ".", color=plots.COLOURS[0], markersize=6.0)
+            axes.plot(fixes.places[:, 0], fixes.places[:, 1], ".", color=plots.COLOURS[0], markersize=6.0)
             axes.plot(antenna[:, 0], antenna[:, 1], color=plots.COLOURS[1], linewidth=1.0)
             axes.set_aspect("equal", adjustable="datalim")
             axes.set(xlabel="down the fall line (m)", ylabel="to the left (m)")
 
         def distance(axes: Axes) -> None:
-            axes.fill_between(seen.time, seen.sigma, color=plots.COLOURS[0], alpha=0.25, linewidth=0)
-            axes.plot(seen.time, error, color=plots.COLOURS[1])
+            axes.fill_between(fixes.time, fixes.sigma, color=plots.COLOURS[0], alpha=0.25, linewidth=0)
+            axes.plot(fixes.time, error, color=plots.COLOURS[1])
             axes.set_ylim(bottom=0.0)
             axes.set(xlabel="time (s)", ylabel="distance (m)")
 
         mean = f"{np.mean(error):.3f} m on average, {np.max(error):.3f} m at most"
-        panels[_TRACK] = Panel(f"{run.name}: {_TRACK}", f"{len(seen.time)} GPS fixes and the simulated track", track)
+        panels[_TRACK] = Panel(f"{run.name}: {_TRACK}", f"{len(fixes.time)} GPS fixes and the simulated track", track)
         panels[_DISTANCE] = Panel(f"{run.name}: {_DISTANCE}", mean, distance)
-    whole = measured_loads(run)
-    if whole is not None and whole["time_s"].between(run.time[0], run.time[-1]).any():
-        felt = whole["time_s"].to_numpy()
-        measured = filtered_ratio(felt, whole["left_insole_N"].to_numpy(), whole["right_insole_N"].to_numpy())
-        shown = (felt >= run.time[0]) & (felt <= run.time[-1])
+    loads = measured_loads(run)
+    if loads is not None and loads["time_s"].between(run.time[0], run.time[-1]).any():
+        load_time = loads["time_s"].to_numpy()
+        measured = filtered_ratio(load_time, loads["left_insole_N"].to_numpy(), loads["right_insole_N"].to_numpy())
+        shown = (load_time >= run.time[0]) & (load_time <= run.time[-1])
         ratio = pressure_ratio(*(run.series[f"{side}_sole_N"].to_numpy(dtype=float) for side in ("left", "right")))
 
         def share(axes: Axes) -> None:
-            axes.plot(felt[shown], measured[shown], color=plots.COLOURS[0], linestyle="--")
+            axes.plot(load_time[shown], measured[shown], color=plots.COLOURS[0], linestyle="--")
             axes.plot(run.time, ratio, color=plots.COLOURS[1])
             axes.set_ylim(-0.02, 1.02)
             axes.set(xlabel="time (s)", ylabel="left over both (1)")
@@ -166,12 +166,12 @@ def _draw_from_above(run: StoredRun, cycle: Cycle) -> Callable[[Axes], None]:
     reach = np.array([-ski.boot_centre, ski.length - ski.boot_centre])
 
     def of_ski(side: str) -> Array:
-        """(k, 2, 3) m, its tail and tip."""
+        """Return its tail and tip, (k, 2, 3) m."""
         foot, forward = run.slope(f"{side}_foot", "m")[rows], run.slope(f"{side}_foot_forward", "1")[rows]
         return np.asarray(foot[:, None] + reach[:, None] * forward[:, None])
 
     def through(joint: str, longer: float) -> Array:
-        """(k, 2, 3) m: a line through both joints, longer at each end by that share of their distance."""
+        """Return a line through both joints, (k, 2, 3) m, longer at each end by that share of their distance."""
         left, right = origin[:, SEGMENT[f"{joint}_l"]], origin[:, SEGMENT[f"{joint}_r"]]
         return np.stack([left + longer * (left - right), right + longer * (right - left)], axis=1)
 

@@ -32,7 +32,7 @@ _TURNS: Final[tuple[tuple[str, Group, str, float], ...]] = (
     ("load on both skis, control phase (body weights)", "control", "total_force_bodyweights", 1.0),
     ("whole force of the snow, control phase (body weights)", "control", "snow_force_bodyweights", 1.0),
 )
-"""What a row is about, its group and name in a summary's ``turns``, and the factor to its unit."""
+"""Name of a row, its group and name in a summary's ``turns``, and the factor to its unit."""
 PEAK_MOMENTS: Final = (
     ("hip flexion moment, peak (N m/kg)", "hip_flexion", "max"),
     ("hip extension moment, peak (N m/kg)", "hip_flexion", "min"),
@@ -41,7 +41,7 @@ PEAK_MOMENTS: Final = (
 
 
 def turns(runs: Runs) -> Section:
-    """Technique and forces, mean ± standard deviation over complete turns; peaks are the largest of all of them."""
+    """Show technique and forces, mean ± standard deviation over complete turns; peaks are the largest of all turns."""
     rows: list[Entry] = [
         ("turns (complete ones)", _counts),
         *((what, _of_turns(group, name, factor)) for what, group, name, factor in _TURNS),
@@ -62,41 +62,42 @@ _EACH: Final = (
     ("edge angle, peak (°)", WHOLE, "edge_angle_outside_peak_deg", "{:.0f}", 1.0),
     *((f"outside load, {phase} (%)", phase, "outside_force_share", "{:.0f}", 100.0) for phase in PHASES),
 )
-"""A column's headline, the phase it is of, its name in the table of turns, how it is written, factor to its unit."""
+"""A column's headline, its phase, its name in the table of turns, its format, and the factor to its unit."""
 
 
 def each_turn(runs: Runs) -> Section:
-    """Turn by turn: a row a turn.  Turns that the run's ends, a stop or a traverse cut off are in brackets."""
+    """Show a row a turn.  Turns that the run's ends, a stop or a traverse cut off are in brackets."""
     rows = []
     for run in runs:
         before = f"{run.name}: " if len(runs) > 1 else ""
         for phases in _by_phase(run):
-            whole = phases[WHOLE]
-            name = f"{before}{whole['turn']}, {whole['side']}"
+            whole_turn = phases[WHOLE]
+            name = f"{before}{whole_turn['turn']}, {whole_turn['side']}"
             cells = [
                 form.format(factor * phases[phase][column]) if phase in phases else "–"
                 for _, phase, column, form, factor in _EACH
             ]
-            rows.append([name if whole["complete"] else f"({name})", *cells])
+            rows.append([name if whole_turn["complete"] else f"({name})", *cells])
     head = ["", *(entry[0] for entry in _EACH)]
     return table_section("Turn by turn (cut off ones in brackets)", [head, *rows])
 
 
 def _by_phase(run: StoredRun) -> list[dict[str, dict[str, Any]]]:
-    """For each turn its rows in the table of turns, by phase."""
-    found: dict[int, dict[str, dict[str, Any]]] = {}
+    """Return for each turn its rows in the table of turns, by phase."""
+    by_turn: dict[int, dict[str, dict[str, Any]]] = {}
     for row in [] if run.turn_table is None else run.turn_table.to_dict("records"):
-        found.setdefault(row["turn"], {})[row["phase"]] = {str(name): value for name, value in row.items()}
-    return [phases for phases in found.values() if WHOLE in phases]
+        by_turn.setdefault(row["turn"], {})[row["phase"]] = {str(name): value for name, value in row.items()}
+    return [phases for phases in by_turn.values() if WHOLE in phases]
 
 
 def peak_moment(summary: Summary, joint: str, end: str) -> float | None:
-    """The largest moment (N m/kg) over both legs and all complete turns, of its opposite with ``min``; None where there
-    is none.
+    """Return the largest moment (N m/kg) over both legs and all complete turns; None where there is none.
+
+    With ``min`` it is the largest moment in the opposite direction.
     """
     peaks = summary.turns.peak_moments or {}
-    found = [peaks.get(f"{joint}_{leg}_moment_{end}_Nm_per_kg") for leg in ("outside", "inside")]
-    known = [value for value in found if value is not None]
+    peaks_of_legs = [peaks.get(f"{joint}_{leg}_moment_{end}_Nm_per_kg") for leg in ("outside", "inside")]
+    known = [value for value in peaks_of_legs if value is not None]
     if not known:
         return None
     return float(max(known) if end == "max" else -min(known))

@@ -1,4 +1,4 @@
-"""What a fit leaves uncertain: friction's intervals, where they come from, and what was corrected of the posture."""
+"""The uncertainty of a fit: friction's intervals and their sources, and the corrections of the posture."""
 
 from __future__ import annotations
 
@@ -15,40 +15,40 @@ _NAMES = {
     "strength": "S_f, strength (Pa)",
 }
 _LARGE = 10.0
-"""From here on three digits are shown."""
+"""Size from which three digits are shown."""
 _LEAST = 0.005
-"""Share of a variance that is shown."""
+"""Least share of a variance that is shown."""
 
 
 def uncertainty(runs: Runs) -> Section:
-    """Intervals, their budget, noise of the instruments, and corrections of the posture."""
+    """Show intervals, their budget, noise of the instruments, and corrections of the posture."""
     return section_of_each("What is uncertain", runs, _blocks)
 
 
 def _value(summary: Summary, key: str) -> float | None:
-    """The number that an interval is about."""
+    """Return the number to which an interval belongs."""
     cut = summary.carving
     if cut is None:
-        found: Estimate = getattr(summary.friction, key)
-        return found.value
+        estimate: Estimate = getattr(summary.friction, key)
+        return estimate.value
     return {"mu": cut.mu, "hardness": cut.hardness_N_m3, "strength": cut.strength_Pa}[key].value
 
 
 def _blocks(run: StoredRun) -> tuple[Block, ...]:
-    found = run.summary.uncertainty
-    if found is None:
+    figures = run.summary.uncertainty
+    if figures is None:
         return ()
     intervals = [["friction", "estimate", "90 % interval"]]
-    for key, interval in found.interval_90.items():
+    for key, interval in figures.interval_90.items():
         low, high = (f"{end:.4f}" if abs(end) < _LARGE else f"{end:.3g}" for end in (interval.low, interval.high))
         intervals.append([_NAMES[key], number(_value(run.summary, key), 4), f"{low} to {high}"])
     groups = sorted(
-        {group for parts in found.shares.values() for group, part in parts.items() if part >= _LEAST},
-        key=lambda group: -max(parts.get(group, 0.0) for parts in found.shares.values()),
+        {group for parts in figures.shares.values() for group, part in parts.items() if part >= _LEAST},
+        key=lambda group: -max(parts.get(group, 0.0) for parts in figures.shares.values()),
     )
-    budget = [["share of the variance", *(_NAMES[key] for key in found.shares)]]
+    budget = [["share of the variance", *(_NAMES[key] for key in figures.shares)]]
     budget += [
-        [group, *(f"{100.0 * parts.get(group, 0.0):.0f} %" for parts in found.shares.values())] for group in groups
+        [group, *(f"{100.0 * parts.get(group, 0.0):.0f} %" for parts in figures.shares.values())] for group in groups
     ]
     noise = [["measurement", "standard deviation (SI)", "times the usual", "correlated over (s)"]]
     noise += [
@@ -58,15 +58,15 @@ def _blocks(run: StoredRun) -> tuple[Block, ...]:
             "" if level.times_usual is None else f"{level.times_usual:.1f}",
             f"{level.correlation_s:.2g}",
         ]
-        for name, level in found.noise.items()
+        for name, level in figures.noise.items()
     ]
     posture = [["joint coordinate", "corrected by (° rms)"]]
-    posture += [[name.replace("_", " "), f"{degrees:.2f}"] for name, degrees in found.posture_rms_deg.items()]
+    posture += [[name.replace("_", " "), f"{degrees:.2f}"] for name, degrees in figures.posture_rms_deg.items()]
     largest = [["correction", "standard deviations"]]
-    largest += [[each.what, f"{each.sigmas:+.1f}"] for each in found.largest]
+    largest += [[correction.what, f"{correction.sigmas:+.1f}"] for correction in figures.largest]
     verdict = (
         "All corrections are within three standard deviations of what the instruments allow."
-        if found.fits_priors
+        if figures.fits_priors
         else "At least one correction is beyond three standard deviations: the posture, or what was stated, cannot be "
         "reconciled with the measurements within the errors that the instruments are known for."
     )

@@ -47,11 +47,11 @@ def test_a_correction_too_far_is_said(largest: float) -> None:
 
 def test_what_is_missed_by_more_than_noise_makes_the_interval_too_narrow() -> None:
     text = words(1.5, 5.2)
-    assert "too narrow: what is left over of the fixes is 5 times the usual noise" in text
-    assert "What is left over of the fixes is 5 times the noise of such instruments" in text
+    assert "too narrow: the residual of the fixes is 5 times the usual noise" in text
+    assert "The residual of the fixes is 5 times the noise of such instruments" in text
     assert "too narrow" not in words(1.5, 1.6)
     page = render([a_run(6.0, uncertainty={**figures(1.5, 5.2), "widened": 2.4})])
-    assert "That is widened 2.4 times: what is left over of the fixes" in page
+    assert "That is widened 2.4 times: the residual of the fixes" in page
 
 
 def test_a_run_without_an_estimate_has_no_section() -> None:
