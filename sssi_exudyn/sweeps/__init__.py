@@ -1,1 +1,1 @@
-"""Many runs with other parameters, on one machine or a cluster."""
+"""Many runs with varied parameters, on one machine or a cluster."""

@@ -23,7 +23,7 @@ _FULL_ONLY: Final = ("step", "spectral_radius", "relative_tolerance", "absolute_
 
 
 def axes_of(file: SweepFile, declared: Mapping[str, Parameter]) -> tuple[Axis, ...]:
-    """The file's parameters with their values, each checked against its declared bounds.
+    """Read the file's parameters with their values, each checked against its declared bounds.
 
     Parameters
     ----------
@@ -76,10 +76,10 @@ def _check_effect(file: SweepFile, name: str, place: str) -> None:
     part, _, key = name.partition(".")
     if part == "solver" and key in _FULL_ONLY and file.tier == "reduced" and file.task == "simulate":
         raise InputError(file.path, f"{place} name", f"the reduced model does not use {key}", 'write tier = "full"')
-    found = [*FRICTION, *NUISANCES]
+    fitted = [*FRICTION, *NUISANCES]
     if file.method == "paper":  # which keeps the heading of the capture
-        found.remove("start.heading_offset")
-    if file.task == "fit" and name.removesuffix("_deg") in found:
+        fitted.remove("start.heading_offset")
+    if file.task == "fit" and name.removesuffix("_deg") in fitted:
         raise InputError(file.path, f"{place} name", f"the fit finds {name} itself", "sweep another parameter")
 
 
@@ -98,8 +98,8 @@ def _axis(parameter: Parameter, table: Settings, file: SweepFile, place: str) ->
     if "values" in table or kind == "list":
         if len(table) > 2:
             raise InputError(file.path, place, "values and bounds together", "give values, or low, high and count")
-        given = list_of(table.get("values"), file.path, f"{place} values")
-        return Axis(parameter, tuple(_number(value, parameter, file.path, f"{place} values") for value in given))
+        values = list_of(table.get("values"), file.path, f"{place} values")
+        return Axis(parameter, tuple(_number(value, parameter, file.path, f"{place} values") for value in values))
     low, high = (_number(table.get(key), parameter, file.path, f"{place} {key}") for key in ("low", "high"))
     count = count_of(table.get("count"), file.path, f"{place} count", least=2)
     spaced = [float(value) for value in np.linspace(low, high, count)]

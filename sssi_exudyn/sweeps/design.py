@@ -1,4 +1,4 @@
-"""The points of a sweep: grid, list, Latin hypercube, Sobol, and the designs that sensitivity indices need."""
+"""The points of a sweep: grid, list, Latin hypercube, Sobol, and the designs for sensitivity indices."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Design:
-    """How the points are laid out.
+    """Kind and size of a sweep's layout of points.
 
     size : points of a drawn design; for indices Saltelli's base sample N, or Morris's trajectories
     """
@@ -49,7 +49,7 @@ class Design:
 
 
 def points_of(design: Design, axes: Sequence[Axis]) -> list[tuple[float | str, ...]]:
-    """The points in order, each a value for every axis; one empty point where there is no axis.
+    """Return the points in order, each a value for every axis; one empty point where there is no axis.
 
     Sobol's indices take N (2 d + 2) points, Morris's N (d + 1).  Raises SssiError where SALib is needed and missing.
     """
@@ -61,7 +61,7 @@ def points_of(design: Design, axes: Sequence[Axis]) -> list[tuple[float | str, .
 
 
 def size_of(design: Design, axes: Sequence[Axis]) -> int:
-    """The number of points."""
+    """Return the number of points."""
     match design.kind:
         case "grid":
             return math.prod(len(axis.levels) for axis in axes)
@@ -74,23 +74,23 @@ def size_of(design: Design, axes: Sequence[Axis]) -> int:
 
 
 def problem_of(axes: Sequence[Axis]) -> dict[str, Any]:
-    """The axes as SALib names them."""
+    """Return the axes in SALib's form."""
     bounds = [[float(axis.levels[0]), float(axis.levels[-1])] for axis in axes]
     return {"num_vars": len(axes), "names": [axis.name for axis in axes], "bounds": bounds}
 
 
 def salib(what: str) -> Any:
-    """SALib's module of that name, such as ``analyze.morris``.  Raises SssiError where it is not installed."""
+    """Import SALib's module of that name, such as ``analyze.morris``.  Raises SssiError where it is not installed."""
     return import_for("sensitivity analysis", f"SALib.{what}", "sweep")
 
 
 def block_of(design: Design, count: int) -> int:
-    """Points of a block of a design for indices with ``count`` axes; without one of them the others cannot be used."""
+    """Return the points of a block of a design for indices with ``count`` axes; an incomplete block is of no use."""
     return 2 * count + 2 if design.kind == "sobol_indices" else count + 1
 
 
 def _draw(design: Design, axes: Sequence[Axis]) -> Array:
-    """(n, d)"""
+    """Draw the points (n, d) of a design."""
     problem = problem_of(axes)
     if design.kind == "sobol_indices":
         return np.asarray(salib("sample.sobol").sample(problem, design.size, seed=design.seed))
@@ -99,7 +99,7 @@ def _draw(design: Design, axes: Sequence[Axis]) -> Array:
         return np.asarray(sample(problem, design.size, num_levels=MORRIS_LEVELS, seed=design.seed))
     from scipy.stats import qmc  # here: it takes most of a second to load, in every worker
 
-    drawn: Any = qmc.LatinHypercube if design.kind == "latin_hypercube" else qmc.Sobol
-    unit = drawn(len(axes), rng=np.random.default_rng(design.seed)).random(design.size)
+    sampler: Any = qmc.LatinHypercube if design.kind == "latin_hypercube" else qmc.Sobol
+    unit = sampler(len(axes), rng=np.random.default_rng(design.seed)).random(design.size)
     low, high = np.array(problem["bounds"]).T
     return np.asarray(low + (high - low) * unit)

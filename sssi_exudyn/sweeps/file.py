@@ -41,11 +41,11 @@ _KEYS: Final = (
     "design", "parameter", "term", "plugin", "skis", "heading",
 )  # fmt: skip
 _OF_RUNS: Final = ("recordings", "model", "tier", "method", "duration_s", "series", "term", "heading")
-"""Keys without a meaning for skis in turns."""
+"""Keys that have no meaning for skis in turns."""
 LARGEST: Final = 10_000_000
-"""Points of a design at most."""
+"""Greatest number of points of a design."""
 _LONGEST: Final = 1000
-"""Characters of a folder's name or pattern at most."""
+"""Greatest length of a folder's name or pattern, in characters."""
 Word = TypeVar("Word", bound=str)
 
 
@@ -58,7 +58,7 @@ class SweepFile:
     settings : the file's content
     duration : s of each run from its start, None for whole runs
     series : whether each run's time series is kept
-    heading : what holds the skiers' heading; None for what the model says
+    heading : control of the skiers' heading; None for the model's own
     outputs : figures that indices and plots show; empty for the usual ones
     """
 
@@ -78,10 +78,10 @@ class SweepFile:
     settings: Settings
 
     def portable(self, folder: Path) -> dict[str, Any]:
-        """The file's content for a copy in ``folder``, its paths relative to that."""
+        """Return the file's content for a copy in ``folder``, with paths relative to it."""
         copy = dict(self.settings)
         copy["name"] = self.name
-        places = [_relative(found, folder) if found.is_absolute() else str(found) for found in self.folders]
+        places = [_relative(place, folder) if place.is_absolute() else str(place) for place in self.folders]
         copy["skis" if self.task == "turn" else "recordings"] = places
         if self.model is not None:
             copy["model"] = _relative(self.model, folder)
@@ -91,17 +91,17 @@ class SweepFile:
 
     @property
     def plugins(self) -> tuple[Plugin, ...]:
-        """Those that its terms come from."""
+        """Plug-ins that its terms come from."""
         return origins_of(type(term) for term in self.terms)
 
 
 def read_sweep(path: Path) -> SweepFile:
-    """The sweep in a TOML file.  Raises InputError, with file, place and fix, for every mistake in it."""
+    """Read the sweep in a TOML file.  Raises InputError, with file, place and fix, for every mistake in it."""
     return sweep_from(read_toml(path), path)
 
 
 def sweep_from(settings: Settings, path: Path) -> SweepFile:
-    """The sweep that ``settings`` describe, as if they stood in ``path``.  Raises InputError."""
+    """Read the sweep that ``settings`` describe, as if they were in ``path``.  Raises InputError."""
     check_keys(settings, _KEYS, path, "")
     if settings.get("format") != 1 or isinstance(settings["format"], bool):
         raise InputError(path, "format", f"{settings.get('format')!r} is not known", "write format = 1")
@@ -148,14 +148,14 @@ def _check_task(settings: Settings, task: Task, path: Path) -> None:
 
 
 def _skis(names: object, path: Path) -> tuple[Path, ...]:
-    found = []
+    skis = []
     for name in words_of(list_of(names, path, "skis"), path, "skis"):
         _check_name(name, path, "skis")
         ski_named(name, path.parent, path, "skis")
-        found.append((path.parent / name).resolve() if name.endswith(".toml") else Path(name))
-    if len({each.name for each in found}) < len(found):
+        skis.append((path.parent / name).resolve() if name.endswith(".toml") else Path(name))
+    if len({ski.name for ski in skis}) < len(skis):
         raise InputError(path, "skis", "two skis have one name", "give each ski its own, once")
-    return tuple(found)
+    return tuple(skis)
 
 
 def _design(settings: Settings, path: Path) -> Design:
@@ -176,7 +176,7 @@ def _design(settings: Settings, path: Path) -> Design:
 
 
 def _terms(settings: Settings, path: Path, task: Task) -> tuple[Term, ...]:
-    """The force terms; fits leave out those of the edges."""
+    """Read the force terms; fits leave out those of the edges."""
     tables = settings.get("term", [])
     if not isinstance(tables, list) or not all(isinstance(table, Mapping) for table in tables):
         raise InputError(path, "[[term]]", "these must be tables", "write [[term]] with name and parameters below")
@@ -192,7 +192,7 @@ def _terms(settings: Settings, path: Path, task: Task) -> tuple[Term, ...]:
 
 
 def _heading(settings: Settings, path: Path, task: Task) -> HeadingMode | None:
-    """What holds the skiers' heading; a fit has the captured one."""
+    """Read the control of the skiers' heading; a fit has the captured one."""
     if "heading" not in settings:
         return None
     if task == "fit":
@@ -201,15 +201,15 @@ def _heading(settings: Settings, path: Path, task: Task) -> HeadingMode | None:
 
 
 def _folders(patterns: object, path: Path) -> tuple[Path, ...]:
-    found: list[Path] = []
+    folders: list[Path] = []
     for pattern in words_of(list_of(patterns, path, "recordings"), path, "recordings"):
         _check_name(pattern, path, "recordings")
         try:
-            found += _matches(pattern, path)
-        except (OSError, ValueError) as error:  # a name that is too long, ** beside letters
+            folders += _matches(pattern, path)
+        except (OSError, ValueError) as error:  # a name that is too long, or ** next to letters
             problem = f"{pattern[:60]!r}: {getattr(error, 'strerror', None) or error}"
             raise InputError(path, "recordings", problem, "correct the pattern") from None
-    resolved = tuple(folder.resolve() for folder in found)
+    resolved = tuple(folder.resolve() for folder in folders)
     if len({folder.name for folder in resolved}) < len(resolved):
         raise InputError(path, "recordings", "two folders have one name", "give each recording its own, once")
     return resolved
@@ -222,13 +222,13 @@ def _check_name(name: str, path: Path, place: str) -> None:
 
 
 def _matches(pattern: str, path: Path) -> list[Path]:
-    """The folder of that name, or the recordings that match the pattern."""
+    """Return the folder of that name, or the recordings that match the pattern."""
     plain = path.parent / pattern
     if plain.is_dir() or not glob.has_magic(pattern):
         return [plain]
     anchor = Path(pattern).anchor
     candidates = (Path(anchor) if anchor else path.parent).glob(pattern.removeprefix(anchor))
-    matches = sorted(each for each in candidates if (each / "recording.toml").is_file())
+    matches = sorted(candidate for candidate in candidates if (candidate / "recording.toml").is_file())
     if not matches:
         raise InputError(path, "recordings", f"no recording matches {pattern[:60]!r}", "correct the pattern")
     return matches
@@ -243,7 +243,7 @@ def _duration(value: object, path: Path) -> float | None:
 
 
 def _one_of(table: Settings, key: str, words: Sequence[Word], path: Path, place: str = "") -> Word:
-    """One of ``words``; the first where the key is missing."""
+    """Return one of ``words``; the first where the key is missing."""
     value = table.get(key, words[0])
     for word in words:
         if value == word:
@@ -252,7 +252,7 @@ def _one_of(table: Settings, key: str, words: Sequence[Word], path: Path, place:
 
 
 def count_of(value: object, path: Path, place: str, *, least: int) -> int:
-    """A whole number of at least ``least`` at ``place``.  Raises InputError for anything else."""
+    """Check a whole number of at least ``least`` at ``place``.  Raises InputError for anything else."""
     if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= LARGEST:
         what = "is missing" if value is None else f"{value!r} is no whole number from {least} to {LARGEST}"
         raise InputError(path, place, what, "give a whole number")
@@ -260,14 +260,14 @@ def count_of(value: object, path: Path, place: str, *, least: int) -> int:
 
 
 def list_of(value: object, path: Path, place: str) -> list[Any]:
-    """A list with something in it.  Raises InputError for anything else."""
+    """Check a list that is not empty.  Raises InputError for anything else."""
     if not isinstance(value, list) or not value:
         raise InputError(path, place, "is no list with something in it", "write [first, second]")
     return value
 
 
 def words_of(value: object, path: Path, place: str) -> tuple[str, ...]:
-    """A list of words.  Raises InputError for anything else."""
+    """Check a list of words.  Raises InputError for anything else."""
     if not isinstance(value, list) or not all(isinstance(word, str) and word for word in value):
         raise InputError(path, place, f"{str(value)[:60]} is not a list of words", 'write ["first", "second"]')
     return tuple(value)

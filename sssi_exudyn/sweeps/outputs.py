@@ -75,7 +75,7 @@ _OF_A_TURN: Final = (
     Column("wobble_per_m", "1/m", "standard deviation of the curvature where the turn never settles"),
     Column("side_reserve", "1", "share of what the groove's wall bears that is not used"),
     Column("sideslip_deg", "deg", "by how much the ski points into the turn"),
-    Column("drag_N", "N", "of the snow against the way"),
+    Column("drag_N", "N", "of the snow against the direction of travel"),
     Column("friction_W", "W", "that friction takes"),
     Column("compaction_W", "W", "that snow pressed by a climbing edge takes"),
     Column("skid_W", "W", "that sideslip takes"),
@@ -89,18 +89,18 @@ _USUAL_FITTED: Final = ("fitted_mu_t", "fitted_mu_n", "gps_mean_error_m")
 
 
 def columns_of(task: Task, tier: Tier, method: Method) -> tuple[Column, ...]:
-    """The figures of every run of a sweep."""
+    """Return the columns of the figures of every run of a sweep."""
     if task == "turn":
         return _OF_A_TURN
     if task == "simulate":
         return _OF_A_RUN + (_OF_A_FULL_RUN if tier == "full" else ())
-    found = []
+    fitted = []
     for name in FRICTION + (NUISANCES if method == "joint" else ()):
         column, unit, _ = _FITTED_UNITS[name]
-        found.append(Column(f"fitted_{column}", unit, f"{name} as fitted"))
-        found.append(Column(f"fitted_{column}_se", unit, "its standard error"))
+        fitted.append(Column(f"fitted_{column}", unit, f"{name} as fitted"))
+        fitted.append(Column(f"fitted_{column}_se", unit, "its standard error"))
     return (
-        *found,
+        *fitted,
         Column("gps_mean_error_m", "m", "mean horizontal distance of the antenna to the GPS fixes"),
         Column("gps_rms_error_m", "m", "root mean square of it"),
         Column("evaluations", "1", "of the fit's objective"),
@@ -109,14 +109,14 @@ def columns_of(task: Task, tier: Tier, method: Method) -> tuple[Column, ...]:
 
 
 def usual_outputs(task: Task, tier: Tier) -> tuple[str, ...]:
-    """The figures that plots and indices are about where the file names none."""
+    """Return the figures that plots and indices show where the file names none."""
     if task != "simulate":
         return _USUAL_FITTED if task == "fit" else _USUAL_TURN
     return _USUAL_FULL if tier == "full" else _USUAL
 
 
 def figures_of_run(run: AnyRun, model: Model, recording: Recording) -> Figures:
-    """The figures of a simulated run; None where the recording lacks the instrument."""
+    """Compute the figures of a simulated run; None where the recording lacks the instrument."""
     speed = np.linalg.norm(run.com_velocity, axis=1)
     loads = np.maximum(run.foot_load, 0.0)
     total = loads.sum(axis=1)
@@ -151,7 +151,7 @@ def figures_of_run(run: AnyRun, model: Model, recording: Recording) -> Figures:
 
 
 def figures_of_fit(fitted: Fitted) -> Figures:
-    """The figures of a fit."""
+    """Collect the figures of a fit."""
     figures: dict[str, float] = {}
     for name, (column, _, factor) in _FITTED_UNITS.items():
         if name in fitted.names:  # an estimate has many more, the snow surface's modes among them
@@ -166,7 +166,7 @@ def figures_of_fit(fitted: Fitted) -> Figures:
 
 
 def figures_of_turn(turn: SteadyTurn) -> Figures:
-    """The figures of a ski in a turn."""
+    """Collect the figures of a ski in a turn."""
     figures = {
         "curvature_per_m": turn.curvature,
         "wobble_per_m": turn.wobble,
@@ -185,7 +185,10 @@ def figures_of_turn(turn: SteadyTurn) -> Figures:
 
 
 def series_of_run(run: AnyRun) -> pd.DataFrame:
-    """The run's time series in the slope frame, units in the columns' names, in single precision (but for time)."""
+    """Return the run's time series in the slope frame, in single precision except for time.
+
+    Units are in the columns' names.
+    """
     columns: dict[str, Array] = {}
     for name, vectors, unit in (
         ("com", run.com, "m"),
@@ -220,22 +223,22 @@ def _against_gps(run: AnyRun, model: Model, recording: Recording) -> dict[str, f
 
 
 def _against_insoles(run: AnyRun, recording: Recording) -> dict[str, float]:
-    felt = {"time_s": run.time}
+    series = {"time_s": run.time}
     for i, side in enumerate(("left", "right")):
-        felt |= {f"{side}_sole_N": run.sole_force[:, i], f"{side}_load_N": run.foot_load[:, i]}
-    judged = judge_loads(pd.DataFrame(felt), recording.insoles)
-    return {"insoles_correlation": judged["correlation"]} if judged else {}
+        series |= {f"{side}_sole_N": run.sole_force[:, i], f"{side}_load_N": run.foot_load[:, i]}
+    agreement = judge_loads(pd.DataFrame(series), recording.insoles)
+    return {"insoles_correlation": agreement["correlation"]} if agreement else {}
 
 
 def _mean(values: Array, time: Array) -> float:
-    """Over time; steps may differ in length."""
+    """Return the mean over time; steps may differ in length."""
     return float(np.trapezoid(values, time) / (time[-1] - time[0]))
 
 
 def _complete(figures: dict[str, float], columns: tuple[Column, ...]) -> Figures:
-    """Every column, None where there is no figure or it is not finite."""
-    found: Figures = {}
+    """Return every column, None where there is no figure or it is not finite."""
+    completed: Figures = {}
     for column in columns:
         value = figures.get(column.name)
-        found[column.name] = value if value is not None and np.isfinite(value) else None
-    return found
+        completed[column.name] = value if value is not None and np.isfinite(value) else None
+    return completed

@@ -18,7 +18,7 @@ from sssi_exudyn.sweeps.sensitivity_indices import MEANINGS, TOTAL, rank_paramet
 
 PAGE: Final = "summary.html"
 _MOST_PARAMETERS: Final = 4
-"""Parameters with a curve for each output; weaker ones are in the bars and in the table."""
+"""Greatest number of parameters with a curve for each output; weaker ones are in the bars and in the table."""
 _MOST_ERRORS: Final = 10
 _BARS: Final = {"ST": ("ST", "S1"), "mu_star": ("mu_star", "sigma"), "share": ("share",)}
 _WORDS: Final = {
@@ -31,12 +31,12 @@ _WORDS: Final = {
 
 
 def render_sweep(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame, versions: Mapping[str, str]) -> str:
-    """The page as text.
+    """Return the page as text.
 
     Parameters
     ----------
-    runs : the sweep's table;  indices : as ``indices_of`` gives them
-    versions : of the program and its packages that did the runs
+    runs : the sweep's table;  indices : result of ``indices_of``
+    versions : versions of the program and its packages in the runs
     """
     done = runs[runs["status"] == DONE]
     varied = [axis for axis in plan.axes if len(set(done[axis.name])) > 1]
@@ -73,14 +73,14 @@ def _outcomes(plan: Plan, runs: pd.DataFrame) -> str:
 
 
 def _about(plan: Plan, runs: pd.DataFrame, indices: pd.DataFrame, varied: list[Axis], output: str, number: int) -> str:
-    """One output: bars for each recording, curves of the strongest parameters, the two strongest together."""
+    """Show one output: bars for each recording, curves of the strongest parameters, the two strongest together."""
     unit, meaning = next((column.unit, column.meaning) for column in plan.columns if column.name == output)
     shown = [f'<p class="soft">{escape(meaning[:1].upper() + meaning[1:])}.</p>\n']
     for place, recording in enumerate(runs["recording"].unique()):
         about = indices[(indices["recording"] == recording) & (indices["output"] == output)]
         kind = next((kind for kind in TOTAL if kind in set(about["index"])), None)
         if kind is not None:
-            bars = bars_svg(f"bars-{number}-{place}", about, _BARS[kind], tuple(_WORDS[each] for each in _BARS[kind]))
+            bars = bars_svg(f"bars-{number}-{place}", about, _BARS[kind], tuple(_WORDS[index] for index in _BARS[kind]))
             shown.append(figure(bars, f"{output}, {recording}: {MEANINGS[kind]}"))
     first = str(runs["recording"].iloc[0])
     strongest = rank_parameters(indices, first, output, varied)[:_MOST_PARAMETERS]

@@ -1,4 +1,4 @@
-"""What a sweep may change: every declared number, by its name, and how a changed number enters the model.
+"""Parameters of a sweep: every declared number, by its name, and its entry into the model.
 
 Names are ``part.number``: ``skier``, ``equipment`` and ``slope`` as in a ``recording.toml``, ``ski``, ``start``,
 ``solver``, ``posture``, and the model's force terms and sensors by their own names.  Angles are in degrees and end in
@@ -38,7 +38,7 @@ _PROFILES: Final = {
 }
 _SCALES: Final = {**_PROFILES, "sidecut_scale": "factor on the depth of the ski's sidecut"}
 _AS_RECORDED: Final = ("skier", "equipment", "slope")
-"""Parts that a recording declares; motion and start are computed anew from them."""
+"""Parts that a recording declares; motion and start are computed again from them."""
 _SHAPE: Final = (*_AS_RECORDED, "ski", "solver", "posture")
 _WHOLE: Final = [name for name, kind in Solver.__annotations__.items() if kind == "int"]
 
@@ -62,8 +62,9 @@ class Parameter:
 
 
 def parameters_of(several: Iterable[Term | Sensor]) -> dict[str, Parameter]:
-    """All numbers that a sweep may change in a model with these terms and sensors, by name; without ``SKIS``, which is
-    no number.
+    """Return all numbers that a sweep may change in a model with these terms and sensors, by name.
+
+    ``SKIS``, which is not a number, is not among them.
     """
     parts: dict[str, Any] = {
         "skier": Skier,
@@ -73,25 +74,25 @@ def parameters_of(several: Iterable[Term | Sensor]) -> dict[str, Parameter]:
         "start": Start,
         "solver": Solver,
     }
-    found = [_parameter_of(part, about, cls) for part, cls in parts.items() for about in quantities(cls).values()]
-    found += _scales()
-    found += [
+    parameters = [_parameter_of(part, about, cls) for part, cls in parts.items() for about in quantities(cls).values()]
+    parameters += _scales()
+    parameters += [
         Parameter(f"posture.{name}_deg", "deg", -30.0, 30.0, f"added to the recorded {name} all along", _DEGREE)
         for name in PRESCRIBED
     ]
-    seen: dict[str, int] = {}
-    for part_of in several:
-        seen[part_of.name] = seen.get(part_of.name, 0) + 1
-        label = part_of.name if seen[part_of.name] == 1 else f"{part_of.name}#{seen[part_of.name]}"
-        found += [_parameter_of(label, about, type(part_of)) for about in quantities(part_of).values()]
-    return {parameter.name: parameter for parameter in found}
+    counts: dict[str, int] = {}
+    for component in several:
+        counts[component.name] = counts.get(component.name, 0) + 1
+        label = component.name if counts[component.name] == 1 else f"{component.name}#{counts[component.name]}"
+        parameters += [_parameter_of(label, about, type(component)) for about in quantities(component).values()]
+    return {parameter.name: parameter for parameter in parameters}
 
 
 def parameters_of_turn() -> dict[str, Parameter]:
-    """All numbers that a sweep may change of a ski in a turn, by name."""
+    """Return all numbers that a sweep may change of a ski in a turn, by name."""
     parts: dict[str, Any] = {"ski": Ski, "turn": TurnCase, Carving.name: Carving}
-    found = [_parameter_of(part, about, cls) for part, cls in parts.items() for about in quantities(cls).values()]
-    return {parameter.name: parameter for parameter in (*found, *_scales())}
+    parameters = [_parameter_of(part, about, cls) for part, cls in parts.items() for about in quantities(cls).values()]
+    return {parameter.name: parameter for parameter in (*parameters, *_scales())}
 
 
 def _scales() -> list[Parameter]:
@@ -107,7 +108,7 @@ def _parameter_of(part: str, about: Quantity, cls: type) -> Parameter:
 
 
 def numbers_of(values: Values) -> dict[str, float | str]:
-    """Values of a file under the model's names: angles in rad, without ``_deg``."""
+    """Return a file's values under the model's names: angles in rad, without ``_deg``."""
     return {
         name.removesuffix("_deg"): value * _DEGREE if name.endswith("_deg") and not isinstance(value, str) else value
         for name, value in values.items()
@@ -115,50 +116,51 @@ def numbers_of(values: Values) -> dict[str, float | str]:
 
 
 def is_shape(name: str) -> bool:
-    """True for numbers of the bodies or their motion, False for those of forces, start and instruments."""
+    """Tell whether a number is of the bodies or their motion, not of forces, start or instruments."""
     return name.partition(".")[0] in _SHAPE
 
 
 def change(
     recording: Recording, motion: Motion, base: Model | None, terms: tuple[Term, ...], shape: Values
 ) -> tuple[Recording, Motion, Model]:
-    """Recording, motion and model with other bodies.
+    """Return recording, motion and model with other bodies.
 
     Parameters
     ----------
-    motion : of the unchanged recording
+    motion : motion of the unchanged recording
     base : the model to change; None for the recorded skier's own, whose start then follows a changed slope
-    terms : force terms besides the model's
+    terms : additional force terms
     shape : numbers for which ``is_shape``, as ``numbers_of`` gives them
 
     Raises InputError for an unknown ski, ValueError for numbers that contradict each other.
     """
-    given: dict[str, dict[str, Any]] = {part: {} for part in _SHAPE}
+    by_part: dict[str, dict[str, Any]] = {part: {} for part in _SHAPE}
     for name, value in shape.items():
         part, _, key = name.partition(".")
-        given[part][key] = value
-    if any(given[part] for part in _AS_RECORDED):
+        by_part[part][key] = value
+    if any(by_part[part] for part in _AS_RECORDED):
         recording = replace(
             recording,
-            skier=replace(recording.skier, **given["skier"]),
-            equipment=replace(recording.equipment, **given["equipment"]),
-            slope=replace(recording.slope, **given["slope"]),
+            skier=replace(recording.skier, **by_part["skier"]),
+            equipment=replace(recording.equipment, **by_part["equipment"]),
+            slope=replace(recording.slope, **by_part["slope"]),
         )
         motion = motion_from_recording(recording)
-    model = model_of(recording, motion) if base is None else _equip(base, recording, given)
-    solver = {key: int(value) if key in _WHOLE else value for key, value in given["solver"].items()}
+    model = model_of(recording, motion) if base is None else _equip(base, recording, by_part)
+    solver = {key: int(value) if key in _WHOLE else value for key, value in by_part["solver"].items()}
     model = replace(
         model,
-        ski=reshape(model.ski, given["ski"]),
+        ski=reshape(model.ski, by_part["ski"]),
         terms=combine_terms(model.terms, terms),
         solver=replace(model.solver, **solver),
     )
-    return recording, offset(motion, given["posture"]), model
+    return recording, offset(motion, by_part["posture"]), model
 
 
 def offset(motion: Motion, angles: Mapping[str, float]) -> Motion:
-    """The motion with constants (rad) added to prescribed coordinates.  B-splines add up to one, so a constant added
-    to all coefficients is added to the curve.
+    """Add constants (rad) to prescribed coordinates of a motion.
+
+    B-splines add up to one, so a constant added to all coefficients is added to the curve.
     """
     if not angles:
         return motion
@@ -168,36 +170,36 @@ def offset(motion: Motion, angles: Mapping[str, float]) -> Motion:
     return replace(motion, coefficients=coefficients)
 
 
-def _equip(base: Model, recording: Recording, given: Mapping[str, Mapping[str, Any]]) -> Model:
-    """``base`` with the changes of skier, equipment and slope."""
-    slope = given["slope"]
+def _equip(base: Model, recording: Recording, by_part: Mapping[str, Mapping[str, Any]]) -> Model:
+    """Return ``base`` with the changes of skier, equipment and slope."""
+    slope = by_part["slope"]
     model = replace(
         base,
-        skier=replace(base.skier, **given["skier"]),
-        equipment=replace(base.equipment, **given["equipment"]),
+        skier=replace(base.skier, **by_part["skier"]),
+        equipment=replace(base.equipment, **by_part["equipment"]),
         inclination=slope.get("inclination", base.inclination),
         fall_line_azimuth=slope.get("fall_line_azimuth", base.fall_line_azimuth),
     )
-    skis = given["equipment"].get("skis")
+    skis = by_part["equipment"].get("skis")
     if skis is None:
         return model
     return replace(model, ski=read_equipped_ski(model.equipment, recording.folder, recording.folder / FILE))
 
 
 def change_turn(ski: Ski, values: Values) -> tuple[Ski, TurnCase]:
-    """The ski and its turn with the numbers of a point, as ``numbers_of`` gives them.
+    """Return the ski and its turn with the numbers of a point, as ``numbers_of`` gives them.
 
     Raises ValueError for numbers that contradict each other.
     """
-    given: dict[str, dict[str, Any]] = {"ski": {}, "turn": {}, Carving.name: {}}
+    by_part: dict[str, dict[str, Any]] = {"ski": {}, "turn": {}, Carving.name: {}}
     for name, value in values.items():
         part, _, key = name.partition(".")
-        given[part][key] = value
-    return reshape(ski, given["ski"]), TurnCase(law=Carving(**given[Carving.name]), **given["turn"])
+        by_part[part][key] = value
+    return reshape(ski, by_part["ski"]), TurnCase(law=Carving(**by_part[Carving.name]), **by_part["turn"])
 
 
 def reshape(ski: Ski, numbers: Mapping[str, float]) -> Ski:
-    """The ski with other numbers and scaled profiles.  Raises ValueError where the boot is off the ski."""
+    """Return the ski with other numbers and scaled profiles.  Raises ValueError where the boot is off the ski."""
     shape: dict[str, Any] = {}
     for name, value in numbers.items():
         profile = name.removesuffix("_scale")
@@ -205,14 +207,14 @@ def reshape(ski: Ski, numbers: Mapping[str, float]) -> Ski:
             shape["width"] = _deepen(shape.get("width", ski.width), value)
         else:
             shape[profile] = _scale(shape.get(profile, getattr(ski, profile)), value) if name in _PROFILES else value
-    found = replace(ski, **shape)
-    if not 0.0 < found.boot_centre < found.length:
-        raise ValueError(f"the boot centre at {found.boot_centre:g} m lies off a ski of {found.length:g} m")
-    return found
+    reshaped = replace(ski, **shape)
+    if not 0.0 < reshaped.boot_centre < reshaped.length:
+        raise ValueError(f"the boot centre at {reshaped.boot_centre:g} m lies off a ski of {reshaped.length:g} m")
+    return reshaped
 
 
 def _deepen(width: Profile, factor: float) -> Profile:
-    """The widths with that times the sidecut's depth: what they are wider than the waist."""
+    """Multiply the sidecut's depth, the widths beyond the waist's, by ``factor``."""
     waist = min(width.value[1:-1] or width.value)  # the ends are rounded off
     return replace(width, value=tuple(waist + factor * (value - waist) for value in width.value))
 

@@ -1,4 +1,4 @@
-"""The plan of a sweep: all runs, each under the hash of what it is computed from, before the first one starts."""
+"""The plan of a sweep: all runs, each under the hash of its inputs, before the first one starts."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ from sssi_exudyn.sweeps.outputs import Column, columns_of, usual_outputs
 from sssi_exudyn.sweeps.parameters import Parameter, parameters_of, parameters_of_turn
 
 SKI: Final = "ski"
-"""Under which a ski's hash stands among those of files."""
+"""Key of a ski's hash among those of files."""
 TermValues = tuple[str, tuple[tuple[str, float], ...]]
 """A force term as its name and its numbers."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """What all runs of a sweep share: texts and numbers only, so that it goes to a worker as JSON with every run.
+    """Common data of all runs of a sweep: texts and numbers only, so that it goes to a worker as JSON with every run.
 
-    identity : hash of the whole sweep
-    versions : of the program and of the packages that it uses
-    recordings : folders, or skis;  hashes : of each recording's files, or of the ski
-    model : a ``model.toml``, None for the recorded skier's own model
-    terms : force terms besides the model's
-    duration : s of each run from its start, None for whole runs
-    series : whether each run's time series is kept
-    heading : what holds the skiers' heading; None for what the model says
-    plugins : that the user has named, of which the terms are
+        identity : hash of the whole sweep
+        versions : versions of the program and of the packages that it uses
+        recordings : folders, or skis;  hashes : hash of each recording's files, or of the ski
+        model : a ``model.toml``, None for the recorded skier's own model
+    terms : additional force terms
+        duration : s of each run from its start, None for whole runs
+        series : whether each run's time series is kept
+        heading : control of the skiers' heading; None for the model's own
+        plugins : plug-ins named by the user, from which the terms come
     """
 
     identity: str
@@ -77,7 +77,7 @@ class SweepRun:
 class Plan:
     """A whole sweep: rows go through the recordings, and for each through the design's points.
 
-    keys : of all rows; equal points have equal keys
+    keys : keys of all rows; equal points have equal keys
     files : hash of every file read, by recording and name
     """
 
@@ -91,7 +91,7 @@ class Plan:
     files: dict[str, str]
 
     def runs(self) -> Iterator[SweepRun]:
-        """The runs in order; of equal ones only the first."""
+        """Yield the runs in order; of equal ones only the first."""
         seen = set()
         for row, key in enumerate(self.keys):
             if key not in seen:
@@ -99,24 +99,24 @@ class Plan:
                 yield self.run(row)
 
     def run(self, row: int) -> SweepRun:
-        """The run of a row."""
+        """Return the run of a row."""
         recording, point = divmod(row, len(self.points))
         names = (axis.name for axis in self.axes)
         return SweepRun(row, self.keys[row], recording, tuple(zip(names, self.points[point], strict=True)))
 
 
 def fingerprint_ski(name: str) -> str:
-    """Hash of a ski of the catalogue, or of that of a file."""
+    """Return the hash of a ski of the catalogue, or of that of a file."""
     return fingerprint(ski_to_table(ski_named(name, Path(), "sweep", "skis")))
 
 
 def plan_sweep(file: SweepFile) -> Plan:
-    """The plan of a sweep: its recordings are read, its runs laid out.
+    """Plan a sweep: read its recordings and lay out its runs.
 
-    Raises InputError for whatever is wrong with the file or a recording, SssiError where a package is missing.
+    Raises InputError for any mistake in the file or a recording, SssiError where a package is missing.
     """
     if file.task == "turn":
-        return plan_of(file, {f"{each.name}/{SKI}": fingerprint_ski(str(each)) for each in file.folders})
+        return plan_of(file, {f"{ski.name}/{SKI}": fingerprint_ski(str(ski)) for ski in file.folders})
     recordings = [read_recording(folder) for folder in file.folders]
     for recording in recordings:
         if file.task == "fit" and recording.gps is None:
@@ -131,9 +131,9 @@ def plan_sweep(file: SweepFile) -> Plan:
 
 
 def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
-    """The plan of a sweep of recordings whose files have these hashes, by recording and name.
+    """Plan a sweep of recordings whose files have these hashes, by recording and name.
 
-    Raises InputError for whatever is wrong with the file, SssiError where a package is missing.
+    Raises InputError for any mistake in the file, SssiError where a package is missing.
     """
     model = None if file.model is None else read_model(file.model)
     plugins = origins_of(type(term) for term in (*file.terms, *(() if model is None else model.terms)))
@@ -149,13 +149,8 @@ def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
         [(term.name, parameters(term)) for term in file.terms], [axis.name for axis in axes],
         *([plugin.as_table() for plugin in plugins],) * bool(plugins), *([file.heading] if file.heading else []),
     )  # fmt: skip
-    hashes = tuple(
-        fingerprint(
-            {name.partition("/")[2]: digest for name, digest in files.items() if name.startswith(f"{each.name}/")}
-        )
-        for each in file.folders
-    )
-    bases = [fingerprint(*shared, files) for files in hashes]
+    hashes = tuple(fingerprint(_files_below(folder.name, files)) for folder in file.folders)
+    bases = [fingerprint(*shared, digest) for digest in hashes]
     keys = [fingerprint(base, point)[:32] for base in bases for point in points]
     job = Job(
         identity=fingerprint(keys, file.series, outputs, [folder.name for folder in file.folders]),
@@ -176,13 +171,13 @@ def plan_of(file: SweepFile, files: Mapping[str, str]) -> Plan:
 
 
 def _files_below(recording: str, files: Mapping[str, str]) -> dict[str, str]:
-    """The hashes of one recording's files by their names in it."""
+    """Return the hashes of one recording's files by their names in it."""
     names = {name: name.partition("/") for name in files}
     return {below: files[name] for name, (folder, _, below) in names.items() if folder == recording}
 
 
 def _declared_parameters(file: SweepFile, model: Model | None) -> dict[str, Parameter]:
-    """What the swept models declare; they all have the same parts."""
+    """Return the parameters that the swept models declare; they all have the same parts."""
     if file.task == "turn":
         return parameters_of_turn()
     if model is None:

@@ -14,17 +14,18 @@ from sssi_exudyn.sweeps.design import Axis
 from sssi_exudyn.sweeps.sensitivity_indices import groups_of
 
 _MOST_POINTS: Final = 400
-"""Points in a plot at most; more hide each other and make the page large."""
+"""Greatest number of points in a plot; more hide each other and make the page large."""
 _MOST_CELLS: Final = 12
 """Distinct values of a parameter that each get a column of a heat map; more are put into groups."""
 _MARKS: Final = "osD^v"
 _HEAT: Final = "cividis"
-"""Even in lightness, and readable without telling red from green."""
+"""Colour map that is even in lightness, and readable without distinguishing red from green."""
 
 
 def response_svg(name: str, table: pd.DataFrame, axis: Axis, output: str, unit: str) -> str:
-    """The figure ``output`` of all runs against one parameter, recording by recording; a line joins groups' means where
-    the parameter is a number.
+    """Plot the figure ``output`` of all runs against one parameter, recording by recording.
+
+    A line joins groups' means where the parameter is a number.
     """
 
     def draw(axes: Axes) -> None:
@@ -51,7 +52,7 @@ def response_svg(name: str, table: pd.DataFrame, axis: Axis, output: str, unit: 
 
 
 def heat_svg(name: str, table: pd.DataFrame, across: Axis, up: Axis, output: str, unit: str) -> str:
-    """The mean of the figure ``output`` over cells of two parameters; cells without a run are empty."""
+    """Plot the mean of the figure ``output`` over cells of two parameters; cells without a run are empty."""
     columns, column_words = _cells(table, across)
     rows, row_words = _cells(table, up)
     means = table[output].groupby([rows, columns]).mean().unstack()  # noqa: PD010 - of a series, which cannot pivot
@@ -75,7 +76,7 @@ def heat_svg(name: str, table: pd.DataFrame, across: Axis, up: Axis, output: str
 
 
 def bars_svg(name: str, indices: pd.DataFrame, kinds: tuple[str, ...], labels: tuple[str, ...]) -> str:
-    """Indices of one output and recording, parameter by parameter, the strongest on top, with 95 % intervals."""
+    """Plot indices of one output and recording, parameter by parameter, strongest on top, with 95 % intervals."""
     order = indices[indices["index"] == kinds[0]].sort_values("value")["parameter"].tolist()
 
     def draw(axes: Axes) -> None:
@@ -95,7 +96,7 @@ def bars_svg(name: str, indices: pd.DataFrame, kinds: tuple[str, ...], labels: t
 
 
 def _places(table: pd.DataFrame, axis: Axis) -> tuple[Array, list[str]]:
-    """The place of each run along the parameter, and the names where the parameter is no number."""
+    """Return the place of each run along the parameter, and the names where the parameter is not a number."""
     if pd.api.types.is_numeric_dtype(table[axis.name]):
         return table[axis.name].to_numpy(dtype=float), []
     words = sorted(table[axis.name].unique())
@@ -103,7 +104,7 @@ def _places(table: pd.DataFrame, axis: Axis) -> tuple[Array, list[str]]:
 
 
 def _cells(table: pd.DataFrame, axis: Axis) -> tuple[pd.Series[int], list[str]]:
-    """The cell, from 0, of each run along the parameter, and the cells' labels."""
+    """Return the cell, from 0, of each run along the parameter, and the cells' labels."""
     values = table[axis.name]
     if values.nunique() <= _MOST_CELLS or not pd.api.types.is_numeric_dtype(values):
         known = sorted(values.unique())
@@ -117,7 +118,10 @@ def _word(value: object) -> str:
 
 
 def _label(name: str, unit: str) -> str:
-    """A name with its unit in brackets: ``mean_speed_mps`` is "mean speed (m/s)"; parameters keep their files' name."""
+    """Return a name with its unit in brackets: ``mean_speed_mps`` is "mean speed (m/s)".
+
+    Parameters keep their files' name.
+    """
     bare, _, last = name.rpartition("_")
     written = bare if bare and last in _AS_WRITTEN else name
     shown = _AS_WRITTEN.get(last, unit) if written == bare else _AS_WRITTEN.get(unit, unit)

@@ -37,19 +37,19 @@ _RUNNING: Final = "running.lock"
 _ROWS: Final = "running"
 DONE: Final = "done"
 STATUSES: Final = (DONE, "diverged", "failed", "crashed")
-"""How a run may end: complete, stopped by the solver, by another error, by the death of its worker."""
+"""End of a run: complete, or stopped by the solver, by another error, or by the death of its worker."""
 _GATHERED: Final = "part-"
 _MAX_RECORD: Final = 100_000
-"""bytes of a record; one with all figures and a long error has some thousand."""
+"""Greatest size of a record in bytes; one with all figures and a long error has some thousand."""
 _PART: Final = pa.schema([("name", pa.string()), ("record", pa.string())])
 
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """What a finished run leaves.
+    """Record of a finished run.
 
-    key, attempt : of the run;  status : one of ``STATUSES``;  error : "" where it is done
-    figures : by column of the table, None where there is none
+    key, attempt : those of the run;  status : one of ``STATUSES``;  error : "" where it is done
+    figures : figures by column of the table, None where there is none
     wall_s, cpu_s, memory_MB : time and memory of the run;  worker : process that did it; None where that died
     begin, end : s since 1970
     """
@@ -69,7 +69,7 @@ class Record:
 
 @contextmanager
 def claim(folder: Path, row: int) -> Iterator[bool]:
-    """Hold the run of ``row`` while inside; False where another process holds it."""
+    """Hold the run of ``row`` while inside; yield False where another process holds it."""
     fcntl = posix_module("fcntl")
     if fcntl is None:
         with _claim_file(folder / _ROWS / f"{row}.lock") as mine:
@@ -88,7 +88,7 @@ def claim(folder: Path, row: int) -> Iterator[bool]:
 
 @contextmanager
 def _claim_file(path: Path) -> Iterator[bool]:
-    """A lock of its own for each run, where the system has none for single bytes."""
+    """Hold a separate lock for each run, where the system has none for single bytes."""
     path.parent.mkdir(exist_ok=True)
     lock = filelock.FileLock(path, timeout=0)
     try:
@@ -100,7 +100,7 @@ def _claim_file(path: Path) -> Iterator[bool]:
         yield True
     finally:
         lock.release()
-        with suppress(OSError):  # another process may have it already; whoever comes late finds the record
+        with suppress(OSError):  # another process may have it already; a later one finds the record
             path.unlink()
 
 
@@ -108,20 +108,20 @@ def write_record(folder: Path, record: Record) -> None:
     """Keep a finished run's record.  Raises InputError where it cannot be written."""
     name = f"{record.key}-{record.attempt}.{uuid.uuid4().hex[:8]}.json"
     path = folder / RECORDS / name
-    made = path.with_name(f".{name}")
+    partial = path.with_name(f".{name}")
     with clear_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        made.write_bytes(encode(record))
-        made.replace(path)
+        partial.write_bytes(encode(record))
+        partial.replace(path)
 
 
 def is_recorded(folder: Path, key: str, attempt: int) -> bool:
-    """True when that attempt at the run has ended and was not gathered yet."""
+    """Tell whether that attempt at the run has ended and was not gathered yet."""
     return any((folder / RECORDS).glob(f"{key}-{attempt}.*.json"))
 
 
 def series_path(folder: Path, key: str) -> Path:
-    """Where a run's time series stands."""
+    """Return the path of a run's time series."""
     return folder / SERIES / key[:2] / f"{key}.parquet"
 
 
@@ -130,13 +130,13 @@ def write_series(folder: Path, key: str, series: pa.Table) -> None:
     path = series_path(folder, key)
     with clear_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        made = path.with_name(f".{path.name}.{os.getpid()}")
-        pq.write_table(series, made, compression="zstd")
-        made.replace(path)
+        partial = path.with_name(f".{path.name}.{os.getpid()}")
+        pq.write_table(series, partial, compression="zstd")
+        partial.replace(path)
 
 
 def read_records(folder: Path) -> Iterator[tuple[str, Record]]:
-    """All records, each with the name it was written under; a name may come twice.  Torn files are passed over.
+    """Yield all records, each with the name it was written under; a name may come twice.  Torn files are skipped.
 
     The small files come first: those that are gathered meanwhile are then in the larger ones.
     """
@@ -152,19 +152,19 @@ def read_records(folder: Path) -> Iterator[tuple[str, Record]]:
 
 
 def last_records(folder: Path) -> tuple[dict[str, Record], int]:
-    """The last attempt's record of every run that has ended, by key; and how many attempts ended more than once.
+    """Return the last attempt's record of every ended run, by key, and how many attempts ended more than once.
 
     The second number checks the claims: it is always 0.
     """
-    found: dict[str, Record] = {}
+    records: dict[str, Record] = {}
     names: set[str] = set()
     attempts: set[tuple[str, int]] = set()
     for name, record in read_records(folder):
         names.add(name)
         attempts.add((record.key, record.attempt))
-        if record.key not in found or found[record.key].attempt < record.attempt:
-            found[record.key] = record
-    return found, len(names) - len(attempts)
+        if record.key not in records or records[record.key].attempt < record.attempt:
+            records[record.key] = record
+    return records, len(names) - len(attempts)
 
 
 def gather(folder: Path, only: Collection[str] | None = None) -> None:
@@ -178,24 +178,24 @@ def gather(folder: Path, only: Collection[str] | None = None) -> None:
     texts = {name: text.decode() for name, text in read if text is not None and _parse(text) is not None}
     if not texts:
         return
-    made = folder / RECORDS / f".{_GATHERED}{uuid.uuid4().hex}.parquet"
-    with clear_errors(made):
+    merged = folder / RECORDS / f".{_GATHERED}{uuid.uuid4().hex}.parquet"
+    with clear_errors(merged):
         table = pa.table({"name": list(texts), "record": list(texts.values())}, _PART)
-        pq.write_table(table, made, compression="zstd", write_statistics=False)  # which would hold whole records
-        made.replace(made.with_name(made.name.removeprefix(".")))
+        pq.write_table(table, merged, compression="zstd", write_statistics=False)  # which would hold whole records
+        merged.replace(merged.with_name(merged.name.removeprefix(".")))
         for path in paths:
             path.unlink(missing_ok=True)
 
 
 def tidy(folder: Path) -> None:
-    """Remove what killed workers left half written."""
+    """Remove the files that killed workers left half written."""
     for place in (folder / RECORDS, *(folder / SERIES).glob("*")):
         for path in place.glob(".*"):
             path.unlink(missing_ok=True)
 
 
 def _parse(text: bytes | None) -> Record | None:
-    """The record of a text; None where it is no whole one: the run is then done again."""
+    """Read the record in a text; None where it is incomplete: the run is then done again."""
     try:
         return None if text is None else decode(text, Record)
     except ValueError:
@@ -203,7 +203,7 @@ def _parse(text: bytes | None) -> Record | None:
 
 
 def _read(path: Path) -> bytes | None:
-    """What a record's file holds; None for anything else."""
+    """Read a record's file; None for anything else."""
     try:
         return read_bytes(path, _MAX_RECORD)
     except InputError:
@@ -211,7 +211,7 @@ def _read(path: Path) -> bytes | None:
 
 
 def _read_part(path: Path) -> Iterator[tuple[str, str]]:
-    """Names and texts of gathered records; none where a power cut tore the file: its runs are then done again."""
+    """Yield names and texts of gathered records; none where a power cut tore the file: its runs are done again."""
     try:
         rows = read_texts(path, _PART.names)
     except InputError:

@@ -49,12 +49,13 @@ BUSY = "busy"
 Shape = tuple[tuple[str, float | str], ...]
 """Numbers for which ``is_shape``, by name."""
 _KEPT = 4
-"""Models kept for the next runs; the tables of a run of 15 s take 3 MB."""
+"""Number of models kept for the next runs; the tables of a run of 15 s take 3 MB."""
 
 
 def perform_run(folder: Path, job: Job, run: SweepRun) -> str:
-    """Do the run and write its record into ``folder``, unless it is there; its status, or ``BUSY`` where another
-    process is doing it.
+    """Do the run and write its record into ``folder``, unless it is there, and return its status.
+
+    The status is ``BUSY`` where another process is doing the run.
 
     Raises InputError where this process does not see the sweep's folder or sees other recordings, SssiError for
     other versions of the program than the sweep began with.
@@ -75,7 +76,7 @@ def perform_run(folder: Path, job: Job, run: SweepRun) -> str:
 
 
 def record_of(job: Job, run: SweepRun, folder: Path) -> Record:
-    """Do the run; its record, whatever happens in it.  Its series is written into ``folder`` first."""
+    """Do the run and return its record, whatever happens in it.  Its series is written into ``folder`` first."""
     start, begin, busy = clock.time(), clock.perf_counter(), clock.process_time()
     status, message = DONE, ""
     figures: Figures = {}
@@ -110,7 +111,7 @@ def record_of(job: Job, run: SweepRun, folder: Path) -> Record:
 
 
 def crash_record(run: SweepRun) -> Record:
-    """The record of a run whose worker died of it."""
+    """Return the record of a run whose worker died of it."""
     now = clock.time()
     return Record(
         key=run.key,
@@ -140,7 +141,7 @@ def _check_process(folder: Path, job: Job) -> None:
 
 
 def _compute(job: Job, run: SweepRun) -> tuple[Figures, AnyRun | None]:
-    """The figures of the run, and the simulation unless it is a fit or a turn."""
+    """Return the figures of the run, and the simulation unless it is a fit or a turn."""
     numbers = numbers_of(dict(run.values))
     if job.task == "turn":
         ski, case = change_turn(_read_ski(job.recordings[run.recording], job.hashes[run.recording]), numbers)
@@ -198,6 +199,6 @@ def _read_ski(name: str, digest: str) -> Ski:
 
 
 def _resident() -> float | None:
-    """Memory of this process now, MB; None where the system does not tell."""
-    found = pages()
-    return None if found is None else found[1] / 1e6
+    """Return the memory of this process now, MB; None where the system does not report it."""
+    sizes = pages()
+    return None if sizes is None else sizes[1] / 1e6

@@ -28,16 +28,16 @@ MEANINGS: Final = {
     "share": "share of the variance between groups of equal or near values of the parameter",
 }
 TOTAL: Final = ("ST", "mu_star", "share")
-"""Of each kind of design the index that ranks parameters."""
+"""Index that ranks parameters, for each kind of design."""
 _SEED: Final = 1
-"""Of the intervals' bootstrap; SALib takes 0 for none."""
+"""Seed of the intervals' bootstrap; SALib takes 0 for none."""
 _MOST_GROUPS: Final = 10
 _LEAST_IN_GROUP: Final = 5
-"""Runs in a group at least, for its mean."""
+"""Least number of runs in a group, for its mean."""
 
 
 def indices_of(plan: Plan, table: pd.DataFrame) -> pd.DataFrame:
-    """The indices of every output by every parameter, one row each; columns as ``COLUMNS``.
+    """Compute the indices of every output by every parameter, one row each; columns as ``COLUMNS``.
 
     Blocks of a design with a run that is not done are left out; where no block remains, or a figure does not vary,
     there is no row.  Raises SssiError where SALib is needed and missing.
@@ -46,24 +46,24 @@ def indices_of(plan: Plan, table: pd.DataFrame) -> pd.DataFrame:
     for folder in plan.file.folders:
         of_recording = table[table["recording"] == folder.name]
         for output in plan.outputs:
-            found = (
+            index_rows = (
                 _design_indices(plan, of_recording, output)
                 if plan.file.design.kind in INDEXED
                 else _shares(plan.axes, of_recording, output)
             )
-            rows += [(folder.name, output, *row) for row in found]
+            rows += [(folder.name, output, *row) for row in index_rows]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def rank_parameters(indices: pd.DataFrame, recording: str, output: str, axes: Sequence[Axis]) -> list[Axis]:
-    """The parameters, in the order of their effect on the output, the strongest first."""
+    """Return the parameters in the order of their effect on the output, the strongest first."""
     about = indices[(indices["recording"] == recording) & (indices["output"] == output)]
     strength = about[about["index"].isin(TOTAL)].set_index("parameter")["value"].to_dict()
     return sorted(axes, key=lambda axis: -strength.get(axis.name, 0.0))
 
 
 def groups_of(values: pd.Series[Any]) -> pd.Series[Any]:
-    """A group's number for each of the values: the same for equal ones where those are few, else for near ones."""
+    """Return a group's number for each value: the same for equal ones where those are few, else for near ones."""
     distinct = values.nunique()
     count = min(_MOST_GROUPS, len(values) // _LEAST_IN_GROUP)
     if distinct <= max(_MOST_GROUPS, count) or not pd.api.types.is_numeric_dtype(values):
@@ -89,9 +89,9 @@ def _shares(axes: Sequence[Axis], table: pd.DataFrame, output: str) -> list[tupl
 def _design_indices(plan: Plan, table: pd.DataFrame, output: str) -> list[tuple[object, ...]]:
     size = block_of(plan.file.design, len(plan.axes))
     names = [axis.name for axis in plan.axes]
-    good = ((table["status"] == DONE) & table[output].notna()).to_numpy()
-    whole = np.repeat(good.reshape(-1, size).all(axis=1), size) if len(good) == len(plan.points) else good & False
-    y, x = table[output].to_numpy(dtype=float)[whole], table[names].to_numpy(dtype=float)[whole]
+    valid = ((table["status"] == DONE) & table[output].notna()).to_numpy()
+    complete = np.repeat(valid.reshape(-1, size).all(axis=1), size) if len(valid) == len(plan.points) else valid & False
+    y, x = table[output].to_numpy(dtype=float)[complete], table[names].to_numpy(dtype=float)[complete]
     if len(y) < 2 * size or not np.ptp(y) > 0.0:
         return []
     problem = problem_of(plan.axes)
@@ -101,22 +101,22 @@ def _design_indices(plan: Plan, table: pd.DataFrame, output: str) -> list[tuple[
 
 
 def _morris(problem: dict[str, Any], x: Array, y: Array) -> list[tuple[object, ...]]:
-    found = salib("analyze.morris").analyze(problem, x, y, num_levels=MORRIS_LEVELS, seed=_SEED)
+    result = salib("analyze.morris").analyze(problem, x, y, num_levels=MORRIS_LEVELS, seed=_SEED)
     rows: list[tuple[object, ...]] = []
     for i, name in enumerate(problem["names"]):
-        rows.append(("mu_star", name, None, float(found["mu_star"][i]), float(found["mu_star_conf"][i]), len(y)))
-        rows.append(("sigma", name, None, float(found["sigma"][i]), None, len(y)))
+        rows.append(("mu_star", name, None, float(result["mu_star"][i]), float(result["mu_star_conf"][i]), len(y)))
+        rows.append(("sigma", name, None, float(result["sigma"][i]), None, len(y)))
     return rows
 
 
 def _sobol(problem: dict[str, Any], y: Array) -> list[tuple[object, ...]]:
-    found = salib("analyze.sobol").analyze(problem, y, seed=_SEED)
+    result = salib("analyze.sobol").analyze(problem, y, seed=_SEED)
     names = problem["names"]
     rows: list[tuple[object, ...]] = []
     for kind in ("S1", "ST"):
         for i, name in enumerate(names):
-            rows.append((kind, name, None, float(found[kind][i]), float(found[f"{kind}_conf"][i]), len(y)))
+            rows.append((kind, name, None, float(result[kind][i]), float(result[f"{kind}_conf"][i]), len(y)))
     for i, first in enumerate(names):
         for j, second in enumerate(names[i + 1 :], i + 1):
-            rows.append(("S2", first, second, float(found["S2"][i, j]), float(found["S2_conf"][i, j]), len(y)))
+            rows.append(("S2", first, second, float(result["S2"][i, j]), float(result["S2_conf"][i, j]), len(y)))
     return rows

@@ -41,7 +41,7 @@ _SILENT: Final = Progress()
 
 @dataclass(frozen=True)
 class Origin:
-    """``sweep.json``: rows of the sweep's table, its runs, its hash, and the files and versions it was started with."""
+    """``sweep.json``: rows of the sweep's table, its runs, its hash, and the files and versions at its start."""
 
     format: int
     name: str
@@ -130,7 +130,7 @@ def retry(
 
 
 def status(out: Path) -> Status:
-    """How far the sweep in ``out`` is.  Raises InputError where there is none."""
+    """Report the progress of the sweep in ``out``.  Raises InputError where there is none."""
     origin = _read_origin(out)
     records, repeated = last_records(out)
     counts = _count(origin, records, repeated)
@@ -141,7 +141,7 @@ def status(out: Path) -> Status:
 
 
 def render_folder(out: Path) -> str:
-    """The page of the sweep in ``out``, made from its files; its recordings are not needed.
+    """Return the page of the sweep in ``out``, made from its files; its recordings are not needed.
 
     Raises InputError where there is no sweep, or none whose runs have ended.
     """
@@ -151,7 +151,7 @@ def render_folder(out: Path) -> str:
 
 
 def read_swept(out: Path) -> tuple[pd.DataFrame, tuple[Column, ...]]:
-    """The table of the sweep in ``out``, and its columns with units and meanings; its recordings are not needed.
+    """Read the table of the sweep in ``out`` and its columns with units and meanings, without its recordings.
 
     Raises InputError where there is no sweep, or none whose runs have ended.
     """
@@ -165,7 +165,7 @@ def _read_table(out: Path, origin: Origin) -> tuple[Plan, pd.DataFrame]:
 
 
 def is_sweep(folder: Path) -> bool:
-    """True for a folder that holds a sweep."""
+    """Tell whether a folder holds a sweep."""
     return (folder / ORIGIN).is_file()
 
 
@@ -215,7 +215,7 @@ def _write_summary(out: Path, plan: Plan, table: pd.DataFrame, origin: Origin) -
 
 
 def _open_folder(plan: Plan, out: Path) -> Origin:
-    """The origin of the folder's sweep; written first where there is none."""
+    """Return the origin of the folder's sweep; written first where there is none."""
     path = out / ORIGIN
     if not path.exists():
         head = {"format": 1, "name": plan.file.name, "rows": len(plan.keys), "runs": len(set(plan.keys))}
@@ -243,7 +243,7 @@ def _read_origin(out: Path) -> Origin:
 
 
 def _runs_left(plan: Plan, records: Mapping[str, Record], again: bool) -> list[SweepRun]:
-    """The runs that have not ended and, to be done ``again``, those that failed, with the number of the attempt."""
+    """Return the runs that have not ended and, to be done ``again``, the failed ones, with the attempt's number."""
     runs = []
     for run in plan.runs():
         record = records.get(run.key)
@@ -255,7 +255,7 @@ def _runs_left(plan: Plan, records: Mapping[str, Record], again: bool) -> list[S
 
 
 class _Report:
-    """Reports the progress of the runs: done, failed, rate, time left."""
+    """Reporter of the runs' progress: done, failed, rate, time left."""
 
     def __init__(self, stage: Stage, count: int) -> None:
         self.stage, self.count = stage, count
@@ -289,7 +289,7 @@ def _count(origin: Origin, records: Mapping[str, Record], repeated: int) -> Coun
 
 
 def _rate(records: Mapping[str, Record]) -> float | None:
-    """Runs a second, over the last hundred or over all."""
+    """Return the runs a second, over the last hundred or over all."""
     ends = sorted(record.end for record in records.values())[-100:]
     if len(ends) < 2 or ends[-1] <= ends[0]:
         return None

@@ -1,7 +1,7 @@
 """The sweep's table: one row for each run, as a Parquet file that pandas, polars and DuckDB read.
 
-The same file and seed give the same bytes, whichever workers did the runs in whatever order.  What differs between
-two sweeps of one file (when, how long, by which process) is in a table of its own.
+The same file and seed give the same bytes, whichever workers did the runs in whatever order.  Data that differ between
+two sweeps of one file (when, how long, by which process) are in a separate table.
 """
 
 from __future__ import annotations
@@ -51,13 +51,15 @@ _TIMINGS: Final = {
 
 
 def table_columns(plan: Plan) -> tuple[Column, ...]:
-    """The table's columns in order, with units and meanings."""
+    """Return the table's columns in order, with units and meanings."""
     inputs = tuple(Column(axis.name, axis.parameter.unit, axis.parameter.meaning) for axis in plan.axes)
     return (*_FIRST, *inputs, *plan.columns, *_LAST)
 
 
 def write_tables(folder: Path, plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:
-    """Write table, timings and the list of columns; returns the table.  Raises InputError where one cannot be written.
+    """Write table, timings and the list of columns, and return the table.
+
+    Raises InputError where one cannot be written.
 
     Parameters
     ----------
@@ -90,7 +92,7 @@ def write_tables(folder: Path, plan: Plan, records: Mapping[str, Record]) -> pd.
 
 
 def read_table(folder: Path, plan: Plan) -> pd.DataFrame:
-    """The table of a sweep's folder, as far as its page takes it.
+    """Read the part of the sweep's table in its folder that its page needs.
 
     Raises InputError where there is none, it cannot be read, or lacks a column.
     """
@@ -100,7 +102,7 @@ def read_table(folder: Path, plan: Plan) -> pd.DataFrame:
 
 
 def table_of(plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:
-    """One row for each run that has ended."""
+    """Return one row for each run that has ended."""
     rows: list[dict[str, Any]] = []
     versions = dict(plan.job.versions)
     for number, key in enumerate(plan.keys):
@@ -129,7 +131,7 @@ def table_of(plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:
 
 
 def origin_of(plan: Plan) -> dict[str, Any]:
-    """Settings, hashes of the files read, versions and seed of the sweep; the same wherever its folder is."""
+    """Return settings, file hashes, versions and seed of the sweep; the same wherever its folder is."""
     file = plan.file
     places = "skis" if file.task == "turn" else "recordings"
     settings = {**file.settings, "name": file.name, places: [folder.name for folder in file.folders]}
@@ -153,7 +155,7 @@ def _dtype(column: Column) -> str:
 
 
 def _write(path: Path, table: pa.Table) -> None:
-    made = path.with_name(f".{path.name}")
+    partial = path.with_name(f".{path.name}")
     with clear_errors(path):
-        pq.write_table(table, made, compression="zstd")
-        made.replace(path)
+        pq.write_table(table, partial, compression="zstd")
+        partial.replace(path)

@@ -1,8 +1,8 @@
 """The workers of a sweep: processes of this machine, or those of a Dask cluster.
 
-A Dask scheduler runs what it is sent, so whoever can talk to it runs programs as its user.  The clusters started here
-talk over TLS only, with certificates made for the sweep that both sides must show; their HTTP servers listen on the
-loopback address and show no dashboard.
+A Dask scheduler runs what it is sent, so anyone who can talk to it runs programs as its user.  The clusters started
+here talk over TLS only, with certificates made for the sweep that both sides must show.  Their HTTP servers listen on
+the loopback address and show no dashboard.
 """
 
 from __future__ import annotations
@@ -32,30 +32,30 @@ _MEMORY: Final = 2
 _LOGGERS: Final = ("asyncio", "distributed", "tornado")
 _SILENT: Final = logging.CRITICAL + 1
 _PATIENCE: Final = "30s"
-"""For a scheduler to answer."""
+"""Time for a scheduler to answer."""
 _LOOPBACK: Final = "127.0.0.1:0"
 """Any free port that other machines cannot reach."""
 CREDENTIALS: Final = ".tls-"
-"""Begin of the name of the folder that holds the certificates of Slurm jobs while a sweep runs."""
+"""Begin of the name of the folder with the certificates of Slurm jobs while a sweep runs."""
 _ROLES: Final = ("client", "scheduler", "worker")
 _LOOK_EVERY: Final = 2.0
-"""s between looks at how many workers a cluster has."""
+"""s between counts of a cluster's workers."""
 
 
 @dataclass(frozen=True)
 class Crew:
-    """An executor and, as long as it is open, the number of workers it has."""
+    """An executor and, as long as it is open, its number of workers."""
 
     executor: Executor
     size: Callable[[], int]
 
 
 Pool = Callable[[int], AbstractContextManager[Crew]]
-"""Opens a crew of that many workers, or of those that the scheduler has."""
+"""Function that opens a crew of that many workers, or of those that the scheduler has."""
 
 
 def pool_of(scheduler: str | None, cluster: Cluster | None, folder: Path) -> Pool:
-    """The pool of a Dask scheduler's address, of a Dask cluster to start, or else of processes of this machine.
+    """Select the pool: a Dask scheduler at an address, a Dask cluster to start, or else processes of this machine.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def pool_of(scheduler: str | None, cluster: Cluster | None, folder: Path) -> Poo
 
 @contextmanager
 def local_pool(workers: int) -> Iterator[Crew]:
-    """Spawned processes.  They end with this one, however it ends, and at once when an error leaves the block."""
+    """Spawn processes.  They end with this one, however it ends, and at once when an error leaves the block."""
     before = set(multiprocessing.active_children())
     pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), prepare_worker)
     with _one_thread_each():
@@ -92,25 +92,25 @@ def local_pool(workers: int) -> Iterator[Crew]:
 
 @contextmanager
 def this_process(_workers: int) -> Iterator[Crew]:
-    """No process but this one, which does each run as soon as it is given."""
+    """Do each run in this process as soon as it is given."""
     yield Crew(_AtOnce(), lambda: 1)
 
 
 class _AtOnce(Executor):
-    """Does what it is given before it returns."""
+    """Executor that does each task before it returns."""
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         done: Future[Any] = Future()
         try:
             done.set_result(fn(*args, **kwargs))
-        except Exception as error:  # noqa: BLE001 - whoever asks for the result gets it
+        except Exception as error:  # noqa: BLE001 - raised where the result is requested
             done.set_exception(error)
         return done
 
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """The environment of processes that are started inside."""
+    """Set the environment of processes that are started inside."""
     old = {name: os.environ.get(name) for name in _THREADS}
     os.environ.update(dict.fromkeys(_THREADS, "1"))
     try:
@@ -125,7 +125,7 @@ def _one_thread_each() -> Iterator[None]:
 
 @contextmanager
 def _dask(address: Any, _workers: int) -> Iterator[Crew]:
-    """The workers that a scheduler or a cluster has; TLS as the cluster or Dask's own configuration has it.
+    """Use the workers of a scheduler or a cluster, with TLS as in the cluster or in Dask's own configuration.
 
     The client loses its futures when the scheduler goes away.
     """
@@ -141,7 +141,7 @@ def _dask(address: Any, _workers: int) -> Iterator[Crew]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Without Dask's messages on workers and schedulers that come and go; what matters of them is an error of ours."""
+    """Suppress Dask's messages on workers and schedulers that come and go; an important one is an error of ours."""
     named = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in _LOGGERS]
     levels = {name: logging.getLogger(name).level for name in (*_LOGGERS, *named)}
     for name in levels:
@@ -155,7 +155,7 @@ def _quiet() -> Iterator[None]:
 
 @dataclass
 class _Sampled:
-    """A number that is asked for often and looked up from time to time."""
+    """A number that is requested often and looked up from time to time."""
 
     look: Callable[[], int]
     _value: int = 1
@@ -169,7 +169,7 @@ class _Sampled:
 
 @contextmanager
 def _dask_local(workers: int) -> Iterator[Crew]:
-    """A scheduler and workers of this machine, on the loopback address; TLS keeps its other users out."""
+    """Start a scheduler and workers on the loopback address of this machine; TLS keeps its other users out."""
     with (
         _quiet(),
         _one_thread_each(),
@@ -191,7 +191,7 @@ def _dask_local(workers: int) -> Iterator[Crew]:
 
 @contextmanager
 def _dask_slurm(folder: Path, workers: int) -> Iterator[Crew]:
-    """Jobs as the user's ``jobqueue.yaml`` says (queue, account, time, cores, memory), a process for each core."""
+    """Start jobs as in the user's ``jobqueue.yaml`` (queue, account, time, cores, memory), a process for each core."""
     with _quiet(), slurm_cluster(folder) as cluster:
         cluster.scale(workers)
         with _dask(cluster, workers) as crew:
@@ -200,9 +200,9 @@ def _dask_slurm(folder: Path, workers: int) -> Iterator[Crew]:
 
 @contextmanager
 def slurm_cluster(folder: Path) -> Iterator[Any]:
-    """A ``SLURMCluster`` without jobs yet; what the user's configuration leaves open is one core of ``_MEMORY``.
+    """Open a ``SLURMCluster`` without jobs yet; defaults for the user's configuration are one core and ``_MEMORY``.
 
-    The certificates stand in a folder inside ``folder`` that only the user can read, until the cluster ends.
+    The certificates are in a folder inside ``folder`` that only the user can read, until the cluster ends.
     """
     jobqueue = import_for("a cluster of jobs", "dask_jobqueue", "sweep")
     settings = import_for("a cluster of jobs", "dask.config", "sweep").get("jobqueue.slurm", {})
@@ -227,14 +227,14 @@ def slurm_cluster(folder: Path) -> Iterator[Any]:
 
 
 def _temporary_certificates() -> Any:
-    """A Dask ``Security`` that requires encryption, with a key and a certificate of its own in memory."""
+    """Return a Dask ``Security`` that requires encryption, with its own key and certificate in memory."""
     import_for("a cluster", "cryptography", "sweep")
     security = import_for("a cluster", "distributed", "sweep").Security
     return security.temporary()
 
 
 def _in_files(certificates: Any, folder: Path) -> Any:
-    """The same ``Security`` with key and certificate in files, for workers on other machines."""
+    """Return the same ``Security`` with key and certificate in files, for workers on other machines."""
     files = {"cert": folder / "certificate.pem", "key": folder / "key.pem"}
     files["cert"].write_text(certificates.tls_ca_file, encoding="ascii")
     files["key"].write_text(certificates.tls_worker_key, encoding="ascii")

@@ -20,14 +20,14 @@ from sssi_exudyn.sweeps.workers.worker import perform
 _AHEAD: Final = 4
 """Runs submitted for each worker: enough that none waits, few enough that a sweep of any size fits in memory."""
 _GATHER_AT: Final = 1000
-"""Small files before they are gathered."""
+"""Number of small files at which they are gathered."""
 _TRIES: Final = 2
-"""Deaths of a process that had only this run, until the run is recorded as crashed: one may be an accident."""
+"""Deaths of a process that had only this run, after which it is recorded as crashed: one may be an accident."""
 _PAUSE: Final = 0.5
 """s between tries of a run that another process is doing."""
 
 Report = Callable[[SweepRun, str], None]
-"""Called with every finished run and its status."""
+"""Function that is called with every finished run and its status."""
 
 
 def do_all(folder: Path, job: Job, runs: Iterable[SweepRun], pool: Pool, workers: int, report: Report) -> None:
@@ -47,7 +47,7 @@ def do_all(folder: Path, job: Job, runs: Iterable[SweepRun], pool: Pool, workers
 
 
 def _distribute(folder: Path, job: Job, waiting: deque[SweepRun], crew: Crew, report: Report) -> list[SweepRun]:
-    """Do the waiting runs; returns those that a pool had when it broke."""
+    """Do the waiting runs, and return those that a pool had when it broke."""
     pending: dict[Future[str], SweepRun] = {}
     small: set[str] = set()
     while waiting or pending:
@@ -82,7 +82,7 @@ def _distribute(folder: Path, job: Job, waiting: deque[SweepRun], crew: Crew, re
 
 
 def _status(folder: Path, future: Future[str], run: SweepRun) -> str | None:
-    """The status of the run; None where its pool broke."""
+    """Return the status of the run; None where its pool broke."""
     try:
         return future.result()
     except BrokenExecutor:
@@ -97,7 +97,7 @@ def _status(folder: Path, future: Future[str], run: SweepRun) -> str | None:
 
 
 def _one_by_one(folder: Path, job: Job, runs: Iterable[SweepRun], report: Report) -> None:
-    """Do the runs in a process that has one at a time; one with which it dies more than once is recorded as crashed."""
+    """Do the runs one at a time in a process; a run with which it dies more than once is recorded as crashed."""
     waiting = deque(runs)
     deaths = 0
     while waiting:

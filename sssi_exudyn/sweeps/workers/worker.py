@@ -1,4 +1,4 @@
-"""What a worker process does first; imports little, since Exudyn's build is chosen before anything imports it."""
+"""Start of a worker process; it imports little, since Exudyn's build is chosen before anything imports it."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from sssi_exudyn.runtime.workers import end_with_parent
 
 
 def perform(folder: Path, task: bytes) -> str:
-    """``sweeps.run.perform_run`` of a job and a run in JSON, with the build of Exudyn that the command line takes.
+    """Call ``sweeps.run.perform_run`` with a job and a run in JSON, with the command line's build of Exudyn.
 
-    From JSON nothing but texts and numbers can come.  Raises ValueError where they are not those of a job and a run.
+    Only texts and numbers can come from JSON.  Raises ValueError where they are not those of a job and a run.
     """
     take_fast_build()
     from sssi_exudyn.sweeps.plan import Job, SweepRun
