@@ -1,4 +1,4 @@
-"""Hold a simulated run against what the recording's instruments measured: the paper's two comparisons (2.4)."""
+"""Comparison of a simulated run with the measurements of the recording's instruments (paper, 2.4)."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from sssi_exudyn.validation.metrics import at_times, path_length, pressure_ratio
 
 
 def judge_track(series: pd.DataFrame, gps: Gps | None) -> dict[str, float]:
-    """The ``trajectory`` figures of a summary: horizontal error at the fixes, and the length of the path on the slope.
+    """Compute the ``trajectory`` figures of a summary: horizontal error at the fixes, and length of the path.
 
-    Empty where there is no GPS, or fewer than two fixes within the run.
+    They are empty where there is no GPS, or fewer than two fixes within the run.
     """
     if gps is None:
         return {}
@@ -36,10 +36,11 @@ def judge_track(series: pd.DataFrame, gps: Gps | None) -> dict[str, float]:
 
 
 def judge_loads(series: pd.DataFrame, insoles: Insoles | None) -> dict[str, float]:
-    """The ``pressure_ratio`` figures of a summary; empty where there are no insoles.
+    """Compute the ``pressure_ratio`` figures of a summary; empty where there are no insoles.
 
-    Insoles feel what presses square on the sole: on an edged ski that is the snow's normal force and its sideways push
-    together.  The paper compares the normal force alone; ``snow_correlation`` and ``snow_rmsd`` are that comparison.
+    Insoles measure the pressure square to the sole: on an edged ski that is the snow's normal force and its sideways
+    push together.  The paper compares the normal force alone; ``snow_correlation`` and ``snow_rmsd`` are that
+    comparison.
     """
     if insoles is None:
         return {}
@@ -65,20 +66,21 @@ CUTOFF_HZ = 6.0
 
 
 def antenna_of(series: pd.DataFrame) -> Array:
-    """The simulated antenna (n, 3), east-north-up in metres, of a result's time series."""
+    """Return the simulated antenna (n, 3), east-north-up in metres, of a result's time series."""
     return series[[f"antenna_{axis}_m" for axis in ("east", "north", "up")]].to_numpy(dtype=float)
 
 
 def distances(series: pd.DataFrame, times: Array, fixes: Array) -> Array:
-    """Horizontal distance (m,) in metres of the simulated antenna to GPS fixes (m, 3) at ``times`` (m,); NaN outside
-    the run.
+    """Return horizontal distances (m,) in metres of the simulated antenna to GPS fixes (m, 3) at ``times`` (m,).
+
+    They are NaN outside the run.
     """
     simulated = at_times(series["time_s"].to_numpy(dtype=float), antenna_of(series), times)
     return np.asarray(np.linalg.norm((simulated - fixes)[:, :2], axis=1))
 
 
 def filtered_ratio(time: Array, left: Array, right: Array) -> Array:
-    """Pressure ratio (n,) of measured loads (N), both filtered first as the paper does (2.4)."""
+    """Return the pressure ratio (n,) of measured loads (N), both filtered first as in the paper (2.4)."""
     rate = 1.0 / float(np.median(np.diff(time)))
     if rate > 2.0 * CUTOFF_HZ:
         left, right = lowpass(left, rate, CUTOFF_HZ), lowpass(right, rate, CUTOFF_HZ)

@@ -13,7 +13,7 @@ from sssi_exudyn.simulation.reduced.prepared import Prepared
 
 @dataclass(frozen=True)
 class CaptureError:
-    """One way in which the capture may be wrong.
+    """One error that the capture may have.
 
     kind : "roll", "pitch", "yaw" of a foot, or its "height"
     side : 0 left, 1 right;  support : centre and half-width of a hat in time (s); None for a constant
@@ -24,7 +24,7 @@ class CaptureError:
     support: tuple[float, float] | None
 
     def profile(self, time: Array) -> Array:
-        """(n,) the error at ``time`` (n,), one where it is greatest."""
+        """Return the error (n,) at ``time`` (n,), one where it is greatest."""
         if self.support is None:
             return np.ones(len(time))
         centre, width = self.support
@@ -32,20 +32,21 @@ class CaptureError:
 
 
 def with_error(prepared: Prepared, error: CaptureError, size: complex) -> Prepared:
-    """The tables of a capture that is wrong by ``size`` (rad or m) times the error's profile; a complex size carries a
-    derivative.
+    """Return the tables of a capture that is wrong by ``size`` (rad or m) times the error's profile.
+
+    A complex size carries a derivative.
     """
-    at = np.asarray(size * error.profile(prepared.time))
-    rate = np.gradient(at, prepared.time)
+    offset = np.asarray(size * error.profile(prepared.time))
+    rate = np.gradient(offset, prepared.time)
     if error.kind == "height":
-        place, velocity = prepared.foot_place.astype(at.dtype), prepared.foot_velocity.astype(at.dtype)
-        acceleration = prepared.foot_acceleration.astype(at.dtype)
-        place[:, error.side, 2] += at
+        place, velocity = prepared.foot_place.astype(offset.dtype), prepared.foot_velocity.astype(offset.dtype)
+        acceleration = prepared.foot_acceleration.astype(offset.dtype)
+        place[:, error.side, 2] += offset
         velocity[:, error.side, 2] += rate
         acceleration[:, error.side, 2] += np.gradient(rate, prepared.time)
         return replace(prepared, foot_place=place, foot_velocity=velocity, foot_acceleration=acceleration)
     axis = prepared.foot_rotation[:, error.side, :, ("roll", "pitch", "yaw").index(error.kind)]
-    rotation, spin = prepared.foot_rotation.astype(at.dtype), prepared.foot_spin.astype(at.dtype)
-    rotation[:, error.side] = rotations_about(axis, at) @ rotation[:, error.side]
+    rotation, spin = prepared.foot_rotation.astype(offset.dtype), prepared.foot_spin.astype(offset.dtype)
+    rotation[:, error.side] = rotations_about(axis, offset) @ rotation[:, error.side]
     spin[:, error.side] += rate[:, None] * axis
     return replace(prepared, foot_rotation=np.ascontiguousarray(rotation), foot_spin=spin)

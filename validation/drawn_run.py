@@ -1,4 +1,4 @@
-"""A run whose errors are drawn from what is known of them beforehand: how often do intervals hold the truth?"""
+"""A run with errors drawn from their priors, to test how often intervals hold the truth."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sssi_exudyn.model.model import Model
 
 @dataclass(frozen=True)
 class DrawnRun:
-    """What an estimate is given, and the truth.
+    """Input of an estimate, and the truth.
 
     setting : with the measurements of the drawn run
     values : θ (k,);  sizes : η (m,), in standard deviations
@@ -26,9 +26,10 @@ class DrawnRun:
 
 
 def draw_run(model: Model, setting: Setting, rng: np.random.Generator) -> DrawnRun:
-    """Measurements, with noise of the usual size, of a run of the reduced model whose numbers, mass and posture are off
-    by errors drawn from the priors.  Friction, place and velocity at the start are the model's, as their priors are as
-    wide as to say nothing.
+    """Draw measurements, with noise of the usual size, of a run of the reduced model with errors.
+
+    The run's numbers, mass and posture differ from the model's by errors drawn from the priors.  Friction, place and
+    velocity at the start are the model's, as their priors are so wide that they say nothing.
     """
     point, responses = linearise_at(model, setting)
     values = setting.values(model)
@@ -38,7 +39,7 @@ def draw_run(model: Model, setting: Setting, rng: np.random.Generator) -> DrawnR
     sizes = rng.standard_normal(len(setting.errors) + 1)
     measured = moved_point(setting, point, responses, values, sizes).predicted.copy()
     seen = setting.seen
-    for name, at in seen.blocks.items():
-        if at.stop > at.start:
-            measured[at] += draw_uneven_noise(rng, seen.times[name], seen.usual[name], seen.scale[at])
+    for name, rows in seen.blocks.items():
+        if rows.stop > rows.start:
+            measured[rows] += draw_uneven_noise(rng, seen.times[name], seen.usual[name], seen.scale[rows])
     return DrawnRun(replace(setting, seen=replace(seen, measured=measured)), values, sizes)

@@ -1,4 +1,4 @@
-"""How far a simulation is from what was measured.  Arrays in, figures out: they serve any simulator.
+"""Distance of a simulation from measurements.  Arrays in, figures out: they serve any simulator.
 
 The figures are the paper's (section 2.4, "Model validation").
 """
@@ -12,7 +12,7 @@ import numpy as np
 from sssi_exudyn.core.frames import Array
 
 LOAD_FLOOR = 0.05
-"""Share of the mean total load below which a pressure ratio says nothing: both skis are all but in the air."""
+"""Share of the mean total load below which a pressure ratio is meaningless: both skis are almost in the air."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class TrajectoryError:
 
 @dataclass(frozen=True)
 class RatioAgreement:
-    """Two pressure ratios against each other: Pearson's correlation, root mean squared difference, samples compared.
+    """Agreement of two pressure ratios: Pearson's correlation, root mean squared difference, samples compared.
 
     The correlation is NaN where one of them does not vary.
     """
@@ -40,7 +40,7 @@ class RatioAgreement:
 
 
 def at_times(time: Array, values: Array, times: Array) -> Array:
-    """``values`` (n,) or (n, d), known at ``time`` (n,), at ``times`` (m,) by straight lines; NaN outside.
+    """Interpolate ``values`` (n,) or (n, d), known at ``time`` (n,), at ``times`` (m,) by straight lines; NaN outside.
 
     Between samples 5 ms apart a straight line misses a path of 20 m/s² by less than 0.1 mm.
     """
@@ -50,15 +50,15 @@ def at_times(time: Array, values: Array, times: Array) -> Array:
 
 
 def path_length(path: Array) -> float:
-    """Length (m) of a path (n, 2) or (n, 3)."""
+    """Return the length (m) of a path (n, 2) or (n, 3)."""
     return float(np.sum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
 
 
 def trajectory_error(simulated: Array, measured: Array) -> TrajectoryError:
-    """Distances between two trajectories (n, 3) or, in the horizontal plane, (n, 2), in metres at the same instants.
+    """Compare two trajectories (n, 3) or, in the horizontal plane, (n, 2), in metres at the same instants.
 
     The paper's percentage is the mean distance over the length of the trajectory.  Noise makes a measured path longer
-    (10 fixes a second with 1 m of white noise add 10 m a second) and so an error look smaller; the length is therefore
+    and so an error look smaller: 10 fixes a second with 1 m of white noise add 10 m a second.  The length is therefore
     that of the shorter path.  Raises ValueError for other shapes, less than two samples or values that are not finite.
     """
     if simulated.shape != measured.shape or simulated.ndim != 2 or len(simulated) < 2:
@@ -79,11 +79,11 @@ def trajectory_error(simulated: Array, measured: Array) -> TrajectoryError:
 
 
 def pressure_ratio(left: Array, right: Array) -> Array:
-    """Left over total load (n,), in [0, 1]; NaN where the total is below ``LOAD_FLOOR`` of its mean.
+    """Return left over total load (n,), in [0, 1]; NaN where the total is below ``LOAD_FLOOR`` of its mean.
 
     Parameters
     ----------
-    left, right : (n,) N; what a filter leaves below zero counts as zero
+    left, right : (n,) N; values that a filter leaves below zero count as zero
     """
     left, right = np.maximum(left, 0.0), np.maximum(right, 0.0)
     total = left + right
@@ -92,7 +92,7 @@ def pressure_ratio(left: Array, right: Array) -> Array:
 
 
 def ratio_agreement(simulated: Array, measured: Array) -> RatioAgreement:
-    """Agreement of two pressure ratios (n,) at the same instants, over those where both are known.
+    """Compare two pressure ratios (n,) at the same instants, over those where both are known.
 
     Raises ValueError where fewer than two are.
     """

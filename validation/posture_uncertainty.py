@@ -1,12 +1,13 @@
-"""What a posture that is mostly assumed, and a slope that is estimated, add to the uncertainty of a fit; and how a run
-goes on that was fitted over its first half alone.
+"""Uncertainty of a fit from a posture that is mostly assumed and a slope that is estimated.
 
-Skis that point farther into every turn than was taken skid, and skidding brakes: μ_n |sin β| a turn's steering angle β.
-Unmeasured, it cannot be distinguished from friction along the ski; their sum, the effective friction of the way, can be
-estimated.
+It also predicts the rest of a run that was fitted over its first half alone.
 
-Every way in which the feet may be wrong shifts the fitted numbers: where it moves the simulated track by r, by
-−H⁻¹ w ∫ (∂x/∂θ)ᵀ r dt, H the objective's curvature.  The shifts, each times its standard deviation, add up in squares.
+Skis that point farther into every turn than assumed skid, and skidding brakes: μ_n |sin β| at a steering angle β.
+Where it is not measured, skidding cannot be distinguished from friction along the ski.  Their sum, the effective
+friction along the path, can be estimated.
+
+Every possible error of the feet shifts the fitted numbers: where it moves the simulated track by r, by −H⁻¹ w ∫
+(∂x/∂θ)ᵀ r dt, with H the objective's curvature.  The shifts, each times its standard deviation, add up in squares.
 """
 
 from __future__ import annotations
@@ -33,22 +34,24 @@ from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.validation.capture_error import CaptureError, with_error
 
 _SPANS: Final = 6
-"""Stretches of a run over which an assumption is wrong alike; wrong for longer it moves a track more."""
+"""Number of stretches of a run, each with its own error of an assumption; an error that lasts longer moves a track
+more.
+"""
 _PROBE: Final = 0.1
-"""Of the standard deviation by which an error is tried."""
+"""Size of a tried error, as a share of its standard deviation."""
 _SKID_PROBE: Final = 0.5
-"""Skidding counts from a degree on only, as friction across is smooth at rest."""
+"""Size of a tried skid, in standard deviations: skidding acts from a degree on only, as friction across is smooth."""
 _SIGNS: Final = {"roll": (1.0, 1.0), "pitch": (1.0, 1.0), "yaw": (1.0, 1.0), "height": (0.5, -0.5)}
-"""Of the left and the right foot: skis are assumed alike, heights against each other."""
+"""Signs for the left and the right foot: skis have the same error, heights opposite ones."""
 
 
 @dataclass(frozen=True)
 class Shares:
-    """Standard deviations (k,) of the fitted numbers by where they come from, and all of it as a covariance (k, k).
+    """Standard deviations (k,) of the fitted numbers by source, and their sum as a covariance (k, k).
 
-    track : noise of the fixes;  posture : errors of the feet that wander;  slope : its inclination's
-    steering : skis that point farther into every turn than was taken
-    effective : friction's work over the load's way, both of the fitted run
+    track : noise of the fixes;  posture : errors of the feet that vary;  slope : error of its inclination
+    steering : skis that point farther into every turn than assumed
+    effective : friction's work over the load's path, both of the fitted run
     """
 
     track: Array
@@ -61,7 +64,7 @@ class Shares:
 
 @dataclass(frozen=True)
 class _Turning(CaptureError):
-    """An error that goes with the turns: ``turning`` (m,), between −1 and 1, at ``at`` (m,) s."""
+    """An error that follows the turns: ``turning`` (m,), between −1 and 1, at ``at`` (m,) s."""
 
     at: Array
     turning: Array
@@ -74,9 +77,9 @@ class _Turning(CaptureError):
 class SecondHalf:
     """A run fitted up to its middle, and predicted from there.
 
-    mu_t : as the first half has it
-    speed_rms, usual_rms : m/s, of predicted less measured speed over ground in the second half, and of the first half's
-        mean speed less the measured one
+    mu_t : estimate from the first half
+    speed_rms, usual_rms : m/s, rms of predicted less measured speed over ground in the second half, and of the first
+        half's mean speed less the measured one
     time, predicted, measured : (n,) s and m/s over the whole run
     split : s
     """
@@ -93,7 +96,7 @@ class SecondHalf:
 def shares_of(
     fitted: Fitted, problem: Problem, motion: Motion, completed: Completed, sigma_inclination: float
 ) -> Shares:
-    """What track, posture and slope (``sigma_inclination``, rad) each add to what a fit does not know."""
+    """Compute what track, posture and slope (``sigma_inclination``, rad) each add to a fit's uncertainty."""
     sigma = completed.sigma
     problem = replace(problem, model=fitted.model)
     prepared = prepare(problem.model, motion, step=COARSE_STEP)
@@ -105,19 +108,19 @@ def shares_of(
     edges = np.linspace(prepared.time[0], prepared.time[-1], _SPANS)
     spans = [(float(centre), float(edges[1] - edges[0])) for centre in edges]
     changes = [partial(_wrong_feet, kind, span, getattr(sigma, kind)) for kind in _SIGNS for span in spans]
-    base, every = sensitivities(
+    base, responses = sensitivities(
         problem.model,
         prepared,
         problem.names,
         lambda model, run: problem.residual(model, run.time, run.antenna),
         changes,
     )
-    slopes, of_posture = np.split(every, [len(problem.names)], axis=-1)
+    slopes, of_posture = np.split(responses, [len(problem.names)], axis=-1)
     problem = problem.with_noise(fitted.noise)
     inverse = np.linalg.pinv(problem.curvature(slopes), hermitian=True)
 
     def shift(moved: Array) -> Array:
-        """(k,) of the fitted numbers where the residual changes by ``moved`` (n, 2)."""
+        """Return the shift (k,) of the fitted numbers where the residual changes by ``moved`` (n, 2)."""
         return np.asarray(-inverse @ (problem.weight * np.einsum("n,nc,nck->k", problem.seconds, moved, slopes)))
 
     # to the left in a left turn, which is a lean to the left
@@ -146,28 +149,28 @@ def shares_of(
 
 
 def _wrong_feet(kind: str, span: tuple[float, float], sigma: float, prepared: Prepared, size: complex) -> Prepared:
-    """The tables where both feet are wrong by ``size`` standard deviations over a stretch of the run."""
+    """Return the tables where both feet are wrong by ``size`` standard deviations over a stretch of the run."""
     for side, sign in enumerate(_SIGNS[kind]):
         prepared = with_error(prepared, CaptureError(kind, side, span), sign * sigma * size)
     return prepared
 
 
 def effective_friction(run: ReducedRun) -> float:
-    """Work of the snow's friction over the way that the load went: what a sledge of that friction would have lost."""
+    """Return the work of the snow's friction over the path of the load: the loss of a sledge of that friction."""
     power = np.sum(run.foot_friction * run.foot_velocity, axis=(1, 2))
     load_speed = np.sum(run.foot_load * np.linalg.norm(run.foot_velocity, axis=2), axis=1)
     return -float(np.sum(power) / np.sum(load_speed))
 
 
 def second_half(fitted: Fitted, problem: Problem, motion: Motion, gps: Gps) -> SecondHalf:
-    """Fit the reduced model to the first half's fixes and hold the second half's speed against the receiver's."""
+    """Fit the reduced model to the first half's fixes and compare the second half's speed with the receiver's."""
     track = problem.track
     split = 0.5 * float(track.time[0] + track.time[-1])
     early = track.time <= split
     part = Track(track.time[early], track.place[early], track.sigma[early])
     first = replace(problem, track=part, counts=problem.counts[early], model=fitted.model).with_noise(fitted.noise)
-    found = fit_reduced(first, prepare(first.model, motion, stop=split, step=COARSE_STEP), tolerance=0.1)
-    model = first.model_at(found.values)
+    optimum = fit_reduced(first, prepare(first.model, motion, stop=split, step=COARSE_STEP), tolerance=0.1)
+    model = first.model_at(optimum.values)
     run = simulate_reduced(model, prepare(model, motion, step=COARSE_STEP))
     predicted = over_ground(run.time, run.antenna, model.inclination)
     inside = (gps.time >= run.time[0]) & (gps.time <= run.time[-1])
@@ -188,8 +191,9 @@ def second_half(fitted: Fitted, problem: Problem, motion: Motion, gps: Gps) -> S
 
 
 def over_ground(time: Array, path: Array, inclination: float) -> Callable[[Array], Array]:
-    """Horizontal speed (m/s) as a function of time, averaged over a second, from a path (n, 3) m in a frame inclined by
-    ``inclination`` (rad) about its second axis.
+    """Return horizontal speed (m/s) as a function of time, averaged over a second.
+
+    It is that of a path (n, 3) m in a frame inclined by ``inclination`` (rad) about its second axis.
     """
     flat = np.stack([path[:, 0] * np.cos(inclination) + path[:, 2] * np.sin(inclination), path[:, 1]])
 

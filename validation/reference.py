@@ -1,15 +1,16 @@
-"""The whole model once more, flat, in one file: the paper's equations in order, in plain NumPy.
+"""A second, flat form of the whole model in one file: the paper's equations in order, in plain NumPy.
 
-It is here to be read, and to be held against the assembled model: it shares data with it (the recorded posture, masses,
-the mesh's numbers, the terms' parameters) and no mechanics.  A ski is a shallow Euler-Bernoulli beam with twist, held
-at the boot centre, in finite elements of its own, of which the slowest vibrations are kept; the steps are explicit.
+It is here to be read, and to be compared with the assembled model.  It shares data with that model (the recorded
+posture, masses, the mesh's numbers, the terms' parameters) and no mechanics.  A ski is a shallow Euler-Bernoulli beam
+with twist, held at the boot centre.  It has its own finite elements, of which the slowest vibrations are kept; the
+steps are explicit.
 
 Every point of a ski, of mass or of contact, is at
 
     p = x + b + R (X + U q)            x pelvis, b and R place and rotation of the foot, X place on the unloaded ski,
                                        U shapes of the vibrations, q their amplitudes
 
-and all that follows is Newton's law for these points (paper 2.2):
+and the rest is Newton's law for these points (paper 2.2):
 
 1   Posture is prescribed: b, R, the centre of mass and the segments' velocities relative to the pelvis are given.
 2   Skis bend and twist: q̈ + 2ζω q̇ + ω² q = Uᵀ Rᵀ (forces − what it takes to carry the masses along).
@@ -37,9 +38,9 @@ from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.simulation.assembly import Parts, correct_motion
 
 MODES = 8
-"""Vibrations of each ski that are kept, bending and twisting together: the eighth is above 100 Hz."""
+"""Number of vibrations of each ski that are kept, bending and twisting together: the eighth is above 100 Hz."""
 STEP = 1e-3
-"""s; the eighth vibration turns by a radian in it.  More vibrations, or stiffer skis, ask for shorter steps."""
+"""s; the eighth vibration turns by a radian in it.  More vibrations, or stiffer skis, need shorter steps."""
 
 
 @dataclass(frozen=True)
@@ -65,29 +66,31 @@ class FlatSki:
 
 
 def flat_ski(parts: Parts, modes: int = MODES) -> FlatSki:
-    """Bend and twist of the model's ski, from its mesh's masses and stiffnesses."""
-    cut, ski = parts.mesh, parts.model.ski
-    x, raised = cut.node_position[:, 0], cut.node_position[:, 2]
+    """Compute bend and twist of the model's ski, from its mesh's masses and stiffnesses."""
+    mesh, ski = parts.mesh, parts.model.ski
+    x, raised = mesh.node_position[:, 0], mesh.node_position[:, 2]
     n, held = len(x), int(np.argmin(np.abs(x)))
     bend, twist = np.zeros((2 * n, 2 * n)), np.zeros((n, n))
-    for e, (gap, ei, gj) in enumerate(zip(cut.element_length, cut.stiffness[:, 4], cut.stiffness[:, 3], strict=True)):
-        a, b = 6.0 * gap, gap * gap  # Hermite's cubics in (w, w')
+    for e, (length, ei, gj) in enumerate(
+        zip(mesh.element_length, mesh.stiffness[:, 4], mesh.stiffness[:, 3], strict=True)
+    ):
+        a, b = 6.0 * length, length * length  # Hermite's cubics in (w, w')
         rows = [[12.0, a, -12.0, a], [a, 4 * b, -a, 2 * b], [-12.0, -a, 12.0, -a], [a, 2 * b, -a, 4 * b]]
-        bend[2 * e : 2 * e + 4, 2 * e : 2 * e + 4] += ei / gap**3 * np.array(rows)
-        twist[e : e + 2, e : e + 2] += gj / gap * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        bend[2 * e : 2 * e + 4, 2 * e : 2 * e + 4] += ei / length**3 * np.array(rows)
+        twist[e : e + 2, e : e + 2] += gj / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
 
     def at_nodes(of_elements: Array) -> Array:
-        """Half of each element's share at each of its ends."""
+        """Put half of each element's share at each of its ends."""
         both: Array = 0.5 * (np.append(of_elements, 0.0) + np.append(0.0, of_elements))
         return both
 
     def from_boot(slope: Array) -> Array:
-        """∫ slope dx from the held node on."""
-        found = np.append(0.0, np.cumsum(0.5 * np.diff(x) * (slope[1:] + slope[:-1])))
-        return np.asarray(found - found[held], dtype=np.float64)
+        """Integrate ∫ slope dx from the held node on."""
+        integral = np.append(0.0, np.cumsum(0.5 * np.diff(x) * (slope[1:] + slope[:-1])))
+        return np.asarray(integral - integral[held], dtype=np.float64)
 
-    mass = at_nodes(cut.element_mass)
-    rotation_about_x, about_y = (at_nodes(cut.section_inertia[:, axis] * cut.element_length) for axis in range(2))
+    mass = at_nodes(mesh.element_mass)
+    rotation_about_x, about_y = (at_nodes(mesh.section_inertia[:, axis] * mesh.element_length) for axis in range(2))
     rising = np.gradient(raised, x)
     inertia_w, inertia_t = np.empty(2 * n), np.diag(rotation_about_x)
     inertia_w[0::2], inertia_w[1::2] = mass, about_y
@@ -108,8 +111,8 @@ def flat_ski(parts: Parts, modes: int = MODES) -> FlatSki:
             shape[:, 1, k] = aside @ turn[:, k]
     omega = np.sqrt([v for v, _, _ in slowest])
 
-    s = np.tile(cut.contact_s, 2)
-    at, half = ski.x_of_s(s), 0.5 * ski.width(s) * np.repeat([1.0, -1.0], len(cut.contact_s))
+    s = np.tile(mesh.contact_s, 2)
+    at, half = ski.x_of_s(s), 0.5 * ski.width(s) * np.repeat([1.0, -1.0], len(mesh.contact_s))
 
     def at_edges(of_nodes: Array) -> Array:
         flat = of_nodes.reshape(n, -1)
@@ -121,18 +124,18 @@ def flat_ski(parts: Parts, modes: int = MODES) -> FlatSki:
         omega=omega,
         damping=ski.damping_ratio * omega / np.mean(omega[:2]),
         mass=mass,
-        place=cut.node_position + parts.ski_in_foot,
+        place=mesh.node_position + parts.ski_in_foot,
         shape=shape,
         twist=turn,
         turning_mass=rotation_about_x,
         edge_place=np.stack([at, half, ski.height(s)], axis=1) + parts.ski_in_foot,
         edge_shape=edge_shape,
-        edge_length=np.tile(cut.contact_length, 2),
+        edge_length=np.tile(mesh.contact_length, 2),
     )
 
 
 def _turning(spin: Array) -> Array:
-    """(3, 3) by which rows of vectors r are multiplied to ω × r."""
+    """Return the matrix (3, 3) by which rows of vectors r are multiplied to ω × r."""
     x, y, z = spin
     return np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
 
@@ -158,12 +161,12 @@ class FlatModel:
         self.gravity = GRAVITY * np.array([np.sin(model.inclination), 0.0, -np.cos(model.inclination)])
 
     def posture(self, time: Array) -> list[Any]:
-        """Step 1: the posture at each of ``time`` (n,), as ``Posture`` names it."""
+        """Do step 1: return the posture at each of ``time`` (n,), as ``Posture`` names it."""
         table = self.parts.posture(time)
         return [SimpleNamespace(**{f.name: getattr(table, f.name)[i] for f in fields(table)}) for i in range(len(time))]
 
     def snow_on(self, at: Any, side: int, x: Array, v: Array, q: Array, rate: Array) -> tuple[float, Array, Array]:
-        """Step 3: a ski's load (N), the snow's force on it (3,) and on its vibrations (k,)."""
+        """Do step 3: return a ski's load (N), the snow's force on it (3,) and on its vibrations (k,)."""
         ski, snow, frame = self.ski, self.snow, at.foot_rotation[side]
         arm = (ski.edge_place + ski.edge_shape @ q) @ frame.T
         place = x + at.foot_place[side] + arm
@@ -175,26 +178,27 @@ class FlatModel:
         return float(press.sum()), force.sum(axis=0), np.einsum("pi,pik->k", force @ frame, ski.edge_shape)
 
     def friction_on(self, at: Any, side: int, v: Array, load: float) -> Array:
-        """Step 4: (3,) N on a foot, along its axes in the snow's plane."""
+        """Do step 4: return the friction (3,) N on a foot, along its axes in the snow's plane."""
         forward = at.foot_rotation[side][:, 0] * [1.0, 1.0, 0.0]
         along = forward / np.linalg.norm(forward)
         across = np.array([-along[1], along[0], 0.0])
         moving, law = v + at.foot_velocity[side], self.friction
-        found = np.zeros(3)
+        force = np.zeros(3)
         for axis, mu in ((along, law.mu_t), (across, law.mu_n)):
             slip = moving @ axis
-            found -= mu * load * slip / np.sqrt(slip**2 + law.eps**2) * axis
-        return found
+            force -= mu * load * slip / np.sqrt(slip**2 + law.eps**2) * axis
+        return force
 
     def drag(self, at: Any, v: Array) -> Array:
-        """Step 5: (3,) N on all segments together."""
+        """Do step 5: return the drag (3,) N on all segments together."""
         moving = v + at.exposed_velocity
         pace = np.linalg.norm(moving, axis=1)
         return np.asarray(-0.5 * self.air.c_d * self.air.rho * (self.area * pace) @ moving)
 
     def inertia_of(self, at: Any, side: int, q: Array, rate: Array) -> tuple[Array, Array]:
-        """Weight and forces of inertia on a ski's masses (n, 3) and about its long axis (n,), but for those of ẍ and
-        q̈.
+        """Return weight and forces of inertia on a ski's masses (n, 3) and about its long axis (n,).
+
+        Those of ẍ and q̈ are not included.
         """
         ski, frame, spin = self.ski, at.foot_rotation[side], at.foot_spin[side]
         arm, going = (ski.place + ski.shape @ q) @ frame.T, (ski.shape @ rate) @ frame.T
@@ -204,7 +208,7 @@ class FlatModel:
         return push, -ski.turning_mass * (frame[:, 0] @ at.foot_spin_rate[side])
 
     def pushes(self, at: Any, x: Array, v: Array, q: Array, rate: Array) -> tuple[Array, Array, Array, Array]:
-        """Loads (2,) N, friction (2, 3) N, the force on skis and segments (3,) N and on the vibrations (2, k)."""
+        """Return loads (2,) N, friction (2, 3) N, and forces on skis and segments (3,) N and on vibrations (2, k)."""
         loads, rubs, general = np.zeros(2), np.zeros((2, 3)), np.zeros_like(q)
         total = self.drag(at, v)
         for side in range(2):
@@ -218,9 +222,9 @@ class FlatModel:
         return loads, rubs, total, general
 
     def slope(self, at: Any, state: Array) -> Array:
-        """Rate of the state (6 + 4k,): x, q of both skis, and their rates.
+        """Return the rate of the state (6 + 4k,): x, q of both skis, and their rates.
 
-        Step 6 with step 2: ẍ and q̈ pull on each other through the skis' masses.
+        It does step 6 with step 2: ẍ and q̈ are coupled through the skis' masses.
         """
         half = len(state) // 2
         modes = len(self.ski.omega)
@@ -236,18 +240,18 @@ class FlatModel:
 
     @staticmethod
     def split_state(state: Array) -> tuple[Array, Array, Array, Array]:
-        """x and v (3,), q and its rate (2, k) of a state."""
+        """Return x and v (3,), q and its rate (2, k) of a state."""
         place, rate = np.split(state, 2)
         return place[:3], rate[:3], place[3:].reshape(2, -1), rate[3:].reshape(2, -1)
 
     def rest(self, at: Any, x: Array) -> Array:
-        """(2, k) amplitudes at which the skis rest under the snow, the pelvis held and nothing moving."""
+        """Return amplitudes (2, k) at which the skis rest under the snow, the pelvis held and nothing moving."""
         q, still = np.zeros((2, len(self.ski.omega))), np.zeros(3)
         stands = SimpleNamespace(**vars(at) | dict.fromkeys(("foot_velocity", "foot_spin"), np.zeros((2, 3))))
         for _ in range(400):
             for side in range(2):
                 _, _, snow = self.snow_on(stands, side, x, still, q[side], np.zeros_like(q[side]))
-                q[side] += 0.2 * (snow / self.ski.omega**2 - q[side])  # a fifth of the way: the snow stiffens
+                q[side] += 0.2 * (snow / self.ski.omega**2 - q[side])  # a fifth of the change: the snow stiffens
         return q
 
 
@@ -262,24 +266,24 @@ def simulate_flat(
     modes: int = MODES,
     step: float = STEP,
 ) -> dict[str, Array]:
-    """Run from ``start`` to ``stop`` (s) with the pelvis at ``pelvis`` (3,) m and ``velocity`` (3,) m/s, skis at rest.
+    """Simulate from ``start`` to ``stop`` (s), skis at rest, pelvis at ``pelvis`` (3,) m with ``velocity`` (3,) m/s.
 
-    Gives time (n,), pelvis (n, 3) m, foot_load (n, 2) N, friction (n, 2, 3) N.
+    Returns time (n,), pelvis (n, 3) m, foot_load (n, 2) N, friction (n, 2, 3) N.
     """
     flat = FlatModel(model, motion, modes)
     count = round((stop - start) / step)
     time = start + step * np.arange(count + 1, dtype=np.float64)
     at = flat.posture(start + 0.5 * step * np.arange(2 * count + 1, dtype=np.float64))
     state = np.concatenate([pelvis, flat.rest(at[0], pelvis).ravel(), velocity, np.zeros(2 * modes)])
-    out: dict[str, list[Array]] = {"pelvis": [], "foot_load": [], "friction": []}
+    columns: dict[str, list[Array]] = {"pelvis": [], "foot_load": [], "friction": []}
     for i in range(count + 1):
         loads, rubs, _, _ = flat.pushes(at[2 * i], *flat.split_state(state))
         for name, value in (("pelvis", state[:3]), ("foot_load", loads), ("friction", rubs)):
-            out[name].append(value)
+            columns[name].append(value)
         if i < count:  # Runge and Kutta's step
             one = flat.slope(at[2 * i], state)
             two = flat.slope(at[2 * i + 1], state + 0.5 * step * one)
             three = flat.slope(at[2 * i + 1], state + 0.5 * step * two)
             four = flat.slope(at[2 * i + 2], state + step * three)
             state = state + step / 6.0 * (one + 2.0 * two + 2.0 * three + four)
-    return {"time": time, **{name: np.array(rows) for name, rows in out.items()}}
+    return {"time": time, **{name: np.array(rows) for name, rows in columns.items()}}

@@ -1,1 +1,1 @@
-"""The diagnosis tested on cases whose answers are known."""
+"""Tests of the diagnosis on cases with known answers."""

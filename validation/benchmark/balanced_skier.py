@@ -1,7 +1,7 @@
-"""A skier who balances: on other snow, slope or weight he stands otherwise, until no moment is left over.
+"""A skier who balances: on other snow, slope or weight he changes his posture until no moment is left over.
 
-A recorded movement balances the forces of its own run.  Under others, a steady moment of 20 to 50 N m would be left
-that no skier leaves, and that an estimate rightly takes for a hint about friction.
+A recorded movement balances the forces of its own run.  Under other forces, a steady moment of 20 to 50 N m would
+remain.  No real skier leaves such a moment, and an estimate rightly takes it for evidence about friction.
 """
 
 from __future__ import annotations
@@ -26,16 +26,18 @@ _MOVES: Final = {
     "yaw": (_DEGREE, 0.5 * _DEGREE),
     "trunk_sideways": (2.0 * _DEGREE, _DEGREE),
 }
-"""m or rad by which each is moved, standing and within seconds: feet under the body first."""
+"""m or rad by which each part is moved, standing and within seconds: feet under the body first."""
 _LEFT: Final = 10.0
-"""N m that a balanced skier leaves over: the independent world's leave 11 to 25 (root mean square of three axes)."""
+"""N m; residual moment of a balanced skier: the independent world's leave 11 to 25 (root mean square of three axes)."""
 _ROUNDS: Final = 2
 _NO_MASS: Final = 1e-9
-"""kg; the skier's mass is no way of balancing."""
+"""kg; the skier does not balance by his mass."""
 
 
 def balance_skier(model: Model, motion: Motion, recording: Recording) -> Motion:
-    """The movement of a skier who balances the forces of that model's run; the model has no corrections of posture.
+    """Return the movement of a skier who balances the forces of that model's run.
+
+    The model has no corrections of posture.
 
     Raises SimulationDiverged when the model cannot be simulated.
     """
@@ -46,8 +48,8 @@ def balance_skier(model: Model, motion: Motion, recording: Recording) -> Motion:
     setting = Setting(motion, seen, (), errors_of(_MOVES, motion.start, motion.stop), (model.skier.mass, _NO_MASS))
     for _ in range(_ROUNDS):
         point, responses = linearise_at(model, setting)
-        left, by_move = point.predicted[seen.moments] / _LEFT, responses.by_error[seen.moments, :-1] / _LEFT
-        sizes = -by_move.T @ np.linalg.solve(by_move @ by_move.T + np.eye(len(left)), left)
+        residual, by_move = point.predicted[seen.moments] / _LEFT, responses.by_error[seen.moments, :-1] / _LEFT
+        sizes = -by_move.T @ np.linalg.solve(by_move @ by_move.T + np.eye(len(residual)), residual)
         change = responses.posture.angles(sizes)
         model = replace(model, posture=grown(model.posture, responses.posture.time, change))
     return correct_posture(motion, model.posture)

@@ -1,7 +1,7 @@
-"""Runs with something concealed, made to test the diagnosis: a world of its own.
+"""Runs with a concealed effect, made to test the diagnosis: a separate world.
 
 It shares the recorded movements, the skeleton and the beams with the program.  Effects that act for a while have other
-shapes than the hypotheses (``effects``); what else the diagnosis cannot know is drawn for each case (``world``).
+shapes than the hypotheses (``effects``); other properties unknown to the diagnosis are drawn for each case (``world``).
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ _ATTEMPTS: Final = 10
 class Case:
     """One run of the world.
 
-    name : what is concealed, "none" where nothing is; pairs are joined by "+"
+    name : the concealed effect, "none" where there is none; pairs are joined by "+"
     kind : "none", "physics", "sensor", "unexplained" or "pair"
     strength : 0 to 3, weak to strong
-    window : when it acts (s), None for always
-    truth : its numbers, by the diagnosis' own names where it knows them;  mu_t, mu_n : of the snow
+    window : times (s) between which it acts, None for always
+    truth : its numbers, by the diagnosis' own names where it has them;  mu_t, mu_n : of the snow
     """
 
     index: int
@@ -63,15 +63,15 @@ class Case:
 
 
 Recorded = tuple[Recording, Motion, Model]
-"""What instruments recorded of a run, and what is known of it."""
+"""Recording of a run's instruments, its movement, and the known model."""
 
 
 @dataclass(frozen=True)
 class Made:
-    """A case with what its instruments recorded.
+    """A case with the recordings of its instruments.
 
-    instruments : how good they are
-    plain : simulates what they would have, with the same noise, were nothing concealed; None where nothing is
+    instruments : their quality
+    plain : simulates their recordings, with the same noise, without the concealed effect; None where there is none
     """
 
     case: Case
@@ -91,17 +91,19 @@ _PAIRS: Final = (
 
 
 def plan(count: int, seed: int, conceal: Concealed = "all") -> list[tuple[str, str, int]]:
-    """(name, kind, strength) of ``count`` cases: a quarter nothing, pairs and unlisted effects a twelfth each, the rest
-    single effects in turn at the four strengths.  Pairs, and single effects where one kind alone is concealed, are of
-    the two larger strengths: of the smaller ones a refit takes up most.
+    """Plan (name, kind, strength) of ``count`` cases.
+
+    A quarter conceal nothing, pairs and unlisted effects are a twelfth each, the rest are single effects in turn at the
+    four strengths.  Pairs, and single effects where one kind alone is concealed, have the two larger strengths: a refit
+    takes up most of the smaller ones.
     """
     pairs = [("+".join(_PAIRS[i % len(_PAIRS)]), "pair", 2 + i % 2) for i in range(count)]
-    others = list(UNKNOWN)
+    unlisted = list(UNKNOWN)
     if conceal == "nothing":
         return [("none", "none", 0)] * count
     names = [*((n, "physics") for n in PHYSICS), *((n, "sensor") for n in SENSOR)]
     if conceal == "unlisted":
-        return [(others[i % len(others)], "unexplained", 2 + (i // len(others) + i) % 2) for i in range(count)]
+        return [(unlisted[i % len(unlisted)], "unexplained", 2 + (i // len(unlisted) + i) % 2) for i in range(count)]
     if conceal == "listed":
         return [(*names[i % len(names)], 2 + (i // len(names) + i) % 2) for i in range(count)]
     if conceal == "pairs":
@@ -109,7 +111,9 @@ def plan(count: int, seed: int, conceal: Concealed = "all") -> list[tuple[str, s
     rng = np.random.default_rng([seed, 0])
     nothing = [("none", "none", 0)] * round(0.25 * count)
     pairs = pairs[: round(count / 12)]
-    unknown = [(others[i % len(others)], "unexplained", (i // len(others) + i) % 4) for i in range(round(count / 12))]
+    unknown = [
+        (unlisted[i % len(unlisted)], "unexplained", (i // len(unlisted) + i) % 4) for i in range(round(count / 12))
+    ]
     rest = count - len(nothing) - len(pairs) - len(unknown)
     single = [(*names[i % len(names)], (i % len(names) + i // len(names)) % 4) for i in range(rest)]
     cases = [*nothing, *pairs, *unknown, *single]
@@ -118,7 +122,7 @@ def plan(count: int, seed: int, conceal: Concealed = "all") -> list[tuple[str, s
 
 
 def make(index: int, planned: tuple[str, str, int], bases: list[Recorded], seed: int) -> Made:
-    """The case of that number: simulated by the full model with what it conceals, and recorded.
+    """Make the case of that number: simulated by the full model with its concealed effect, and recorded.
 
     ``bases`` are recordings with their movements and fitted models; each case is a stretch of one of them.  A stretch
     that cannot be simulated (it begins in the air, say) is drawn again.
@@ -156,10 +160,10 @@ def _draw(
     sensors = tuple(s for e in effects for s in e.sensors)
     world = replace(true, terms=(*true.terms, *terms), sensors=sensors)
     motion = balance_skier(replace(world, sensors=()), motion, recording)
-    given = (replace(recording, name=f"case_{index:03d}"), stated, fitted)
+    known = (replace(recording, name=f"case_{index:03d}"), stated, fitted)
     same_noise = deepcopy(rng)
     faults = sum(e.delay for e in effects), sum(e.heading for e in effects)
-    made = record(rng, given, motion, world, instruments, *faults)
+    recorded = record(rng, known, motion, world, instruments, *faults)
     case = Case(
         index,
         recording.name,
@@ -171,28 +175,28 @@ def _draw(
         mu_t=true.friction.mu_t,
         mu_n=true.friction.mu_n,
     )
-    plain_record = partial(record, same_noise, given, motion, true, instruments, 0.0, 0.0) if effects else None
-    return Made(case, *made, instruments, plain_record)
+    plain_record = partial(record, same_noise, known, motion, true, instruments, 0.0, 0.0) if effects else None
+    return Made(case, *recorded, instruments, plain_record)
 
 
 def record(
-    rng: np.random.Generator, given: Recorded, motion: Motion, world: Model, instruments: Instruments, delay: float,
+    rng: np.random.Generator, known: Recorded, motion: Motion, world: Model, instruments: Instruments, delay: float,
     heading: float,
 ) -> Recorded:  # fmt: skip
-    """A run of the world as its instruments and the capture have it."""
-    recording, stated, fitted = given
+    """Record a run of the world with its instruments and the capture."""
+    recording, stated, fitted = known
     run = simulate(world, motion)
     assert run.antenna is not None
     late = world.with_values({"start.clock_offset": delay})
     gps = record_gps(rng, recording, late, run.time, run.antenna, motion, instruments)
     insoles = record_insoles(rng, recording, world, run.time, run.sole_force, instruments)
     captured = replace(record_capture(rng, motion, heading, instruments), inclination=stated.inclination)
-    made = replace(recording, gps=gps, insoles=insoles)
-    return made, captured, _model_as_known(fitted, made, captured)
+    recorded = replace(recording, gps=gps, insoles=insoles)
+    return recorded, captured, _model_as_known(fitted, recorded, captured)
 
 
-def _model_as_known(fitted: Model, made: Recording, motion: Motion) -> Model:
-    """What the diagnosis knows of it: the paper's model with usual snow, mass and slope as stated."""
-    assert made.gps is not None
-    start = first_guess(made.gps, motion, fitted.inclination, fitted.fall_line_azimuth)
+def _model_as_known(fitted: Model, recorded: Recording, motion: Motion) -> Model:
+    """Return the model known to the diagnosis: the paper's with usual snow, and mass and slope as stated."""
+    assert recorded.gps is not None
+    start = first_guess(recorded.gps, motion, fitted.inclination, fitted.fall_line_azimuth)
     return replace(fitted, start=start)

@@ -1,4 +1,4 @@
-"""Force terms of the benchmark's world, other in shape than those of the diagnosis."""
+"""Force terms of the benchmark's world, with other shapes than those of the diagnosis."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _any(meaning: str, unit: str = "1") -> Any:
 
 
 def _ramp(math: Math, x: Number) -> Number:
-    """0 below 0, 1 above 1, a smooth step between."""
+    """Return 0 below 0, 1 above 1, and a smooth step between."""
     u = math.minimum(math.maximum(x, 0.0), 1.0)
     return u * u * (3.0 - 2.0 * u)
 
@@ -55,8 +55,8 @@ class WorldGust(WindTerm):
     t1: float = _any("end", "s")
 
     def velocity(self, math: Math, state: PlaceState) -> Vector:
-        blows = _box(math, state.t, self.t0 + 0.3, self.t1 - 0.3, 0.6)
-        return self.w_f * blows, self.w_l * blows, 0.0
+        share = _box(math, state.t, self.t0 + 0.3, self.t1 - 0.3, 0.6)
+        return self.w_f * share, self.w_l * share, 0.0
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class WorldPush(BodyTerm):
 
 @dataclass(frozen=True)
 class WorldPole(BodyTerm):
-    """Formula: a triangle of force along the way and up, 0.2 s long."""
+    """Formula: a triangle of force along the path and up, 0.2 s long."""
 
     name: ClassVar[str] = "world_pole"
     sources: ClassVar[tuple[str, ...]] = (_HERE,)
@@ -162,7 +162,7 @@ class DragOfPosture(BodyTerm):
 
 @dataclass(frozen=True)
 class WarmingSnow(FootTerm):
-    """Formula: friction that grows along the way from f0 on."""
+    """Formula: friction that grows along the path from f0 on."""
 
     name: ClassVar[str] = "warming_snow"
     sources: ClassVar[tuple[str, ...]] = (_HERE,)
@@ -203,8 +203,8 @@ class EdgeBite(FootTerm):
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
         grown = math.minimum(math.maximum((state.t - self.t0) / (self.t1 - self.t0), 0.0), 1.0)
-        bites = 0.5 * (1.0 + self.side * state.side) * (grown - _ramp(math, (state.t - self.t1) / 0.04 + 1.0))
-        pull = self.force_size * math.maximum(bites, 0.0)
+        share = 0.5 * (1.0 + self.side * state.side) * (grown - _ramp(math, (state.t - self.t1) / 0.04 + 1.0))
+        pull = self.force_size * math.maximum(share, 0.0)
         return -pull * math.saturate(state.v_t, 0.1), -self.across * pull * math.saturate(state.v_n, 0.1)
 
 
@@ -223,8 +223,8 @@ class Ruts(FootTerm):
 
     def force(self, math: Math, state: FootState) -> tuple[Number, Number]:
         push = self.force_size * _box(math, state.f, self.f0, self.f1, 1.0)
-        way = math.sin(2.0 * np.pi * state.f / self.length)
-        return -0.5 * push * way * way * math.saturate(state.v_t, 0.1), push * way
+        direction = math.sin(2.0 * np.pi * state.f / self.length)
+        return -0.5 * push * direction * direction * math.saturate(state.v_t, 0.1), push * direction
 
 
 @dataclass(frozen=True)
@@ -238,8 +238,8 @@ class WorldWind(WindTerm):
     phase: float = _any("of its swell", "rad")
 
     def velocity(self, math: Math, state: PlaceState) -> Vector:
-        blows = 1.0 + math.sin(np.pi * state.t / 3.0 + self.phase) / 3.0
-        return self.w_f * blows, self.w_l * blows, 0.0
+        factor = 1.0 + math.sin(np.pi * state.t / 3.0 + self.phase) / 3.0
+        return self.w_f * factor, self.w_l * factor, 0.0
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
-"""Effects that cases conceal: what each adds to the world, drawn at a size.
+"""Concealed effects of cases: the additions of each to the world, drawn at a size.
 
-No effect has the law of its hypothesis: what acts for a while or at a place has another shape (ramps, smooth steps,
-half sines), what acts all the time grows otherwise with speed, edge angle, load or groove.
+No effect has the law of its hypothesis.  Effects that act for a while or at a place have another shape (ramps, smooth
+steps, half sines); lasting ones grow otherwise with speed, edge angle, load or groove.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.snow.terrain_bump import RollOr
 
 @dataclass
 class Effect:
-    """What a case conceals, as it is put together."""
+    """The concealed effect of a case while it is put together."""
 
     terms: tuple[Term, ...] = ()
     sensors: tuple[Sensor, ...] = ()
@@ -72,8 +72,9 @@ Maker = Callable[[np.random.Generator, float, "PlainRun"], Effect]
 
 @dataclass(frozen=True)
 class PlainRun:
-    """A run with nothing concealed: begin, end and transitions (s), mean speed (m/s) and edge angle (rad), and where it
-    is along the fall line (m) at a time.
+    """A run with nothing concealed: begin, end and transitions (s), mean speed (m/s) and edge angle (rad).
+
+    ``place_at`` gives its place along the fall line (m) at a time.
     """
 
     begin: float
@@ -254,11 +255,11 @@ UNKNOWN: Final[dict[str, Maker]] = {
 }
 EFFECTS: Final = {**PHYSICS, **SENSOR, **UNKNOWN}
 SIZES: Final = (0.5, 1.0, 2.0, 4.0)
-"""The four strengths, as multiples of what each maker calls one."""
+"""The four strengths, as multiples of each maker's unit size."""
 
 
 def plain_run(run: SimulationResult) -> PlainRun:
-    """What makers of effects need of a run with nothing concealed."""
+    """Return the properties of a run with nothing concealed that makers of effects need."""
     time = run.time
     along = np.maximum.accumulate(run.com[:, 0])
     mean = np.convolve(run.edge_angle.mean(axis=1), np.ones(31) / 31.0, mode="same")

@@ -1,4 +1,4 @@
-"""Recordings whose answers are known, diagnosed one after the other: what was found against what is hidden."""
+"""Recordings with known answers, diagnosed one after the other: findings compared with hidden effects."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ NOTHING: Final = "none"
 
 
 def read_truth(folder: Path) -> dict[str, dict[str, Any]]:
-    """What is hidden in each recording of ``folder``, by its name.
+    """Read the hidden effect of each recording of ``folder``, by its name.
 
     Raises InputError where there is no truth.json, it is no table of names, or a name is not that of a folder in
     ``folder``: results are written under these names.
     """
     path = folder / TRUTH
-    found = read_table(path)
-    if not all(isinstance(each, dict) and isinstance(each.get("name"), str) for each in found.values()):
+    truth = read_table(path)
+    if not all(isinstance(entry, dict) and isinstance(entry.get("name"), str) for entry in truth.values()):
         raise InputError(path, "", "not a table of recordings with a name each", "give {recording: {name: …}}")
-    folders = {each.name for each in folder.iterdir() if each.is_dir() and not each.is_symlink()}
-    for name in found:
+    folders = {entry.name for entry in folder.iterdir() if entry.is_dir() and not entry.is_symlink()}
+    for name in truth:
         if name not in folders or name.startswith("."):
-            raise InputError(path, name, "there is no recording of that name here", "name a folder beside this file")
-    return found
+            raise InputError(path, name, "there is no recording of that name here", "name a folder next to this file")
+    return truth
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """What is hidden in a recording against what was found.
+    """Comparison of a recording's hidden effect with the findings.
 
-    hidden : its name, or where that is nothing what its world has "also" that the diagnosis has a name for
+    hidden : its name, or where it is nothing, the world's effect under "also" that the diagnosis has a name for
     found : the findings' names, joined by " and "
-    probability : of the first finding, None without one
-    alternatives : what the findings may be instead
-    mu_t, mu_n : friction over all explanations, with its 90 % interval, and as it is; None where that is not given
+    probability : probability of the first finding, None without one
+    alternatives : other names that the findings may have
+    mu_t, mu_n : friction over all explanations, with its 90 % interval, and the true one; None where it is not given
     """
 
     recording: str
@@ -62,7 +62,7 @@ class Comparison:
 
 
 def compare(truth: Mapping[str, Mapping[str, Any]], diagnoses: Mapping[str, Diagnosis]) -> list[Comparison]:
-    """Each diagnosis against what is hidden in its recording."""
+    """Compare each diagnosis with the hidden effect of its recording."""
     rows = []
     for name, diagnosis in diagnoses.items():
         known = truth[name]
@@ -94,7 +94,7 @@ def compare(truth: Mapping[str, Mapping[str, Any]], diagnoses: Mapping[str, Diag
 
 
 def _friction(name: str, known: Mapping[str, Any], diagnosis: Diagnosis) -> tuple[float | None, ...]:
-    """Friction of that name, its interval's ends, and the true one."""
+    """Return friction of that name, its interval's ends, and the true one."""
     true = known.get(name)
     number = (diagnosis.friction_averaged or {}).get(name)
     ends = (None, None, None) if number is None else (number.value, number.low, number.high)

@@ -48,7 +48,7 @@ _BY_STRENGTH = {
 
 
 def benchmark_page(scores: Scores) -> str:
-    """Every figure with its 95 % interval (Clopper and Pearson), beside its target."""
+    """Return every figure with its 95 % interval (Clopper and Pearson), next to its target."""
     lines = [
         "# The diagnosis, tested blindly",
         "",
@@ -76,20 +76,20 @@ def benchmark_page(scores: Scores) -> str:
         lines.append(f"| the same with a force drawn at random in its place | {placebo:.2f} | | |")
     lines += ["", "| by strength | weakest | weak | strong | strongest |", "|---|---|---|---|---|"]
     for key, meaning in _BY_STRENGTH.items():
-        lines.append(f"| {meaning} | " + " | ".join(share_in_words(each) for each in getattr(scores, key)) + " |")
+        lines.append(f"| {meaning} | " + " | ".join(share_in_words(share) for share in getattr(scores, key)) + " |")
     lines += ["", "| stated probability, mean | right | 95 % interval |", "|---|---|---|"]
-    for each in scores.calibration:
-        if each.stated is not None:
-            lines.append(f"| {each.stated:.2f} | {share_in_words(each.right)} | {interval_in_words(each.right)} |")
+    for level in scores.calibration:
+        if level.stated is not None:
+            lines.append(f"| {level.stated:.2f} | {share_in_words(level.right)} | {interval_in_words(level.right)} |")
     lines += ["", "| hidden | named first |", "|---|---|"]
     for name, row in sorted(scores.by_name.items()):
-        named = ", ".join(f"{other} {count}" for other, count in sorted(row.items(), key=lambda each: -each[1]))
+        named = ", ".join(f"{other} {count}" for other, count in sorted(row.items(), key=lambda item: -item[1]))
         lines.append(f"| {name} | {named} |")
     return "\n".join(lines) + "\n"
 
 
 def shares_table(scores: Scores, keys: Sequence[str]) -> list[str]:
-    """Lines of a table of shares by their names in ``scores``, beside their targets."""
+    """Return lines of a table of shares by their names in ``scores``, next to their targets."""
     lines = ["| | result | 95 % interval | target |", "|---|---|---|---|"]
     for key in keys:
         (meaning, aim), figure = _TARGETS[key], getattr(scores, key)
@@ -98,12 +98,12 @@ def shares_table(scores: Scores, keys: Sequence[str]) -> list[str]:
 
 
 def share_in_words(figure: Share) -> str:
-    """A share in per cent with its counts; a dash among none."""
+    """Return a share in per cent with its counts; a dash among none."""
     return "–" if figure.share is None else f"{100.0 * figure.share:.0f} % ({figure.hits} of {figure.of})"
 
 
 def interval_in_words(figure: Share) -> str:
-    """Its 95 % interval; empty among none."""
+    """Return its 95 % interval; empty among none."""
     if figure.low is None or figure.high is None:
         return ""
     return f"{100.0 * figure.low:.0f} to {100.0 * figure.high:.0f} %"

@@ -1,10 +1,10 @@
 """The blind benchmark of the diagnosis: cases with sealed answers, one scoring run, figures with confidence intervals.
 
-Cases come from ``cases``.  Answers are written and hashed before anything is diagnosed.  Each case leaves one
-file; a run that was interrupted goes on with those that are missing.  Of a made case only the answer is kept: index and
-seed make it again for its diagnosis.  Beside the diagnosis two baselines see the same
-cases (the best Bayesian information criterion with white noise; the best fit in sample), and an oracle that sees the
-same run without the effect, fitted as well.
+Cases come from ``cases``.  Answers are written and hashed before anything is diagnosed.  Each case leaves one file; a
+run that was interrupted continues with the missing ones.  Only the answer of a made case is kept: index and seed make
+it again for its diagnosis.  Next to the diagnosis two baselines see the same cases (the best Bayesian information
+criterion with white noise; the best fit in sample).  So does an oracle that sees the same run without the effect,
+fitted as well.
 """
 
 from __future__ import annotations
@@ -51,19 +51,18 @@ Bases = list[Recorded]
 
 
 def base_of(recording: Recording, motion: Motion, model: Model) -> Recorded:
-    """A recording with its movement, corrected as an estimate has it, and the estimate's friction, as cases are made
-    from.
+    """Return a recording with its movement and friction, corrected by an estimate, from which cases are made.
 
     Raises ValueError without a GPS.
     """
     problem = problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint")
-    found = estimate(problem, recording, motion, full=False).fitted.model
-    friction = {name: found.value(name) for name in snow_beforehand(model)}
-    return recording, correct_posture(motion, found.posture), model.with_values(friction)
+    estimated = estimate(problem, recording, motion, full=False).fitted.model
+    friction = {name: estimated.value(name) for name in snow_beforehand(model)}
+    return recording, correct_posture(motion, estimated.posture), model.with_values(friction)
 
 
 def seal(folder: Path, cases: Sequence[Case], bases: Sequence[Recorded] = ()) -> str:
-    """Write the answers and their hash, in which are also the recordings and the method; the hash.
+    """Write the answers and their hash, which covers also the recordings and the method, and return the hash.
 
     Raises ValueError where other answers are sealed there already.
     """
@@ -79,24 +78,24 @@ def seal(folder: Path, cases: Sequence[Case], bases: Sequence[Recorded] = ()) ->
 
 
 def diagnose_case(made: Made, *, full: bool) -> CaseResult:
-    """Diagnose one case; its diagnosis, with the answers of the baselines and the oracle."""
+    """Diagnose one case, and return its diagnosis with the answers of the baselines and the oracle."""
     try:
-        found = diagnose(made.recording, made.motion, made.model, full=full)
+        outcome = diagnose(made.recording, made.motion, made.model, full=full)
     except SimulationDiverged as error:
         return CaseResult(made.case.index, failed=str(error))
-    first = found.rounds[0]
+    first = outcome.rounds[0]
     oracle = held_out_plain = None
     if made.plain:
         without, figures = fit_without_findings(*made.plain())
         oracle, held_out_plain = _strength(made.instruments, first.linear, without), figures.held_out_error
     bic, in_sample = _baselines(first)
-    latent = found.diagnosis.latent_force
+    latent = outcome.diagnosis.latent_force
     return CaseResult(
         index=made.case.index,
         full=full,
-        diagnosis=found.diagnosis,
-        friction=Friction(found.model.value("friction.mu_t"), found.model.value("friction.mu_n")),
-        held_out_m=found.figures[-1].held_out_error,
+        diagnosis=outcome.diagnosis,
+        friction=Friction(outcome.model.value("friction.mu_t"), outcome.model.value("friction.mu_n")),
+        held_out_m=outcome.figures[-1].held_out_error,
         held_out_plain_m=held_out_plain,
         bic=bic,
         in_sample=in_sample,
@@ -106,7 +105,7 @@ def diagnose_case(made: Made, *, full: bool) -> CaseResult:
 
 
 def _baselines(searched: Round) -> tuple[str, str]:
-    """Names by the Bayesian information criterion with white noise, and by the best fit in sample."""
+    """Return names by the Bayesian information criterion with white noise, and by the best fit in sample."""
     linear = searched.linear
     count = len(linear.residual)
     scale = np.ones(count)
@@ -130,19 +129,23 @@ def _baselines(searched: Round) -> tuple[str, str]:
         remains = remaining(columns)
         places = len(explanation.candidate.places)
         bic = count * np.log(remains) + (columns.shape[1] + places) * np.log(count)
-        best_bic = min(best_bic, (hypothesis.name, bic), key=lambda each: each[1])
-        best_fit = min(best_fit, (hypothesis.name, remains), key=lambda each: each[1])
+        best_bic = min(best_bic, (hypothesis.name, bic), key=lambda item: item[1])
+        best_fit = min(best_fit, (hypothesis.name, remains), key=lambda item: item[1])
     return best_bic[0], best_fit[0]
 
 
 def _strength(instruments: Instruments, linear: LinearModel, without: LinearModel) -> float:
-    """How many standard errors strong an effect is: what a fit that does not know of it cannot take up, χ² more than
-    the same fit leaves of the same run ``without`` the effect, with the same noise.  χ² counts the noise as it truly is
-    and all that is uncertain by its priors, each about its own fit.
+    """Return the strength of an effect in standard errors, from the χ² that a fit cannot explain.
 
-    Linearly, about one fit, it is not to be had: friction takes up what grooves of 739 such standard errors resist.
+    It is the increase over the χ² of the same fit to the same run ``without`` the effect, with the same noise.  χ² uses
+    the true noise and all priors, each about its own fit.
+
+    A linear computation about one fit is not possible: friction takes up grooves whose resistance would count as 739
+    such standard errors.
     """
-    hidden, plain = (uncertain(each, instruments.levels(each.measurements)).chi_squared for each in (linear, without))
+    hidden, plain = (
+        uncertain(model, instruments.levels(model.measurements)).chi_squared for model in (linear, without)
+    )
     return float(np.sqrt(max(0.0, hidden - plain)))
 
 
@@ -157,13 +160,14 @@ def run_benchmark(
     progress: Progress,
     conceal: Concealed,
 ) -> Scores:
-    """Make, seal, diagnose and score ``count`` cases into ``folder``, in ``workers`` processes; the first ``full`` with
-    the full model.
+    """Make, seal, diagnose and score ``count`` cases into ``folder``, in ``workers`` processes.
+
+    The first ``full`` cases are diagnosed with the full model.
     """
     planned = plan(count, seed, conceal)
     cases: dict[int, Case] = {}
     with ProcessPoolExecutor(workers, get_context("spawn"), _prepare_worker, (bases, seed, full, folder)) as pool:
-        making = [pool.submit(_make_case, index, each) for index, each in enumerate(planned)]
+        making = [pool.submit(_make_case, index, case) for index, case in enumerate(planned)]
         for future in as_completed(making):
             case = future.result()
             cases[case.index] = case
@@ -171,8 +175,8 @@ def run_benchmark(
         ordered = [cases[index] for index in range(count)]
         digest = seal(folder, ordered, bases)
         diagnosing = [pool.submit(_diagnose_sealed, case, planned[case.index]) for case in ordered]
-        for number, each in enumerate(as_completed(diagnosing), 1):
-            each.result()
+        for number, diagnosed in enumerate(as_completed(diagnosing), 1):
+            diagnosed.result()
             progress(number / count, f"diagnosed {number} of {count}")
     scores = score(ordered, [read_json(_case_file(folder, index), CaseResult) for index in range(count)], digest)
     write_atomically(folder / "scores.json", to_json(scores))
@@ -181,7 +185,7 @@ def run_benchmark(
 
 
 _given: list[Any] = []
-"""What a worker process was given when it began."""
+"""Data that a worker process received when it began."""
 
 
 def _prepare_worker(bases: Bases, seed: int, full: int, folder: Path) -> None:
@@ -199,7 +203,7 @@ def _answer_file(folder: Path, index: int) -> Path:
 
 
 def _make_case(index: int, planned: tuple[str, str, int]) -> Case:
-    """Make a case and keep its answer; the answer alone where it was made before.
+    """Make a case and keep its answer; read the answer alone where it was made before.
 
     Raises InputError where the folder holds the answer of another plan.
     """
@@ -215,9 +219,9 @@ def _make_case(index: int, planned: tuple[str, str, int]) -> Case:
 
 
 def _diagnose_sealed(case: Case, planned: tuple[str, str, int]) -> None:
-    """Diagnose a case, made again from its seed, unless that was done before.
+    """Diagnose a case, made again from its seed, unless it was diagnosed before.
 
-    Raises InputError where what is made is not what was sealed.
+    Raises InputError where the case made differs from the sealed one.
     """
     bases, seed, full, folder = _given
     path = _case_file(folder, case.index)

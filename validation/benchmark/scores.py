@@ -17,24 +17,24 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Dia
 from sssi_exudyn.validation.diagnosis.search.search_result import SURE
 
 STRONG: Final = 8.0
-"""Standard errors from which an effect counts as clear."""
+"""Standard errors above which an effect counts as clear."""
 _VERY_SURE: Final = 0.99
 _FORCE: Final = float(np.log(20.0))
-"""Log Bayes factor from which a force is taken to act, were nothing else asked."""
+"""Log Bayes factor above which a force is taken to act, by this criterion alone."""
 _BINS: Final = (0.0, 0.5, 0.8, 0.95, 1.01)
 
 
 @dataclass(frozen=True)
 class CaseResult:
-    """What was found in a case, as its file holds it; where it could not be diagnosed, only why.
+    """Result of a case, as in its file; where it could not be diagnosed, only the reason.
 
     full : whether the full model confirmed the fits
     friction : fitted with all findings
-    held_out_m : error on turns not fitted;  held_out_plain_m : the same were nothing concealed
+    held_out_m : error on turns not fitted;  held_out_plain_m : the same with nothing concealed
     bic, in_sample : the name by the Bayesian information criterion with white noise, and by the best fit in sample
-    oracle : standard errors that the effect is strong to one who sees the same run without it, both fitted by the model
-        without effects; None where nothing is concealed
-    force_log_bayes_factor : of some force against none
+    oracle : strength of the effect in standard errors by comparison with the same run without it, both fitted by the
+        model without effects; None where nothing is concealed
+    force_log_bayes_factor : that of some force against none
     """
 
     index: int
@@ -51,12 +51,12 @@ class CaseResult:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What was found; empty where nothing was, and where the case could not be diagnosed."""
+        """Findings; empty where there were none, and where the case could not be diagnosed."""
         return () if self.diagnosis is None else self.diagnosis.findings
 
     @property
     def first_name(self) -> str:
-        """The first finding's name, or that nothing is missing."""
+        """Name of the first finding, or that nothing is missing."""
         return self.findings[0].name if self.findings else NOTHING_MISSING
 
 
@@ -73,7 +73,7 @@ class Share:
 
 @dataclass(frozen=True)
 class Overlap:
-    """Intersection over union of the times found and concealed: how many, their mean, and those of at least 0.6."""
+    """Intersection over union of the times found and concealed: number, mean, and those of at least 0.6."""
 
     cases: int
     mean: float | None
@@ -90,7 +90,7 @@ class Median:
 
 @dataclass(frozen=True)
 class Calibration:
-    """Findings whose stated probability is at least ``low``: its mean, and how many of them are right."""
+    """Findings whose stated probability is at least ``low``: its mean, and the share of right ones."""
 
     low: float
     stated: float | None
@@ -102,10 +102,11 @@ class Scores:
     """All figures of the benchmark.
 
     strong : among clear effects;  by_strength : weak to strong;  force : by the latent force alone
-    sure_right : of what is said with more than 0.99;  friction_inside_90 : of all cases, and where nothing is concealed
-    within_plain : error on turns not fitted within 1.5 times what the run without the effect leaves
+    sure_right : of findings with a probability above 0.99;  friction_inside_90 : of all cases, and where nothing is
+        concealed
+    within_plain : error on turns not fitted within 1.5 times that of the run without the effect
     within_noise : the same, within 1.5 times ``held_out_noise_m``, the median of runs with nothing concealed
-    by_name : for each concealed name, how often each name was given first
+    by_name : for each concealed name, the counts of the names given first
     seal : sha256 of the answers, which were written before anything was diagnosed
     """
 
@@ -150,7 +151,7 @@ class Scores:
 
 
 def share(hits: int, of: int) -> Share:
-    """A share with its 95 % interval (Clopper and Pearson)."""
+    """Return a share with its 95 % interval (Clopper and Pearson)."""
     if not of:
         return Share(hits, of, None, None, None)
     low = float(betaincinv(hits, of - hits + 1, 0.025)) if hits else 0.0
@@ -159,28 +160,30 @@ def share(hits: int, of: int) -> Share:
 
 
 def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Scores:
-    """All figures from the answers, sealed with the hash ``seal``, and the diagnoses."""
-    rows = [(case, each) for case, each in zip(cases, results, strict=True) if each.diagnosis is not None]
+    """Compute all figures from the answers, sealed with the hash ``seal``, and the diagnoses."""
+    rows = [(case, result) for case, result in zip(cases, results, strict=True) if result.diagnosis is not None]
     nothing = [d for c, d in rows if c.kind == "none"]
     single = [(c, d) for c, d in rows if c.kind in ("physics", "sensor")]
     strong = [(c, d) for c, d in single if (d.oracle or 0.0) >= STRONG]
-    found = [(c, d) for c, d in single if d.findings]
+    with_findings = [(c, d) for c, d in single if d.findings]
     unknown = [d for c, d in rows if c.kind == "unexplained"]
     said = [(f.probability, is_right(c, f)) for c, d in rows for f in d.findings]
     pairs = [(c, d) for c, d in rows if c.kind == "pair"]
     overlaps = [
         overlap(c.window, d.findings[0].where)
-        for c, d in found
+        for c, d in with_findings
         if c.window and d.first_name == c.name and d.findings[0].where
     ]
-    intervals = [inside for c, d in found if d.first_name == c.name for inside in inside_90(c.truth, d.findings[0])]
+    intervals = [
+        inside for c, d in with_findings if d.first_name == c.name for inside in inside_90(c.truth, d.findings[0])
+    ]
     clear = [d for _, d in strong if d.findings]
     before = _metres([d.findings[0].evidence.held_out_error_m.before for d in clear])
     after = _metres([d.findings[-1].evidence.held_out_error_m.after for d in clear])
     plain = _metres([d.held_out_plain_m for d in clear])
     placebos = [d.findings[0].evidence.placebo_held_out_error_m for d in clear]
-    least = _metres([None if each is None else each.least for each in placebos])
-    median = _metres([None if each is None else each.median for each in placebos])
+    least = _metres([None if placebo is None else placebo.least for placebo in placebos])
+    median = _metres([None if placebo is None else placebo.median for placebo in placebos])
     undisturbed = _metres([d.held_out_m for d in nothing])
     noise = float(np.median(undisturbed)) if nothing else float("nan")
     by_strength = [[(c, d) for c, d in single if c.strength == k] for k in range(4)]
@@ -199,14 +202,14 @@ def score(cases: Sequence[Case], results: Sequence[CaseResult], seal: str) -> Sc
         strong_right_bic=_share_of(d.bic == c.name for c, d in strong),
         strong_right_in_sample=_share_of(d.in_sample == c.name for c, d in strong),
         strong_seen_force=_share_of(_force_seen(d) for _, d in strong),
-        set_coverage_where_found=_share_of(_set_holds(c, d) for c, d in found),
-        found_by_strength=tuple(_share_of(bool(d.findings) for _, d in each) for each in by_strength),
-        right_first_by_strength=tuple(_share_of(d.first_name == c.name for c, d in each) for each in by_strength),
-        oracle_sees_by_strength=tuple(_share_of((d.oracle or 0.0) > 3.0 for _, d in each) for each in by_strength),
+        set_coverage_where_found=_share_of(_set_holds(c, d) for c, d in with_findings),
+        found_by_strength=tuple(_share_of(bool(d.findings) for _, d in level) for level in by_strength),
+        right_first_by_strength=tuple(_share_of(d.first_name == c.name for c, d in level) for level in by_strength),
+        oracle_sees_by_strength=tuple(_share_of((d.oracle or 0.0) > 3.0 for _, d in level) for level in by_strength),
         overlap_in_time=Overlap(
             cases=len(overlaps),
             mean=float(np.mean(overlaps)) if overlaps else None,
-            large=_share_of(each >= 0.6 for each in overlaps),
+            large=_share_of(share >= 0.6 for share in overlaps),
         ),
         interval_coverage_90=_share_of(intervals),
         wrong_and_sure=_share_of(not right for p, right in said if p > SURE),
@@ -246,7 +249,7 @@ def _metres(lengths: Sequence[float | None]) -> Array:
 
 
 def _names_of(result: CaseResult) -> list[set[str]]:
-    """The set of names of each finding: the most probable and its alternatives until 95 % are reached."""
+    """Return the set of names of each finding: the most probable and its alternatives up to 95 %."""
     sets = []
     for finding in result.findings:
         names, total = {finding.name}, finding.probability
@@ -260,35 +263,35 @@ def _names_of(result: CaseResult) -> list[set[str]]:
 
 
 def _set_holds(case: Case, result: CaseResult, most: float = math.inf) -> bool:
-    """Whether the first finding's set holds the name, and at most so many."""
+    """Tell whether the first finding's set holds the name, and at most so many."""
     sets = _names_of(result)
     return bool(sets) and case.name in sets[0] and len(sets[0]) <= most
 
 
 def _by_name(single: Sequence[tuple[Case, CaseResult]]) -> dict[str, dict[str, int]]:
-    """For each concealed name: how often each name was given first."""
+    """Count for each concealed name how often each name was given first."""
     table: dict[str, dict[str, int]] = {}
-    for case, each in single:
+    for case, result in single:
         row = table.setdefault(case.name, {})
-        row[each.first_name] = row.get(each.first_name, 0) + 1
+        row[result.first_name] = row.get(result.first_name, 0) + 1
     return table
 
 
 def overlap(window: tuple[float, float], where: Where) -> float:
-    """Intersection over union of two stretches of time."""
+    """Return intersection over union of two stretches of time."""
     both = min(window[1], where.t1_s) - max(window[0], where.t0_s)
     either = max(window[1], where.t1_s) - min(window[0], where.t0_s)
     return max(0.0, both) / either
 
 
 def inside_90(truth: Mapping[str, float], finding: Finding) -> list[bool]:
-    """Whether each of the true numbers is inside its 90 % interval, as far as the finding has it."""
+    """Tell for each of the true numbers whether it is inside its 90 % interval, as far as the finding has it."""
     numbers = finding.parameters
     return [numbers[k].low <= v <= numbers[k].high for k, v in truth.items() if k in numbers]
 
 
 def is_right(case: Case, finding: Finding) -> bool:
-    """Whether a finding is what is concealed: its name, or that no name of the list explains it."""
+    """Tell whether a finding is the concealed effect: its name, or that no name of the list explains it."""
     if case.kind == "unexplained":
         return finding.kind == "unexplained"
     return finding.name in case.name.split("+")
@@ -303,15 +306,19 @@ def _not_adequate(result: CaseResult) -> bool:
 
 
 def _friction_inside(case: Case, result: CaseResult) -> list[bool]:
-    """Of each friction, whether the interval that the user is shown holds it."""
+    """Tell for each friction whether the interval that the user is shown holds it."""
     shown = None if result.diagnosis is None else result.diagnosis.friction_averaged
     true = {"mu_t": case.mu_t, "mu_n": case.mu_n}
-    return [each.low <= value <= each.high for name, each in (shown or {}).items() if (value := true[name]) is not None]
+    return [
+        number.low <= value <= number.high
+        for name, number in (shown or {}).items()
+        if (value := true[name]) is not None
+    ]
 
 
 def _calibration(rows: Sequence[tuple[Case, CaseResult]]) -> tuple[Calibration, ...]:
-    """How often findings of a probability are right, by bins of it."""
-    stated = [(finding.probability, is_right(case, finding)) for case, each in rows for finding in each.findings]
+    """Return by bins of probability how often findings are right."""
+    stated = [(finding.probability, is_right(case, finding)) for case, result in rows for finding in result.findings]
     bins = []
     for low, high in pairwise(_BINS):
         inside = [(p, right) for p, right in stated if low <= p < high]

@@ -1,4 +1,4 @@
-"""Two passes of one slope in the benchmark's world: both meet what keeps to a place, one alone what keeps to a time."""
+"""Two passes of one slope in the benchmark's world: both meet effects of a place, one alone those of a time."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ _ATTEMPTS: Final = 10
 _FASTER: Final = (0.08, 0.18)
 """Share by which the second pass begins faster or slower."""
 _BESIDE: Final = 2.0
-"""m by which it begins beside the first, at most, down and across the fall line."""
+"""m; greatest distance of its begin from the first one's, down and across the fall line."""
 
 
 @dataclass(frozen=True)
 class Passes:
-    """Two passes of one slope, and when (s) what is hidden acts on the first."""
+    """Two passes of one slope, and the times (s) between which the hidden effect acts on the first."""
 
     first: Recorded
     second: Recorded
@@ -44,8 +44,9 @@ class Passes:
 
 
 def two_passes(name: str, size: float, base: Recorded, seed: int, *, long: float = 6.0) -> Passes:
-    """A stretch of ``base``, ``long`` s, with the effect of that name and size, and the same movement over the same
-    snow once more, begun faster or slower; its fixes count from its own first one.
+    """Make two passes over the same snow with the effect of that name and size, from a stretch of ``base``, ``long`` s.
+
+    The second pass has the same movement and begins faster or slower; its fixes count from its own first one.
 
     Raises SimulationDiverged when none of ten stretches can be simulated.
     """
@@ -65,36 +66,36 @@ def _draw(name: str, size: float, base: Recorded, rng: np.random.Generator, long
     effect = EFFECTS[name](rng, size, plain_run(simulate(replace(snow, solver=replace(snow.solver, step=0.01)), skied)))
     hidden = replace(snow, terms=(*snow.terms, *effect.terms))
     start, faster = snow.start, 1.0 + float(rng.choice([-1.0, 1.0]) * rng.uniform(*_FASTER))
-    beside = rng.uniform(-_BESIDE, _BESIDE, 2)
-    again = replace(hidden if BY_NAME[name].comes_again else snow, start=replace(
-        start, f=start.f + float(beside[0]), l=start.l + float(beside[1]),
+    offset = rng.uniform(-_BESIDE, _BESIDE, 2)
+    second_world = replace(hidden if BY_NAME[name].comes_again else snow, start=replace(
+        start, f=start.f + float(offset[0]), l=start.l + float(offset[1]),
         velocity_f=faster * start.velocity_f, velocity_l=faster * start.velocity_l,
     ))  # fmt: skip
-    made = []
-    for world in (hidden, again):
+    passes = []
+    for world in (hidden, second_world):
         instruments = draw_instruments(rng, skied)
         balanced = balance_skier(world, skied, recording)
-        made.append(record(rng, (recording, stated, fitted), balanced, world, instruments, 0.0, 0.0))
-    return Passes(made[0], _from_its_first_fix(*made[1]), effect.window)
+        passes.append(record(rng, (recording, stated, fitted), balanced, world, instruments, 0.0, 0.0))
+    return Passes(passes[0], _from_its_first_fix(*passes[1]), effect.window)
 
 
 def first_finding(made: Recorded) -> SearchEnd:
-    """The first round of a search for what is missing, by the reduced model; not what is missing besides."""
+    """Do the first round of a search for missing effects, by the reduced model; later findings are left out."""
     problem, state, fit = first_fit(diagnosis_problem(*made))
     searched = compare_hypotheses(problem, state, fit)
     if searched.nothing.probability > STANDS_OUT or searched.best.fit is None:
         return SearchEnd(problem, state, fit, (), full=False)
-    searched, anew = estimate_rivals(problem, state, searched, full=False)
+    searched, estimates = estimate_rivals(problem, state, searched, full=False)
     best = searched.best
-    if searched.nothing.probability > STANDS_OUT or best.name not in anew:
+    if searched.nothing.probability > STANDS_OUT or best.name not in estimates:
         return SearchEnd(problem, state, fit, (), full=False)
-    about = anew[best.name]
-    found = Accepted(searched, best, about.fit, linear_model(about.problem, about.state, about.fit))
-    return SearchEnd(about.problem, about.state, about.fit, (found,), full=False)
+    about = estimates[best.name]
+    accepted = Accepted(searched, best, about.fit, linear_model(about.problem, about.state, about.fit))
+    return SearchEnd(about.problem, about.state, about.fit, (accepted,), full=False)
 
 
 def _from_its_first_fix(recording: Recording, motion: Motion, model: Model) -> Recorded:
-    """The same run, as a file has it whose fixes begin with it."""
+    """Return the same run as read from a file whose fixes begin with it."""
     gps = recording.gps
     assert gps is not None
     latitude, longitude, height = (float(x) for x in pymap3d.enu2geodetic(*gps.enu[0], *gps.origin))

@@ -1,10 +1,10 @@
-"""Semi-real runs: recordings from the field in whose data a fault of an instrument is concealed, diagnosed.
+"""Semi-real runs: recordings from the field with a concealed fault of an instrument, diagnosed.
 
-Nobody knows what else is wrong with a run from the field.  So each is diagnosed untouched first: what is claimed then
-was not concealed, and what its simulation misses is the noise by which sizes of faults are measured.  Each case leaves
-one file; a benchmark that was interrupted goes on with those that are missing.
+It is unknown what else is wrong with a run from the field.  So each run is diagnosed untouched first: findings then
+were not concealed, and the simulation's error is the noise by which sizes of faults are measured.  Each case leaves one
+file; a benchmark that was interrupted continues with the missing ones.
 
-A fault comes in once the recording is read.  Where the posture is made of few sensors, reading it has already used the
+A fault is added once the recording is read.  Where the posture is made of few sensors, reading it has already used the
 fixes: it would take off a late clock itself, as it does with the receiver's own lag.
 """
 
@@ -43,14 +43,14 @@ from sssi_exudyn.validation.diagnosis.hypotheses.instruments.heading_misalignmen
 
 PROVENANCE: Final = "provenance.json"
 FEWEST_FIXES: Final = 12
-"""Of a stretch, so that a fault of a fifth of it touches some."""
+"""Least number of fixes of a stretch, so that a fault of a fifth of it touches some."""
 _WITHIN: Final = 0.85
-"""Share of a number's bounds that a fault reaches at most: beyond them the model cannot hold it."""
+"""Largest share of a number's bounds that a fault reaches: beyond them the model cannot hold it."""
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """The part of a recorded run that is diagnosed; ``begin`` and ``end`` in s."""
+    """The diagnosed part of a recorded run; ``begin`` and ``end`` in s."""
 
     recording: Recording
     begin: float
@@ -58,25 +58,25 @@ class Stretch:
 
     @property
     def gps(self) -> Gps:
-        """The receiver's fixes.  Raises ValueError without a GPS."""
+        """Fixes of the receiver.  Raises ValueError without a GPS."""
         if self.recording.gps is None:
             raise ValueError("the recording has no GPS")
         return self.recording.gps
 
     @property
     def motion(self) -> Motion:
-        """What was captured of it."""
+        """Captured movement of the stretch."""
         return replace(motion_from_recording(self.recording), start=self.begin, stop=self.end)
 
     @property
     def fixes(self) -> tuple[Array, Array]:
-        """Times (n,) s and places (n, 2) m in the level frame of the fixes in it."""
+        """Times (n,) s and places (n, 2) m in the level frame of its fixes."""
         track = track_of(self.gps, self.recording.slope.fall_line_azimuth, self.begin, self.end)
         return track.time, track.place
 
     @property
     def stated(self) -> float:
-        """Standard deviation (m) that the receiver states of its fixes, the median."""
+        """Median standard deviation (m) that the receiver states of its fixes."""
         inside = (self.gps.time >= self.begin) & (self.gps.time <= self.end)
         return float(np.median(self.gps.sigma[inside]))
 
@@ -85,8 +85,9 @@ class Stretch:
 class Fault:
     """A fault in the data.
 
-    recording : with it;  moved : root mean square distance (m) by which it moves the fixes that it touches
-    numbers : how large it is, by the names of its hypothesis' own numbers;  window : when it acts (s), None for always
+    recording : with the fault;  moved : root mean square distance (m) by which it moves the fixes that it touches
+    numbers : its size, by the names of its hypothesis' own numbers;  window : times (s) between which it acts, None for
+        always
     """
 
     recording: Recording
@@ -96,7 +97,7 @@ class Fault:
 
 
 def middle(recording: Recording, motion: Motion, seconds: float) -> Stretch:
-    """The middle of a run, of that length, or the whole of a shorter one.
+    """Return the middle of a run, of that length, or the whole of a shorter one.
 
     Raises ValueError without a GPS, or where it has too few fixes there.
     """
@@ -130,7 +131,7 @@ def _displaced_fixes(rng: np.random.Generator, run: Stretch, distance: float) ->
 
 
 def _turned_capture(rng: np.random.Generator, run: Stretch, distance: float) -> Fault:
-    """Turned clockwise, it is put right by a turn to the left."""
+    """Turn the capture clockwise, which a turn to the left corrects."""
     _, place = run.fixes
     reach = float(np.sqrt(np.mean(np.sum((place - place.mean(axis=0)) ** 2, axis=1))))
     turn = min(distance / reach, _WITHIN * quantities(Start())["heading_offset"].high)
@@ -148,20 +149,20 @@ FAULTS: Final[dict[str, Callable[[np.random.Generator, Stretch, float], Fault]]]
 
 
 def conceal(name: str, run: Stretch, distance: float, seed: int) -> Fault:
-    """The fault of that name, at the same place and in the same direction whatever its size."""
+    """Conceal the fault of that name, at the same place and in the same direction whatever its size."""
     drawn = [seed, crc32(run.recording.name.encode()), list(FAULTS).index(name)]
     return FAULTS[name](np.random.default_rng(drawn), run, distance)
 
 
 @dataclass(frozen=True)
 class SemiReal:
-    """A case as its file holds it.
+    """A case as in its file.
 
-    fault : by its hypothesis' name, "none" for an untouched run;  times : its size as was asked for, in the noise
-    moved_m, numbers, window : as of a ``Fault``
-    noise_m : root mean square distance by which the untouched run is missed, None where that is not known
+    fault : its hypothesis' name, "none" for an untouched run;  times : its requested size, in units of the noise
+    moved_m, numbers, window : as in a ``Fault``
+    noise_m : root mean square error of the untouched run's simulation, None where that is not known
     stated_m : standard deviation that the receiver states;  begin_s, end_s, fixes : of the stretch
-    failed : why it could not be diagnosed
+    failed : reason why it could not be diagnosed
     """
 
     recording: str
@@ -184,12 +185,13 @@ Verdict = Literal["right", "in the set", "wrong name", "not found", "nothing cla
 
 @dataclass(frozen=True)
 class Answer:
-    """A case against what was found.
+    """Comparison of a case with the findings.
 
-    times : by which the fault moves the fixes, in the noise; less than was asked for where the model cannot hold more
+    times : movement of the fixes by the fault, in units of the noise; less than requested where the model cannot hold
+        more
     found : the findings' names, joined by " and ";  probability : of the first, None without one
-    answer : "right" where a finding has the fault's name, "in the set" where one has it among its alternatives; of an
-        untouched run whether one of the three faults is claimed
+    answer : "right" where a finding has the fault's name, "in the set" where one has it among its alternatives; for an
+        untouched run, whether one of the three faults is claimed
     overlap : intersection over union of the times found and concealed, None where either has none
     sized : whether the 90 % intervals hold all of the fault's numbers, None unless it is rightly named
     """
@@ -207,7 +209,7 @@ class Answer:
 
 
 def judge(case: SemiReal) -> Answer:
-    """What was found of a case's fault."""
+    """Compare the findings with a case's fault."""
     times = 0.0 if case.moved_m is None or not case.noise_m else case.moved_m / case.noise_m
     if case.diagnosis is None:
         return Answer(case.recording, case.fault, times, "", "", None, (), "failed", None, None)
@@ -247,10 +249,12 @@ def _answer(fault: str, names: Sequence[str], others: Sequence[str]) -> Verdict:
 def run_semi_real(
     folder: Path, runs: Sequence[Stretch], *, sizes: Sequence[float], seed: int, progress: Progress
 ) -> list[Answer]:
-    """Diagnose each run untouched and with every fault at every size, by the reduced model, into ``folder``: a file a
-    case in a folder of the run's name.  A size that the model's bounds cut to that of a smaller one is left out.
+    """Diagnose each run untouched and with every fault at every size, by the reduced model, into ``folder``.
 
-    Raises InputError where ``folder`` holds what another version made, or of other runs or settings.
+    Each case has a file in a folder of the run's name.  A size that the model's bounds cut to that of a smaller one is
+    left out.
+
+    Raises InputError where ``folder`` holds results of another version, or of other runs or settings.
     """
     _keep_provenance(folder, runs, sizes, seed)
     planned = [(name, times) for times in sorted(sizes) for name in FAULTS]
@@ -267,15 +271,15 @@ def run_semi_real(
 def _cases(
     folder: Path, run: Stretch, planned: Sequence[tuple[str, float]], seed: int, say: Callable[[str], None]
 ) -> Iterator[SemiReal]:
-    """Every case of a run, untouched first; that alone where it cannot be diagnosed."""
+    """Yield every case of a run, untouched first; that alone where it cannot be diagnosed."""
     time, _ = run.fixes
     plain = SemiReal(run.recording.name, NOTHING, 0.0, run.begin, run.end, len(time), run.stated)
     untouched = _read_or_diagnose(folder, plain, run, say)
     yield untouched
-    found = untouched.diagnosis
-    if found is None or found.adequacy is None:
+    diagnosis = untouched.diagnosis
+    if diagnosis is None or diagnosis.adequacy is None:
         return
-    noise = found.adequacy.missed_m
+    noise = diagnosis.adequacy.missed_m
     largest = dict.fromkeys(FAULTS, 0.0)
     for name, times in planned:
         fault = conceal(name, run, times * noise, seed)
@@ -295,21 +299,21 @@ def _cases(
 
 
 def _read_or_diagnose(folder: Path, case: SemiReal, run: Stretch, say: Callable[[str], None]) -> SemiReal:
-    """The case with its diagnosis, from its file where there is one."""
+    """Return the case with its diagnosis, from its file where there is one."""
     path = folder / case.recording / f"{case.fault}_{case.times:g}.json"
     if path.exists():
         return read_json(path, SemiReal)
     about = f"{case.recording}, {case.fault} {case.times:g}"
     motion = run.motion
     try:
-        found = diagnose(
+        outcome = diagnose(
             run.recording,
             motion,
             model_of(run.recording, motion),
             full=False,
             progress=lambda _share, detail: say(f"{about}: {detail}"),
         )
-        done = replace(case, diagnosis=replace(found.diagnosis, tier="reduced"))
+        done = replace(case, diagnosis=replace(outcome.diagnosis, tier="reduced"))
     except SimulationDiverged as error:
         done = replace(case, failed=str(error))
     path.parent.mkdir(exist_ok=True)

@@ -1,6 +1,6 @@
-"""What the benchmark's world has and the diagnosis cannot know, drawn for each case.
+"""Properties of the benchmark's world that the diagnosis cannot know, drawn for each case.
 
-Everything here stays when an effect is taken out again, so that what it changes is no part of what was wrong anyway.
+Everything here stays when an effect is taken out again, so that its consequences are not mixed with other errors.
 """
 
 from __future__ import annotations
@@ -28,26 +28,26 @@ from sssi_exudyn.terrain.surface import Surface, surface_over
 from sssi_exudyn.validation.benchmark.concealed_terms import DragOfPosture
 
 STEP: Final = 0.004
-"""s; the diagnosis' full model takes longer ones, its reduced model others."""
+"""s; the diagnosis' full model takes longer steps, its reduced model others."""
 _ELEMENTS: Final = 20
-"""Beam elements of a ski: half the time that 50 take, for 3 mm of the track."""
+"""Number of beam elements of a ski: half the time of 50, for 3 mm of the track."""
 _MASS, _SLOPE, _DRAG, _SKI, _BOOT_CENTRE = 0.03, np.radians(0.5).item(), 0.15, 0.1, 0.01
 """Standard deviations: shares of mass, drag and the ski's stiffnesses, rad of the slope, m of the boot centre."""
 _WAVES: Final = 12
 _LENGTHS: Final = (8.0, 60.0)
-"""m, of the snow's waves."""
+"""m; lengths of the snow's waves."""
 _STEEPNESS: Final = (0.002, 0.012)
 """Root mean square slope of all waves together, from a groomed to a natural slope: heights of 1 to 10 cm."""
 _MARGIN: Final = 40.0
-"""m of snow about the start, and a metre more for each tenth of a second downhill."""
+"""m of snow around the start, and a metre more for each tenth of a second downhill."""
 _JOINT, _JOINT_WANDER = np.radians(0.4).item(), np.radians(0.2).item()
 """rad of error of each joint of the capture: a foot is then 0.7 to 1° wrong, as with inertial suits."""
 _WANDER: Final = 2.0
-"""s"""
+"""s over which the errors of the capture vary."""
 _CLOCK: Final = ExponentialNoise(0.001, 10.0)
-"""s by which the receiver's clock wanders against the suit's: crystals that differ by 20 ppm and warm up."""
+"""s; variation of the receiver's clock against the suit's: crystals that differ by 20 ppm and warm up."""
 _FLOAT: Final = 0.25
-"""m that the receiver states while it has lost its fixed solution."""
+"""m; standard deviation stated by the receiver while it has lost its fixed solution."""
 _CELLS: Final = 12.0
 """N of noise of an insole's reading, white at 50 Hz."""
 _RATE: Final = 50.0
@@ -55,12 +55,12 @@ _RATE: Final = 50.0
 
 @dataclass(frozen=True)
 class Instruments:
-    """How good the instruments of a case are.
+    """Quality of the instruments of a case.
 
     gps : noise of a fix;  outliers : share of single fixes that are far off
     lost : s, begin and end of a spell without a fixed solution, with its error (3,) m; None for none
-    cuff : share of the load beside the soles;  gains : (2,) of the insoles
-    joints, wander : rad of error of each joint, constant and wandering
+    cuff : share of the load past the soles, on the cuffs;  gains : (2,) of the insoles
+    joints, wander : rad of error of each joint, constant and varying
     """
 
     gps: ExponentialNoise
@@ -72,15 +72,15 @@ class Instruments:
     wander: float
 
     def levels(self, measurements: Measurements) -> NoiseLevels:
-        """Their noise as the evidence takes it."""
+        """Return their noise in the form of the evidence."""
         load = float(np.sqrt(2.0) * _CELLS / np.sqrt(_RATE * INTERVAL))
-        read = ExponentialNoise(load, 1.0 / _RATE)
+        reading = ExponentialNoise(load, 1.0 / _RATE)
         height = ExponentialNoise(1.3 * self.gps.sigma, self.gps.correlation_time)
-        return replace(usual_levels(measurements), gps=self.gps, height=height, load=read, difference=read)
+        return replace(usual_levels(measurements), gps=self.gps, height=height, load=reading, difference=reading)
 
 
 def draw_instruments(rng: np.random.Generator, motion: Motion) -> Instruments:
-    """Instruments of usual quality; half of the receivers have outliers, a third lose their solution for a while."""
+    """Draw instruments of usual quality; half of the receivers have outliers, a third lose their fix for a while."""
     begin = float(rng.uniform(motion.start, motion.stop - 2.5))
     lost = begin, begin + float(rng.uniform(1.5, 2.5)), rng.normal(0.0, 0.6 * _FLOAT, 3)
     return Instruments(
@@ -95,8 +95,9 @@ def draw_instruments(rng: np.random.Generator, motion: Motion) -> Instruments:
 
 
 def other_day(rng: np.random.Generator, recording: Recording, motion: Motion, fitted: Model) -> tuple[Model, Motion]:
-    """A skier who weighs other than stated, on other snow, skis and slope, started at the stretch's begin as the
-    recording has it; and his movement there.
+    """Draw a skier and his movement who weighs other than stated, on other snow, skis and slope.
+
+    He starts at the stretch's begin as in the recording.
     """
     assert recording.gps is not None
     inclination = fitted.inclination + float(rng.normal(0.0, _SLOPE))
@@ -129,7 +130,7 @@ def other_day(rng: np.random.Generator, recording: Recording, motion: Motion, fi
 
 
 def draw_hill(rng: np.random.Generator, f: float, l: float, long: float) -> Surface:  # noqa: E741
-    """Waves of all lengths and directions about and below a start (m), for so ``long`` (s)."""
+    """Draw waves of all lengths and directions around and below a start (m), for so ``long`` (s)."""
     corners = np.array([[f - _MARGIN, l - _MARGIN], [f + _MARGIN + 10.0 * long, l + _MARGIN]])
     level = surface_over(corners, 1.0, 0.0)
     steepness = float(np.exp(rng.uniform(*np.log(_STEEPNESS))))
@@ -146,7 +147,7 @@ def record_gps(
     rng: np.random.Generator, recording: Recording, world: Model, time: Array, antenna: Array, motion: Motion,
     instruments: Instruments,
 ) -> Gps:  # fmt: skip
-    """Fixes at 10 Hz, whose receiver states 2 cm."""
+    """Record fixes at 10 Hz, whose receiver states 2 cm."""
     assert recording.gps is not None
     fixes = np.arange(motion.start, motion.stop, 0.1)
     place = predict_fixes(world, time, antenna, fixes + draw_noise(rng, fixes, _CLOCK))
@@ -169,19 +170,21 @@ def record_gps(
 def record_insoles(
     rng: np.random.Generator, recording: Recording, world: Model, time: Array, sole: Array, instruments: Instruments
 ) -> Insoles | None:
-    """What insoles read, at 50 Hz; None where the recording has none."""
+    """Record the insoles' readings, at 50 Hz; None where the recording has none."""
     if recording.insoles is None:
         return None
-    at = np.arange(time[0], time[-1], 1.0 / _RATE)
-    felt = insole_readings(world.sensors, np.stack([np.interp(at, time, s) for s in sole.T], axis=1))
-    read = (1.0 - instruments.cuff) * instruments.gains * felt + rng.normal(0.0, _CELLS, felt.shape)
-    read = np.maximum(read, 0.0)
-    cells = np.zeros((len(at), 0))
-    return replace(recording.insoles, time=at, left=read[:, 0], right=read[:, 1], left_cells=cells, right_cells=cells)
+    times = np.arange(time[0], time[-1], 1.0 / _RATE)
+    forces = insole_readings(world.sensors, np.stack([np.interp(times, time, s) for s in sole.T], axis=1))
+    readings = (1.0 - instruments.cuff) * instruments.gains * forces + rng.normal(0.0, _CELLS, forces.shape)
+    readings = np.maximum(readings, 0.0)
+    cells = np.zeros((len(times), 0))
+    return replace(
+        recording.insoles, time=times, left=readings[:, 0], right=readings[:, 1], left_cells=cells, right_cells=cells
+    )
 
 
 def record_capture(rng: np.random.Generator, motion: Motion, heading: float, instruments: Instruments) -> Motion:
-    """The movement as a capture with errors in every joint has it, turned by ``heading`` (rad)."""
+    """Record the movement by a capture with errors in every joint, turned by ``heading`` (rad)."""
     time = np.arange(motion.start - 0.2, motion.stop + 0.2, 1.0 / 60.0)
     time = time[(time >= motion.knots[0]) & (time <= motion.knots[-1])]
     angles, _, _ = motion.evaluate(time)
@@ -192,5 +195,5 @@ def record_capture(rng: np.random.Generator, motion: Motion, heading: float, ins
         error = error + np.interp(time, knots, rng.normal(0.0, instruments.wander, len(knots)))
         angles[:, column] += np.convolve(np.pad(error, 12, mode="edge"), smooth, mode="valid")
     angles[:, PRESCRIBED.index("pelvis_rotation")] -= heading
-    made = spline_motion(motion.geometry, motion.inclination, time, angles)
-    return replace(made, antenna=motion.antenna, round_trip=motion.round_trip, start=motion.start, stop=motion.stop)
+    captured = spline_motion(motion.geometry, motion.inclination, time, angles)
+    return replace(captured, antenna=motion.antenna, round_trip=motion.round_trip, start=motion.start, stop=motion.stop)
