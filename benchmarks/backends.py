@@ -1,4 +1,4 @@
-"""What one pass over all forces costs by back end, and what the contact's part of it is."""
+"""Costs of one pass over all forces by back end, and the contact's part of it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ REPEATS: Final = 7
 
 
 def microseconds(work: Callable[[], Any], count: int) -> float:
-    """Of one call, in the best of some repeats of ``count``: what other processes do can only add to it."""
+    """Return the microseconds of one call, the best of some repeats of ``count``: other processes only add to it."""
     walls = []
     for _ in range(REPEATS):
         begin = time.perf_counter()
@@ -35,7 +35,7 @@ def microseconds(work: Callable[[], Any], count: int) -> float:
 
 
 def forces_of(run: FullRun, sections: Sections, backend: Backend) -> Forces:
-    """The forces of a run, with other sections and by another back end."""
+    """Return the forces of a run, with other sections and by another back end."""
     model, system = run.parts.model, run.system
     area = np.array(list(run.parts.areas.values()))
     carrier = Carrier(system.skeleton.sign, area, gravity_in_slope(model.inclination))
@@ -43,42 +43,46 @@ def forces_of(run: FullRun, sections: Sections, backend: Backend) -> Forces:
 
 
 def without_contact(sections: Sections) -> Sections:
-    """The same ski with nothing that touches the snow."""
+    """Return the same ski with nothing that touches the snow."""
     none = {name: getattr(sections, name)[:0] for name in ("element", "share", "offset", "length")}
     return sections._replace(**none)
 
 
 def backends(model: Model, motion: Motion) -> dict[str, Any]:
-    """Microseconds of a pass and of its contact a second into the run; ratios, and the largest relative difference.
+    """Return microseconds of a pass and of its contact a second into the run, ratios, and the largest difference.
 
     The contact's part is the pass less the same pass without points of contact; ``naive`` has no other part.
     """
     run, _ = integrate(model, motion, stop=motion.start + 1.0)
-    q, v, at, sections = run.record.q[-1], run.record.v[-1], run.system.now, run.parts.sections
-    whole, part, forces = {}, {}, {}
+    q, v, now, sections = run.record.q[-1], run.record.v[-1], run.system.now, run.parts.sections
+    all_forces, contact_part, forces = {}, {}, {}
     for backend, count in PASSES.items():
-        full, rest = (forces_of(run, some, backend) for some in (sections, without_contact(sections)))
-        forces[backend] = full.evaluate(q, v, at).copy()
-        whole[backend] = microseconds(lambda full=full: full.evaluate(q, v, at), count)
-        part[backend] = whole[backend] - microseconds(lambda rest=rest: rest.evaluate(q, v, at), count)
-        without = rest.out
+        full, without_points = (forces_of(run, points, backend) for points in (sections, without_contact(sections)))
+        forces[backend] = full.evaluate(q, v, now).copy()
+        all_forces[backend] = microseconds(lambda full=full: full.evaluate(q, v, now), count)
+        contact_part[backend] = all_forces[backend] - microseconds(
+            lambda without_points=without_points: without_points.evaluate(q, v, now), count
+        )
+        without = without_points.out
     law = model.term(HuntCrossley.name)
     assert isinstance(law, HuntCrossley)
     head, total = len(q) - 2 * NODE * len(sections.node_mass), q + run.system.ref
-    part["naive"] = microseconds(lambda: contact(law, sections, total, v, head, at), 1)
-    naive = np.ravel(contact(law, sections, total, v, head, at))
+    contact_part["naive"] = microseconds(lambda: contact(law, sections, total, v, head, now), 1)
+    naive = np.ravel(contact(law, sections, total, v, head, now))
     return {
-        "microseconds_all_forces": whole,
-        "microseconds_contact": part,
+        "microseconds_all_forces": all_forces,
+        "microseconds_contact": contact_part,
         "contact_ratios": {
-            f"{slow}_over_{quick}": part[slow] / part[quick] for slow in ("python", "naive") for quick in BACKENDS[1:4]
+            f"{slow}_over_{quick}": contact_part[slow] / contact_part[quick]
+            for slow in ("python", "naive")
+            for quick in BACKENDS[1:4]
         },
         "largest_relative_difference": {
-            **{backend: _apart(found, forces["python"]) for backend, found in forces.items()},
+            **{backend: _apart(result, forces["python"]) for backend, result in forces.items()},
             "naive": _apart(naive, (forces["python"] - without)[head:]),
         },
     }
 
 
-def _apart(found: Array, expected: Array) -> float:
-    return float(np.max(np.abs(found - expected)) / np.max(np.abs(expected)))
+def _apart(actual: Array, expected: Array) -> float:
+    return float(np.max(np.abs(actual - expected)) / np.max(np.abs(expected)))

@@ -1,5 +1,6 @@
-"""Laws that act on three runs of a day alike: how probable each run alone makes those of the list, and all three
-together; and how often a law that is in no list is offered where there is one, and where there is none.
+"""Laws that act on three runs of a day alike: their probabilities by each run alone and by all three together.
+
+It also shows how often a law that is in no list is offered where there is one, and where there is none.
 
 ``python benchmarks/day.py [--seeds 1 2]`` prints a row a day, ten days a seed, and then a table by law; about two
 minutes of computing a day.
@@ -61,15 +62,15 @@ RUNS, LONG = 3, 6.0
 
 
 def runs_of(law: str, seed: int) -> list[Recorded]:
-    """Stretches of the intermediate's run (s) on one snow, record by the benchmark's world."""
+    """Make stretches of the intermediate's run (s) on one snow, recorded by the benchmark's world."""
     recording = read_recording(EXAMPLE)
     motion = motion_from_recording(recording)
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
     fitted = problem.model_at(fit_reduced(problem, prepare(problem.model, motion)).values)
     rng = np.random.default_rng([seed, 77])
-    made: list[Recorded] = []
+    runs: list[Recorded] = []
     snow = instruments = None
-    while len(made) < RUNS:
+    while len(runs) < RUNS:
         begin = float(rng.uniform(motion.start, motion.stop - LONG))
         stretch = replace(motion, start=begin, stop=begin + LONG)
         drawn, _ = other_day(rng, recording, stretch, fitted)
@@ -78,16 +79,18 @@ def runs_of(law: str, seed: int) -> list[Recorded]:
         skied = replace(stretch, inclination=snow.inclination)
         own = replace(instruments, lost=None)
         try:
-            made.append(record(rng, (recording, stretch, fitted), skied, world, own, 0.0, 0.0))
+            runs.append(record(rng, (recording, stretch, fitted), skied, world, own, 0.0, 0.0))
         except SimulationDiverged:
             continue  # it begins in the air: another stretch
-    return made
+    return runs
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What was found of a day: the law's probability by each run alone, were it in the list, all explanations by all
-    runs together, and the law that is in no list.
+    """Result of a day.
+
+    It holds the law's probability by each run alone, were it in the list, all explanations by all runs together, and
+    the law that is in no list.
     """
 
     law: str
@@ -99,41 +102,46 @@ class Answer:
     @property
     def row(self) -> str:
         listed = ", ".join(f"{name} {probability:.2f}" for name, probability in self.together if probability > 0.05)
-        found = f"{'offered' if self.found.offered else 'not offered'}, {', '.join(self.found.products)}"
+        offer = f"{'offered' if self.found.offered else 'not offered'}, {', '.join(self.found.products)}"
         apart = f"{self.found.log_evidence_over_nothing:+.0f}, {self.found.log_evidence_over_best_named:+.0f}"
         alone = ", ".join(f"{p:.2f}" for p in self.alone)
-        return f"| {self.law} | {self.seed} | {alone} | {listed} | {found} ({apart}) |"
+        return f"| {self.law} | {self.seed} | {alone} | {listed} | {offer} ({apart}) |"
 
 
 def day(case: tuple[str, int]) -> Answer:
     law, seed = case
-    own = [separate_fit(*first_fit(diagnosis_problem(*made))) for made in runs_of(law, seed)]
-    alone = [{each.name: each.probability for each in compare_for_day([one])}[law] for one in own if law in LISTED]
+    own = [separate_fit(*first_fit(diagnosis_problem(*run))) for run in runs_of(law, seed)]
+    alone = [
+        {explanation.name: explanation.probability for explanation in compare_for_day([one])}[law]
+        for one in own
+        if law in LISTED
+    ]
     explanations = compare_for_day(own)
-    together = tuple((each.name, each.probability) for each in explanations)
+    together = tuple((explanation.name, explanation.probability) for explanation in explanations)
     return Answer(law, seed, tuple(alone), together, find_law(own, explanations)[0])
 
 
 def summary(answers: Sequence[Answer]) -> str:
-    """Days by law: how often it is most probable, and what is named with more than ``SURE``, right and wrong; and how
-    often a law that is in no list is offered.
+    """Count days by law: how often it is most probable, and the names with more than ``SURE``, right and wrong.
+
+    It also counts how often a law that is in no list is offered.
     """
     head = "days | most probable | above 0.8, right | above 0.8, wrong | found | law in no list offered"
     lines = [f"| hidden in all three runs | {head} |", "|---|---|---|---|---|---|---|"]
     groups = {"of the list or nothing": tuple(LISTED), "in no list": tuple(law for law in LAWS if law not in LISTED)}
     for title, laws in {**{law: (law,) for law in LAWS}, **groups}.items():
-        some = [each for each in answers if each.law in laws]
-        best = [each.together[0] for each in some]
-        right = [name == each.law for each, (name, _) in zip(some, best, strict=True)]
-        # beside the law that is in no list, which takes a part of the probability
-        certain = [p * (1.0 - each.found.probability) > SURE for each, (_, p) in zip(some, best, strict=True)]
+        some = [answer for answer in answers if answer.law in laws]
+        best = [answer.together[0] for answer in some]
+        right = [name == answer.law for answer, (name, _) in zip(some, best, strict=True)]
+        # less the share of the probability that the law in no list takes
+        certain = [p * (1.0 - answer.found.probability) > SURE for answer, (_, p) in zip(some, best, strict=True)]
         counts = (
             len(some),
             sum(right),
             sum(a and b for a, b in zip(right, certain, strict=True)),
             sum(b and not a for a, b in zip(right, certain, strict=True)),
-            sum(dict(each.together)["nothing"] <= STANDS_OUT for each in some),
-            sum(each.found.offered for each in some),
+            sum(dict(answer.together)["nothing"] <= STANDS_OUT for answer in some),
+            sum(answer.found.offered for answer in some),
         )
         lines.append(f"| {title} | " + " | ".join(str(count) for count in counts) + " |")
     return "\n".join(lines)

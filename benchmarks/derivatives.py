@@ -1,8 +1,8 @@
-"""What exact derivatives cost against differences, runs side by side against one by one, and what a diagnosis takes:
+"""Costs of exact derivatives against differences, of runs side by side against one by one, and of a diagnosis:
 
     python benchmarks/derivatives.py --json FILE [--diagnose RECORDING …]
 
-Ratios within one run of this script, everything compiled before it is timed.
+The figures are ratios within one run of this script; everything is compiled before it is timed.
 """
 
 import os
@@ -50,7 +50,7 @@ LAWS = (
 
 
 def least(work: Callable[[], Any], repeats: int, clock: Callable[[], float]) -> float:
-    """Least time (s) of some repeats."""
+    """Return the least time (s) of some repeats."""
     walls = []
     for _ in range(repeats):
         begin = clock()
@@ -60,7 +60,7 @@ def least(work: Callable[[], Any], repeats: int, clock: Callable[[], float]) -> 
 
 
 def changes_of(prepared: Prepared, count: int) -> list[Callable[[Prepared, complex], Prepared]]:
-    """Errors of the feet that wander, so many."""
+    """Return so many errors of the feet that vary."""
     span = float(prepared.time[-1] - prepared.time[0])
     errors = [
         CaptureError(kind, side, (float(prepared.time[0]) + share * span, 0.4 * span))
@@ -72,7 +72,7 @@ def changes_of(prepared: Prepared, count: int) -> list[Callable[[Prepared, compl
 
 
 def derivatives(model: Model, prepared: Prepared) -> dict[str, float]:
-    """Processor time of ``COUNT`` tangents and of a run, and how much cheaper the former are than differences."""
+    """Return processor time of ``COUNT`` tangents and of a run, and the tangents' speed-up over differences."""
     changes = changes_of(prepared, COUNT - len(LAWS))
     assert len(LAWS) + len(changes) == COUNT
 
@@ -86,14 +86,14 @@ def derivatives(model: Model, prepared: Prepared) -> dict[str, float]:
 
 
 def batches(model: Model, prepared: Prepared) -> dict[str, Any]:
-    """Runs a second one by one and in batches by the cores used, and how many times the former the latter are."""
+    """Return runs a second one by one and in batches by the cores used, and the speed-up of the batches."""
     models = [model.with_values({"friction.mu_t": 0.05 + 0.001 * i}) for i in range(BATCH)]
 
     def observed(_model: Model, run: ReducedRun) -> Any:
         return run.antenna[-1]
 
     simulate_each(models[:2], prepared, observed)
-    alone = BATCH / least(lambda: [simulate_reduced(each, prepared) for each in models], 2, time.perf_counter)
+    alone = BATCH / least(lambda: [simulate_reduced(changed, prepared) for changed in models], 2, time.perf_counter)
     together = {
         cores: BATCH / least(partial(simulate_each, models, prepared, observed, cores=cores), 2, time.perf_counter)
         for cores in range(1, (os.cpu_count() or 1) + 1)
@@ -106,16 +106,16 @@ def batches(model: Model, prepared: Prepared) -> dict[str, Any]:
 
 
 def diagnosis_wall(folder: Path) -> float:
-    """Wall time (s) of ``sssi diagnose`` on a recording, from reading it to its report."""
+    """Return the wall time (s) of ``sssi diagnose`` on a recording, from reading it to its report."""
     with tempfile.TemporaryDirectory() as out:
         begin = time.perf_counter()
         sssi_exudyn.diagnose(folder, out)
         return time.perf_counter() - begin
 
 
-def keep(path: Path, found: dict[str, Any]) -> None:
-    """Print what was found so far and write it, so that nothing is lost where a later part ends early."""
-    text = json.dumps(found, indent=1)
+def keep(path: Path, figures: dict[str, Any]) -> None:
+    """Print the figures so far and write them, so that nothing is lost where a later part ends early."""
+    text = json.dumps(figures, indent=1)
     print(text, flush=True)
     path.write_text(text + "\n", encoding="utf-8")
 
@@ -128,7 +128,7 @@ def main() -> None:
     for folder in options.diagnose:
         read_recording(folder)  # a wrong folder shows now, not after minutes
     parts = ("gradient_speedup", "batch_speedup", "diagnosis_wall_s", "detail")
-    found: dict[str, Any] = {"cores": os.cpu_count(), **{part: {} for part in parts}}
+    figures: dict[str, Any] = {"cores": os.cpu_count(), **{part: {} for part in parts}}
     for name in NAMES:
         recording = read_recording(EXAMPLES / name)
         motion = motion_from_recording(recording)
@@ -137,15 +137,15 @@ def main() -> None:
         model = replace(model, terms=(*model.terms, *hills))
         prepared = prepare(model, motion)
         gradient, batch = derivatives(model, prepared), batches(model, prepared)
-        found["gradient_speedup"][name] = gradient["speedup"]
-        found["batch_speedup"][name] = max(batch["speedup_by_cores"].values())
-        found["detail"][name] = {"gradient": gradient, "batch": batch}
-        keep(options.json, found)
+        figures["gradient_speedup"][name] = gradient["speedup"]
+        figures["batch_speedup"][name] = max(batch["speedup_by_cores"].values())
+        figures["detail"][name] = {"gradient": gradient, "batch": batch}
+        keep(options.json, figures)
     if options.diagnose:
-        simulate(model, motion, stop=motion.start + 0.1)  # compiles what a diagnosis needs besides
+        simulate(model, motion, stop=motion.start + 0.1)  # compiles what a diagnosis needs in addition
     for folder in options.diagnose:
-        found["diagnosis_wall_s"][folder.resolve().name] = diagnosis_wall(folder)
-        keep(options.json, found)
+        figures["diagnosis_wall_s"][folder.resolve().name] = diagnosis_wall(folder)
+        keep(options.json, figures)
 
 
 if __name__ == "__main__":

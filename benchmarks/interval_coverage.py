@@ -1,10 +1,10 @@
-"""How often the intervals of an estimate hold the truth, on runs whose errors are drawn from the priors.
+"""Coverage of an estimate's intervals on runs with errors drawn from the priors.
 
     python benchmarks/interval_coverage.py --json FILE [--runs 100] [--seconds 6] [--seed 1]
 
 Every run begins with the bundled postures, alternately; its measurements are the reduced model's with errors of the
-posture, the skier, snow, air and instruments drawn from their priors, and noise.  What was computed is kept in FILE
-after each run: the same call goes on from there.
+posture, the skier, snow, air and instruments drawn from their priors, and noise.  The results are kept in FILE after
+each run: the same call continues from there.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ HALF = 1.6449
 
 
 def example(name: str, seconds: float) -> tuple[Model, Setting]:
-    """The model of a bundled recording's first seconds with the friction that is to be found, and what is sought."""
+    """Return the model of a bundled recording's first seconds with the friction to be found, and the fit's setting."""
     recording, motion = read_folder(EXAMPLES / name, SILENT)
     model = on_snow_surface(model_of(recording, motion), recording, motion)
     motion = replace(motion, stop=min(motion.stop, motion.start + seconds))
@@ -46,18 +46,18 @@ def example(name: str, seconds: float) -> tuple[Model, Setting]:
 
 
 def judge(name: str, seconds: float, seed: int) -> dict[str, object]:
-    """One drawn run: how many standard deviations each number's estimate is from the truth."""
+    """Judge one drawn run: the standard deviations of each number's estimate from the truth."""
     model, setting = example(name, seconds)
     drawn = draw_run(model, setting, np.random.default_rng(seed))
-    found = find_posterior(model, drawn.setting)
-    z = (found.values - drawn.values) / np.sqrt(np.diag(found.covariance))
+    posterior = find_posterior(model, drawn.setting)
+    z = (posterior.values - drawn.values) / np.sqrt(np.diag(posterior.covariance))
     return {
         "recording": name,
         "seed": seed,
         "z": dict(zip(setting.names, z.tolist(), strict=True)),
-        "sd": dict(zip(setting.names, np.sqrt(np.diag(found.covariance)).tolist(), strict=True)),
-        "moved": found.moved,
-        "rounds": found.rounds,
+        "sd": dict(zip(setting.names, np.sqrt(np.diag(posterior.covariance)).tolist(), strict=True)),
+        "moved": posterior.moved,
+        "rounds": posterior.rounds,
     }
 
 
@@ -67,25 +67,26 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=100)
     parser.add_argument("--seconds", type=float, default=6.0)
     parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args()
-    kept = json.loads(asked.json.read_text())["runs"] if asked.json.exists() else []
-    for i in range(len(kept), asked.runs):
+    options = parser.parse_args()
+    runs = json.loads(options.json.read_text())["runs"] if options.json.exists() else []
+    for i in range(len(runs), options.runs):
         name = tuple(FRICTION)[i % 2]
         try:
-            kept.append(judge(name, asked.seconds, asked.seed + i))
+            runs.append(judge(name, options.seconds, options.seed + i))
         except SimulationDiverged as error:
-            kept.append({"recording": name, "seed": asked.seed + i, "diverged": str(error)})
-        whole = [run for run in kept if "z" in run]
+            runs.append({"recording": name, "seed": options.seed + i, "diverged": str(error)})
+        complete = [run for run in runs if "z" in run]
         within = {
-            number: float(np.mean([abs(run["z"][number]) <= HALF for run in whole]))
+            number: float(np.mean([abs(run["z"][number]) <= HALF for run in complete]))
             for number in ("friction.mu_t", "friction.mu_n")
         }
         spread = {
-            number: float(np.std([run["z"][number] for run in whole])) for number in ("friction.mu_t", "friction.mu_n")
+            number: float(np.std([run["z"][number] for run in complete]))
+            for number in ("friction.mu_t", "friction.mu_n")
         }
-        result = {"coverage_90": within, "spread_of_z": spread, "diverged": len(kept) - len(whole), "runs": kept}
-        asked.json.write_text(json.dumps(result, indent=1))
-        print(f"{i + 1} of {asked.runs}: {within}, spread {spread}", flush=True)
+        result = {"coverage_90": within, "spread_of_z": spread, "diverged": len(runs) - len(complete), "runs": runs}
+        options.json.write_text(json.dumps(result, indent=1))
+        print(f"{i + 1} of {options.runs}: {within}, spread {spread}", flush=True)
 
 
 if __name__ == "__main__":

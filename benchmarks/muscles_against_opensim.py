@@ -1,9 +1,9 @@
-"""Muscle lengths and moment arms against OpenSim's own.
+"""Muscle lengths and moment arms compared with OpenSim's own.
 
     python benchmarks/muscles_against_opensim.py MODEL.osim …     the reader, in random postures
     python benchmarks/muscles_against_opensim.py --skier FBLSmodel.osim   the skier's table, over the range of motion
 
-Needs OpenSim's Python package (``pip install opensim``), which the program itself does not.
+It needs OpenSim's Python package (``pip install opensim``), which the program itself does not.
 """
 
 import sys
@@ -21,7 +21,7 @@ from sssi_exudyn.core.frames import Array
 POSTURES = 12
 STEPS = 21
 MUSCLED = ("hip", "knee", "ankle", "lumbar", "flex_ext", "lat_bend", "axial", "L5_S1")
-RANGES = {  # of the chain's coordinate (degrees), the model's name, what the model's unit is of ours
+RANGES = {  # of the chain's coordinate (degrees), the model's name, the model's unit in ours
     "hip_flexion_r": (-30, 110, "hip_flexion_r", 1.0),
     "hip_adduction_r": (-40, 20, "hip_adduction_r", 1.0),
     "hip_rotation_r": (-30, 30, "hip_rotation_r", 1.0),
@@ -34,7 +34,7 @@ RANGES = {  # of the chain's coordinate (degrees), the model's name, what the mo
 
 
 def reference(path: str, names: tuple[str, ...], q: Array, wanted: list[str]) -> tuple[list[str], Array, Array]:
-    """OpenSim's muscle names, lengths (n, m) and moment arms (n, m, k) at coordinates ``q`` (n, c)."""
+    """Return OpenSim's muscle names, lengths (n, m) and moment arms (n, m, k) at coordinates ``q`` (n, c)."""
     opensim.Logger.setLevelString("Error")
     model = opensim.Model(path)
     state = model.initSystem()
@@ -70,12 +70,12 @@ def compare_reader(path: str) -> None:
             q[:, j] = rng.uniform(-0.2, 1.4, POSTURES)
         elif name in wanted:
             q[:, j] = rng.uniform(-0.25, 0.25, POSTURES)
-    found = muscle_paths(model, q, wanted)
+    paths = muscle_paths(model, q, wanted)
     theirs, lengths, arms = reference(path, names, q, wanted)
-    at = [theirs.index(muscle.name) for muscle in model.muscles]
-    short, off = (
-        np.abs(found.length - lengths[:, at]).max(axis=0),
-        np.abs(found.moment_arm - arms[:, at]).max(axis=(0, 2)),
+    order = [theirs.index(muscle.name) for muscle in model.muscles]
+    length_error, arm_error = (
+        np.abs(paths.length - lengths[:, order]).max(axis=0),
+        np.abs(paths.moment_arm - arms[:, order]).max(axis=(0, 2)),
     )
     kinds = {surface.name: surface.kind for surface in model.surfaces}
     print(f"\n{model.name}: {len(model.muscles)} muscles, {POSTURES} postures, {len(wanted)} coordinates (mm)\n")
@@ -84,7 +84,9 @@ def compare_reader(path: str) -> None:
     for title in ("straight", "one cylinder", "two and more", "ellipsoid"):
         of = [k for k, muscle in enumerate(model.muscles) if title == _title([kinds[w.surface] for w in muscle.wraps])]
         if of:
-            figures = [f"{1e3 * np.median(error[of]):.4f}, {1e3 * error[of].max():.3f}" for error in (short, off)]
+            figures = [
+                f"{1e3 * np.median(error[of]):.4f}, {1e3 * error[of].max():.3f}" for error in (length_error, arm_error)
+            ]
             print(f"| {title} | {len(of)} | {figures[0]} | {figures[1]} |")
 
 
@@ -103,11 +105,13 @@ def compare_skier(path: str) -> None:
         angles = np.radians(np.linspace(low, high, STEPS))
         q[rows, PRESCRIBED.index(name)] = angles
         theirs[rows, model.bones.coordinates.index(other)] = angles * factor
-    found = muscle_paths(skier.model, q, list(RANGES))
-    names, _, arms = reference(path, model.bones.coordinates, theirs, [each[2] for each in RANGES.values()])
+    paths = muscle_paths(skier.model, q, list(RANGES))
+    names, _, arms = reference(
+        path, model.bones.coordinates, theirs, [model_name for _, _, model_name, _ in RANGES.values()]
+    )
     rows_of = muscles_table()
     right = [k for k, row in enumerate(rows_of) if row["side"] == "right"]
-    at = [names.index(str(rows_of[k]["name"])) for k in right]
+    order = [names.index(str(rows_of[k]["name"])) for k in right]
     back = [row["group"] == "latissimus_dorsi" for row in rows_of]
     print(f"\nThe skier's muscles against {model.name}, right side, {STEPS} angles a coordinate (mm)\n")
     print(
@@ -116,7 +120,7 @@ def compare_skier(path: str) -> None:
     print("|---|---|---|---|---|---|")
     for i, (name, (_, _, _, factor)) in enumerate(RANGES.items()):
         rows = slice(i * STEPS, (i + 1) * STEPS)
-        ours, reference_arms = found.moment_arm[rows][:, right, i], arms[rows][:, at, i] * factor
+        ours, reference_arms = paths.moment_arm[rows][:, right, i], arms[rows][:, order, i] * factor
         turning = np.abs(reference_arms).max(axis=0) > 1e-4
         error = np.abs(ours - reference_arms).max(axis=0)
         worst = int(np.argmax(error))

@@ -1,4 +1,4 @@
-"""The contact as one writes it first: lists, loops and a matrix for every rotation.  A baseline for speed alone."""
+"""The contact as a first draft: lists, loops and a matrix for every rotation.  A baseline for speed alone."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def multiply(a: Matrix, b: Matrix) -> Matrix:
 
 
 def matrix(q: Vector) -> Matrix:
-    """Rotation matrix of a unit quaternion."""
+    """Return the rotation matrix of a unit quaternion."""
     w, x, y, z = q
     return [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -56,13 +56,13 @@ def matrix(q: Vector) -> Matrix:
 
 
 def to_spin(q: Vector) -> Matrix:
-    """E(q), with which the angular velocity is 2 E q̇."""
+    """Return E(q), with which the angular velocity is 2 E q̇."""
     w, x, y, z = q
     return [[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]]
 
 
 def screw(p0: Vector, r0: Matrix, p1: Vector, r1: Matrix, xi: float) -> tuple[Vector, Matrix]:
-    """Place and rotation at a share of the screw motion from one frame to the other."""
+    """Return place and rotation at a share of the screw motion from one frame to the other."""
     turn = multiply(transpose(r0), r1)
     twist = [turn[2][1] - turn[1][2], turn[0][2] - turn[2][0], turn[1][0] - turn[0][1]]
     apart = add(p1, scale(-1.0, p0))
@@ -81,7 +81,7 @@ def screw(p0: Vector, r0: Matrix, p1: Vector, r1: Matrix, xi: float) -> tuple[Ve
 
 
 def contact(law: HuntCrossley, sections: Sections, q: Array, v: Array, head: int, at: Instant) -> list[Matrix]:
-    """Generalised forces of the snow on flat ground on the nodes: one list a ski of lists of seven.
+    """Return generalised forces of the snow on flat ground on the nodes: one list a ski of lists of seven.
 
     q, v : coordinates with their reference and rates, of which the skis' begin at ``head``
     """

@@ -1,4 +1,4 @@
-"""Turns found in phones' yaw rate against turns labelled by people.
+"""Turns from phones' yaw rate compared with turns labelled by people.
 
 ``python benchmarks/phone_turns.py FOLDER``: FOLDER holds pairs ``NAME_imu.csv`` (t_s, yawrate_about_up_radps, label
 left or right, status START or STOP) and ``NAME_gnss.csv`` (t_s, speed_mps), 10 Hz and 1 Hz.  The course is the sum of
@@ -22,22 +22,22 @@ SHARED = 0.5
 
 
 def labelled(imu: pd.DataFrame) -> list[tuple[str, float, float]]:
-    """(side, start, stop) of each labelled turn; a START without its STOP is left out."""
-    turns, open_side, since = [], "", 0.0
+    """Return (side, start, stop) of each labelled turn; a START without its STOP is left out."""
+    turns, open_side, begin = [], "", 0.0
     for time, side, status in imu[["t_s", "label", "status"]].dropna().itertuples(index=False):
         if status == "START":
-            open_side, since = side, time
+            open_side, begin = side, time
         elif side == open_side:
-            turns.append((side, since, time))
+            turns.append((side, begin, time))
             open_side = ""
     return turns
 
 
-def matched(truth: list[tuple[str, float, float]], found: list[Turn]) -> tuple[set[int], set[int]]:
-    """Which labels and which found turns belong together, the longest shared time first."""
+def matched(truth: list[tuple[str, float, float]], detected: list[Turn]) -> tuple[set[int], set[int]]:
+    """Match labels and found turns, the longest shared time first, and return the indices of both."""
     pairs = []
     for i, (side, start, stop) in enumerate(truth):
-        for j, turn in enumerate(found):
+        for j, turn in enumerate(detected):
             both = min(stop, turn.end) - max(start, turn.start)
             if turn.side == side and both >= SHARED * min(stop - start, turn.duration):
                 pairs.append((both, i, j))
@@ -63,13 +63,13 @@ def main(folder: Path) -> None:
         truth = labelled(imu)
         within = (truth[0][1], truth[-1][2]) if truth else (0.0, 0.0)
         turns = turns_of_course(time, course, speed).turns
-        found = [turn for turn in turns if within[0] <= 0.5 * (turn.start + turn.end) <= within[1]]
-        labels, hits = matched(truth, found)
+        detected = [turn for turn in turns if within[0] <= 0.5 * (turn.start + turn.end) <= within[1]]
+        labels, hits = matched(truth, detected)
         missed = ", ".join(f"{t[1]:.1f}–{t[2]:.1f} {t[0]}" for i, t in enumerate(truth) if i not in labels)
-        total += (len(truth), len(found), len(labels), len(hits))
+        total += (len(truth), len(detected), len(labels), len(hits))
         name = path.name.removesuffix("_imu.csv")
         print(
-            f"| {name} | {len(truth)} | {len(found)} | {len(hits) / max(len(found), 1):.2f} | "
+            f"| {name} | {len(truth)} | {len(detected)} | {len(hits) / max(len(detected), 1):.2f} | "
             f"{len(labels) / max(len(truth), 1):.2f} | {missed} |"
         )
     print(f"| all | {total[0]} | {total[1]} | {total[3] / total[1]:.3f} | {total[2] / total[0]:.3f} | |")

@@ -1,9 +1,11 @@
-"""Open a report in a headless Chromium, as a reader would: how long it takes to open, whether anything goes wrong,
-whether it fits a phone, whether its replay plays and turns; pictures of it all to look at.
+"""Open a report in a headless Chromium, as a reader would, and check it.
+
+It measures how long the page takes to open, and checks for faults, whether it fits a phone, and whether its replay
+plays and turns.  It also takes pictures to look at.
 
     python benchmarks/report_in_browser.py report.html pictures/
 
-Exits with 1 where a check fails.  It needs ``chromium`` on the path and nothing else: it talks to it through a pipe.
+It exits with 1 where a check fails, and needs only ``chromium`` on the path, to which it talks through a pipe.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 OPEN_WITHIN = 2.0
-"""s; what a reader waits without a thought."""
+"""s; a waiting time that a reader does not notice."""
 DESKTOP, PHONE = (1280, 900, 1.0, False), (390, 844, 2.0, True)
 """Width, height, pixels a point, touch."""
 
@@ -39,7 +41,7 @@ DRAWN = """(() => {
     (name) => !seen.has(parseInt(style.getPropertyValue(`--${name}`).trim().slice(1), 16)));
   return missing.join(' ');
 })()"""
-"""Which of the replay's colours its picture lacks: head, trunk, right, left, snow's force, weight, path, grid."""
+"""Colours of the replay that its picture lacks: head, trunk, right, left, snow's force, weight, path, grid."""
 
 
 class Browser:
@@ -76,7 +78,7 @@ class Browser:
             self.call(f"{domain}.enable")
 
     def call(self, method: str, **parameters: Any) -> dict[str, Any]:
-        """One command; its answer."""
+        """Send one command and return its answer."""
         self._count += 1
         message: dict[str, Any] = {"id": self._count, "method": method, "params": parameters}
         if self._session:
@@ -87,24 +89,24 @@ class Browser:
             if answer.get("id") == self._count:
                 if "error" in answer:
                     raise RuntimeError(f"{method}: {answer['error']['message']}")
-                found: dict[str, Any] = answer["result"]
-                return found
+                result: dict[str, Any] = answer["result"]
+                return result
             self.events.append(answer)
 
     def wait(self, event: str) -> None:
-        """Until the event has come."""
+        """Wait until the event has come."""
         while not any(seen.get("method") == event for seen in self.events):
             self.events.append(self._read())
 
     def value(self, expression: str) -> Any:
-        """What JavaScript gives in the page."""
-        found = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
-        if "exceptionDetails" in found:
-            raise RuntimeError(found["exceptionDetails"]["exception"]["description"])
-        return found["result"].get("value")
+        """Return the value of JavaScript in the page."""
+        answer = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
+        if "exceptionDetails" in answer:
+            raise RuntimeError(answer["exceptionDetails"]["exception"]["description"])
+        return answer["result"].get("value")
 
     def screen(self, width: int, height: int, scale: float, touch: bool, dark: bool = False) -> None:
-        """Be a screen of that size and theme."""
+        """Emulate a screen of that size and theme."""
         self.call(
             "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=scale, mobile=touch
         )
@@ -113,7 +115,7 @@ class Browser:
         self.call("Emulation.setEmulatedMedia", features=[scheme])
 
     def open(self, page: Path) -> float:
-        """Load a page; seconds until it was drawn."""
+        """Load a page and return the seconds until it was drawn."""
         self.events.clear()
         began = time.perf_counter()
         self.call("Page.navigate", url=page.resolve().as_uri())
@@ -122,28 +124,28 @@ class Browser:
         return time.perf_counter() - began
 
     def picture(self, path: Path, whole: bool = True) -> None:
-        """A PNG of the page, or of what the screen shows."""
+        """Write a PNG of the page, or of the screen."""
         shot = self.call("Page.captureScreenshot", captureBeyondViewport=whole, format="png")
         path.write_bytes(base64.b64decode(shot["data"]))
 
     def printed(self, path: Path) -> None:
-        """The page as it prints."""
-        made = self.call("Page.printToPDF", printBackground=False, preferCSSPageSize=True)
-        path.write_bytes(base64.b64decode(made["data"]))
+        """Write the page as it prints."""
+        document = self.call("Page.printToPDF", printBackground=False, preferCSSPageSize=True)
+        path.write_bytes(base64.b64decode(document["data"]))
 
     def faults(self) -> list[str]:
-        """Exceptions, errors and refusals that the page met, and what it asked of a network."""
-        found = []
+        """Return exceptions, errors and refusals that the page met, and its requests to a network."""
+        faults = []
         for event in self.events:
-            about = event.get("params", {})
+            parameters = event.get("params", {})
             match event.get("method"):
                 case "Runtime.exceptionThrown":
-                    found.append(str(about["exceptionDetails"].get("exception", about["exceptionDetails"])))
-                case "Log.entryAdded" if about["entry"]["level"] in ("error", "warning"):
-                    found.append(about["entry"]["text"])
-                case "Network.requestWillBeSent" if not about["request"]["url"].startswith(("file:", "data:")):
-                    found.append(f"asked for {about['request']['url']}")
-        return found
+                    faults.append(str(parameters["exceptionDetails"].get("exception", parameters["exceptionDetails"])))
+                case "Log.entryAdded" if parameters["entry"]["level"] in ("error", "warning"):
+                    faults.append(parameters["entry"]["text"])
+                case "Network.requestWillBeSent" if not parameters["request"]["url"].startswith(("file:", "data:")):
+                    faults.append(f"requested {parameters['request']['url']}")
+        return faults
 
     def close(self) -> None:
         """End the browser."""
@@ -153,10 +155,10 @@ class Browser:
 
     def _read(self) -> dict[str, Any]:
         while b"\0" not in self._rest:
-            got = os.read(self._in, 1 << 20)
-            if not got:
+            chunk = os.read(self._in, 1 << 20)
+            if not chunk:
                 raise RuntimeError("the browser went away")
-            self._rest += got
+            self._rest += chunk
         message, _, self._rest = self._rest.partition(b"\0")
         answer: dict[str, Any] = json.loads(message)
         return answer
@@ -192,7 +194,7 @@ def replay_works(browser: Browser) -> dict[str, bool]:
 
 
 def played_together(browser: Browser) -> bool:
-    """Whether the button of several replays moves them all, by the same time."""
+    """Tell whether the button of several replays moves them all, by the same time."""
     browser.value("document.querySelector('.together button').click(); new Promise((done) => setTimeout(done, 500))")
     browser.value("document.querySelector('.together button').click()")
     seconds = browser.value(
@@ -204,7 +206,7 @@ def played_together(browser: Browser) -> bool:
 
 
 def touched(browser: Browser) -> bool:
-    """Whether a finger turns the replay."""
+    """Tell whether a finger turns the replay."""
     look = "document.querySelector('.replay canvas').toDataURL().slice(-4000)"
     browser.value("document.querySelector('.replay').scrollIntoView()")
     x, y = browser.value("(({x, y, width, height}) => [x + width / 2, y + height / 2])(document"
@@ -222,33 +224,33 @@ def main() -> int:
     program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if program is None:
         sys.exit("no chromium on the path")
-    done: dict[str, bool] = {}
+    checks: dict[str, bool] = {}
     with tempfile.TemporaryDirectory() as profile:
         browser = Browser(program, profile)
         for name, size, dark in (("desktop", DESKTOP, False), ("dark", DESKTOP, True), ("phone", PHONE, False)):
             browser.screen(*size, dark=dark)
-            took = browser.open(page)
-            print(f"{name}: open after {took:.2f} s, {page.stat().st_size / 1e6:.2f} MB")
-            done[f"{name} opens within {OPEN_WITHIN} s"] = took < OPEN_WITHIN
+            seconds = browser.open(page)
+            print(f"{name}: open after {seconds:.2f} s, {page.stat().st_size / 1e6:.2f} MB")
+            checks[f"{name} opens within {OPEN_WITHIN} s"] = seconds < OPEN_WITHIN
             wide = browser.value("document.documentElement.scrollWidth - document.documentElement.clientWidth")
-            done[f"{name} has nothing beside the screen"] = wide <= 0
+            checks[f"{name} has nothing outside the screen"] = wide <= 0
             browser.picture(pictures / f"{name}.png")
             if browser.value("document.querySelectorAll('.replay').length > 1"):
-                done[f"{name}: played together"] = played_together(browser)
+                checks[f"{name}: played together"] = played_together(browser)
             if browser.value("document.querySelector('.replay') !== null"):
-                done |= {f"{name}: {what}": well for what, well in replay_works(browser).items()}
+                checks |= {f"{name}: {what}": well for what, well in replay_works(browser).items()}
                 if name == "phone":
-                    done["orbit by touch"] = touched(browser)
+                    checks["orbit by touch"] = touched(browser)
                 browser.value(ALL_IN_MID_RUN)
                 browser.picture(pictures / f"{name}-replay.png", whole=False)
             for fault in browser.faults():
                 print(f"{name}: {fault}")
-                done[f"{name} without faults"] = False
+                checks[f"{name} without faults"] = False
         browser.printed(pictures / "print.pdf")
         browser.close()
-    for what, well in done.items():
+    for what, well in checks.items():
         print("ok  " if well else "FAIL", what)
-    return 0 if all(done.values()) else 1
+    return 0 if all(checks.values()) else 1
 
 
 if __name__ == "__main__":

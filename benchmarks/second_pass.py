@@ -1,4 +1,4 @@
-"""A patch of snow or a gust hidden in a run, and another pass of the slope: what each is called without it and with it.
+"""A patch of snow or a gust hidden in a run, and another pass of the slope: names given without it and with it.
 
 ``python benchmarks/second_pass.py [--seeds 11 12] [--json FILE]`` prints a row a case, a patch and a gust a seed, and
 then how often a name was settled rightly and wrongly; some minutes of computing a case.
@@ -31,10 +31,11 @@ HIDDEN: Final = ("snow_patch", "gust")
 
 @dataclass(frozen=True)
 class Row:
-    """A case: what is hidden in the first run, and probabilities by name without and with the second pass; none after
-    where the second pass was not asked, as nothing was found or nothing that may keep to its place.
+    """A case: the hidden effect of the first run, and probabilities by name without and with the second pass.
 
-    gains : log evidence of the second pass, by the names of what keeps to a place
+    ``after`` is empty where the second pass was not used, as nothing was found or nothing that may keep to its place.
+
+    gains : log evidence of the second pass, by the names of effects that keep to a place
     """
 
     hidden: str
@@ -49,16 +50,14 @@ class Row:
         return f"| {self.hidden} | {self.seed} | {_listed(self.before)} | {_listed(self.after)} |"
 
     def says(self, *, with_second: bool, by_name: bool) -> str:
-        """What is said of the case: right or wrong, sure or not, or nothing; of its name, or of whether it keeps to a
-        place.
-        """
+        """State whether the name, or else place or time, is right or wrong, sure or not, or that nothing is found."""
         odds = (self.after or self.before) if with_second else self.before
         hidden = self.hidden
         if not by_name:
-            kept, total = _keeps_to(hidden), {}
+            kind, total = _keeps_to(hidden), {}
             for name, probability in odds.items():
                 total[_keeps_to(name)] = total.get(_keeps_to(name), 0.0) + probability
-            odds, hidden = total, kept
+            odds, hidden = total, kind
         name, probability = best_of(odds)
         if name == NOTHING_MISSING:
             return "nothing"
@@ -66,7 +65,7 @@ class Row:
 
 
 def _keeps_to(name: str) -> str:
-    """What an explanation keeps to; "all" for what acts all the time."""
+    """Return what an explanation keeps to; "all" for one that acts all the time."""
     if name == NOTHING_MISSING:
         return name
     hypothesis = BY_NAME[name]
@@ -79,7 +78,7 @@ def _listed(odds: dict[str, float]) -> str:
 
 
 def base_of(name: str) -> Recorded:
-    """A recorded run with what its fit finds."""
+    """Return a recorded run with the result of its fit."""
     recording = read_recording(EXAMPLES / name)
     motion = motion_from_recording(recording)
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
@@ -91,24 +90,24 @@ def case(hidden: str, size: float, base: Recorded, seed: int) -> Row:
     first = first_finding(passes.first)
     if not first.accepted:
         return Row(hidden, size, seed, {NOTHING_MISSING: 1.0}, {}, {})
-    alone = {each.name or NOTHING_MISSING: each.probability for each in first.accepted[0].searched.explanations}
-    asked = ask_other_runs({"first": first, "second": first_finding(passes.second)})
-    found = [each for each in asked if each.run == "first"]
-    if not found:
+    alone = {item.name or NOTHING_MISSING: item.probability for item in first.accepted[0].searched.explanations}
+    findings = ask_other_runs({"first": first, "second": first_finding(passes.second)})
+    of_first = [finding for finding in findings if finding.run == "first"]
+    if not of_first:
         return Row(hidden, size, seed, alone, {}, {})
-    return Row(hidden, size, seed, alone, found[0].after, found[0].passes[0].log_evidence)
+    return Row(hidden, size, seed, alone, of_first[0].after, of_first[0].passes[0].log_evidence)
 
 
 def summary(rows: Sequence[Row]) -> str:
-    """How many cases are called what, without and with the second pass."""
+    """Count the cases by answer, without and with the second pass."""
     kinds = ("sure, right", "sure, wrong", "unsure, right", "unsure, wrong", "nothing")
     lines = [f"| hidden | cases | | | {' | '.join(kinds)} |", "|---|---|---|---|" + "---|" * len(kinds)]
     for hidden in (*HIDDEN, "both"):
         some = [row for row in rows if hidden in (row.hidden, "both")]
         for by_name, what in ((True, "name"), (False, "place or time")):
             for with_second, words in ((False, "first run alone"), (True, "with the second")):
-                said = [row.says(with_second=with_second, by_name=by_name) for row in some]
-                counts = " | ".join(str(said.count(kind)) for kind in kinds)
+                answers = [row.says(with_second=with_second, by_name=by_name) for row in some]
+                counts = " | ".join(str(answers.count(kind)) for kind in kinds)
                 lines.append(f"| {hidden} | {len(some)} | {what} | {words} | {counts} |")
     return "\n".join(lines)
 
@@ -116,18 +115,18 @@ def summary(rows: Sequence[Row]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, nargs="+", default=[11, 12])
-    parser.add_argument("--size", type=float, default=2.0, help="times what the benchmark calls one")
-    parser.add_argument("--recording", default="intermediate", help="of the examples, whose movements are skied")
-    parser.add_argument("--json", type=Path, help="where to write the rows, anew after each")
-    asked = parser.parse_args()
-    base, rows = base_of(asked.recording), []
+    parser.add_argument("--size", type=float, default=2.0, help="in units of the benchmark's effect")
+    parser.add_argument("--recording", default="intermediate", help="example whose movements are used")
+    parser.add_argument("--json", type=Path, help="file of the rows, written again after each")
+    options = parser.parse_args()
+    base, rows = base_of(options.recording), []
     print("| hidden | seed | by the first run alone | with the second |\n|---|---|---|---|")
-    for seed in asked.seeds:
+    for seed in options.seeds:
         for hidden in HIDDEN:
-            rows.append(case(hidden, asked.size, base, seed))
+            rows.append(case(hidden, options.size, base, seed))
             print(rows[-1].line, flush=True)
-            if asked.json:
-                write_atomically(asked.json, to_json([asdict(row) for row in rows]))
+            if options.json:
+                write_atomically(options.json, to_json([asdict(row) for row in rows]))
     print(f"\n{summary(rows)}")
 
 

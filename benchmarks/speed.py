@@ -1,7 +1,7 @@
-"""How fast the models are, against the run itself:  python benchmarks/speed.py --json FILE
+"""Speed of the models, relative to the run itself:  python benchmarks/speed.py --json FILE
 
-One core (BLAS kept to one thread) but for the fits, which use all; everything warm: compiled before it is timed.
-Ratios within one run of this script; the machine's noise is in all of them.
+It uses one core (BLAS kept to one thread) except for the fits, which use all; everything is compiled before it is
+timed.  The figures are ratios within one run of this script; all of them contain the machine's noise.
 """
 
 import os
@@ -38,15 +38,15 @@ from sssi_exudyn.simulation.reduced.run import simulate_reduced
 EXAMPLES = Path(__file__).parents[1] / "examples"
 NAMES = ("beginner", "intermediate")
 REFERENCE = 0.001
-"""s, the step that the others' errors are held against."""
+"""s; the step with which the others' errors are computed."""
 OTHERS = (0.005, 0.010)
-"""s, besides the default."""
+"""s; other steps than the default."""
 COARSE = 20
-"""Beam elements of a ski, as an estimate is judged with."""
+"""Beam elements of a ski in the check of an estimate."""
 
 
 def timed(work: Callable[[], Any], repeats: int = 1) -> tuple[float, Any]:
-    """Least wall time (s) of some repeats, and what the last gave."""
+    """Return the least wall time (s) of some repeats, and the last result."""
     walls, result = [], None
     for _ in range(repeats):
         begin = time.perf_counter()
@@ -56,8 +56,9 @@ def timed(work: Callable[[], Any], repeats: int = 1) -> tuple[float, Any]:
 
 
 def full_model(model: Model, motion: Motion) -> dict[str, Any]:
-    """Real-time factor and largest error of the antenna's path by step, and at the default step without the tree, with
-    all elements of a ski and with ``COARSE`` ones.
+    """Return real-time factor and largest error of the antenna's path by step.
+
+    At the default step it also runs without the tree, with all elements of a ski and with ``COARSE`` ones.
     """
     usual, fine = model.solver.step, model.solver.elements
     runs = [(name_of(step), step, True, fine) for step in (REFERENCE, *sorted((usual, *OTHERS)))]
@@ -72,8 +73,8 @@ def full_model(model: Model, motion: Motion) -> dict[str, Any]:
         repeats = 1 if reference is None else 2
         wall, run = timed(lambda chosen=chosen, tree=tree: simulate(chosen, motion, tree=tree), repeats)
         reference = run if reference is None else reference
-        at = np.stack([np.interp(run.time, reference.time, column) for column in reference.antenna.T], axis=1)
-        error = float(np.max(np.linalg.norm(run.antenna - at, axis=1)))
+        place = np.stack([np.interp(run.time, reference.time, column) for column in reference.antenna.T], axis=1)
+        error = float(np.max(np.linalg.norm(run.antenna - place, axis=1)))
         rows[name] = {
             "real_time_factor": float(np.ptp(run.time)) / wall,
             "largest_error_mm": 1e3 * error,
@@ -83,12 +84,12 @@ def full_model(model: Model, motion: Motion) -> dict[str, Any]:
 
 
 def name_of(step: float) -> str:
-    """A step (s) in words."""
+    """Return a step (s) in words."""
     return f"{1e3 * step:.3g} ms"
 
 
 def linearity(model: Model, motion: Motion) -> dict[str, Any]:
-    """Wall seconds by simulated seconds, and by elements."""
+    """Return wall seconds by simulated seconds, and by elements."""
     lengths = {s: timed(lambda s=s: simulate(model, motion, stop=motion.start + s))[0] for s in (2.0, 4.0, 8.0)}
     elements = {
         n: timed(
@@ -102,7 +103,7 @@ def linearity(model: Model, motion: Motion) -> dict[str, Any]:
 
 
 def memory(model: Model, motion: Motion, runs: int) -> dict[str, Any]:
-    """Resident megabytes of this process before, and after each quarter of many runs of 0.5 s; and its peak."""
+    """Return resident megabytes of this process before, and after each quarter of many runs of 0.5 s; and its peak."""
     now = [resident()]
     for _ in range(4):
         for _ in range(runs // 4):
@@ -112,7 +113,7 @@ def memory(model: Model, motion: Motion, runs: int) -> dict[str, Any]:
 
 
 def resident() -> float:
-    """Resident memory of this process, MB."""
+    """Return the resident memory of this process, MB."""
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * resource.getpagesize() / 2**20
 
@@ -123,18 +124,18 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=100, help="repeated simulations of the memory test")
     options = parser.parse_args()
     factors: dict[str, dict[str, float]] = {"full": {}, "full_without_tree": {}, "reduced": {}}
-    found: dict[str, Any] = {"real_time_factor": factors, "fit_wall_s": {}, "full_by_step": {}}
-    found["cores"] = os.cpu_count()
+    figures: dict[str, Any] = {"real_time_factor": factors, "fit_wall_s": {}, "full_by_step": {}}
+    figures["cores"] = os.cpu_count()
     for name in NAMES:
         recording = read_recording(EXAMPLES / name)
         motion = motion_from_recording(recording)
         problem = problem_of(recording, motion, model_of(recording, motion), "joint")
         begin = time.perf_counter()
         fitted = fit(problem, motion)
-        found["fit_wall_s"][name] = time.perf_counter() - begin
+        figures["fit_wall_s"][name] = time.perf_counter() - begin
         model = fitted.model
         rows = full_model(model, motion)
-        found["full_by_step"][name] = rows
+        figures["full_by_step"][name] = rows
         usual = name_of(model.solver.step)
         factors["full"][name] = rows[usual]["real_time_factor"]
         factors["full_without_tree"][name] = rows[f"{usual} without the tree"]["real_time_factor"]
@@ -142,11 +143,11 @@ def main() -> None:
         wall, run = timed(lambda model=model, prepared=prepared: simulate_reduced(model, prepared), 3)
         factors["reduced"][name] = float(np.ptp(run.time)) / wall
         if name == NAMES[0]:
-            found["backends"] = backends(model, motion)
-            found["linearity"] = linearity(model, motion)
-            found["memory"] = memory(model, motion, options.runs)
-        print(json.dumps(found, indent=1), flush=True)
-    options.json.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+            figures["backends"] = backends(model, motion)
+            figures["linearity"] = linearity(model, motion)
+            figures["memory"] = memory(model, motion, options.runs)
+        print(json.dumps(figures, indent=1), flush=True)
+    options.json.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

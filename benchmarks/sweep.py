@@ -1,4 +1,4 @@
-"""How well sweeps use their workers: 500 runs of the reduced model on the example recordings, by pool and workers.
+"""Use of the workers in sweeps: 500 runs of the reduced model on the example recordings, by pool and workers.
 
     python benchmarks/sweep.py --json FILE [--blocks 5]
 
@@ -44,7 +44,7 @@ POOLS: tuple[tuple[str, int, dict[str, Any]], ...] = (
 
 
 def block(folder: Path, number: int, blocks: int, workers: int, options: dict[str, Any]) -> pd.DataFrame:
-    """One block's timings, with the s that passed before its first run began."""
+    """Run one block and return its timings, with the s before its first run began."""
     count = RUNS // blocks // 2
     low, high = 0.04 + 0.001 * number, 0.12 + 0.001 * number
     settings = {
@@ -63,24 +63,24 @@ def block(folder: Path, number: int, blocks: int, workers: int, options: dict[st
 
 
 def nothing(_folder: Path, _task: bytes) -> str:
-    """A run that takes no time."""
+    """Do a run that takes no time."""
     return "done"
 
 
 def handing(cluster: Cluster | None, count: int = 2000) -> float:
-    """s of this process's core for each of ``count`` runs that do nothing, between the first and the last one's end."""
+    """Return s of this process's core for each of ``count`` runs that do nothing, between the first and last end."""
     low = {"name": "friction.mu_t", "low": 0.04, "high": 0.12, "count": count}
     settings = {"format": 1, "recordings": [str(EXAMPLES / "beginner")], "parameter": [low]}
     plan = plan_sweep(sweep_from(settings, Path("sweep")))
-    at: list[float] = []
+    times: list[float] = []
     sweep_scheduler.perform, real = nothing, sweep_scheduler.perform
     try:
         with tempfile.TemporaryDirectory() as folder:
-            report = lambda _run, _status: at.append(time.process_time())  # noqa: E731
+            report = lambda _run, _status: times.append(time.process_time())  # noqa: E731
             sweep_scheduler.do_all(Path(folder), plan.job, plan.runs(), pool_of(None, cluster, Path(folder)), 2, report)
     finally:
         sweep_scheduler.perform = real
-    return (at[-1] - at[0]) / (count - 1)
+    return (times[-1] - times[0]) / (count - 1)
 
 
 def main() -> None:
@@ -88,21 +88,25 @@ def main() -> None:
     arguments.add_argument("--json", type=Path, required=True)
     arguments.add_argument("--blocks", type=int, default=5)
     options = arguments.parse_args()
-    found: dict[tuple[str, int], list[pd.DataFrame]] = {}
+    timings_of: dict[tuple[str, int], list[pd.DataFrame]] = {}
     loads = []
     for number in range(options.blocks):
-        for name, workers, given in POOLS:
+        for name, workers, pool_options in POOLS:
             with tempfile.TemporaryDirectory() as folder:
                 loads.append(os.getloadavg()[0])
-                timings = block(Path(folder) / "out", number, options.blocks, workers, given)
-                found.setdefault((name, workers), []).append(timings)
+                timings = block(Path(folder) / "out", number, options.blocks, workers, pool_options)
+                timings_of.setdefault((name, workers), []).append(timings)
     rows = []
     one = None
-    for (name, workers), blocks in found.items():
+    for (name, workers), blocks in timings_of.items():
         spans = [float(timings["end"].max() - timings["begin"].min()) for timings in blocks]
         span = sum(spans)
         one = one or span
-        memory = [of.to_numpy() for timings in blocks for _, of in timings.groupby("worker")["memory_MB"]]
+        memory = [
+            memory_of_worker.to_numpy()
+            for timings in blocks
+            for _, memory_of_worker in timings.groupby("worker")["memory_MB"]
+        ]
         runs = pd.concat(blocks)
         rows.append(
             {
@@ -117,8 +121,8 @@ def main() -> None:
                 "cpu_s": float(runs["cpu_s"].mean()),
                 "parent_s": float(runs["parent"].mean()),
                 "memory_MB": [
-                    float(each)
-                    for each in (
+                    float(most)
+                    for most in (
                         max(m[min(9, len(m) - 1)] for m in memory),
                         max(m[len(m) // 2] for m in memory),
                         max(m[-1] for m in memory),
@@ -129,8 +133,8 @@ def main() -> None:
         print(json.dumps(rows[-1]))
     hands = {"processes": handing(None), "dask": handing("local")}
     print(json.dumps(hands))
-    found_all = {"load": loads, "pools": rows, "handing_s": hands}
-    options.json.write_text(json.dumps(found_all, indent=1), encoding="utf-8")
+    figures = {"load": loads, "pools": rows, "handing_s": hands}
+    options.json.write_text(json.dumps(figures, indent=1), encoding="utf-8")
 
 
 if __name__ == "__main__":
