@@ -45,25 +45,25 @@ INTERMEDIATE = ROOT / "examples" / "intermediate"
 SECONDS = 4.0
 LOADED = 5.0
 STIFFNESSES = ((1e9, 1e7), *((stiff, None) for stiff in (1e9, 3e5, 1.5e5, 8e4, 4e4, 2e4)))
-"""N/m and N m/rad of a leg and a boot that hold a ski in heave and pitch; None for the usual."""
+"""N/m and N m/rad; stiffnesses of a leg and a boot that hold a ski in heave and pitch; None for the usual one."""
 DIFFERENCES = {"carving.mu": 3e-4, "carving.strength": 1e3, "carving.hardness": 1e6}
-"""By which numbers of the snow derivatives are taken, and half the differences that they are held against."""
+"""Numbers of the snow by which derivatives are taken, and half the differences that they are compared with."""
 
 
 def fitted(snow: Literal["paper", "carving"]) -> Result:
-    """The fit of the intermediate skier on that snow; kept in ``results/carving``, as it takes long."""
+    """Return the fit of the intermediate skier on that snow; kept in ``results/carving``, as it takes long."""
     out = ROOT / "results" / "carving" / snow
     return load(out) if (out / "summary.json").is_file() else run(INTERMEDIATE, out, snow=snow, progress=True)
 
 
 def both_laws() -> str:
-    """What the paper's law and edges that cut leave of the intermediate skier's recording."""
+    """Compare the paper's law and edges that cut on the intermediate skier's recording."""
     papers, cut = (fitted(snow).summary for snow in ("paper", "carving"))
     snow = cut.carving
     assert snow is not None
     assert papers.uncertainty is not None
     assert cut.uncertainty is not None
-    mu_t, mu_n = (f"{each.value:.3f} ± {each.se:.3f}" for each in (papers.friction.mu_t, papers.friction.mu_n))
+    mu_t, mu_n = (f"{mu.value:.3f} ± {mu.se:.3f}" for mu in (papers.friction.mu_t, papers.friction.mu_n))
     entries = [
         (
             "friction along",
@@ -74,18 +74,23 @@ def both_laws() -> str:
         ("H", "–", f"({1e-8 * snow.hardness_N_m3.value:.2f} ± {1e-8 * snow.hardness_N_m3.se:.2f})·10⁸ N/m³"),
         ("S_f", "–", f"({1e-5 * snow.strength_Pa.value:.2f} ± {1e-5 * snow.strength_Pa.se:.2f})·10⁵ Pa"),
         *(
-            (what, *(figure(each) for each in (papers, cut)))
+            (what, *(figure(summary) for summary in (papers, cut)))
             for what, figure in (
-                ("mean error against the GPS", lambda each: f"{each.trajectory.mean_error_m:.3f} m"),
-                ("load share against the insoles, correlation", lambda each: f"{each.pressure_ratio.correlation:.3f}"),
-                ("moment left over at the pelvis, rms", lambda each: f"{each.residual_moment.rms_Nm:.0f} N m"),
-                ("skis against the feet, rms", lambda each: _against_feet(each.carving)),
-                ("largest correction", lambda each: _largest(each.uncertainty)),
-                ("log evidence of all measurements", lambda each: f"{each.uncertainty.log_evidence:.0f}"),
-                ("energy balance, largest gap", lambda each: f"{each.energy.closure_percent:.4f} %"),
+                ("mean error against the GPS", lambda summary: f"{summary.trajectory.mean_error_m:.3f} m"),
+                (
+                    "load share against the insoles, correlation",
+                    lambda summary: f"{summary.pressure_ratio.correlation:.3f}",
+                ),
+                ("moment left over at the pelvis, rms", lambda summary: f"{summary.residual_moment.rms_Nm:.0f} N m"),
+                ("skis against the feet, rms", lambda summary: _against_feet(summary.carving)),
+                ("largest correction", lambda summary: _largest(summary.uncertainty)),
+                ("log evidence of all measurements", lambda summary: f"{summary.uncertainty.log_evidence:.0f}"),
+                ("energy balance, largest gap", lambda summary: f"{summary.energy.closure_percent:.4f} %"),
                 (
                     "fit",
-                    lambda each: f"{each.fit.wall_s:.0f} s, {'converged' if each.fit.converged else 'not converged'}",
+                    lambda summary: (
+                        f"{summary.fit.wall_s:.0f} s, {'converged' if summary.fit.converged else 'not converged'}"
+                    ),
                 ),
             )
         ),
@@ -103,21 +108,21 @@ def both_laws() -> str:
     )
 
 
-def _against_feet(found: CarvingFigures | None) -> str:
-    if found is None:
+def _against_feet(figures: CarvingFigures | None) -> str:
+    if figures is None:
         return "–"
     return (
-        f"yaw {found.ski_yaw_rms_deg:.1f}°, roll {found.ski_roll_rms_deg:.1f}°, "
-        f"heave {1e3 * found.ski_heave_rms_m:.0f} mm, pitch {found.ski_pitch_rms_deg:.1f}°"
+        f"yaw {figures.ski_yaw_rms_deg:.1f}°, roll {figures.ski_roll_rms_deg:.1f}°, "
+        f"heave {1e3 * figures.ski_heave_rms_m:.0f} mm, pitch {figures.ski_pitch_rms_deg:.1f}°"
     )
 
 
-def _largest(found: UncertaintyFigures) -> str:
-    return f"{found.largest[0].what}, {found.largest[0].sigmas:+.1f} σ".replace("-", "−")
+def _largest(uncertainty: UncertaintyFigures) -> str:
+    return f"{uncertainty.largest[0].what}, {uncertainty.largest[0].sigmas:+.1f} σ".replace("-", "−")
 
 
 def headings() -> str:
-    """What the skier's heading does to the run of that fit, by both models."""
+    """Show the effect of the skier's heading on the run of that fit, by both models."""
     own = fitted("carving").model
     motion = motion_from_recording(read_recording(INTERMEDIATE))
     stop = motion.start + SECONDS
@@ -125,90 +130,90 @@ def headings() -> str:
     half = prepare(own, motion, stop=stop, step=0.5 * prepared.step)
     lines = [
         f"The same run, {SECONDS:g} s of it. Moments are those that posture and snow leave over by the full model's inverse "
-        "dynamics, about gravity and about the way:\n",
-        "| heading | against the captured one, rms, most | moment about gravity, rms | about the way, rms | from the replayed "
-        "way at the end | the two models apart, most | half the step, most |",
+        "dynamics, about gravity and about the direction of travel:\n",
+        "| heading | against the captured one, rms, most | moment about gravity, rms | about the direction of travel, rms | from the "
+        "replayed path at the end | the two models apart, most | half the step, most |",
         "|---|---|---|---|---|---|---|",
     ]
     replayed = None
     for mode in HEADING_MODES:
         model = own.with_heading(mode)
-        small, halved = simulate_carved(model, prepared), simulate_carved(model, half)
-        whole = simulate(model, motion, stop=stop, tree=False)
-        replayed = small.run.com if replayed is None else replayed
-        found = carving_figures(model, whole, {})
-        assert found is not None
-        assert whole.edges is not None
-        apart = np.linalg.norm(whole.com - small.run.com, axis=1).max()
-        turned = np.degrees(np.abs(whole.edges.heading - small.heading).max())
-        by_step = np.linalg.norm(halved.run.com[::2] - small.run.com, axis=1).max()
-        turned_by_step = np.degrees(np.abs(halved.heading[::2] - small.heading).max())
-        most = np.degrees(np.abs(whole.edges.heading).max())
+        reduced, halved = simulate_carved(model, prepared), simulate_carved(model, half)
+        full = simulate(model, motion, stop=stop, tree=False)
+        replayed = reduced.run.com if replayed is None else replayed
+        figures = carving_figures(model, full, {})
+        assert figures is not None
+        assert full.edges is not None
+        apart = np.linalg.norm(full.com - reduced.run.com, axis=1).max()
+        turned = np.degrees(np.abs(full.edges.heading - reduced.heading).max())
+        by_step = np.linalg.norm(halved.run.com[::2] - reduced.run.com, axis=1).max()
+        turned_by_step = np.degrees(np.abs(halved.heading[::2] - reduced.heading).max())
+        most = np.degrees(np.abs(full.edges.heading).max())
         lines.append(
-            f"| {mode} | {found.heading_rms_deg:.1f}°, {most:.1f}° | {found.yaw_residual_rms_Nm:.0f} N m "
-            f"| {found.roll_residual_rms_Nm:.0f} N m | {np.linalg.norm(small.run.com[-1] - replayed[-1]):.2f} m "
+            f"| {mode} | {figures.heading_rms_deg:.1f}°, {most:.1f}° | {figures.yaw_residual_rms_Nm:.0f} N m "
+            f"| {figures.roll_residual_rms_Nm:.0f} N m | {np.linalg.norm(reduced.run.com[-1] - replayed[-1]):.2f} m "
             f"| {apart:.2f} m, {turned:.1f}° | {by_step:.2f} m, {turned_by_step:.1f}° |"
         )
     return "\n".join(lines) + "\n"
 
 
 def long_headings() -> str:
-    """How far the two models are apart over the whole run of that fit where the heading is found."""
+    """Show how far the two models are apart over the whole run of that fit where the heading is found."""
     own = fitted("carving").model
     motion = motion_from_recording(read_recording(INTERMEDIATE))
     prepared, until = prepare(own, motion), (4.0, 9.0, 15.0)
     lines = [
-        "| heading | " + " | ".join(f"within {each:g} s" for each in until) + " |",
+        "| heading | " + " | ".join(f"within {seconds:g} s" for seconds in until) + " |",
         "|---" * (len(until) + 1) + "|",
     ]
     for mode in HEADING_MODES[1:]:
         model = own.with_heading(mode)
-        small, whole = simulate_carved(model, prepared), simulate(model, motion, tree=False)
-        assert whole.edges is not None
-        apart = np.linalg.norm(whole.com - small.run.com, axis=1)
-        turned = np.degrees(np.abs(whole.edges.heading - small.heading))
-        by_then = [small.run.time - motion.start <= each for each in until]
-        cells = [f"{apart[at].max():.2f} m, {turned[at].max():.1f}°" for at in by_then]
+        reduced, full = simulate_carved(model, prepared), simulate(model, motion, tree=False)
+        assert full.edges is not None
+        apart = np.linalg.norm(full.com - reduced.run.com, axis=1)
+        turned = np.degrees(np.abs(full.edges.heading - reduced.heading))
+        by_then = [reduced.run.time - motion.start <= seconds for seconds in until]
+        cells = [f"{apart[rows].max():.2f} m, {turned[rows].max():.1f}°" for rows in by_then]
         lines.append(f"| {mode} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
 
 def ski_against_ski() -> str:
-    """Where another ski would have brought the intermediate skier, on the snow that was fitted."""
+    """Show where another ski would have brought the intermediate skier, on the fitted snow."""
     result = fitted("carving")
     motion = motion_from_recording(read_recording(INTERMEDIATE))
     own, snow, joint = result.model, result.summary.carving, BootJoint()
     assert snow is not None
     numbers = {"carving.hardness": snow.hardness_N_m3, "carving.strength": snow.strength_Pa, "carving.mu": snow.mu}
     changes: list[tuple[dict[str, float], BootJoint]] = [({}, joint)]
-    for name, each in numbers.items():
+    for name, number in numbers.items():
         low, high = own.bounds(name)
-        changes += [({name: min(max(each.value + side * each.se, low), high)}, joint) for side in (-1.0, 1.0)]
+        changes += [({name: min(max(number.value + side * number.se, low), high)}, joint) for side in (-1.0, 1.0)]
     changes += [({}, replace(joint, yaw_stiffness=joint.yaw_stiffness * factor)) for factor in (0.5, 2.0)]
     names = ("slalom_165", "fischer_rc4_sc_165", "volkl_kendo_184")
     stop = motion.start + SECONDS
     ends: dict[tuple[str, str], Array] = {}
-    left: dict[tuple[str, str], str] = {}
+    residuals: dict[tuple[str, str], str] = {}
     for name in names:
         model = replace(own, ski=read_ski(name, "."))
         free = model.with_heading("free")
         usual = balance(free, motion, stop=stop)
-        figures = [float(np.sqrt(np.mean(each**2))) for each in (usual.before, usual.after)]
-        left |= {(name, "free"): f"{figures[0]:.0f} N m", (name, "free, balanced"): f"{figures[1]:.0f} N m"}
-        found: dict[str, list[Array]] = {"replay": [], "free": [], "free, balanced": []}
+        figures = [float(np.sqrt(np.mean(moment**2))) for moment in (usual.before, usual.after)]
+        residuals |= {(name, "free"): f"{figures[0]:.0f} N m", (name, "free, balanced"): f"{figures[1]:.0f} N m"}
+        end_places: dict[str, list[Array]] = {"replay": [], "free": [], "free, balanced": []}
         for values, springs in changes:
             leaning = balance(free.with_values(values), motion, stop=stop, joint=springs, begin=usual)
             cases = (model.with_values(values), free.with_values(values), leaning.model)
-            for places, tried in zip(found.values(), cases, strict=True):
+            for places, tried in zip(end_places.values(), cases, strict=True):
                 prepared = prepare(tried, motion, stop=stop)
                 places.append(simulate_carved(tried, prepared, springs).run.com[-1])
-        ends |= {(name, kind): np.array(places) for kind, places in found.items()}
+        ends |= {(name, kind): np.array(places) for kind, places in end_places.items()}
     lines = [
         f"Where the centre of mass is after {SECONDS:g} s of that fit, against slalom_165. The bar is what one standard "
         "deviation of H, of S_f and of μ and twice or half the yaw stiffness change in the difference; where the skier is "
         "balanced, each such run has a lean of its own:\n",
-        "| ski | heading | farther down the slope | farther to the left | moment left over about the way, rms of means over "
-        "0.5 s |",
+        "| ski | heading | farther down the slope | farther to the left | residual moment about the direction of travel, "
+        "rms of means over 0.5 s |",
         "|---|---|---|---|---|",
     ]
     for name in names:
@@ -218,7 +223,7 @@ def ski_against_ski() -> str:
             bar = np.linalg.norm(moved, axis=0)
             cells = [f"{apart[0, axis]:+.2f} ± {bar[axis]:.2f} m".replace("-", "−") for axis in (0, 1)]
             cells = ["–", "–"] if name == names[0] else cells
-            lines.append(f"| {name} | {kind} | " + " | ".join(cells) + f" | {left.get((name, kind), '–')} |")
+            lines.append(f"| {name} | {kind} | " + " | ".join(cells) + f" | {residuals.get((name, kind), '–')} |")
     return "\n".join(lines) + "\n"
 
 
@@ -227,23 +232,23 @@ def _reduced(model: Model, motion: Motion, stop: float) -> ReducedRun:
 
 
 def stiffnesses() -> str:
-    """By how much the load difference of the intermediate's first seconds misses the insoles', by the leg's stiffness."""
+    """Show how much the load difference of the intermediate's first seconds misses the insoles', by leg stiffness."""
     recording = read_recording(INTERMEDIATE)
     motion = motion_from_recording(recording)
     motion = replace(motion, stop=motion.start + LOADED)
     plain = model_of(recording, motion)
     seen = measurements_of(recording, plain, motion.start, motion.stop)
-    at = seen.blocks["difference"]
+    rows = seen.blocks["difference"]
 
-    def begun(model: Model) -> Model:
+    def on_surface(model: Model) -> Model:
         return problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint").model
 
     def row(name: str, run: ReducedRun, model: Model) -> str:
-        missed = seen.measured[at] - seen.predict(model, run)[at]
+        missed = seen.measured[rows] - seen.predict(model, run)[rows]
         return f"| {name} | {np.sqrt(np.mean(missed**2)):.0f} N |"
 
     lines = ["| spring in heave, pitch | load difference less that of the insoles, rms |", "|---|---|"]
-    cut, papers = begun(add_terms(plain, (Carving(),))).with_values({"carving.mu": 0.075}), begun(plain)
+    cut, papers = on_surface(add_terms(plain, (Carving(),))).with_values({"carving.mu": 0.075}), on_surface(plain)
     usual, prepared = boot_joint(cut.equipment), prepare(cut, motion, step=COARSE_CARVED_STEP)
     for heave, pitch in STIFFNESSES:
         held = replace(usual, heave_stiffness=heave, pitch_stiffness=pitch or usual.pitch_stiffness)
@@ -255,7 +260,7 @@ def stiffnesses() -> str:
 
 
 def tiers() -> str:
-    """What both tiers cost, and how far apart they are."""
+    """Show the costs of both tiers, and how far apart they are."""
     motion = motion_from_recording(read_recording(INTERMEDIATE))
     stop = motion.start + SECONDS
     rows, ends = [], {}
@@ -270,9 +275,11 @@ def tiers() -> str:
         rows.append(f"| {law} | {costs[0]:.2g} | {costs[1]:.2g} |")
     apart = []
     for law in ("the paper's law", "edges that cut"):
-        small, whole = ends[law, 0], ends[law, 1]
-        at = np.argmin(np.abs(whole.time[:, None] - small.time[:: len(small.time) // 8]), axis=0)
-        apart.append(float(np.linalg.norm(whole.antenna[at] - small.antenna[:: len(small.time) // 8], axis=1).max()))
+        reduced, full = ends[law, 0], ends[law, 1]
+        nearest = np.argmin(np.abs(full.time[:, None] - reduced.time[:: len(reduced.time) // 8]), axis=0)
+        apart.append(
+            float(np.linalg.norm(full.antenna[nearest] - reduced.antenna[:: len(reduced.time) // 8], axis=1).max())
+        )
     return "\n".join(
         [
             "Seconds of a run in a second of one core, posture tables and, for the full model, joint moments included:\n",
@@ -287,7 +294,7 @@ def tiers() -> str:
 
 
 def captured(mu: float) -> tuple[Model, Motion]:
-    """The intermediate skier as captured, on the default snow."""
+    """Return the intermediate skier as captured, on the default snow."""
     recording = read_recording(INTERMEDIATE)
     motion = motion_from_recording(recording)
     paper = model_of(recording, motion)
@@ -297,7 +304,7 @@ def captured(mu: float) -> tuple[Model, Motion]:
 
 
 def long_derivatives() -> str:
-    """Tangents at the end of a whole run against differences, by the friction of the snow."""
+    """Compare tangents at the end of a whole run with differences, by the friction of the snow."""
     lines = ["| μ | by μ | by S_f | by H |", "|---|---|---|---|"]
     for mu in (0.09, 0.10, 0.11, 0.12, 0.13, 0.14, 0.15):
         model, motion = captured(mu)
@@ -306,16 +313,16 @@ def long_derivatives() -> str:
         cells = []
         for k, (name, step) in enumerate(DIFFERENCES.items()):
             moved = [model.with_values({name: model.value(name) + change}) for change in (step, -step)]
-            ends = [simulate_reduced(each, prepared).com[-1] for each in moved]
-            found = (ends[0] - ends[1]) / (2.0 * step)
-            off = np.linalg.norm(slopes[:, k] - found) / np.linalg.norm(found)
+            ends = [simulate_reduced(changed, prepared).com[-1] for changed in moved]
+            difference = (ends[0] - ends[1]) / (2.0 * step)
+            off = np.linalg.norm(slopes[:, k] - difference) / np.linalg.norm(difference)
             cells.append(f"{100.0 * off:.2g} %" if off < 1.0 else "nothing in common")
         lines.append(f"| {mu:.2f} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
 
 def models_apart() -> str:
-    """By how much the antenna's ways differ between the models, and between each and one that is changed a little."""
+    """Show how far the antenna's paths differ between the models, and between each model and a slightly changed one."""
     model, motion = captured(0.1)
     stop = motion.start + SECONDS
 
@@ -330,8 +337,8 @@ def models_apart() -> str:
         return run.time, run.antenna
 
     def apart(one: tuple[Array, Array], other: tuple[Array, Array], after: float) -> float:
-        at = [places[np.argmin(np.abs(times - motion.start - after))] for times, places in (one, other)]
-        return float(np.linalg.norm(at[0] - at[1]))
+        ends = [places[np.argmin(np.abs(times - motion.start - after))] for times, places in (one, other)]
+        return float(np.linalg.norm(ends[0] - ends[1]))
 
     usual, full = small(), whole()
     joint = boot_joint(model.equipment)

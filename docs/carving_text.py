@@ -1,4 +1,4 @@
-"""What ``docs/make_carving.py`` writes about its figures."""
+"""Text that ``docs/make_carving.py`` writes about its figures."""
 
 TEXT = """# Carving
 
@@ -112,7 +112,7 @@ model with steps as in a fit,
 
 {stiffnesses}
 That snow is by the paper's law, into which a foot of an edged ski with 700 N sinks 20 mm, 35 kN/m: the recording's heights have that
-in them, and leg and firm snow together must give as much. On a recording from a piste nobody knows what the heights have in them.
+in them, and leg and firm snow together must give as much. On a recording from a piste it is unknown what the heights contain.
 
 Steps are 1.25 ms. The reduced model's
 skis take them by backward differences of second order. Terms of air, wind, terrain and body
@@ -183,8 +183,8 @@ made, he spins round within two seconds; with its H and S_f, and the μ of the f
 94 N m rms are left over about gravity.
 Joint moments are inverse dynamics' wherever the heading is found, since the constraints of the skeleton's tree would ring with every
 step's change of its rate. In `summary.json`, `carving` has
-`heading_rms_deg`, and with `yaw_residual_rms_Nm` and `roll_residual_rms_Nm` the moments left over about gravity and about the way of
-the centre of mass: they are large where the posture does not fit the path.
+`heading_rms_deg`, and with `yaw_residual_rms_Nm` and `roll_residual_rms_Nm` the residual moments about gravity and about the direction of
+travel: they are large where the posture does not fit the path.
 
 Fits find the heading, too, where the model does. An instant's Ψ, Ψ̇ and Ψ̈ follow from what was before it, so they are three numbers
 more by which it is linearised, and every other number moves it through them: derivatives are as exact as with the captured
@@ -192,12 +192,12 @@ heading. The moment left over about the pelvis turns along; about gravity spring
 intermediate, `tests/fitting/test_balance.py`), what the skis' own yaw takes. A fit begins with the captured heading, or snow that is
 not found yet turns the skier away; once all is estimated it is estimated again with the spring, which holds a heading that is `free`
 as well. `sssi run examples/intermediate --snow carving --heading track` converges over its 15 s: μ 0.143 ± 0.006, H (0.55 ± 0.17)·10⁸
-N/m³, S_f (0.85 ± 0.15)·10⁵ Pa, the heading 1.1° rms off the captured one, 11 N m left over about gravity and 55 about the way, the
+N/m³, S_f (0.85 ± 0.15)·10⁵ Pa, the heading 1.1° rms off the captured one, 11 N m left over about gravity and 55 about the direction of travel, the
 track missed by 0.134 m, log evidence −2730 (−2699 with the captured heading), energy within 0.0012 %, in twice the time of that.
 The captured one is the default.
 
 `--balanced` seeks a slow lean of the whole posture about the pelvis' forward axis, knots 1 s apart, by the reduced model: it makes
-the moment left over about the way small, means over 0.5 s counted in 20 N m and the lean in 5°. The lean turns the skis' edges along
+the residual moment about the direction of travel small, means over 0.5 s counted in 20 N m and the lean in 5°. The lean turns the skis' edges along
 with the skier, and is kept as a correction of the posture in `model.toml`.
 
 ### Ski against ski
@@ -214,7 +214,7 @@ known of the snow moves him by more than any ski.
 {costs}
 ### How far the two models are apart
 
-Of the intermediate, as captured, with μ = 0.1 and the default snow, whose skis heave and pitch, the antenna's ways, 12 m after 1 s and 41 m after 4 s, differ by
+Of the intermediate, as captured, with μ = 0.1 and the default snow, whose skis heave and pitch, the antenna's paths, 12 m after 1 s and 41 m after 4 s, differ by
 
 {apart}
 What is left between the two is what half the full model's step changes, and half of what a hundredth of μ or S_f

@@ -1,6 +1,6 @@
-"""The docstrings of this program as the site's reader of docstrings takes them.
+"""The docstrings of this program, converted for the site's reader of docstrings.
 
-Here ``name : meaning`` stands under Parameters; there a type would stand after the colon.
+Here ``name : meaning`` is the form under Parameters; the reader expects a type after the colon.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _ENTRY: Final = re.compile(r"^(\*{0,2}\w[\w, *]*) : (.*)$")
 
 
 class PlainDocstrings(Extension):
-    """Turns every docstring into the form of numpydoc, without types, which the annotations give."""
+    """Converter of every docstring to the form of numpydoc, without types, which the annotations give."""
 
     def on_object(self, *, obj: Object, **_: Any) -> None:
         if obj.docstring is not None:
@@ -23,7 +23,7 @@ class PlainDocstrings(Extension):
 
 
 def numpydoc(text: str) -> str:
-    """The docstring with its prose first, then its sections; entries outside a section become a list."""
+    """Return the docstring with its prose first, then its sections; entries outside a section become a list."""
     prose: list[str] = []
     sections: dict[str, list[str]] = {}
     current, lines = "", text.split("\n")

@@ -1,12 +1,12 @@
-"""Makes ``docs/diagnosis-benchmark.md`` of the blind benchmark's answers, which ``docs/diagnosis-benchmark.parquet`` holds.
+"""Makes ``docs/diagnosis-benchmark.md`` from the blind benchmark's answers in ``docs/diagnosis-benchmark.parquet``.
 
     python docs/make_benchmark.py FOLDER COMMIT   keep the answers of a folder that ``sssi benchmark diagnosis`` made
     python docs/make_benchmark.py                 make the page of what is kept
 
-COMMIT names the version that answered.  A folder whose cases conceal one kind alone (``--conceal``) is kept beside the
-other.  The three failures of all of them that show most have pictures: nothing was hidden and something was found, what
-was clear was not named, and what was named with the greatest probability was wrong; each the worst of its kind.  The
-missing force is kept of failures alone, other curves of none.
+COMMIT names the version that answered.  A folder whose cases conceal one kind alone (``--conceal``) is kept next to the
+other.  The three clearest failures have pictures, each the worst of its kind: something was found where nothing was
+hidden, a clear effect was not named, and the name with the greatest probability was wrong.  The missing force is kept
+of failures alone, other curves of none.
 """
 
 from __future__ import annotations
@@ -39,20 +39,20 @@ DOCS = Path(__file__).parent
 KEPT = DOCS / "diagnosis-benchmark.parquet"
 PAGE = DOCS / "diagnosis-benchmark.md"
 TEXT = DOCS / "diagnosis-benchmark-text.txt"
-"""What stands below the figures."""
+"""Text below the figures."""
 PICTURES = DOCS / "images"
 _COLUMNS = ("case", "result", "seal", "commit")
 
 
 class Alone(NamedTuple):
-    """Runs that conceal one kind alone: where their answers are kept, what is said of them, and the figures they have."""
+    """Runs that conceal one kind alone: the words about them, and their figures."""
 
     title: str
     words: str
     figures: tuple[str, ...]
 
     def kept(self, kind: str) -> Path:
-        """The file of those of a ``kind``."""
+        """Return the file of the answers of a ``kind``."""
         return DOCS / f"diagnosis-benchmark-{kind}.parquet"
 
 
@@ -97,20 +97,20 @@ ALONE = {
         ("pairs_both_named", "wrong_and_sure", "friction_inside_90"),
     ),
 }
-"""By the kind of all their cases."""
+"""Runs that conceal one kind alone, by the kind of all their cases."""
 
 
 def keep(folder: Path, commit: str) -> None:
     """Keep the answers of a benchmark's folder, a row a case that was diagnosed."""
     rows = []
-    whole = []
+    cases = []
     for path in sorted((folder / "made").glob("*.json")):
         case = read_json(path, Case)
         answered = folder / f"case_{case.index:03d}.json"
         if not answered.exists():
             continue
         result = read_json(answered, CaseResult)
-        whole.append((case, result))
+        cases.append((case, result))
         if result.diagnosis is not None:
             force = result.diagnosis.latent_force if any(_failed(case, result)) else None
             short = replace(result.diagnosis, latent_force=force, track_distance=None, way=None)
@@ -121,12 +121,12 @@ def keep(folder: Path, commit: str) -> None:
     columns = {"seal": pa.array([seal] * len(rows)), "commit": pa.array([commit] * len(rows))}
     for name, column in columns.items():
         table = table.append_column(name, column)
-    kinds = {"listed" if case.kind in ("physics", "sensor") else case.kind for case, _ in whole}
+    kinds = {"listed" if case.kind in ("physics", "sensor") else case.kind for case, _ in cases}
     kind = min(kinds)
     alone = kinds == {kind}
     path = ALONE[kind].kept(kind) if alone else KEPT
     if kind == "none" and alone and path.exists():
-        # false alarms are few: those of methods before count on
+        # false alarms are few: those of earlier methods still count
         before = pq.read_table(path)
         table = pa.concat_tables([before.filter(pc.not_equal(before["seal"], seal)), table])
     pq.write_table(table, path, compression="zstd")
@@ -137,18 +137,18 @@ def keep(folder: Path, commit: str) -> None:
 
 
 def failures() -> list[tuple[str, Case, CaseResult]]:
-    """The three failures that show most, those that there are, each with the name of the runs it is one of."""
-    every = [("all", KEPT), *((kind, alone.kept(kind)) for kind, alone in ALONE.items())]
-    answers = [(name, *pair) for name, path in every if path.exists() for pair in kept_answers(path)]
-    found: list[tuple[str, Case, CaseResult]] = []
+    """Return the three clearest failures, where they exist, each with the name of its runs."""
+    files = [("all", KEPT), *((kind, alone.kept(kind)) for kind, alone in ALONE.items())]
+    answers = [(name, *pair) for name, path in files if path.exists() for pair in kept_answers(path)]
+    worst: list[tuple[str, Case, CaseResult]] = []
     for kind, measure in enumerate((_said, _oracle, _said)):
-        left = [each for each in answers if each not in found and _failed(*each[1:])[kind]]
-        found += [max(left, key=lambda each: measure(each[1:]))] if left else []
-    return found
+        left = [answer for answer in answers if answer not in worst and _failed(*answer[1:])[kind]]
+        worst += [max(left, key=lambda answer: measure(answer[1:]))] if left else []
+    return worst
 
 
 def _failed(case: Case, result: CaseResult) -> tuple[bool, bool, bool]:
-    """Whether something was found where nothing was hidden, what was clear was not named, a wrong name was given."""
+    """Tell whether something was found where nothing was hidden, a clear effect was not named, a name was wrong."""
     listed = case.kind in ("physics", "sensor")
     missed = listed and (result.oracle or 0.0) >= STRONG and result.first_name != case.name
     wrong = bool(result.findings) and not is_right(case, result.findings[0])
@@ -156,17 +156,17 @@ def _failed(case: Case, result: CaseResult) -> tuple[bool, bool, bool]:
 
 
 def _said(pair: tuple[Case, CaseResult]) -> float:
-    """The probability of the first finding."""
+    """Return the probability of the first finding."""
     return pair[1].findings[0].probability
 
 
 def _oracle(pair: tuple[Case, CaseResult]) -> float:
-    """Standard errors that the effect is strong."""
+    """Return the strength of the effect in standard errors."""
     return pair[1].oracle or 0.0
 
 
 def draw(case: Case, result: CaseResult, path: Path) -> None:
-    """The missing force and the probabilities of a case, shaded while what is hidden acts."""
+    """Draw the missing force and the probabilities of a case, shaded while the hidden effect acts."""
     assert result.diagnosis is not None
     latent = result.diagnosis.latent_force
     figure, (force, odds) = plt.subplots(1, 2, figsize=(9.0, 3.0), layout="constrained", width_ratios=[1.4, 1.0])
@@ -181,22 +181,22 @@ def draw(case: Case, result: CaseResult, path: Path) -> None:
 
 
 def _answer(result: CaseResult) -> tuple[Weighed, ...]:
-    """The first finding with what else it may be, as it stands at the end; where none is, what was compared first."""
+    """Return the first finding with its alternatives; without a finding, the explanations compared first."""
     assert result.diagnosis is not None
     if result.findings:
         first = result.findings[0]
-        return tuple(Weighed(each.name, each.probability, None) for each in (first, *first.alternatives))
+        return tuple(Weighed(named.name, named.probability, None) for named in (first, *first.alternatives))
     return result.diagnosis.weighed[0] if result.diagnosis.weighed else ()
 
 
 def caption(case: Case, result: CaseResult) -> str:
-    """What was hidden, what was found, and what that did to friction."""
+    """State the hidden effect, the answer, and its effect on friction."""
     assert result.diagnosis is not None
     hidden = "nothing hidden" if case.kind == "none" else f"hidden: {case.name}"
     strong = f" ({result.oracle:.0f} standard errors)" if result.oracle is not None else ""
     odds = ", ".join(
-        f"{'nothing missing' if each.name == NOTHING_MISSING else each.name} {each.probability:.2f}"
-        for each in _answer(result)[:3]
+        f"{'nothing missing' if explanation.name == NOTHING_MISSING else explanation.name} {explanation.probability:.2f}"
+        for explanation in _answer(result)[:3]
     )
     shown = (result.diagnosis.friction_averaged or {}).get("mu_t")
     friction = "" if shown is None else f"; μ_t {shown.low:.3f} to {shown.high:.3f} for {case.mu_t:.3f}"
@@ -204,7 +204,7 @@ def caption(case: Case, result: CaseResult) -> str:
 
 
 def failures_text() -> str:
-    """The failures with their pictures."""
+    """Return the failures with their pictures."""
     lines = ["## Failures that show most", ""]
     for number, (runs, case, result) in enumerate(failures(), 1):
         words = f"Of the runs `{runs}`: {caption(case, result)}"
@@ -216,7 +216,7 @@ def failures_text() -> str:
 
 
 def alone_text(kind: str) -> str:
-    """The figures of runs that conceal that kind alone; "" where none are kept."""
+    """Return the figures of runs that conceal that kind alone; "" where none are kept."""
     alone = ALONE[kind]
     path = alone.kept(kind)
     if not path.exists():
@@ -226,12 +226,12 @@ def alone_text(kind: str) -> str:
     methods = ", ".join(
         f"{count} by method `{commit}` (sha256 of the answers `{seal}`)" for (commit, seal), count in by_run.items()
     )
-    found = Counter(
+    counts = Counter(
         f"{case.name}: {result.first_name}" if kind != "none" else f"{result.first_name}"
         for case, result in kept_answers(path)
         if result.findings
     )
-    said = ", ".join(f"{words} ({count})" for words, count in sorted(found.items()))
+    said = ", ".join(f"{words} ({count})" for words, count in sorted(counts.items()))
     lines = [
         f"## {alone.title}",
         "",
@@ -245,24 +245,24 @@ def alone_text(kind: str) -> str:
 
 
 def kept_answers(path: Path) -> list[tuple[Case, CaseResult]]:
-    """The cases and the answers that a file keeps."""
-    found = []
+    """Return the cases and the answers that a file keeps."""
+    answers = []
     for case, result, _, _ in read_texts(path, _COLUMNS):
         assert case is not None
         assert result is not None
-        found.append((decode(case.encode(), Case), decode(result.encode(), CaseResult)))
-    return found
+        answers.append((decode(case.encode(), Case), decode(result.encode(), CaseResult)))
+    return answers
 
 
 def kept_scores(path: Path) -> tuple[Scores, str]:
-    """The figures of what a file keeps, and the version that answered."""
+    """Return the figures of a file's answers, and the version that answered."""
     cases, results = zip(*kept_answers(path), strict=True)
     _, _, seal, commit = read_texts(path, _COLUMNS)[0]
     return score(cases, results, seal or ""), commit or ""
 
 
 def page() -> str:
-    """The page."""
+    """Return the page."""
     scores, commit = kept_scores(KEPT)
     text = TEXT.read_text(encoding="utf-8").replace("COMMIT", commit)
     return f"{benchmark_page(scores)}\n{''.join(map(alone_text, ALONE))}{failures_text()}\n{text}"

@@ -1,7 +1,7 @@
-"""Makes ``docs/carving.md``: the law of edges that cut, the rig, and every figure that it was held against.
+"""Makes ``docs/carving.md``: the law of edges that cut, the rig, and every figure with which it was compared.
 
-Run as ``python docs/make_carving.py``; it takes half an hour.  The closed forms use the tests' skis, so ``PYTHONPATH``
-must hold ``tests/support/models``.
+Run it as ``python docs/make_carving.py``; it takes half an hour.  The closed forms use the tests' skis, so
+``PYTHONPATH`` must hold ``tests/support/models``.
 """
 
 from __future__ import annotations
@@ -63,34 +63,36 @@ def slalom(edge_deg: float) -> SteadyTurn:
 
 @cache
 def finest(edge_deg: float) -> SteadyTurn:
-    """The same, with four times the points."""
+    """Return the same turn with four times the points."""
     return turn(SLALOM, edge_deg, points=400)
 
 
-def metres(found: SteadyTurn) -> str:
-    return "slips" if found.radius is None or found.sideslip > np.radians(10.0) else f"{found.radius:.1f}"
+def metres(steady: SteadyTurn) -> str:
+    return "slips" if steady.radius is None or steady.sideslip > np.radians(10.0) else f"{steady.radius:.1f}"
 
 
-def percent(found: SteadyTurn, usual: SteadyTurn) -> str:
-    change = 100.0 * (usual.curvature / found.curvature - 1.0)
-    return "slips" if found.radius is None else f"{change:+.1f} %".replace("-", "−")
+def percent(changed: SteadyTurn, usual: SteadyTurn) -> str:
+    change = 100.0 * (usual.curvature / changed.curvature - 1.0)
+    return "slips" if changed.radius is None else f"{change:+.1f} %".replace("-", "−")
 
 
 def widened(ski: Ski, factor: float) -> Ski:
-    """The ski with that times its sidecut's depth."""
+    """Return the ski with ``factor`` times its sidecut's depth."""
     width, waist = ski.width, min(ski.width.value)
     return replace(ski, width=Profile(width.s, tuple(waist + factor * (w - waist) for w in width.value), width.between))
 
 
-def within(found: float, expected: float, tolerance: float) -> str:
-    return f"{100.0 * tolerance:g} %: {'yes' if abs(found / expected - 1.0) <= tolerance else 'no'}"
+def within(value: float, expected: float, tolerance: float) -> str:
+    return f"{100.0 * tolerance:g} %: {'yes' if abs(value / expected - 1.0) <= tolerance else 'no'}"
 
 
-def _each_within(found: Sequence[float], expected: Sequence[float], tolerance: float) -> str:
-    """Whether all are within the tolerance, and by how much those are off that are not."""
-    off = [a / b - 1.0 for a, b in zip(found, expected, strict=True)]
+def _each_within(values: Sequence[float], expected: Sequence[float], tolerance: float) -> str:
+    """State whether all are within the tolerance, and by how much the others differ."""
+    errors = [a / b - 1.0 for a, b in zip(values, expected, strict=True)]
     missed = ", ".join(
-        f"{b:.3g} by {100.0 * each:+.0f} %" for b, each in zip(expected, off, strict=True) if abs(each) > tolerance
+        f"{b:.3g} by {100.0 * error:+.0f} %"
+        for b, error in zip(expected, errors, strict=True)
+        if abs(error) > tolerance
     )
     return f"{100.0 * tolerance:g} %: " + (f"no: {missed}" if missed else "yes").replace("-", "−")
 
@@ -104,16 +106,16 @@ def rows() -> Iterator[tuple[str, str, str, str]]:
 
 
 def closed_forms() -> Iterator[tuple[str, str, str, str]]:
-    found, expected = [], []
+    radii, expected = [], []
     for edge_deg in (10.0, 30.0, 50.0, 70.0):
         edge = np.radians(edge_deg).item()
-        found.append(turn(bent_ski(edge), edge_deg, FIRM).radius)
+        radii.append(turn(bent_ski(edge), edge_deg, FIRM).radius)
         expected.append(SIDECUT * np.cos(edge))
-    worst = max(abs(a / b - 1.0) for a, b in zip(found, expected, strict=True))
+    worst = max(abs(a / b - 1.0) for a, b in zip(radii, expected, strict=True))
     yield (
         "parabolic sidecut, edge in the snow's plane, 10, 30, 50, 70° (Howe; Jentschura)",
-        "R_sc·cosθ = " + ", ".join(f"{each:.2f}" for each in expected) + " m",
-        ", ".join(f"{each:.2f}" for each in found) + " m",
+        "R_sc·cosθ = " + ", ".join(f"{radius:.2f}" for radius in expected) + " m",
+        ", ".join(f"{radius:.2f}" for radius in radii) + " m",
         within(1.0 + worst, 1.0, 0.02),
     )
     edge, deeper, law = np.radians(60.0).item(), 2e-3, WithoutGroove(strength=1e7)
@@ -128,8 +130,8 @@ def closed_forms() -> Iterator[tuple[str, str, str, str]]:
     ratios = []
     for edge_deg in EDGES[:3]:
         one = slalom(edge_deg)
-        given = one.case.speed * (one.drag + one.lateral * one.sideslip)
-        ratios.append((one.friction + one.compaction + one.skid) / given)
+        power = one.case.speed * (one.drag + one.lateral * one.sideslip)
+        ratios.append((one.friction + one.compaction + one.skid) / power)
     worst = max(abs(ratio - 1.0) for ratio in ratios)
     yield (
         "energy at 30, 45, 60°: friction + compaction + skid against what is given",
@@ -152,8 +154,8 @@ def closed_forms() -> Iterator[tuple[str, str, str, str]]:
     exact_speeds = [np.sqrt(GRAVITY * mean * np.sin(np.radians(edge_deg))) for edge_deg in EDGES[:3]]
     yield (
         "balanced carve on the flat at 30, 45, 60°: speed",
-        "√(g·R_sc·sinθ) = " + ", ".join(f"{each:.1f}" for each in exact_speeds) + " m/s",
-        ", ".join(f"{each:.1f}" for each in balanced) + " m/s",
+        "√(g·R_sc·sinθ) = " + ", ".join(f"{speed:.1f}" for speed in exact_speeds) + " m/s",
+        ", ".join(f"{speed:.1f}" for speed in balanced) + " m/s",
         _each_within(balanced, exact_speeds, 0.05)
         + "; of how much the radius is larger than R_sc·cosθ, speed has half",
     )
@@ -161,7 +163,7 @@ def closed_forms() -> Iterator[tuple[str, str, str, str]]:
 
 
 def mean_radius(ski: Ski) -> float:
-    """Harmonic mean of the sidecut's radii, ahead of the waist and behind it (m)."""
+    """Return the harmonic mean of the sidecut's radii, ahead of the waist and behind it (m)."""
     s, w = np.asarray(ski.width.s), np.asarray(ski.width.value)
     ahead, behind = (s[3] - s[2]) * ski.length, (s[2] - s[1]) * ski.length
     return float(2.0 / ((w[3] - w[2]) / ahead**2 + (w[1] - w[2]) / behind**2))
@@ -169,19 +171,19 @@ def mean_radius(ski: Ski) -> float:
 
 def sketches() -> Iterator[tuple[str, str, str, str]]:
     old = (11.2, 9.6, 6.8, 5.8, 4.8)
-    found = [slalom(edge_deg) for edge_deg in EDGES]
+    slaloms = [slalom(edge_deg) for edge_deg in EDGES]
     yield (
         "slalom_165 at 30, 45, 60, 65, 70°",
-        ", ".join(f"{each:g}" for each in old) + " m [Q, 2.5e5 Pa]",
-        ", ".join(metres(each) for each in found) + " m",
-        _each_within([each.radius or 0.0 for each in found], old, 0.1),
+        ", ".join(f"{radius:g}" for radius in old) + " m [Q, 2.5e5 Pa]",
+        ", ".join(metres(steady) for steady in slaloms) + " m",
+        _each_within([steady.radius or 0.0 for steady in slaloms], old, 0.1),
     )
     softer = [turn(SLALOM, edge_deg, SOFTER) for edge_deg in EDGES]
     yield (
         "the same with 2.5e5 Pa",
         "as above",
-        ", ".join(metres(each) for each in softer) + " m",
-        _each_within([each.radius or 0.0 for each in softer], old, 0.1)
+        ", ".join(metres(steady) for steady in softer) + " m",
+        _each_within([steady.radius or 0.0 for steady in softer], old, 0.1)
         + f"; side reserve at 60° {softer[2].side_reserve:.2f}: the wall yields",
     )
     giant, small = turn(GIANT, 60.0, FIRMER), turn(SLALOM, 60.0, FIRMER)
@@ -206,7 +208,7 @@ def sketches() -> Iterator[tuple[str, str, str, str]]:
     yield (
         "EI ×1.2, ×0.8; GJ ×2, 60°",
         "−1.3, +2.1 %; −0.4 % [Q]; torsion small (Yoneyama 2008)",
-        ", ".join(percent(turn(each, 60.0), usual) for each in (stiffer, softer_ski, twisted)),
+        ", ".join(percent(turn(ski, 60.0), usual) for ski in (stiffer, softer_ski, twisted)),
         "sign: yes; factor 2: no for EI, whose effect is as small as what turns are settled to, 0.2 %",
     )
     bears = turn(SLALOM, 60.0, FIRMER).most.sum() / turn(SLALOM, 60.0, WithoutGroove(hardness=2e8)).most.sum()
@@ -226,7 +228,7 @@ def sketches() -> Iterator[tuple[str, str, str, str]]:
 
 
 def skis_and_snow() -> Iterator[tuple[str, str, str, str]]:
-    found = []
+    greatest = []
     ratios = (0.24, 0.48, 0.96, 1.92, 3.84)
     for ratio in ratios:
         law = Carving(strength=max(ratio * 1e-3 * USUAL.hardness, 4e4) if ratio >= 0.4 else 2.4e4)
@@ -239,23 +241,23 @@ def skis_and_snow() -> Iterator[tuple[str, str, str, str]]:
             if one.radius is None or one.sideslip > np.radians(3.0):
                 break
             held = edge_deg
-        found.append(held)
+        greatest.append(held)
     yield (
         "greatest edge angle that holds over S_f/H = 0.24, 0.48, 0.96, 1.92, 3.84 mm (sideslip below 3°)",
         "rises, 40 to 70° (Brown 1989; his angle differs)",
-        ", ".join(f"{each:.0f}" if each else "below 15" for each in found) + "°",
-        "trend: " + ("yes" if list(found) == sorted(found) and found[-1] > found[0] else "no"),
+        ", ".join(f"{edge:.0f}" if edge else "below 15" for edge in greatest) + "°",
+        "trend: " + ("yes" if list(greatest) == sorted(greatest) and greatest[-1] > greatest[0] else "no"),
     )
     ice = Carving(hardness=1e9, strength=2e6)
     usual = turn(SLALOM, 45.0, ice)
     stiff = turn(replace(SLALOM, young_modulus=1.2 * SLALOM.young_modulus), 45.0, ice)
     twist = turn(replace(SLALOM, shear_modulus=1.2 * SLALOM.shear_modulus), 45.0, ice)
-    changes = [100.0 * (each.most.sum() / usual.most.sum() - 1.0) for each in (stiff, twist)]
-    counts = [np.count_nonzero(each.depth) for each in (usual, stiff)]
+    changes = [100.0 * (ski_turn.most.sum() / usual.most.sum() - 1.0) for ski_turn in (stiff, twist)]
+    counts = [np.count_nonzero(ski_turn.depth) for ski_turn in (usual, stiff)]
     yield (
         "grip on ice (H = 1e9, S_f = 2e6, 45°): what the wall bears, EI +20 %, GJ +20 %",
         "−8.5 %, +24 % (secondary text)",
-        ", ".join(f"{each:+.1f} %" for each in changes),
+        ", ".join(f"{change:+.1f} %" for change in changes),
         "sign: "
         + ("yes" if changes[0] < 0.0 < changes[1] else "no")
         + f"; {counts[1]} points instead of {counts[0]} lie in the snow where the ski is stiffer, and the wall is counted along"
@@ -276,12 +278,12 @@ def skis_and_snow() -> Iterator[tuple[str, str, str, str]]:
 
 def measurements() -> Iterator[tuple[str, str, str, str]]:
     for edge_deg, radius, error, gates in ((65.7, 3.96, 0.23, 10), (71.0, 4.94, 0.59, 13)):
-        found = turn(SLALOM, edge_deg)
+        steady = turn(SLALOM, edge_deg)
         yield (
             f"Reid 2020, slalom, gates {gates} m, least radius at his greatest edge angle {edge_deg:g}°; his ski is unknown",
             f"{radius:.2f} ± {error:.2f} m",
-            f"{metres(found)} m",
-            within(found.radius or 0.0, radius, 0.25)
+            f"{metres(steady)} m",
+            within(steady.radius or 0.0, radius, 0.25)
             + f"; R_sc·cosθ of this ski is {mean_radius(SLALOM) * np.cos(np.radians(edge_deg)):.1f} m, his radius asks for a "
             f"sidecut of {radius / np.cos(np.radians(edge_deg)):.1f} m",
         )
@@ -293,8 +295,9 @@ def measurements() -> Iterator[tuple[str, str, str, str]]:
         "steepest slope, every 0.5°, of carved turns from traverse to traverse, balanced in each instant, out of the rig's turns "
         "up to 70°, without air: one turn, ten to both sides; the same with μ = 0.1 (`tests/simulation/turns/test_whole_turn.py`)",
         "8 to 20° by μ (Komissarov 2019): 5° yes, 25° no",
-        "; ".join(", ".join(f"{each:g}" for each in found) for found in slopes.values()) + "°",
-        "8 to 20°: " + ("yes" if all(8.0 <= each <= 20.0 for found in slopes.values() for each in found) else "no"),
+        "; ".join(", ".join(f"{slope:g}" for slope in steepest) for steepest in slopes.values()) + "°",
+        "8 to 20°: "
+        + ("yes" if all(8.0 <= slope <= 20.0 for steepest in slopes.values() for slope in steepest) else "no"),
     )
 
 
@@ -312,9 +315,9 @@ def numbers() -> Iterator[tuple[str, str, str, str]]:
     steps = (1.0, 2.0, 4.0)
     gap = float(np.diff(edges_of(SLALOM).station).min()) / 10.0
     yield (
-        "steps of " + ", ".join(f"{1e3 * gap * each:.1f}" for each in steps) + f" ms against {0.5e3 * gap:.1f} ms, 45°",
+        "steps of " + ", ".join(f"{1e3 * gap * step:.1f}" for step in steps) + f" ms against {0.5e3 * gap:.1f} ms, 45°",
         "1 %",
-        ", ".join(percent(turn(SLALOM, 45.0, steps=each), shortest) for each in steps),
+        ", ".join(percent(turn(SLALOM, 45.0, steps=step), shortest) for step in steps),
         f"1 % at the rig's {1e3 * gap:.1f} ms: "
         + ("yes" if abs(slalom(45.0).curvature / shortest.curvature - 1.0) < 0.01 else "no"),
     )
@@ -336,7 +339,7 @@ def numbers() -> Iterator[tuple[str, str, str, str]]:
 
 
 def plateau() -> str:
-    """The radius with and without play between the walls of the groove, one thing changed at a time."""
+    """Show the radius with and without play between the walls of the groove, one thing changed at a time."""
     angles = (30.0, 35.0, 40.0, 45.0, 50.0, 55.0, 60.0)
     stiff = StiffSideways.of(SLALOM)
     cases: dict[str, tuple[Ski, Carving]] = {
@@ -350,12 +353,12 @@ def plateau() -> str:
     }
     lines = ["| | " + " | ".join(f"{edge:.0f}°" for edge in angles) + " |", "|---" * (len(angles) + 1) + "|"]
     exact = [mean_radius(SLALOM) * np.cos(np.radians(edge)) for edge in angles]
-    lines.append("| R_sc·cosθ | " + " | ".join(f"{each:.1f}" for each in exact) + " |")
+    lines.append("| R_sc·cosθ | " + " | ".join(f"{radius:.1f}" for radius in exact) + " |")
     for name, (ski, law) in cases.items():
         rolling, cells = start_rolling(edges_of(ski)), []
         for edge in angles:
-            found, rolling = steady_turn(TurnCase(np.radians(edge).item(), law), rolling)
-            cells.append(metres(found))
+            steady, rolling = steady_turn(TurnCase(np.radians(edge).item(), law), rolling)
+            cells.append(metres(steady))
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
 
@@ -387,11 +390,11 @@ def shop_table() -> str:
 
 
 def _against(point: RigPoint, other: RigPoint) -> str:
-    found = difference(point, other)
+    change = difference(point, other)
     return (
         "one may slip"
-        if found is None
-        else f"{100.0 * found.share:+.1f} ± {100.0 * found.error:.1f} %".replace("-", "−")
+        if change is None
+        else f"{100.0 * change.share:+.1f} ± {100.0 * change.error:.1f} %".replace("-", "−")
     )
 
 
@@ -411,12 +414,12 @@ def parameter_rows() -> str:
     return "\n".join(lines)
 
 
-def table(found: Sequence[tuple[str, str, str, str]]) -> str:
-    return "\n".join("| " + " | ".join(row) + " |" for row in found) + "\n"
+def table(lines: Sequence[tuple[str, str, str, str]]) -> str:
+    return "\n".join("| " + " | ".join(row) + " |" for row in lines) + "\n"
 
 
 def main() -> None:
-    names = ", ".join(f"{each.name} ({each.amount})" for each in UNCERTAIN)
+    names = ", ".join(f"{source.name} ({source.amount})" for source in UNCERTAIN)
     head = TEXT.format(
         formula=formula(Carving), parameters=parameter_rows(), uncertain=names, stiffnesses=stiffnesses(),
         laws=both_laws(), headings=headings(), long_headings=long_headings(), against=ski_against_ski(), costs=tiers(),

@@ -25,16 +25,18 @@ def main() -> None:
     FigureCanvasAgg(figure)
     panels = figure.subplots(2, 2, sharex="col", sharey="row")
     for column, name in enumerate(("beginner", "intermediate")):
-        whole = read_recording(TOP / "examples" / name)
+        recording = read_recording(TOP / "examples" / name)
         for row in range(2):
-            known = truth(whole, "LeftFoot", whole.bvh.time)[1 - row]
-            panels[row, column].plot(whole.bvh.time, np.degrees(known), color="0.6", linewidth=3.0, label="captured")
+            known = truth(recording, "LeftFoot", recording.bvh.time)[1 - row]
+            panels[row, column].plot(
+                recording.bvh.time, np.degrees(known), color="0.6", linewidth=3.0, label="captured"
+            )
         for label, places in CASES:
             with tempfile.TemporaryDirectory() as folder:
-                made = read_recording(write_few(whole, places, Path(folder) / name))
+                few = read_recording(write_few(recording, places, Path(folder) / name))
             for row in range(2):
-                found = truth(made, "LeftFoot", made.bvh.time)[1 - row]
-                panels[row, column].plot(made.bvh.time, np.degrees(found), linewidth=1.2, label=label)
+                estimated = truth(few, "LeftFoot", few.bvh.time)[1 - row]
+                panels[row, column].plot(few.bvh.time, np.degrees(estimated), linewidth=1.2, label=label)
         panels[0, column].set_title(name)
         panels[1, column].set_xlabel("time (s)")
     panels[0, 0].set_ylabel("left ski's edge angle (°)")

@@ -2,9 +2,9 @@
 
     python docs/make_muscle_table.py FBLSmodel.osim > bodies/muscles/muscles.toml
 
-Reads the right side: 23 muscles of the leg that the paper's skier has, the leg's other 19, and the 119 that cross the
-lumbar joint; the left side is its mirror image.  Writes figures in the axes of this program's segments (x forward, y left, z up) and
-says, on stderr, how far the model's own left side is from that image.
+It reads the right side: 23 muscles of the leg that the paper's skier has, the leg's other 19, and the 119 that cross
+the lumbar joint; the left side is its mirror image.  It writes figures in the axes of this program's segments
+(x forward, y left, z up) and reports, on stderr, how far the model's own left side is from that image.
 """
 
 import sys
@@ -81,7 +81,7 @@ HEADER = """\
 
 
 def number(value: float) -> str:
-    """Seven digits are more than the model's."""
+    """Format with seven digits, more than the model's."""
     return f"{float(value) + 0.0:.7g}" if value else "0.0"
 
 
@@ -90,8 +90,8 @@ def numbers(values: Iterable[float]) -> str:
 
 
 def source_of_points(model: MuscleModel) -> dict[str, Array]:
-    """What has to be added to points of some bones: sacrum, calcaneus and toes are given from the pelvis and the ankle."""
-    bone = {each.name: each for each in model.bones.bones}
+    """Return offsets of points of some bones: sacrum, calcaneus and toes are given from the pelvis and the ankle."""
+    bone = {item.name: item for item in model.bones.bones}
     hips = 0.5 * (bone["femur_r"].place + bone["femur_l"].place)
     heel = bone["calcn_r"].place
     return {
@@ -103,28 +103,28 @@ def source_of_points(model: MuscleModel) -> dict[str, Array]:
 
 
 def share(model: MuscleModel, name: str, turn: int, coordinate: str) -> float:
-    """By how much a bone turns about its ``turn``-th axis a unit of a lumbar rotation: the mean over ±0.3 rad."""
+    """Return how much a bone turns about its ``turn``-th axis a unit of a lumbar rotation: the mean over ±0.3 rad."""
     tree = model.bones
     drive = tree.bones[tree.index(name)].turns[turn]
     if drive.coordinate is None:
         return 0.0
     q = np.zeros((2, len(tree.coordinates)))
     q[:, tree.coordinates.index(coordinate)] = -0.3, 0.3
-    whole, _ = tree.complete(q)
-    low, high = drive.curve(whole[:, tree.coordinates.index(drive.coordinate)])[0]
+    completed, _ = tree.complete(q)
+    low, high = drive.curve(completed[:, tree.coordinates.index(drive.coordinate)])[0]
     return float(high - low) / 0.6
 
 
 def slides(model: MuscleModel, name: str, coordinate: str) -> Array:
-    """(3,) m by which a bone slides in its parent a unit of a coordinate, in the model's axes."""
+    """Return the slide (3,) m of a bone in its parent a unit of a coordinate, in the model's axes."""
     tree = model.bones
     q = np.zeros((2, len(tree.coordinates)))
     q[:, tree.coordinates.index(coordinate)] = -0.3, 0.3
-    whole, _ = tree.complete(q)
+    completed, _ = tree.complete(q)
     moved = np.zeros(3)
     for drive in tree.bones[tree.index(name)].slides:
         if drive.coordinate is not None:
-            low, high = drive.curve(whole[:, tree.coordinates.index(drive.coordinate)])[0]
+            low, high = drive.curve(completed[:, tree.coordinates.index(drive.coordinate)])[0]
             moved += (high - low) / 0.6 * drive.axis
     return moved
 
@@ -134,7 +134,7 @@ def spline(x: Array, y: Array) -> str:
 
 
 def knots(model: MuscleModel, name: str, kind: str, index: int, sign: float) -> str:
-    """A spline of a drive by its knots, over the flexion of the knee."""
+    """Return a spline of a drive by its knots, over the flexion of the knee."""
     bone = model.bones.bones[model.bones.index(name)]
     drive = (bone.turns if kind == "turn" else bone.slides)[index]
     x = drive.curve.knots
@@ -145,7 +145,7 @@ def knots(model: MuscleModel, name: str, kind: str, index: int, sign: float) -> 
 
 
 def print_bones(model: MuscleModel) -> None:
-    bone = {each.name: each for each in model.bones.bones}
+    bone = {item.name: item for item in model.bones.bones}
     hips = 0.5 * (bone["femur_r"].place + bone["femur_l"].place)
     slide = [drive.curve(np.zeros(1))[0][0] * drive.axis for drive in bone["tibia_r"].slides]
     knee = np.sum(slide, axis=0)
@@ -256,7 +256,7 @@ def print_muscle(muscle: Muscle, region: str, group: str, shift: dict[str, Array
 
 
 def compare_sides(muscles: dict[str, Muscle], names: list[str]) -> None:
-    """Say how far the model's left side is from the right one's mirror image."""
+    """Report how far the model's left side is from the right one's mirror image."""
     apart = {}
     for name in names:
         right, left = muscles[f"{name}_r"], muscles[f"{name}_l"]
@@ -274,14 +274,14 @@ def compare_sides(muscles: dict[str, Muscle], names: list[str]) -> None:
 
 
 def chosen(muscles: dict[str, Muscle]) -> list[tuple[Muscle, str, str]]:
-    """The right side's muscles that the skier has, each with region and group."""
+    """Return the right side's muscles that the skier has, each with region and group."""
     of_leg = LEG | OTHERS_OF_LEG
-    found = [(muscles[f"{name}_r"], "leg", group) for group, names in of_leg.items() for name in names]
+    muscles_of_skier = [(muscles[f"{name}_r"], "leg", group) for group, names in of_leg.items() for name in names]
     for group, starts in LUMBAR.items():
         for name, muscle in muscles.items():
             if name.endswith("_r") and name.startswith(starts):
-                found.append((muscle, "lumbar", group))
-    return found
+                muscles_of_skier.append((muscle, "lumbar", group))
+    return muscles_of_skier
 
 
 def main() -> None:

@@ -1,5 +1,7 @@
-"""Prints the table of docs/real-runs.md: recorded runs fitted on the plane, on the surface that their own heights show,
-and on the one that they share with the runs that ``[terrain] runs`` names.
+"""Prints the table of docs/real-runs.md: fits of recorded runs on three kinds of snow.
+
+The snow is the plane, the surface from a run's own heights, or the surface shared with the runs that ``[terrain] runs``
+names.
 
 Run it from the top folder: ``python docs/make_real_runs.py FOLDER``; FOLDER holds recordings as ``sssi import`` makes
 them of few sensors (docs/real-runs.md has the commands).
@@ -33,8 +35,10 @@ HEADER = """\
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of a fitted run: the track's mean error (m); in the half that was not fitted, the error (rms, m/s) of the
-    predicted speed and of the first half's mean speed; μ_t and effective friction.
+    """Result of a fitted run.
+
+    It holds the track's mean error (m); in the half that was not fitted, the error (rms, m/s) of the predicted speed
+    and of the first half's mean speed; μ_t and effective friction.
     """
 
     track: float
@@ -45,12 +49,12 @@ class Outcome:
 
 
 def outcomes(recording: Recording) -> Iterator[tuple[str, Outcome]]:
-    """The recording's fits by the reduced model, each with the name of its snow."""
+    """Yield the recording's fits by the reduced model, each with the name of its snow."""
     motion = motion_from_recording(recording)
     plane = model_of(recording, motion)
     alone = on_snow_surface(plane, replace(recording, runs=()), motion)
-    found, first = outcome(recording, motion, plane)
-    yield "plane", found
+    on_plane, first = outcome(recording, motion, plane)
+    yield "plane", on_plane
     yield "own heights", outcome(recording, motion, alone, first)[0]
     if recording.runs:
         shared = on_snow_surface(plane, recording, motion)
@@ -58,7 +62,7 @@ def outcomes(recording: Recording) -> Iterator[tuple[str, Outcome]]:
 
 
 def outcome(recording: Recording, motion: Motion, model: Model, begin: Fitted | None = None) -> tuple[Outcome, Fitted]:
-    """Fit the reduced model, from where another fit ended if given, and predict the second half from the first."""
+    """Fit the reduced model, from the end of another fit if given, and predict the second half from the first."""
     if recording.gps is None:
         raise ValueError("the recording has no fixes")
     problem = problem_of(recording, motion, model, "joint")
@@ -73,18 +77,18 @@ def outcome(recording: Recording, motion: Motion, model: Model, begin: Fitted | 
     return Outcome(track, half.speed_rms, half.usual_rms, mu_t, effective_friction(run)), fitted
 
 
-def row(name: str, snow: str, found: Outcome) -> str:
-    """A line of the table."""
-    track, speed, usual, mu_t, effective = astuple(found)
+def row(name: str, snow: str, result: Outcome) -> str:
+    """Return a line of the table."""
+    track, speed, usual, mu_t, effective = astuple(result)
     return f"| {name} | {snow} | {track:.1f} m | {speed:.2f} m/s | {usual:.2f} m/s | {mu_t:.3f} | {effective:.3f} |"
 
 
 def main(folder: Path) -> None:
     """Print the table."""
     sys.stdout.write(f"{HEADER}\n")
-    for path in sorted(each.parent for each in folder.glob(f"*/{FILE}")):
-        for snow, found in outcomes(read_recording(path)):
-            sys.stdout.write(f"{row(path.name, snow, found)}\n")
+    for path in sorted(file.parent for file in folder.glob(f"*/{FILE}")):
+        for snow, result in outcomes(read_recording(path)):
+            sys.stdout.write(f"{row(path.name, snow, result)}\n")
             sys.stdout.flush()
 
 

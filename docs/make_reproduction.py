@@ -1,8 +1,11 @@
-"""Makes ``docs/reproduction.md``: the paper's Table 1 and the figures of its Figures 4 to 8 in numbers, beside this
-program's on the two bundled recordings.
+"""Makes ``docs/reproduction.md``: the paper's Table 1 and its Figures 4 to 8 in numbers, next to this program's
+results.
 
-Run as ``python docs/make_reproduction.py [RESULTS]``; it fits and simulates both recordings into the folder RESULTS
-(``results/reproduction`` unless given) and takes a few minutes.  What RESULTS holds already is not done again.
+The results are those of the two bundled recordings.
+
+Run it as ``python docs/make_reproduction.py [RESULTS]``; it fits and simulates both recordings into the folder RESULTS
+(``results/reproduction`` unless given) and takes a few minutes.  Results that are already in RESULTS are not computed
+again.
 """
 
 from __future__ import annotations
@@ -39,7 +42,7 @@ from sssi_exudyn.validation.metrics import path_length
 ROOT = Path(__file__).parents[1]
 NAMES = ("beginner", "intermediate")
 
-HEAD = """# The paper's results beside this program's
+HEAD = """# The paper's results next to this program's
 
 Made by `python docs/make_reproduction.py`, which runs `sssi run` on both bundled recordings (and `sssi fit --method paper`,
 for one row). *Paper* is Gao et al.; *here* is what the program finds in the bundled recording of that name, mean over its
@@ -74,12 +77,12 @@ WHY: dict[str, str] = {
     "e": "A property of the recording: its skiers turn about as the paper's do, not just as they do. Capture and GPS fix it, and "
     "the simulation follows them (`recorded`). Both shifts count from the instant at which the path of the centre of mass "
     "turns least, found on the simulated path.",
-    "f": "The angle lies between the captured heading of a foot and the way it goes, both of which the recording fixes: its "
+    "f": "The angle lies between the captured heading of a foot and its direction of travel, both of which the recording fixes: its "
     "beginner skids less and its intermediate carves more purely than the paper's. Means are over both skis and the whole "
     "turn; the paper does not say over what it takes its own.",
     "g": "The paper says that its beginner is inside of one ski throughout, its intermediate always inside of both. Here inside "
     "of both is: beyond the lines of both skis, towards the turn's centre. Around a transition, where the skier crosses from "
-    "one side to the other, nobody is.",
+    "one side to the other, no skier is.",
     "h": "The world that made the recordings put {truth} of the load on the outside ski; the insoles show it, and the simulation "
     "agrees to 0.01. So the bundled intermediate loads his skis as the paper's does, the bundled beginner stands on the inside ski "
     "a little more than the paper's. The insoles are among what is fitted; without them, by the paper's two parameters, the shares are "
@@ -105,13 +108,13 @@ TRUE: dict[str, dict[str, float]] = {
     "beginner": {"mu_t": 0.06, "mu_n": 0.55, "outside": 0.933},
     "intermediate": {"mu_t": 0.19, "mu_n": 0.90, "outside": 0.800},
 }
-"""What the world that made the recordings had: friction, and the outside ski's share."""
+"""True values of the world that made the recordings: friction, and the outside ski's share."""
 OWN_MOMENT = {"own": "13 (75) and 13 (63)", "recorded": "33 (109) and 27 (124)"}
-"""N m: root mean square (largest) of the moment about the pelvis there, with the true posture and the recorded one."""
+"""N m; root mean square (largest) of the moment about the pelvis there, with the true posture and the recorded one."""
 PAPER_LEVER = 0.25
-"""m: the paper's 2.74 N m/kg over 0.80 · 1.40 body weights."""
+"""m; the paper's 2.74 N m/kg over 0.80 · 1.40 body weights."""
 MEAN_OVER = 0.1
-"""s"""
+"""s over which the moment about the pelvis is averaged."""
 _OUTSIDE = ("outside_snow_force_share", "snow_force_bodyweights")
 Number = Callable[[StoredRun], str]
 
@@ -151,14 +154,14 @@ def main() -> None:
 
 
 def reasons(runs: list[StoredRun], plain: list[StoredRun]) -> dict[str, str | float]:
-    """The figures that the reasons quote, of beginner and intermediate."""
+    """Return the figures that the reasons quote, of beginner and intermediate."""
 
     def both(form: str, values: list[float]) -> str:
         return " and ".join(form.format(value) for value in values)
 
     def errors(name: str) -> list[float]:
-        found = [getattr(run.summary.friction, name) for run in runs]
-        return [(each.value - TRUE[run.name][name]) / each.se for run, each in zip(runs, found, strict=True)]
+        estimates = [getattr(run.summary.friction, name) for run in runs]
+        return [(mu.value - TRUE[run.name][name]) / mu.se for run, mu in zip(runs, estimates, strict=True)]
 
     forces = [float(np.prod([mean_of(run.summary, name, "control") or np.nan for name in _OUTSIDE])) for run in runs]
     moments = [peak_moment(run.summary, "knee_angle", "min") or np.nan for run in runs]
@@ -179,7 +182,7 @@ def reasons(runs: list[StoredRun], plain: list[StoredRun]) -> dict[str, str | fl
 
 
 def bend_of(run: StoredRun, lever: float) -> float:
-    """° by which a knee is bent that stands ``lever`` (m) off the line from hip to ankle."""
+    """Return the bend (°) of a knee that is ``lever`` (m) off the line from hip to ankle."""
     assert run.geometry is not None
     thigh, shank = (float(np.linalg.norm(run.geometry.joint_in_parent[SEGMENT[s]])) for s in ("tibia_r", "talus_r"))
     bend = np.radians(np.arange(1.0, 150.0, 0.1))
@@ -188,17 +191,17 @@ def bend_of(run: StoredRun, lever: float) -> float:
 
 
 def outside_knee(run: StoredRun) -> float:
-    """° by which the outside knee is bent, mean over the control phases."""
-    found = []
+    """Return the bend (°) of the outside knee, mean over the control phases."""
+    means = []
     for turn in complete(run):
         begin, end = turn.phases["control"]
         side = "l" if turn.side == "right" else "r"
-        found.append(run.series.loc[(run.time >= begin) & (run.time <= end), f"knee_angle_{side}_deg"].mean())
-    return float(np.mean(found))
+        means.append(run.series.loc[(run.time >= begin) & (run.time <= end), f"knee_angle_{side}_deg"].mean())
+    return float(np.mean(means))
 
 
 def largest_mean(run: StoredRun) -> float:
-    """N m: the largest moment about the pelvis, averaged over a short while."""
+    """Return the largest moment (N m) about the pelvis, averaged over a short while."""
     moment = run.series[[f"pelvis_{name}_moment_Nm" for name in ("rotation", "list", "tilt")]].to_numpy()
     count = round(MEAN_OVER / float(run.time[1] - run.time[0]))
     return float(np.linalg.norm(uniform_filter1d(moment, count, axis=0, mode="nearest"), axis=1).max())
@@ -206,7 +209,7 @@ def largest_mean(run: StoredRun) -> float:
 
 @cache
 def as_captured(name: str) -> tuple[Model, ResidualMoment]:
-    """Friction, start and heading fitted by the reduced model on the captured posture; the moment that is left over."""
+    """Fit friction, start and heading by the reduced model on the captured posture, with its residual moment."""
     recording = read_recording(ROOT / "examples" / name)
     motion = motion_from_recording(recording)
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
@@ -219,12 +222,12 @@ def friction_as_captured(run: StoredRun) -> str:
     return f"({friction.mu_t:.3f}, {friction.mu_n:.3f})"
 
 
-def moment_left(found: ResidualMoment) -> str:
-    return "–" if found.rms_Nm is None else f"{found.rms_Nm:.0f} ({found.peak_Nm:.0f})"
+def moment_left(residual: ResidualMoment) -> str:
+    return "–" if residual.rms_Nm is None else f"{residual.rms_Nm:.0f} ({residual.peak_Nm:.0f})"
 
 
 def table(runs: list[StoredRun], entries: list[Row]) -> Iterator[str]:
-    """Lines of Markdown."""
+    """Yield lines of Markdown."""
     yield "| | " + " | ".join(f"{name}: paper | here | recorded" for name in NAMES) + " | why |"
     yield "|---|" + "---|" * (3 * len(NAMES) + 1)
     for row in entries:
@@ -233,7 +236,7 @@ def table(runs: list[StoredRun], entries: list[Row]) -> Iterator[str]:
 
 
 def rows(alike: Mapping[str, StoredRun]) -> list[Row]:
-    """Every figure of the paper's results, in its order; ``alike`` has the runs fitted by the paper's two parameters."""
+    """Return every figure of the paper's results, in its order; ``alike`` has the runs fitted by the paper's method."""
 
     def by_paper(run: StoredRun) -> str:
         other = alike[run.name].summary
@@ -317,30 +320,30 @@ def over(values: list[float], form: str) -> str:
 
 
 def gps_speed(run: StoredRun) -> str:
-    """Of the antenna: the fixes' path over the time."""
+    """Return the speed of the antenna: the fixes' path over the time."""
     assert run.measured is not None
-    seen = run.measured.dropna(subset=["gps_east_m"])
-    time, path = seen["time_s"].to_numpy(), seen[["gps_east_m", "gps_north_m", "gps_up_m"]].to_numpy()
+    fixes = run.measured.dropna(subset=["gps_east_m"])
+    time, path = fixes["time_s"].to_numpy(), fixes[["gps_east_m", "gps_north_m", "gps_up_m"]].to_numpy()
     within = [(time >= turn.start) & (time <= turn.end) for turn in complete(run)]
-    return over([path_length(path[of]) / float(np.ptp(time[of])) for of in within], "{:.1f}")
+    return over([path_length(path[rows]) / float(np.ptp(time[rows])) for rows in within], "{:.1f}")
 
 
 def insoles(run: StoredRun) -> tuple[Array, Array]:
-    """(n,) s and (n, 2) N, left and right."""
+    """Return the insoles' times (n,) s and forces (n, 2) N, left and right."""
     assert run.measured is not None
-    seen = run.measured.dropna(subset=["left_insole_N"])
-    return seen["time_s"].to_numpy(), seen[["left_insole_N", "right_insole_N"]].to_numpy()
+    readings = run.measured.dropna(subset=["left_insole_N"])
+    return readings["time_s"].to_numpy(), readings[["left_insole_N", "right_insole_N"]].to_numpy()
 
 
 def insole_share(run: StoredRun) -> str:
     time, load = insoles(run)
     left = filtered_ratio(time, *load.T)
-    found = []
+    shares = []
     for turn in complete(run):
         begin, end = turn.phases["control"]
-        of = (time >= begin) & (time <= end)
-        found.append(float(np.nanmean(left[of] if turn.side == "right" else 1.0 - left[of])))
-    return over(found, "{:.2f}")
+        rows = (time >= begin) & (time <= end)
+        shares.append(float(np.nanmean(left[rows] if turn.side == "right" else 1.0 - left[rows])))
+    return over(shares, "{:.2f}")
 
 
 def insole_total(run: StoredRun) -> str:
@@ -355,8 +358,8 @@ def insole_shift(name: str, form: str) -> Number:
         time, load = insoles(run)
         ratio = filtered_ratio(time, *load.T)
         known = np.isfinite(ratio)
-        found = [getattr(shift(time[known], ratio[known] - 0.5, turn), name) for turn in complete(run)]
-        return over(found, form)
+        shifts = [getattr(shift(time[known], ratio[known] - 0.5, turn), name) for turn in complete(run)]
+        return over(shifts, form)
 
     return crossing
 

@@ -1,11 +1,11 @@
-"""Makes ``docs/semi-real.md`` of the answers that ``docs/semi-real.parquet`` holds.
+"""Makes ``docs/semi-real.md`` from the answers in ``docs/semi-real.parquet``.
 
-    python docs/make_semi_real.py COMMIT FOLDER…   keep the answers of folders that ``sssi benchmark semi-real`` made, in
-                                                   the place of those of the same recordings
-    python docs/make_semi_real.py                  make the page of what is kept
+    python docs/make_semi_real.py COMMIT FOLDER…   keep the answers of folders that ``sssi benchmark semi-real`` made,
+                                                   replacing those of the same recordings
+    python docs/make_semi_real.py                  make the page of the kept answers
 
-COMMIT names the version that answered.  Of each diagnosis the way, the track and the curves over time are left out, so
-that nothing of a recording is kept but the answers.
+COMMIT names the version that answered.  The path, the track and the curves over time of each diagnosis are left out, so
+that only the answers of a recording are kept.
 """
 
 from __future__ import annotations
@@ -34,27 +34,29 @@ DOCS = Path(__file__).parent
 KEPT = DOCS / "semi-real.parquet"
 PAGE = DOCS / "semi-real.md"
 TEXT = DOCS / "semi-real-text.txt"
-"""What stands below the figures."""
+"""Text below the figures."""
 PLACED: Final = 0.5
-"""Overlap in time from which a finding is where the fault is."""
+"""Least overlap in time of a finding at the fault's place."""
 _SHOWN: Final = {
     "clock_offset": (1.0, ".2f", " s"),
     "heading_offset": (180.0 / np.pi, ".1f", "°"),
     "x": (1.0, ".1f", " m"),
     "y": (1.0, ".1f", " m"),
 }
-"""Of each number: what it is multiplied by, its digits and its unit."""
+"""Factor, digits and unit of each number."""
 Judged = tuple[SemiReal, Answer]
 
 
 def keep(commit: str, folders: Sequence[Path]) -> None:
-    """Keep the answers of a benchmark's folders, a row a case, beside those of other recordings."""
+    """Keep the answers of a benchmark's folders, a row a case, next to those of other recordings."""
     cases = [read_json(path, SemiReal) for folder in folders for path in sorted(folder.glob("*/*.json"))]
     answered = {case.recording for case in cases}
-    every = [(case, by) for case, by in kept() if case.recording not in answered] + [(case, commit) for case in cases]
+    rows = [(case, version) for case, version in kept() if case.recording not in answered] + [
+        (case, commit) for case in cases
+    ]
     order = [NOTHING, *FAULTS]
-    every.sort(key=lambda row: (row[0].recording, order.index(row[0].fault), row[0].times))
-    columns = {"case": [to_json(_short(case)) for case, _ in every], "commit": [by for _, by in every]}
+    rows.sort(key=lambda row: (row[0].recording, order.index(row[0].fault), row[0].times))
+    columns = {"case": [to_json(_short(case)) for case, _ in rows], "commit": [version for _, version in rows]}
     pq.write_table(pa.table(columns), KEPT, compression="zstd")
 
 
@@ -65,12 +67,12 @@ def _short(case: SemiReal) -> SemiReal:
 
 
 def kept() -> list[tuple[SemiReal, str]]:
-    """The cases that are kept, and the version that answered each."""
+    """Return the kept cases, and the version that answered each."""
     return [(decode((case or "").encode(), SemiReal), by or "") for case, by in read_texts(KEPT, ("case", "commit"))]
 
 
 def page() -> str:
-    """The page."""
+    """Return the page."""
     judged = [(case, judge(case)) for case, _ in kept()]
     parts = [_head(judged), _totals(judged), _by_size(judged), _runs(judged), _answers(judged)]
     return "\n".join([*("\n".join([*part, ""]) for part in parts), TEXT.read_text(encoding="utf-8")])
@@ -114,7 +116,7 @@ def _friction_kept(judged: Sequence[Judged]) -> list[bool]:
 
 
 def _mu_t(case: SemiReal) -> Number | None:
-    """Averaged over all explanations."""
+    """Return μ_t averaged over all explanations."""
     averaged = None if case.diagnosis is None else case.diagnosis.friction_averaged
     return None if averaged is None else averaged["mu_t"]
 
@@ -182,7 +184,7 @@ def _found(answer: Answer) -> str:
 
 
 def _intervals(case: SemiReal) -> Iterator[str]:
-    """What was found of the fault's own numbers."""
+    """Yield the findings for the fault's own numbers."""
     for finding in () if case.diagnosis is None else case.diagnosis.findings:
         if finding.name == case.fault:
             for name in case.numbers:

@@ -1,7 +1,7 @@
-"""Makes ``docs/verification.md``: what was checked, against what, and what came out.
+"""Makes ``docs/verification.md``: the checks, their references, and the results.
 
-Run as ``python docs/make_verification.py``; it takes a few minutes.  The tests named in the tables hold the same
-figures to the tolerances and reasons that stand beside them there.
+Run it as ``python docs/make_verification.py``; it takes a few minutes.  The tests named in the tables compare the same
+figures, with the tolerances and reasons given there.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ COVERED = """## Which test proves what
 
 
 def given(name: str) -> tuple[Model, Motion]:
-    """An example, fitted by the reduced model."""
+    """Return an example, fitted by the reduced model."""
     recording = read_recording(ROOT / "examples" / name)
     motion = motion_from_recording(recording)
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
@@ -71,24 +71,24 @@ def given(name: str) -> tuple[Model, Motion]:
 
 
 def apart(one: SimulationResult, other: SimulationResult) -> float:
-    """mm between two antennas."""
+    """Return the largest distance (mm) between two antennas."""
     assert one.antenna is not None
     assert other.antenna is not None
-    at = np.stack([np.interp(one.time, other.time, column) for column in other.antenna.T], axis=1)
-    return 1e3 * float(np.max(np.linalg.norm(one.antenna - at, axis=1)))
+    antenna = np.stack([np.interp(one.time, other.time, column) for column in other.antenna.T], axis=1)
+    return 1e3 * float(np.max(np.linalg.norm(one.antenna - antenna, axis=1)))
 
 
 def run(model: Model, motion: Motion, **solver: float) -> SimulationResult:
-    """The first seconds with other choices of the solver."""
+    """Simulate the first seconds with other choices of the solver."""
     return simulate(replace(model, solver=replace(model.solver, **solver)), motion, stop=motion.start + SECONDS)
 
 
 def solver_choices(models: dict[str, tuple[Model, Motion]]) -> Iterator[str]:
-    """What each choice of the solver does to the path."""
+    """Show the effect of each choice of the solver on the path."""
     yield "## What the solver's choices do\n\nAgainst steps of 1 ms (for the steps) and against the defaults (for all else).\n"
     yield "| choice | " + " | ".join(f"{name} (mm)" for name in NAMES) + " |\n|---|" + "---|" * len(NAMES)
-    usual = {name: run(*each) for name, each in models.items()}
-    fine = {name: run(*each, step=1e-3) for name, each in models.items()}
+    usual = {name: run(*case) for name, case in models.items()}
+    fine = {name: run(*case, step=1e-3) for name, case in models.items()}
     for step in (0.0025, 0.005, 0.01):
         cells = [f"{apart(run(*models[name], step=step), fine[name]):.2f}" for name in NAMES]
         yield f"| steps of {1e3 * step:g} ms | " + " | ".join(cells) + " |"
@@ -104,7 +104,7 @@ def solver_choices(models: dict[str, tuple[Model, Motion]]) -> Iterator[str]:
 
 
 def second_models(models: dict[str, tuple[Model, Motion]]) -> Iterator[str]:
-    """The full model against the reduced, the flat and the tree-less one, and its energy balance."""
+    """Compare the full model with the reduced, the flat and the tree-less one, and show its energy balance."""
     yield "\n## Against other formulations\n"
     yield "| | " + " | ".join(NAMES) + " |\n|---|" + "---|" * len(NAMES)
     rows: dict[str, list[str]] = {}
@@ -113,8 +113,8 @@ def second_models(models: dict[str, tuple[Model, Motion]]) -> Iterator[str]:
         full = simulate(model, motion, stop=stop)
         reduced = simulate_reduced(model, prepare(model, motion, stop=stop))
         assert full.antenna is not None
-        at = np.stack([np.interp(full.time, reduced.time, column) for column in reduced.antenna.T], axis=1)
-        distance = np.max(np.linalg.norm(at - full.antenna, axis=1))
+        antenna = np.stack([np.interp(full.time, reduced.time, column) for column in reduced.antenna.T], axis=1)
+        distance = np.max(np.linalg.norm(antenna - full.antenna, axis=1))
         rows.setdefault("reduced model (linear modal skis), mm", []).append(f"{1e3 * distance:.1f}")
         bare = simulate(model, motion, stop=stop, tree=False)
         rows.setdefault("without the skeleton's tree, mm", []).append(f"{apart(bare, full):.2g}")
@@ -135,13 +135,13 @@ def second_models(models: dict[str, tuple[Model, Motion]]) -> Iterator[str]:
 
 
 def skis(model: Model) -> Iterator[str]:
-    """Held frequencies by the number of elements, and the order seen."""
+    """Show held frequencies by the number of elements, and the observed order."""
     yield "\n## The ski, held at its boot centre\n\n| elements | first three frequencies (Hz) |\n|---|---|"
-    found: list[Array] = []
+    frequencies: list[Array] = []
     for count in (10, 20, 50, 100, 200):
-        found.append(modal_ski(mesh(model.ski, count), 3).frequency)
-        yield f"| {count} | " + ", ".join(f"{f:.3f}" for f in found[-1]) + " |"
-    order = np.log2(np.abs(found[0] - found[-1]) / np.abs(found[1] - found[-1]))
+        frequencies.append(modal_ski(mesh(model.ski, count), 3).frequency)
+        yield f"| {count} | " + ", ".join(f"{f:.3f}" for f in frequencies[-1]) + " |"
+    order = np.log2(np.abs(frequencies[0] - frequencies[-1]) / np.abs(frequencies[1] - frequencies[-1]))
     yield (
         "\nOrder from 10 to 20 elements: "
         + ", ".join(f"{o:.1f}" for o in order)

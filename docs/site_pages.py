@@ -1,6 +1,6 @@
-"""What the site gets besides the pages in this folder: the terms, the changelog, executed notebooks, pictures.
+"""Generated pages of the site: the terms, the changelog, executed notebooks, pictures.
 
-``make docs`` has MkDocs call this before it reads the pages; all of it is written into ``docs/generated``.
+MkDocs calls this in ``make docs`` before it reads the pages; all of it is written into ``docs/generated``.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _KINDS: Final = {
 
 
 def on_pre_build(**_: Any) -> None:
-    """MkDocs' call before a build."""
+    """Make the pages when MkDocs begins a build."""
     make_all()
 
 
@@ -49,37 +49,37 @@ def make_all() -> None:
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
-    """Put the terms where a page asks for them."""
+    """Put the terms where a page requests them."""
     mark = "<!-- every force term -->"
     return markdown.replace(mark, (MADE / "terms.md").read_text(encoding="utf-8")) if mark in markdown else markdown
 
 
 def on_files(files: Any, **_: Any) -> Any:
-    """The terms are part of a page, not one of their own."""
+    """Remove the terms' own page, as they are part of another page."""
     from mkdocs.structure.files import Files
 
     return Files([file for file in files if file.src_uri != "generated/terms.md"])
 
 
 def terms_page() -> str:
-    """Every force term: what it is, its formula, its numbers with units, bounds and sources."""
+    """Describe every force term: its first line, its formula, its numbers with units, bounds and sources."""
     from sssi_exudyn.contact.registry import TERMS
     from sssi_exudyn.contact.term import formula
     from sssi_exudyn.core.quantity import quantities
 
     lines: list[str] = []
     for kind, title in _KINDS.items():
-        found = [cls for cls in TERMS if cls.kind == kind]
-        if found:
+        terms = [cls for cls in TERMS if cls.kind == kind]
+        if terms:
             lines += [f"### {title}", ""]
-        for cls in found:
+        for cls in terms:
             about = (cls.__doc__ or "").strip().split("\n")[0]
             lines += [f"#### `{cls.name}`", "", about, "", f"> {formula(cls)}", ""]
             lines += [f"Sources: {'; '.join(cls.sources)}", ""]
             lines += ["| number | default | bounds | meaning; source |", "|---|---|---|---|"]
-            for each in quantities(cls).values():
-                values = f"{each.default:g} {each.unit} | {each.low:g} … {each.high:g}"
-                lines.append(f"| `{each.name}` | {values} | {_cell(each.meaning)}; {_cell(each.source)} |")
+            for number in quantities(cls).values():
+                values = f"{number.default:g} {number.unit} | {number.low:g} … {number.high:g}"
+                lines.append(f"| `{number.name}` | {values} | {_cell(number.meaning)}; {_cell(number.source)} |")
             lines.append("")
     return "\n".join(lines)
 
@@ -99,7 +99,7 @@ def _in_folder(folder: Path) -> Iterator[None]:
 
 
 def notebook_page(name: str) -> str:
-    """A notebook of ``examples``, executed, as a page: its words, its code, and what each cell shows."""
+    """Execute a notebook of ``examples`` and return a page of its words, its code, and the output of each cell."""
     import matplotlib as mpl
 
     mpl.use("agg")
@@ -120,12 +120,12 @@ def notebook_page(name: str) -> str:
             tree = ast.parse(source)
             silent = source.rstrip().endswith(";")
             last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
-            said = io.StringIO()
-            with contextlib.redirect_stdout(said):
+            output = io.StringIO()
+            with contextlib.redirect_stdout(output):
                 exec(compile(tree, name, "exec"), vars(module))
                 value = None if last is None else eval(compile(ast.Expression(last.value), name, "eval"), vars(module))
-            if said.getvalue():
-                parts.append(f"```text\n{said.getvalue().rstrip()}\n```")
+            if output.getvalue():
+                parts.append(f"```text\n{output.getvalue().rstrip()}\n```")
             if value is not None and not silent:
                 html = getattr(value, "_repr_html_", None)
                 parts.append(f'<div class="output">{html()}</div>' if html else f"```text\n{value!r}\n```")
@@ -140,7 +140,7 @@ def notebook_page(name: str) -> str:
 
 
 def make_gallery() -> None:
-    """The pictures of the gallery, from five seconds of the beginner."""
+    """Make the pictures of the gallery, from five seconds of the beginner."""
     import matplotlib as mpl
 
     mpl.use("agg")
