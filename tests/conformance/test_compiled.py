@@ -1,9 +1,8 @@
-"""What is special to compiled terms: several at once, derivatives on the surface, kernels, and the cache on disk."""
+"""Compiled terms: several at once, derivatives on the surface, kernels, and the cache on disk."""
 
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import os
 import subprocess
 import sys
@@ -15,6 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from kernel_template import kernel_template
 from term_examples import Ridge, UniformWind
 
 from sssi_exudyn.contact import term as places
@@ -47,35 +47,6 @@ from sssi_exudyn.core.quantity import quantities, quantity
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
-TEMPLATE = """
-from __future__ import annotations
-
-from collections.abc import Callable
-
-from numba import njit
-
-point_force: Callable[..., float]
-
-
-@njit(cache=True, error_model="numpy")
-def load(parameters, depth, rate, length):
-    total = 0.0
-    for i in range(depth.shape[0]):
-        total += point_force(parameters, depth[i], rate[i], length)
-    return total
-"""
-
-
-def _template(folder: Path) -> ModuleType:
-    path = folder / "load_template.py"
-    path.write_text(TEMPLATE, encoding="utf-8")
-    spec = importlib.util.spec_from_file_location("load_template", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
 
 def test_terms_of_one_place_add_up_each_with_its_own_parameters() -> None:
     first, second = HuntCrossley(k=4e3, c=1e3), HuntCrossley(k=9e3, m1=2.0)
@@ -99,8 +70,8 @@ def test_winds_add_up_and_blow_on_segments() -> None:
     segment, wind = compile_segment(terms), compile_wind(terms)
     assert wind.value(wind.parameters, 0.0, 0.0, 0.0) == (-2.0, 2.0, 0.0)
     expected = AirDrag().force(FloatMath(), SegmentState((10.0, 0.0, 1.0), (-2.0, 2.0, 0.0), 0.06))
-    given = segment.value(segment.parameters, 0.0, 0.0, 0.0, 10.0, 0.0, 1.0, 0.06, *[0.0] * 6)
-    np.testing.assert_allclose(given, expected, rtol=1e-14)  # rounding
+    force = segment.value(segment.parameters, 0.0, 0.0, 0.0, 10.0, 0.0, 1.0, 0.06, *[0.0] * 6)
+    np.testing.assert_allclose(force, expected, rtol=1e-14)  # rounding
 
 
 def test_linearisation_of_several_terms_is_the_sum_of_each() -> None:
@@ -131,7 +102,7 @@ def test_a_parameter_is_found_where_the_kernels_have_it() -> None:
 
 @dataclass(frozen=True)
 class Shear(WindTerm):
-    """A wind that is not the same everywhere."""
+    """A wind that differs from place to place."""
 
     name: ClassVar[str] = "shear"
     sources: ClassVar[tuple[str, ...]] = ("made up for the tests",)
@@ -202,16 +173,16 @@ def test_laws_outside_the_registry_are_compiled_once_however_many_terms_have_the
 
 
 def test_a_kernel_calls_the_laws(tmp_path: Path) -> None:
-    kernel, parameters = compile_kernel(_template(tmp_path)), law_parameters(PAPER_TERMS)
+    kernel, parameters = compile_kernel(kernel_template(tmp_path)), law_parameters(PAPER_TERMS)
     depth, rate = np.array([-0.01, 0.002, 0.02]), np.array([0.1, -0.2, 0.3])
     expected = sum(HuntCrossley().force(FloatMath(), PointState(d, r, 0.033)) for d, r in zip(depth, rate, strict=True))
     assert kernel.load(parameters, depth, rate, 0.033) == pytest.approx(expected, rel=1e-14)  # rounding
 
 
-def test_a_template_that_was_moved_is_compiled_anew(tmp_path: Path) -> None:
+def test_a_template_that_was_moved_is_compiled_again(tmp_path: Path) -> None:
     # what Numba kept on disk names the modules of the classes that kernels are given
     moved = ModuleType("another_place")
-    template = _template(tmp_path)
+    template = kernel_template(tmp_path)
     moved.__file__ = template.__file__
     assert compile_kernel(moved).__name__ != compile_kernel(template).__name__
 
@@ -221,9 +192,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from test_compiled import PAPER_TERMS, _template, compile_kernel, law_parameters
+from kernel_template import kernel_template
 
-kernel = compile_kernel(_template(Path(sys.argv[1])))
+from sssi_exudyn.contact.codegen.compiled import compile_kernel, law_parameters
+from sssi_exudyn.contact.registry import PAPER_TERMS
+
+kernel = compile_kernel(kernel_template(Path(sys.argv[1])))
 kernel.load(law_parameters(PAPER_TERMS), np.ones(2), np.ones(2), 0.033)
 print(sum(kernel.load.stats.cache_hits.values()))
 """
@@ -245,11 +219,11 @@ def test_another_process_finds_the_kernel_compiled(tmp_path: Path) -> None:
     assert hits() == 1
 
 
-def test_a_broken_file_in_the_cache_is_written_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_broken_file_in_the_cache_is_written_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SSSI_CACHE_DIR", str(tmp_path))
     terms = (Ridge(), Shear())  # which no other test has together
     source = other_laws_source(law_classes(terms)[len(TERMS) :])
-    kept = tmp_path / f"sssi_exudyn_generated_{hashlib.sha256(source.encode()).hexdigest()}.py"
-    kept.write_text(source[: len(source) // 2], encoding="utf-8")  # as a full disk would leave it
+    generated = tmp_path / f"sssi_exudyn_generated_{hashlib.sha256(source.encode()).hexdigest()}.py"
+    generated.write_text(source[: len(source) // 2], encoding="utf-8")  # as a full disk would leave it
     assert compile_point(terms).value(law_parameters(terms), -1.0, 0.0, 0.033) == 0.0
-    assert kept.read_text(encoding="utf-8") == source
+    assert generated.read_text(encoding="utf-8") == source

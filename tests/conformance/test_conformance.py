@@ -1,4 +1,4 @@
-"""Every term keeps the rules: the registry's, and the examples that stand for places still without a term."""
+"""The rules of force terms: every term keeps them, the registry's and the examples for places still without a term."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The conformance tests catch what they are there for: terms that break the contract, one rule each."""
+"""The conformance tests find terms that break the contract, one rule each."""
 
 from __future__ import annotations
 
@@ -118,14 +118,14 @@ class Pushing(AnisotropicFriction):
 @pytest.mark.long
 def test_check_term_says_which_rules_were_kept_or_broken() -> None:
     assert {"does_not_branch", "linearisation_is_exact"} <= set(conformance.check_term(SpeedDependentFriction))
-    for broken, words in (
+    for broken, message in (
         (Bare, "Bare: declares what it is: no line of its docstring begins with Formula"),
         (Stepping, "Stepping: does not branch: a force term must not branch on a number"),
         (Pushing, "Pushing: takes energy only"),
         (Term, "is no force term"),
         (3, "is no force term"),
     ):
-        with pytest.raises(conformance.BrokenRule, match=words):
+        with pytest.raises(conformance.BrokenRule, match=message):
             conformance.check_term(broken)  # type: ignore[arg-type]
 
 
