@@ -29,9 +29,14 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Read the arguments, do what they say, and end the process with its exit status."""
     with end_on_interrupt():  # argparse imports as it goes
         _prepare_streams()
-        words = _with_verb(sys.argv[1:] if arguments is None else arguments)
-        options = parser_of(table.COMMANDS, table.GROUPS, set(words)).parse_args(words)
+        options = read_arguments(sys.argv[1:] if arguments is None else arguments)
     sys.exit(_status(options))
+
+
+def read_arguments(arguments: Sequence[str]) -> argparse.Namespace:
+    """Read the arguments of a command line; end the process with status 2 where they are wrong."""
+    words = _with_verb(arguments)
+    return parser_of(table.COMMANDS, table.GROUPS, set(words)).parse_args(words)
 
 
 def parser() -> argparse.ArgumentParser:

@@ -1,4 +1,4 @@
-"""The page of the blind benchmark is what its script makes of the answers that are kept."""
+"""The page of the blind benchmark: its script makes it from the stored answers."""
 
 from types import ModuleType
 
@@ -28,12 +28,12 @@ def test_every_case_is_kept(script: ModuleType) -> None:
 
 
 def test_failures_are_the_worst_of_their_kinds_and_have_pictures(script: ModuleType) -> None:
-    found = script.failures()
-    for _, case, result in found:
+    failures = script.failures()
+    for _, case, result in failures:
         assert result.first_name not in case.name.split("+") or case.kind == "none"
     invented = [
         r.findings[0].probability for c, r in script.kept_answers(script.ALONE["none"].kept("none")) if r.findings
     ]
-    assert found[0][2].findings[0].probability >= max(invented)
+    assert failures[0][2].findings[0].probability >= max(invented)
     pictures = sorted(path.name for path in (DOCS / "images").glob("benchmark_*.png"))
-    assert pictures == [f"benchmark_{number}.png" for number in range(1, len(found) + 1)]
+    assert pictures == [f"benchmark_{number}.png" for number in range(1, len(failures) + 1)]

@@ -1,4 +1,4 @@
-"""What is installed: the packages that exist, under their one name, with their data and without anything else."""
+"""The installed package: the packages that exist, under their one name, with their data and without anything else."""
 
 import ast
 import re
@@ -19,7 +19,7 @@ FOLDERS = ("bodies", "contact", "fitting", "validation")
 
 
 def installed() -> list[Path]:
-    """Every file that is installed, relative to the package; the four model folders by their names in it."""
+    """List every file that is installed, relative to the package; the four model folders by their names in it."""
     tops = {Path(): ROOT / "sssi_exudyn"} | {Path(name): ROOT / name for name in (*FOLDERS, "examples")}
     kinds = {".py", ".toml", ".css", ".js", ".json"}
     return sorted(
@@ -38,7 +38,7 @@ def declared() -> dict[str, Any]:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel, built from a copy without what lies about in a developer's tree."""
+    """Build the wheel from a copy of the sources alone, without other files of a developer's tree."""
     folder = tmp_path_factory.mktemp("wheel")
     source = folder / "source"
     source.mkdir()
@@ -47,15 +47,15 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
     arguments = [*command, "--wheel-dir", str(folder), str(source)]
     done = subprocess.run(arguments, check=True, capture_output=True, text=True)
-    assert "absent from the `packages`" not in done.stderr  # a page of warnings for whoever installs it
+    assert "absent from the `packages`" not in done.stderr  # a page of warnings at every installation
     (built,) = folder.glob("*.whl")
     return built
 
 
 def test_package_list_is_the_folders_that_exist(declared: dict[str, Any]) -> None:
-    found = {".".join(("sssi_exudyn", *path.parts[:-1])) for path in installed() if path.suffix == ".py"}
+    packages = {".".join(("sssi_exudyn", *path.parts[:-1])) for path in installed() if path.suffix == ".py"}
     recordings = {f"sssi_exudyn.examples.{path.parent.name}" for path in ROOT.glob("examples/*/recording.toml")}
-    assert set(declared["tool"]["setuptools"]["packages"]) == found | recordings
+    assert set(declared["tool"]["setuptools"]["packages"]) == packages | recordings
 
 
 @pytest.mark.parametrize("name", FOLDERS)
@@ -138,14 +138,14 @@ def test_every_recipe_has_the_same_version_and_dependencies(declared: dict[str, 
     assert f'set version = "{version}"' in recipe
     assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     run = recipe.partition("  run:\n")[2].partition("\n\n")[0]
-    there = {line.strip(" -").replace(" ", "").replace("matplotlib-base", "matplotlib") for line in run.splitlines()}
-    assert there == {f"python{declared['project']['requires-python']}", *declared["project"]["dependencies"]}
+    required = {line.strip(" -").replace(" ", "").replace("matplotlib-base", "matplotlib") for line in run.splitlines()}
+    assert required == {f"python{declared['project']['requires-python']}", *declared["project"]["dependencies"]}
 
 
 def test_every_version_of_python_is_tried_on_every_platform(declared: dict[str, Any]) -> None:
     workflow = (ROOT / ".github" / "workflows" / "platforms.yml").read_text(encoding="utf-8")
     stated = [entry.rpartition(":: ")[2] for entry in declared["project"]["classifiers"] if "Python :: 3." in entry]
-    assert f"python: [{', '.join(repr(each) for each in stated)}]".replace("'", '"') in workflow
+    assert f"python: [{', '.join(repr(version) for version in stated)}]".replace("'", '"') in workflow
     assert "[ubuntu-latest, windows-latest, macos-latest]" in workflow
 
 

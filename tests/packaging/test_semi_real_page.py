@@ -1,4 +1,4 @@
-"""The page of the faults concealed in real runs is what its script makes of the answers that are kept."""
+"""The page of the faults concealed in real runs: its script makes it from the stored answers."""
 
 from types import ModuleType
 

@@ -11,7 +11,7 @@ import pytest
 from docs_script import DOCS, docs_script
 
 import sssi_exudyn
-from sssi_exudyn.cli import _with_verb, parser
+from sssi_exudyn.cli import read_arguments
 from sssi_exudyn.contact.registry import TERMS
 from sssi_exudyn.contact.term import formula
 from sssi_exudyn.core.quantity import quantities
@@ -22,18 +22,18 @@ NAVIGATION = re.findall(r"([\w/-]+\.md)", (ROOT / "mkdocs.yml").read_text(encodi
 
 
 @pytest.fixture(scope="module")
-def made() -> ModuleType:
-    """The module that makes the generated pages."""
+def site_pages() -> ModuleType:
+    """Load the module that makes the generated pages."""
     return docs_script("site_pages")
 
 
-def generated(made: ModuleType) -> set[str]:
-    """What the build makes, by the names in its own code and of the notebooks."""
+def generated(site_pages: ModuleType) -> set[str]:
+    """Return what the build makes, by the names in its own code and of the notebooks."""
     source = (DOCS / "site_pages.py").read_text(encoding="utf-8")
     pictures = {f"{name}.png" for name in re.findall(r'"([a-z_]+)"', source)} | set(
         re.findall(r'"([a-z_]+\.png)"', source)
     )
-    return pictures | {f"{name}.md" for name in made.NOTEBOOKS} | {"changelog.md"}
+    return pictures | {f"{name}.md" for name in site_pages.NOTEBOOKS} | {"changelog.md"}
 
 
 def test_every_page_is_in_the_navigation_once() -> None:
@@ -43,19 +43,19 @@ def test_every_page_is_in_the_navigation_once() -> None:
 
 
 @pytest.mark.parametrize("page", [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"], ids=lambda page: page.name)
-def test_links_lead_somewhere(page: Path, made: ModuleType) -> None:
+def test_links_lead_somewhere(page: Path, site_pages: ModuleType) -> None:
     text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
     for target in re.findall(r"\]\(([^)\s]+)\)", text):
         if re.match(r"[a-z]+:", target):
             continue
         file, _, anchor = target.partition("#")
-        found = (page.parent / file).resolve() if file else page
-        if found.parent == DOCS / "generated":
-            assert found.name in generated(made), target
+        linked = (page.parent / file).resolve() if file else page
+        if linked.parent == DOCS / "generated":
+            assert linked.name in generated(site_pages), target
             continue
-        assert found.exists(), target
+        assert linked.exists(), target
         if anchor:
-            titles = re.findall(r"^#+ (.*)$", found.read_text(encoding="utf-8"), re.MULTILINE)
+            titles = re.findall(r"^#+ (.*)$", linked.read_text(encoding="utf-8"), re.MULTILINE)
             assert anchor in {re.sub(r"[^\w -]", "", title.lower()).strip().replace(" ", "-") for title in titles}, (
                 target
             )
@@ -72,8 +72,8 @@ def test_every_public_name_has_its_place_and_no_other() -> None:
     assert sorted(shown) == sorted(sssi_exudyn.__all__)
 
 
-def test_every_term_is_there_with_its_formula_and_its_numbers(made: ModuleType) -> None:
-    page = made.terms_page()
+def test_every_term_is_there_with_its_formula_and_its_numbers(site_pages: ModuleType) -> None:
+    page = site_pages.terms_page()
     for cls in TERMS:
         assert f"#### `{cls.name}`" in page
         assert formula(cls) in page
@@ -82,7 +82,7 @@ def test_every_term_is_there_with_its_formula_and_its_numbers(made: ModuleType) 
 
 
 def commands_on(page: Path) -> list[str]:
-    """The lines of a page's blocks of code that begin with ``sssi``, without comments, continued ones joined."""
+    """List the lines of a page's blocks of code that begin with ``sssi``, without comments, continued ones joined."""
     blocks = re.findall(r"```(?:sh|console)?\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
     lines = "\n".join(blocks).replace("\\\n", " ").split("\n")
     return [re.split(r"\s#", line)[0] for line in lines if line.startswith("sssi ")]
@@ -97,4 +97,4 @@ def test_commands_on_the_pages_are_taken(page: str, line: str) -> None:
     words = shlex.split(re.sub(r"\[[^\]]*\]", "", line).replace("…", ""))[1:]
     if "{" in line or "$" in line:  # alternatives, and variables of a shell
         return
-    parser().parse_args(_with_verb(words))
+    read_arguments(words)

@@ -49,12 +49,12 @@ def _forgotten() -> Iterator[None]:
 
 @pytest.fixture
 def snow(tmp_path: Path) -> Path:
-    """The example's plug-in, in a file that may be changed."""
+    """Copy the example's plug-in into a file that may be changed."""
     return Path(shutil.copy(EXAMPLE, tmp_path / "my_snow.py"))
 
 
 def failing(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    """The error line of a command that is refused."""
+    """Run a command that is refused and return its error line."""
     with pytest.raises(SystemExit) as end:
         main(arguments)
     assert end.value.code == 2
@@ -78,7 +78,7 @@ def test_the_command_line_takes_it_before_and_after_the_command(
 def test_its_hypothesis_is_weighed_and_what_nothing_explains_stays_last(snow: Path) -> None:
     use_plugin(snow)
     use_plugin(str(snow))  # twice is once
-    assert [each.name for each in HYPOTHESES].count("wet_snow") == 1
+    assert [hypothesis.name for hypothesis in HYPOTHESES].count("wet_snow") == 1
     assert HYPOTHESES[-1] is LATENT_FORCE
     assert BY_NAME["wet_snow"] in STEADY_LAWS
 
@@ -146,7 +146,7 @@ def test_a_file_that_was_changed_takes_the_place_of_what_it_was(snow: Path, tmp_
     use_plugin(snow)
     second = term_named("wet_snow")
     assert second is not first
-    assert [each.name for each in HYPOTHESES].count("wet_snow") == 1
+    assert [hypothesis.name for hypothesis in HYPOTHESES].count("wet_snow") == 1
     assert type(BY_NAME["wet_snow"]).__module__ == second.__module__
     path = tmp_path / "model.toml"
     snow.write_text(text, encoding="utf-8")
@@ -271,8 +271,8 @@ def test_numbers_of_own_laws_are_sought_along() -> None:
     assert more.priors["sticky.c"].mean == 0.1
     assert more.priors["sticky.c"].sigma == 0.25  # half the range of its bounds
     assert seek_too(problem_of(recording, motion, model, "paper"), ["sticky.c"]).priors == {}
-    for name, words in (("sticky.d", "did you mean 'sticky.c'"), ("friction.mu_t", "fitted anyway")):
-        with pytest.raises(InputError, match=words):
+    for name, message in (("sticky.d", "did you mean 'sticky.c'"), ("friction.mu_t", "fitted anyway")):
+        with pytest.raises(InputError, match=message):
             seek_too(problem, [name])
 
 
@@ -341,9 +341,9 @@ def test_own_laws_are_fitted(snow: Path, tmp_path: Path) -> None:
     recording, _ = bundled("beginner")
     short = replace(recording, stop=recording.start + 4.0)
     use_plugin(snow)
-    found = sssi_exudyn.fit(short, terms=[term_named("wet_snow")()], parameters=["wet_snow.c"])
-    estimate = (found.fitted.parameters or {})["wet_snow.c"]
+    fit = sssi_exudyn.fit(short, terms=[term_named("wet_snow")()], parameters=["wet_snow.c"])
+    estimate = (fit.fitted.parameters or {})["wet_snow.c"]
     assert estimate.value is not None
     assert estimate.se is not None
     assert 0.0 < estimate.se < 0.005  # the track says something: half the range was known beforehand
-    assert "wet_snow.c" in found.summary.fit.parameters  # type: ignore[operator]
+    assert "wet_snow.c" in fit.summary.fit.parameters  # type: ignore[operator]
