@@ -45,7 +45,8 @@ first instant, takes four times the steps.
 _PRECISION: Final = 1e-6
 _NEWTON_STEPS: Final = 20
 _NEWTON_PRECISION: Final = 1e-5
-_ITERATIONS: Final = 5_000
+MAX_ITERATIONS: Final = 5_000
+"""Steps after which OSQP gives up and another method takes over."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +135,7 @@ class _Programme:
             verbose=False,
             eps_abs=_PRECISION,
             eps_rel=_PRECISION,
-            max_iter=_ITERATIONS,
+            max_iter=MAX_ITERATIONS,
             polishing=True,
             warm_starting=True,
             scaling=0,

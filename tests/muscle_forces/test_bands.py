@@ -1,4 +1,4 @@
-"""Bands of muscles and joint loads: of draws that are known, against what follows from them."""
+"""Bands of muscles and joint loads: for known draws, compared with what follows from them."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -28,12 +28,12 @@ SAMPLES = 40
 
 
 def model() -> Model:
-    """Level snow, on which a skier who stands stays where he is."""
+    """Return level snow, on which a skier who stands stays where he is."""
     return replace(gliding.model(speed=0.0), inclination=0.0)
 
 
 def nominal() -> Nominal:
-    """A skier who stands; no muscle is wanted, so that what a draw asks of them is all."""
+    """Return a skier who stands; no moment is asked of his muscles, so that a draw alone asks for some."""
     time = 0.01 * np.arange(SAMPLES)
     angles = np.tile(standing.angles(), (SAMPLES, 1))
     zero = np.zeros((SAMPLES, len(PRESCRIBED)))
@@ -41,7 +41,7 @@ def nominal() -> Nominal:
 
 
 def drawn(mass: float = 0.0, **angles: float) -> Draw:
-    """A draw with another mass (kg) and other angles (rad)."""
+    """Return a draw with another mass (kg) and other angles (rad)."""
     table = np.zeros((2, len(PRESCRIBED)))
     for name, value in angles.items():
         table[:, PRESCRIBED.index(name)] = value
@@ -56,29 +56,29 @@ def wanted(forces: MuscleForces) -> Array:
 
 @pytest.fixture(scope="module")
 def heavier() -> Errors:
-    found = errors_of(skier_muscles(standing.geometry()), nominal(), (drawn(4.0), drawn(-4.0)), 2)
-    assert found is not None
-    return found
+    errors = errors_of(skier_muscles(standing.geometry()), nominal(), (drawn(4.0), drawn(-4.0)), 2)
+    assert errors is not None
+    return errors
 
 
 @pytest.mark.long
 def test_draws_like_the_estimate_have_no_band() -> None:
-    found = errors_of(skier_muscles(standing.geometry()), nominal(), (drawn(), drawn()), 2)
-    assert found is not None
-    assert np.all(half_widths(found, wanted, nominal().time) < 1e-9)  # the same numbers
+    errors = errors_of(skier_muscles(standing.geometry()), nominal(), (drawn(), drawn()), 2)
+    assert errors is not None
+    assert np.all(half_widths(errors, wanted, nominal().time) < 1e-9)  # the same numbers
 
 
 @pytest.mark.long
 def test_what_a_heavier_skier_asks_of_his_knees_is_by_hand(heavier: Errors) -> None:
-    """Half of 4 kg more above the knee, at the lever that the weight has there."""
+    """Put half of 4 kg more above the knee, at the lever that the weight has there."""
     end = -1  # the skis have settled
-    found = half_widths(heavier, wanted, heavier.time)[end, MUSCLED.index("knee_angle_r")]
+    half_width = half_widths(heavier, wanted, heavier.time)[end, MUSCLED.index("knee_angle_r")]
     moments = [
         run.joint_moments[0, PRESCRIBED.index("knee_angle_r")]
         for run in (standing.standing(drawn(4.0).model), standing.standing(model()))
     ]
     # the tibia slides while the knee bends: a tenth of the moment; and the skis have not quite settled
-    assert found == pytest.approx(SPREAD * abs(float(moments[0] - moments[1])), rel=0.25)
+    assert half_width == pytest.approx(SPREAD * abs(float(moments[0] - moments[1])), rel=0.25)
 
 
 @pytest.mark.long
@@ -95,7 +95,7 @@ def test_one_draw_is_no_band() -> None:
 
 
 def test_moments_of_a_standing_skier_are_those_of_the_constraints() -> None:
-    """``standing`` has them from the recursion and the feet's Jacobian alone."""
+    """Compare with ``standing``, which has them from the recursion and the feet's Jacobian alone."""
     estimated = model()
     stood = standing.standing(estimated)
     motion = spline_motion(standing.geometry(), 0.0, stood.time, stood.coordinates[:, 3:])
@@ -105,24 +105,24 @@ def test_moments_of_a_standing_skier_are_those_of_the_constraints() -> None:
     movement = Movement(
         stood.time, stood.coordinates, still, still, stood.com, np.zeros((SAMPLES, 3)), snow, np.zeros((SAMPLES, 2, 3))
     )
-    found = joint_moments(parts, movement, stood.foot_position, np.zeros((SAMPLES, 2, 3)))
-    assert np.allclose(found, stood.joint_moments, atol=1e-6)  # ``STILL`` of the air
-    # all forces together hold what weighs 800 N: nobody has to hold the pelvis
+    moments = joint_moments(parts, movement, stood.foot_position, np.zeros((SAMPLES, 2, 3)))
+    assert np.allclose(moments, stood.joint_moments, atol=1e-6)  # ``STILL`` of the air
+    # all forces together hold what weighs 800 N: no other force has to hold the pelvis
     assert np.allclose(joint_forces(parts, movement)[:, 0], 0.0, atol=1e-6)
 
 
 def table(**changed: float) -> pd.DataFrame:
-    """Two draws at two instants."""
+    """Return two draws at two instants."""
     rows = {"draw": [0, 1, 0, 1], "time_s": [0.0, 0.0, 1.0, 1.0], **dict.fromkeys(DRAW_ANGLES, 0.0)}
     return pd.DataFrame({**rows, DRAW_MASS: 76.0, "friction.mu_t": 0.08} | changed)
 
 
 def test_draws_come_back_from_their_table() -> None:
-    found = draws_of(StoredRun(Summary(), pd.DataFrame(), model(), draws=table()), Path())
-    assert len(found) == 2
-    assert found[0].model.skier.mass == 76.0
-    assert found[0].model.friction.mu_t == 0.08
-    assert np.array_equal(found[1].at(np.array([0.5])), np.zeros((1, len(PRESCRIBED))))
+    draws = draws_of(StoredRun(Summary(), pd.DataFrame(), model(), draws=table()), Path())
+    assert len(draws) == 2
+    assert draws[0].model.skier.mass == 76.0
+    assert draws[0].model.friction.mu_t == 0.08
+    assert np.array_equal(draws[1].at(np.array([0.5])), np.zeros((1, len(PRESCRIBED))))
     assert draws_of(StoredRun(Summary(), pd.DataFrame(), model()), Path()) == ()
 
 

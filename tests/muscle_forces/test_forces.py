@@ -1,4 +1,4 @@
-"""How muscles share moments, against closed forms; a standing skier's against a calculation by hand."""
+"""Muscles that share moments, against closed forms, and those of a standing skier against a calculation by hand."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -26,7 +26,7 @@ from sssi_exudyn.results.summary import Summary
 from sssi_exudyn.simulation.assembly import Parts
 
 HALF = 161
-"""Muscles of a side; the right ones come first."""
+"""Number of muscles of a side; the right ones come first."""
 
 
 def level() -> Model:
@@ -44,92 +44,92 @@ def still() -> MuscleRun:
     return muscles_of(run_of(), folder=Path())
 
 
-def total(found: MuscleRun, group: str, side: str) -> float:
-    """N, of a group at the first sample."""
+def total(run: MuscleRun, group: str, side: str) -> float:
+    """Return the force (N) of a group at the first sample."""
     return sum(
-        float(found.forces.force[0, k])
-        for k, named in enumerate(found.skier.named)
+        float(run.forces.force[0, k])
+        for k, named in enumerate(run.skier.named)
         if named.group == group and named.side == side
     )
 
 
-def of_back(found: MuscleRun) -> float:
-    """N, of all extensors of the lumbar spine."""
-    return sum(total(found, group, side) for group in ("erector_spinae", "multifidus") for side in ("left", "right"))
+def of_back(run: MuscleRun) -> float:
+    """Return the force (N) of all extensors of the lumbar spine."""
+    return sum(total(run, group, side) for group in ("erector_spinae", "multifidus") for side in ("left", "right"))
 
 
 @pytest.mark.parametrize(("power", "exponent"), [(2, 1.0), (3, 0.5)])
 def test_two_muscles_share_as_the_closed_form_says(power: int, exponent: float) -> None:
-    """min Σ aᵖ with Σ c a = b: Lagrange's condition is aᵖ⁻¹ ∝ c."""
+    """Minimise Σ aᵖ with Σ c a = b: Lagrange's condition is aᵖ⁻¹ ∝ c."""
     c, wanted = np.array([30.0, 10.0]), 20.0
     shares = c**exponent
     closed = wanted * shares / (c @ shares)
-    found = optimise(np.tile(c, (3, 1, 1)), np.full((3, 1), wanted), power)
+    optimum = optimise(np.tile(c, (3, 1, 1)), np.full((3, 1), wanted), power)
     # the reserve takes what a step in it is worth: 2 r / r₀² = λ, some 1e-3 N m of 20; the solver's own 1e-6
-    assert np.allclose(found.activation, closed, atol=1e-4)
+    assert np.allclose(optimum.activation, closed, atol=1e-4)
 
 
 def test_bounds_and_what_is_missing() -> None:
     strong, weak = optimise(np.array([[[30.0, -10.0]]]), np.array([[20.0]])), np.array([[[30.0, -10.0]]])
     # the antagonist stays as low as it may
     assert strong.activation[0, 1] == pytest.approx(LEAST, abs=1e-6)
-    found = optimise(weak, np.array([[50.0]]))
-    assert np.allclose(found.activation, [[1.0, LEAST]], atol=1e-6)  # the solver's precision
-    assert found.reserve[0, 0] == pytest.approx(50.0 - 30.0 + 10.0 * LEAST, abs=1e-4)
+    weak_optimum = optimise(weak, np.array([[50.0]]))
+    assert np.allclose(weak_optimum.activation, [[1.0, LEAST]], atol=1e-6)  # the solver's precision
+    assert weak_optimum.reserve[0, 0] == pytest.approx(50.0 - 30.0 + 10.0 * LEAST, abs=1e-4)
 
 
 def test_activations_at_a_corner_satisfy_the_conditions_of_optimality() -> None:
-    """Many muscles and joints: the gradient 2 a − Aᵀ λ is zero inside, and points outwards at bounds."""
+    """Take many muscles and joints: the gradient 2 a − Aᵀ λ is zero inside, and points outwards at bounds."""
     rng = np.random.default_rng(2)
     at_full = rng.normal(0.0, 20.0, (1, 5, 40)) * (rng.random((1, 5, 40)) < 0.4)
     wanted = at_full[0] @ rng.random(40)
-    found = optimise(at_full, wanted[None])
-    a, multiplier = found.activation[0], 2.0 * found.reserve[0] / 0.3**2
+    optimum = optimise(at_full, wanted[None])
+    a, multiplier = optimum.activation[0], 2.0 * optimum.reserve[0] / 0.3**2
     slope = 2.0 * a - at_full[0].T @ multiplier
     inside = (a > LEAST + 1e-6) & (a < 1.0 - 1e-6)
     # the solver's 1e-6 in r / 50 N m becomes 1e-3 in λ, and that times moments of 20 N m
     assert np.max(np.abs(slope[inside])) < 1e-2
     assert np.all(slope[a <= LEAST + 1e-6] > -1e-2)
-    assert np.allclose(at_full[0] @ a + found.reserve[0], wanted, atol=1e-3)
+    assert np.allclose(at_full[0] @ a + optimum.reserve[0], wanted, atol=1e-3)
 
 
 @pytest.mark.parametrize("power", [2, 3])
 def test_where_the_solver_gives_up_the_active_set_takes_over(power: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Many muscles, half of them at a bound: the same activations by both."""
+    """Take many muscles, half of them at a bound: both methods give the same activations."""
     rng = np.random.default_rng(4)
     at_full = rng.normal(0.0, 20.0, (3, 5, 40)) * (rng.random((3, 5, 40)) < 0.4)
     wanted = at_full @ np.where(rng.random(40) < 0.5, 1.0, LEAST)
     usual = optimise(at_full, wanted, power)
-    monkeypatch.setattr(static_optimisation, "_ITERATIONS", 1)
-    found = optimise(at_full, wanted, power)
+    monkeypatch.setattr(static_optimisation, "MAX_ITERATIONS", 1)
+    by_active_set = optimise(at_full, wanted, power)
     # the first solver's precision, and that of Newton's steps
-    assert np.allclose(found.activation, usual.activation, atol=5e-4)
-    assert np.allclose(found.reserve, usual.reserve, atol=1e-2)
+    assert np.allclose(by_active_set.activation, usual.activation, atol=5e-4)
+    assert np.allclose(by_active_set.reserve, usual.reserve, atol=1e-2)
 
 
 def test_activation_rises_and_falls_by_its_time_constants() -> None:
-    """A moment that comes and goes at once: activation goes along 1 − e^(−t/10 ms) and e^(−t/40 ms)."""
+    """Switch a moment on and off: activation follows 1 − e^(−t/10 ms) and e^(−t/40 ms)."""
     time = 0.002 * np.arange(100)
     wanted = np.where((time > 0.05) & (time < 0.1), 1000.0, 0.0)[:, None]  # more than the muscle has
-    found = optimise(np.full((100, 1, 1), 30.0), wanted, time=time).activation[:, 0]
+    activation = optimise(np.full((100, 1, 1), 30.0), wanted, time=time).activation[:, 0]
     first = int(np.argmax(wanted > 0.0))
     rise = 1.0 - (1.0 - LEAST) * np.exp(-(time[first : first + 20] - time[first - 1]) / 0.010)
-    assert np.allclose(found[first : first + 20], rise, atol=1e-5)  # the solver's precision, step by step
+    assert np.allclose(activation[first : first + 20], rise, atol=1e-5)  # the solver's precision, step by step
     last = int(np.flatnonzero(wanted)[-1])
-    fall = LEAST + (found[last] - LEAST) * np.exp(-(time[last:] - time[last]) / 0.040)
-    assert np.allclose(found[last:], fall, atol=1e-5)
+    fall = LEAST + (activation[last] - LEAST) * np.exp(-(time[last:] - time[last]) / 0.040)
+    assert np.allclose(activation[last:], fall, atol=1e-5)
     free = optimise(np.full((100, 1, 1), 30.0), wanted).activation[:, 0]
     assert free[first] == pytest.approx(1.0)
     assert free[last + 1] == pytest.approx(LEAST, abs=1e-6)
 
 
 def test_a_muscle_that_cannot_let_go_is_held_by_its_antagonist() -> None:
-    """The moment turns round from one sample to the next: it is made, by more of the other muscle."""
+    """Reverse the moment from one sample to the next: more of the other muscle makes it."""
     time, at_full = np.array([0.0, 0.007]), np.tile([30.0, -30.0], (2, 1, 1))
-    found = optimise(at_full, np.array([[12.0], [-3.0]]), time=time)
-    assert found.activation[1, 0] == pytest.approx(reach(found.activation[0], 0.007)[0][0], abs=1e-6)
-    assert np.allclose(found.reserve, 0.0, atol=1e-2)
-    assert found.activation[1, 1] - found.activation[1, 0] == pytest.approx(0.1, abs=1e-3)
+    optimum = optimise(at_full, np.array([[12.0], [-3.0]]), time=time)
+    assert optimum.activation[1, 0] == pytest.approx(reach(optimum.activation[0], 0.007)[0][0], abs=1e-6)
+    assert np.allclose(optimum.reserve, 0.0, atol=1e-2)
+    assert optimum.activation[1, 1] - optimum.activation[1, 0] == pytest.approx(0.1, abs=1e-3)
 
 
 def test_another_power_is_refused() -> None:
@@ -152,15 +152,15 @@ def test_curves() -> None:
 def test_fibre_of_a_rigid_tendon() -> None:
     optimal, slack, pennation = 0.1, 0.2, 0.3
     length = np.array([[slack + optimal * np.cos(pennation)]])
-    given = (np.array([500.0]), np.array([optimal]), np.array([slack]), np.array([pennation]))
-    found = fibres(length, np.zeros((1, 1)), *given)
-    assert found.length[0, 0] == pytest.approx(1.0, rel=1e-12)
-    assert found.force[0, 0] == pytest.approx(500.0 * np.cos(pennation), rel=1e-12)
+    muscle = (np.array([500.0]), np.array([optimal]), np.array([slack]), np.array([pennation]))
+    at_rest = fibres(length, np.zeros((1, 1)), *muscle)
+    assert at_rest.length[0, 0] == pytest.approx(1.0, rel=1e-12)
+    assert at_rest.force[0, 0] == pytest.approx(500.0 * np.cos(pennation), rel=1e-12)
     # the fibre's speed is the derivative of its length
     step, speed = 1e-6, 0.05
-    ahead, behind = (fibres(length + way * step * speed, np.zeros((1, 1)), *given).length for way in (1.0, -1.0))
+    ahead, behind = (fibres(length + sign * step * speed, np.zeros((1, 1)), *muscle).length for sign in (1.0, -1.0))
     per_second = (ahead - behind)[0, 0] / (2.0 * step)
-    moving = fibres(length, np.full((1, 1), speed), *given).speed[0, 0] * 10.0  # ten optimal lengths a second
+    moving = fibres(length, np.full((1, 1), speed), *muscle).speed[0, 0] * 10.0  # ten optimal lengths a second
     assert moving == pytest.approx(per_second, rel=1e-6)  # rounding over the step
 
 
@@ -179,7 +179,7 @@ def test_more_weight_on_one_leg_more_force_in_it() -> None:
 
 
 def test_moments_are_made(still: MuscleRun) -> None:
-    """Standing needs less than the muscles can: all of every moment, to 0.1 % of the largest."""
+    """Let him stand, which needs less than the muscles can: they make every moment, to 0.1 % of the largest."""
     assert np.max(np.abs(still.forces.reserve)) < 1e-3 * np.max(np.abs(still.forces.wanted))
     figures = muscle_figures(still)
     assert figures.lacking == ()
@@ -188,13 +188,13 @@ def test_moments_are_made(still: MuscleRun) -> None:
 
 
 def test_a_stretch_boundary_changes_nothing(still: MuscleRun) -> None:
-    """Standing still, all samples are one."""
+    """Let him stand still: all samples are equal."""
     # the solver's 1e-6 on muscles of up to 5 kN
     assert np.allclose(still.forces.force, still.forces.force[0], atol=0.05)
 
 
 def by_hand() -> tuple[float, float, float, float]:
-    """N m that half the weight does to a knee, and the trunk to the lumbar spine; N on knee and on the spine.
+    """Return the moments (N m) and forces (N) that half the weight makes on a knee and the trunk on the lumbar spine.
 
     Plane statics: the snow's force goes up under the centre of mass; what is beyond a joint hangs on it.
     """
@@ -223,7 +223,7 @@ ABOVE = ("torso", "head", *(f"{name}_{side}" for name in ("humerus", "ulna", "ra
 
 
 def test_quadriceps_against_a_calculation_by_hand(still: MuscleRun) -> None:
-    """Moment of the snow's force about the knee over the patellar tendon's lever."""
+    """Divide the moment of the snow's force about the knee by the patellar tendon's lever."""
     moment, _, _, _ = by_hand()
     # the hand's foot is a point 2 cm before the ankle
     assert -run_of().series["knee_angle_r_moment_Nm"].iloc[0] == pytest.approx(moment, rel=0.02)
@@ -232,14 +232,14 @@ def test_quadriceps_against_a_calculation_by_hand(still: MuscleRun) -> None:
     arms = muscle_paths(still.skier.model, standing.angles()[None], ["knee_angle_r"]).moment_arm[0, :, 0]
     lever = np.mean([-arms[k] for k, n in enumerate(still.skier.named) if n.group == "quadriceps_femoris"][:4])
     by_lever = moment / lever
-    found = total(still, "quadriceps_femoris", "right")
+    quadriceps = total(still, "quadriceps_femoris", "right")
     # hamstrings and gastrocnemii, which hips and ankles need, bend the knee: the quadriceps do more, not half more
-    assert by_lever < found < 1.5 * by_lever
+    assert by_lever < quadriceps < 1.5 * by_lever
 
 
 def test_erector_spinae_against_a_calculation_by_hand(still: MuscleRun) -> None:
-    """The upper body's weight over the lever of 5 to 7 cm of fascicles that span the whole lumbar spine, and half that
-    of those that cross some of its joints only.
+    """Divide the upper body's moment by the extensors' lever: 5 to 7 cm for fascicles that span the whole lumbar spine,
+    and half that for those that cross some of its joints only.
     """
     moment = float(still.forces.wanted[0, MUSCLED.index("lumbar_extension")])
     extensors = of_back(still)
@@ -247,43 +247,43 @@ def test_erector_spinae_against_a_calculation_by_hand(still: MuscleRun) -> None:
 
 
 def test_a_tuck_against_a_calculation_by_hand() -> None:
-    """Trunk level over the thighs: the back holds the upper body's weight at its lever, a knee half of what stands
-    above it at its; tibia and femur are pressed together by what the quadriceps pull.
+    """Level the trunk over the thighs: the back holds the upper body's weight at its lever, a knee half of what stands
+    above it at its own.  The quadriceps' pull presses tibia and femur together.
     """
     model, chain = level(), standing.geometry()
     stood = standing.standing(model, bend=standing.TUCK)
     series = stood.to_frame(slope_to_enu(0.0, 0.0))
-    found = muscles_of(StoredRun(Summary(), series, model, geometry=chain), Path())
+    run = muscles_of(StoredRun(Summary(), series, model, geometry=chain), Path())
     parts = Parts(model, spline_motion(chain, 0.0, stood.time, stood.coordinates[:, 3:]))
     poses = forward_kinematics(chain, stood.coordinates[:1], 0.0)
 
     def weight_and_place(names: Sequence[str]) -> tuple[float, float]:
-        at = [SEGMENT[name] for name in names]
-        mass = np.array([parts.inertias[i].mass for i in at])
-        ahead = [(poses.origin[0, i] + poses.rotation[0, i] @ parts.inertias[i].com)[0] for i in at]
+        segments = [SEGMENT[name] for name in names]
+        mass = np.array([parts.inertias[i].mass for i in segments])
+        ahead = [(poses.origin[0, i] + poses.rotation[0, i] @ parts.inertias[i].com)[0] for i in segments]
         return float(mass.sum()) * 9.81, float(mass @ ahead / mass.sum())
 
     upper, ahead = weight_and_place(ABOVE)
     lumbar = upper * (ahead - poses.origin[0, SEGMENT["torso"], 0])
     assert series["lumbar_extension_moment_Nm"].iloc[0] == pytest.approx(lumbar, rel=1e-6)  # rounding
-    below, place = weight_and_place([f"{name}_r" for name in ("tibia", "talus", "calcn", "toes")])
+    below, shank_forward = weight_and_place([f"{name}_r" for name in ("tibia", "talus", "calcn", "toes")])
     knee = poses.origin[0, SEGMENT["tibia_r"], 0]
     ground = 0.5 * parts.body_mass * 9.81
-    extension = ground * (knee - stood.com[0, 0]) - below * (knee - place)
+    extension = ground * (knee - stood.com[0, 0]) - below * (knee - shank_forward)
     assert -series["knee_angle_r_moment_Nm"].iloc[0] == pytest.approx(extension, rel=1e-6)
-    wanted, reserve = found.forces.wanted[0], np.abs(found.forces.reserve[0])
+    wanted, reserve = run.forces.wanted[0], np.abs(run.forces.reserve[0])
     strong = [k for k, name in enumerate(MUSCLED) if not name.startswith("hip_")]
     assert np.all(reserve[strong] < 0.5)  # the hips' extensors have lost their levers at 120° of flexion
-    quadriceps, hamstrings = (total(found, group, "right") for group in ("quadriceps_femoris", "hamstrings"))
+    quadriceps, hamstrings = (total(run, group, "right") for group in ("quadriceps_femoris", "hamstrings"))
     assert quadriceps > -float(wanted[MUSCLED.index("knee_angle_r")]) / 0.06  # the longest lever of a bent knee
-    knee_load = float(np.linalg.norm(found.forces.contact[0, list(JOINTS).index("knee_r")]))
-    assert quadriceps < knee_load < ground + 1.5 * quadriceps + hamstrings + total(found, "triceps_surae", "right")
+    knee_load = float(np.linalg.norm(run.forces.contact[0, list(JOINTS).index("knee_r")]))
+    assert quadriceps < knee_load < ground + 1.5 * quadriceps + hamstrings + total(run, "triceps_surae", "right")
     # trunk level: extensors of 3 to 7 cm of lever press L5/S1 by ten times the upper body's weight and less
-    assert lumbar / 0.07 < of_back(found) < lumbar / 0.03
+    assert lumbar / 0.07 < of_back(run) < lumbar / 0.03
 
 
 def test_loads_without_muscles_are_the_weights(still: MuscleRun) -> None:
-    """Through each joint goes what stands on it; the sum over the pelvis' neighbours is the pelvis' weight."""
+    """Leave the muscles out: each joint carries what stands on it; the joints of the pelvis add up to its weight."""
     run = run_of()
     angles = np.radians(run.series[[f"{name}_deg" for name in PRESCRIBED]].to_numpy(dtype=float))
     motion = spline_motion(standing.geometry(), 0.0, run.time, angles)
@@ -300,7 +300,7 @@ def test_loads_without_muscles_are_the_weights(still: MuscleRun) -> None:
 
 
 def test_what_acts_on_the_body_goes_through_the_joints_by_mass() -> None:
-    """A force of nothing known, 200 N up: of it the trunk's joint carries what the mass beyond it has, a knee's too."""
+    """Push by 200 N up, by no known force: trunk and knee carry the share of the mass beyond them."""
     model = replace(level(), terms=(*level().terms, UnexplainedForce(force_n=200.0, t0=-5.0, t1=5.0)))
     pushed = replace(run_of(), model=model)
     angles = np.radians(pushed.series[[f"{name}_deg" for name in PRESCRIBED]].to_numpy(dtype=float))
@@ -315,7 +315,7 @@ def test_what_acts_on_the_body_goes_through_the_joints_by_mass() -> None:
 
 
 def test_contact_is_weight_and_muscles(still: MuscleRun) -> None:
-    """The knee carries its weight and, along the shank, what the patellar tendon and the hamstrings pull."""
+    """Check that the knee carries its weight and, along the shank, the pull of patellar tendon and hamstrings."""
     size = np.linalg.norm(still.forces.contact[0], axis=1)
     loads = dict(zip(JOINTS, size, strict=True))
     _, weight, ground, _ = by_hand()
@@ -326,28 +326,28 @@ def test_contact_is_weight_and_muscles(still: MuscleRun) -> None:
 
 
 def test_moments_turned_round_are_lacking() -> None:
-    """A hip that shall do 2 kN m is reported to lack what its muscles do not have."""
+    """Ask 2 kN m of a hip: it is reported to lack what its muscles do not have."""
     model, chain = level(), standing.geometry()
     skier = skier_muscles(chain)
     q = standing.angles()[None]
     moments: Array = np.zeros((1, len(PRESCRIBED)))
     moments[0, PRESCRIBED.index("hip_flexion_r")] = -2000.0
-    found = muscle_forces(skier, chain, np.zeros(1), q, np.zeros_like(q), moments, np.zeros((1, len(SEGMENT), 3)))
-    run = MuscleRun(np.zeros(1), skier, "full", found, model.skier.mass * 9.81, 2, 0.0)
+    forces = muscle_forces(skier, chain, np.zeros(1), q, np.zeros_like(q), moments, np.zeros((1, len(SEGMENT), 3)))
+    run = MuscleRun(np.zeros(1), skier, "full", forces, model.skier.mass * 9.81, 2, 0.0)
     (missing,) = (joint.worst_Nm for joint in muscle_figures(run).lacking if joint.coordinate == "hip_flexion_r")
     assert missing < -1000.0
-    made = float(found.made[0, MUSCLED.index("hip_flexion_r")])
-    assert made + missing == pytest.approx(-2000.0)
+    made_moment = float(forces.made[0, MUSCLED.index("hip_flexion_r")])
+    assert made_moment + missing == pytest.approx(-2000.0)
     # it cannot do more than all its muscles at once
     arms = muscle_paths(skier.model, q, ["hip_flexion_r"]).moment_arm[0, :, 0]
     most = sum(
         arm * muscle.max_isometric_force for arm, muscle in zip(arms, skier.model.muscles, strict=True) if arm < 0
     )
-    assert most < made < 0.0
+    assert most < made_moment < 0.0
 
 
 def test_a_pole_goes_through_hand_arm_and_trunk() -> None:
-    """100 N up at the left hand: the left shoulder carries all of it, the right one nothing, the trunk's joint all."""
+    """Push by 100 N up at the left hand: left shoulder and trunk's joint carry all of it, the right shoulder none."""
     pole = PolePlant(up=100.0 * np.sqrt(2.0 * np.pi), t=0.2, width=1.0, side=1.0)
     planted = replace(run_of(), model=replace(level(), terms=(*level().terms, pole)))
     angles = np.radians(planted.series[[f"{name}_deg" for name in PRESCRIBED]].to_numpy(dtype=float))
