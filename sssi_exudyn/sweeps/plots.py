@@ -46,7 +46,7 @@ def response_svg(name: str, table: pd.DataFrame, axis: Axis, output: str, unit: 
                 drawn.set(linestyle="", marker="_", markersize=18.0)
             if words:
                 axes.set_xticks(range(len(words)), words)
-        axes.set(xlabel=_label(axis.name, axis.parameter.unit), ylabel=_label(output, unit))
+        axes.set(xlabel=axis_label(axis.name, axis.parameter.unit), ylabel=axis_label(output, unit))
 
     return svg(name, draw)
 
@@ -63,11 +63,11 @@ def heat_svg(name: str, table: pd.DataFrame, across: Axis, up: Axis, output: str
         axes.set_xticks(np.arange(len(column_words)) + 0.5, column_words)
         axes.set_yticks(np.arange(len(row_words)) + 0.5, row_words)
         axes.grid(visible=False)
-        axes.set(xlabel=_label(across.name, across.parameter.unit), ylabel=_label(up.name, up.parameter.unit))
+        axes.set(xlabel=axis_label(across.name, across.parameter.unit), ylabel=axis_label(up.name, up.parameter.unit))
         figure = axes.get_figure()
         assert figure is not None
         bar = figure.colorbar(drawn, ax=axes)
-        bar.set_label(_label(output, unit), color=INK)
+        bar.set_label(axis_label(output, unit), color=INK)
         bar.outline.set_visible(False)
         assert bar.solids is not None
         bar.solids.set(rasterized=False, edgecolor="face")  # a page shows no pictures, only lines and areas
@@ -117,7 +117,7 @@ def _word(value: object) -> str:
     return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
-def _label(name: str, unit: str) -> str:
+def axis_label(name: str, unit: str) -> str:
     """Return a name with its unit in brackets: ``mean_speed_mps`` is "mean speed (m/s)".
 
     Parameters keep their files' name.

@@ -1,4 +1,4 @@
-"""Who can talk to a cluster that a sweep starts: nobody without its certificates."""
+"""Access to the clusters that a sweep starts: none without the sweep's certificates."""
 
 import os
 import socket
@@ -26,14 +26,14 @@ kill -- "-$1"
 
 
 def listening(pid: int) -> set[tuple[str, int]]:
-    """Addresses that a process and its children listen on."""
+    """Return the addresses that a process and its children listen on."""
     processes = [psutil.Process(pid), *psutil.Process(pid).children(recursive=True)]
-    sockets = [each for process in processes for each in process.net_connections("inet")]
-    return {(each.laddr.ip, each.laddr.port) for each in sockets if each.status == psutil.CONN_LISTEN}
+    sockets = [socket_ for process in processes for socket_ in process.net_connections("inet")]
+    return {(socket_.laddr.ip, socket_.laddr.port) for socket_ in sockets if socket_.status == psutil.CONN_LISTEN}
 
 
 def reply(address: tuple[str, int], request: bytes = b"GET /status HTTP/1.0\r\n\r\n") -> bytes:
-    """What an unencrypted request is answered; nothing where the connection is refused or closed."""
+    """Return the answer to an unencrypted request; nothing where the connection is refused or closed."""
     with socket.create_connection(address, timeout=5.0) as plain:
         plain.sendall(request)
         with suppress(TimeoutError, ConnectionError):
@@ -42,7 +42,7 @@ def reply(address: tuple[str, int], request: bytes = b"GET /status HTTP/1.0\r\n\
 
 
 def asks_for_certificate(address: tuple[str, int]) -> bool:
-    """True where the server talks TLS and refuses a client that shows no certificate."""
+    """Return True where the server talks TLS and refuses a client that shows no certificate."""
     context = ssl.create_default_context()
     context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
     with socket.create_connection(address, timeout=5.0) as plain:
@@ -55,10 +55,10 @@ def asks_for_certificate(address: tuple[str, int]) -> bool:
     return False
 
 
-def check_sockets(found: set[tuple[str, int]], open_to_others: set[int]) -> None:
-    """Only the ports in ``open_to_others`` may be reached from outside; those of Dask take TLS with a certificate."""
+def check_sockets(addresses: set[tuple[str, int]], open_to_others: set[int]) -> None:
+    """Check that only the ports in ``open_to_others`` are open to others, and that Dask's ask for a certificate."""
     served = 0
-    for ip, port in found:
+    for ip, port in addresses:
         assert ip in ("127.0.0.1", "::1") or port in open_to_others
         answer = reply((ip, port))
         if answer.startswith(b"HTTP/"):
@@ -83,9 +83,9 @@ def test_slurm_scheduler_asks_for_certificates_that_only_the_user_can_read(tmp_p
     with slurm_cluster(tmp_path) as cluster:
         assert cluster.scheduler_address.startswith("tls://")
         port = int(cluster.scheduler_address.rpartition(":")[2])
-        found = listening(os.getpid()) - before
-        assert port in {each for _, each in found}
-        check_sockets(found, {port})
+        addresses = listening(os.getpid()) - before
+        assert port in {open_port for _, open_port in addresses}
+        check_sockets(addresses, {port})
         script = cluster.job_script()
         (folder,) = tmp_path.glob(f"{CREDENTIALS}*")
         assert stat.S_IMODE(folder.stat().st_mode) == 0o700
@@ -98,7 +98,7 @@ def test_slurm_scheduler_asks_for_certificates_that_only_the_user_can_read(tmp_p
 
 @pytest.mark.long
 def test_slurm_jobs_find_their_scheduler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With commands in place of Slurm's that run the job's script on this machine."""
+    """Put commands in place of Slurm's that run the job's script on this machine."""
     for name, text in (("sbatch", _SBATCH), ("scancel", _SCANCEL)):
         command = tmp_path / "bin" / name
         command.parent.mkdir(exist_ok=True)

@@ -1,4 +1,4 @@
-"""Sweeps on Dask: the same bytes as on this machine's processes, and a scheduler's death costs no finished run."""
+"""Sweeps on Dask: the same bytes as on this machine's processes; a scheduler's death costs no finished run."""
 
 import os
 import signal
@@ -25,9 +25,9 @@ from sssi_exudyn.sweeps.workers.pools import pool_of
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROOT = EXAMPLES.parent
 RUNS = 150
-"""More than end between two looks of a test that has to wait for a core."""
+"""Number of runs, more than end between two looks of a test that has to wait for a core."""
 PATIENCE = 120.0
-"""s that may pass until something happens that takes seconds; no test measures time."""
+"""Longest wait (s) for what takes seconds; no test measures time."""
 
 
 def settings(count: int) -> dict[str, Any]:
@@ -49,13 +49,13 @@ def nannied(pid: int) -> list[psutil.Process]:
 
 
 def certificates(folder: Path) -> list[str]:
-    """Options of Dask's programs for a key and a certificate written into ``folder``."""
-    made = Security.temporary()
+    """Write a key and a certificate into ``folder`` and return the options of Dask's programs for them."""
+    security = Security.temporary()
     options = []
     for option, name, text in (
-        ("ca-file", "ca", made.tls_ca_file),
-        ("cert", "cert", made.tls_client_cert),
-        ("key", "key", made.tls_client_key),
+        ("ca-file", "ca", security.tls_ca_file),
+        ("cert", "cert", security.tls_client_cert),
+        ("key", "key", security.tls_client_key),
     ):
         (folder / f"{name}.pem").write_text(text, encoding="ascii")
         options += [f"--tls-{option}", str(folder / f"{name}.pem")]
@@ -64,7 +64,7 @@ def certificates(folder: Path) -> list[str]:
 
 @contextmanager
 def running(*command: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A Dask process and whatever it starts, ended at the end."""
+    """Start a Dask process, and end it and whatever it starts when the block ends."""
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     process = subprocess.Popen(
         [sys.executable, "-m", *command],
@@ -85,7 +85,7 @@ def running(*command: str) -> Iterator[subprocess.Popen[bytes]]:
 def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With a scheduler that asks for certificates, which Dask's own configuration names."""
+    """Use a scheduler that asks for certificates, which Dask's own configuration names."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         address = f"tls://127.0.0.1:{free.getsockname()[1]}"
@@ -110,21 +110,21 @@ def test_death_of_a_worker_and_of_the_scheduler_costs_no_finished_run(
     assert sweep.returncode == 1
     assert errors.splitlines()[-1].startswith("sssi: the connection to the scheduler is lost")
     assert "Traceback" not in errors
-    kept = {name for name, _ in read_records(out)}
+    finished = {name for name, _ in read_records(out)}
     counts = sweeps.resume(out, workers=1, cluster="local")
     assert (counts["done"], counts["left"], counts["repeated"]) == (RUNS, 0, 0)
-    assert kept <= {name for name, _ in read_records(out)}
-    here = tmp_path / "here"
+    assert finished <= {name for name, _ in read_records(out)}
+    at_once = tmp_path / "here"
     monkeypatch.setattr(sweeps, "pool_of", lambda *_: thread_pool)
-    sweeps.sweep(settings(RUNS), here)
-    assert (here / "runs.parquet").read_bytes() == (out / "runs.parquet").read_bytes()
+    sweeps.sweep(settings(RUNS), at_once)
+    assert (at_once / "runs.parquet").read_bytes() == (out / "runs.parquet").read_bytes()
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "tls://127.0.0.1:9", "nonsense://x"])
 def test_scheduler_that_does_not_answer_is_one_line(
     address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sssi_exudyn.sweeps.workers.pools._PATIENCE", "1s")
+    monkeypatch.setattr("sssi_exudyn.sweeps.workers.pools.SCHEDULER_TIMEOUT", "1s")
     with pytest.raises(SssiError, match="no Dask scheduler answers"), pool_of(address, None, tmp_path)(1):
         pass
 

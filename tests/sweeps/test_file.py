@@ -1,4 +1,4 @@
-"""A sweep's file: what it may say, what it may not, and which runs come of it."""
+"""A sweep's file: what it may state, what is refused, and the runs that it describes."""
 
 import os
 from collections.abc import Mapping
@@ -71,7 +71,7 @@ def test_equal_points_are_run_once() -> None:
 
 
 @pytest.mark.parametrize(
-    ("settings", "place", "word"),
+    ("settings", "place", "part"),
     [
         ({"parameter": [{"name": "friction.mu_x", "values": [0.1]}]}, "[[parameter]] 1 name", "friction.mu_"),
         ({"parameter": [{"name": "snow.mu_t", "values": [0.1]}]}, "[[parameter]] 1 name", "friction"),
@@ -92,7 +92,7 @@ def test_equal_points_are_run_once() -> None:
         ({"design": {"kind": "sobol", "size": 8}, "parameter": [MU_T]}, "[[parameter]] 1 values", "unknown"),
         ({"design": {"kind": "spiral"}}, "[design] kind", "morris"),
         ({"design": {"kind": "morris", "size": 4}}, "[[parameter]]", "draw"),
-        ({"recordings": ["nobody"]}, "", "does not exist"),
+        ({"recordings": ["missing"]}, "", "does not exist"),
         ({"recordings": ["x*"]}, "recordings", "x*"),
         ({"recordings": ["beginner\0"]}, "recordings", "printable"),
         ({"recordings": ["begin\nner"]}, "recordings", "printable"),
@@ -112,17 +112,17 @@ def test_equal_points_are_run_once() -> None:
     ],
 )
 def test_mistakes_are_reported_with_their_place_before_anything_runs(
-    settings: dict[str, Any], place: str, word: str
+    settings: dict[str, Any], place: str, part: str
 ) -> None:
     with pytest.raises(InputError) as error:
         plan_of(settings)
     assert place in error.value.place
-    assert word in str(error.value)
+    assert part in str(error.value)
 
 
 @pytest.mark.parametrize("special", ["pipe", "/dev/zero", "folder"])
 def test_what_is_no_regular_file_is_refused_at_once(special: str, tmp_path: Path) -> None:
-    """As the sweep's file and as its model: a pipe without a writer or a device would never end."""
+    """Name them as the sweep's file and as its model: a pipe without a writer or a device would never end."""
     path = Path(special) if special.startswith("/") else tmp_path / special
     if special == "pipe":
         os.mkfifo(path)
@@ -167,7 +167,7 @@ def test_latin_hypercube_has_one_point_in_every_row() -> None:
 
 
 def _content(parts: tuple[object, ...]) -> str:
-    """The parts with all that they hold, which their own texts leave out."""
+    """Return the parts with all that they hold, which their own texts leave out."""
     return repr([vars(part) for part in parts])
 
 
@@ -184,8 +184,8 @@ def test_every_declared_number_can_be_changed(base: tuple[Recording, Motion, Mod
         assert number == pytest.approx(value * parameter.factor)
         part = key.partition(".")[0]
         if part in ("skier", "equipment", "slope", "ski", "solver", "posture"):
-            found = change(recording, motion, None, (), {key: number})
-            assert _content(found) != untouched or not np.array_equal(found[1].coefficients, motion.coefficients)
+            changed = change(recording, motion, None, (), {key: number})
+            assert _content(changed) != untouched or not np.array_equal(changed[1].coefficients, motion.coefficients)
         else:
             assert model.with_values({key: float(number)}).value(key) == pytest.approx(float(number))
 
@@ -208,14 +208,14 @@ def test_posture_offset_turns_one_joint_by_a_constant(base: tuple[Recording, Mot
 def test_shape_changes_what_hangs_on_it(base: tuple[Recording, Motion, Model]) -> None:
     recording, motion, model = base
     shape = {"slope.inclination": model.inclination + 0.05, "ski.width_scale": 1.2, "skier.mass": 90.0}
-    seen, turned, heavier = change(recording, motion, None, (), shape)
+    recorded, turned, heavier = change(recording, motion, None, (), shape)
     assert turned.inclination == heavier.inclination == model.inclination + 0.05
     assert heavier.start != model.start  # the same fixes lie elsewhere on another slope
-    assert heavier.skier.mass == seen.skier.mass == 90.0
+    assert heavier.skier.mass == recorded.skier.mass == 90.0
     assert np.allclose(heavier.ski.width([0.5]), 1.2 * model.ski.width([0.5]))
     # a model that is given keeps its start
-    kept = change(recording, motion, replace(model, name="given"), (), shape)[2]
-    assert kept.start == model.start
-    assert kept.inclination == heavier.inclination
+    kept_start = change(recording, motion, replace(model, name="given"), (), shape)[2]
+    assert kept_start.start == model.start
+    assert kept_start.inclination == heavier.inclination
     with pytest.raises(ValueError, match="boot centre"):
         change(recording, motion, None, (), {"ski.boot_centre": 1.9})

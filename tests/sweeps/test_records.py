@@ -1,4 +1,4 @@
-"""Records of runs: what was gathered is read again, whatever its length."""
+"""Records of runs: gathered records are read again, whatever their length."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sssi_exudyn.sweeps.records import RECORDS, Record, gather, last_records, wr
 
 
 def record_of(key: str, figures: int) -> Record:
-    """A run with so many figures: those of the full model fill some thousand bytes."""
+    """Return a run with that many figures: those of the full model fill some thousand bytes."""
     return Record(
         key=key, attempt=0, status="done", error="", figures={f"max_moment_{i}_Nm": 1.0 / 3.0 for i in range(figures)},
         wall_s=1.0, cpu_s=1.0, worker=1, memory_MB=1.0, begin=0.0, end=1.0,

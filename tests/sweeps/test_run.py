@@ -1,4 +1,4 @@
-"""One run of a sweep, and the command line's way to it."""
+"""One run of a sweep, and the command line that starts it."""
 
 import json
 from collections.abc import Callable
@@ -106,12 +106,12 @@ def test_diverged_run_says_when_and_why(tmp_path: Path, monkeypatch: pytest.Monk
 
 @pytest.fixture
 def called(monkeypatch: pytest.MonkeyPatch) -> Callable[[list[str]], tuple[int, dict[str, Any]]]:
-    """Call the command line with functions of ``sweeps`` that only note what they were given."""
-    seen: dict[str, Any] = {}
+    """Call the command line with functions of ``sweeps`` that only note their arguments."""
+    call_noted: dict[str, Any] = {}
 
     def note(name: str) -> Callable[..., dict[str, Any]]:
-        def noted(*given: Any, **named: Any) -> dict[str, Any]:
-            seen.update(named, name=name, given=given)
+        def noted(*positional: Any, **named: Any) -> dict[str, Any]:
+            call_noted.update(named, name=name, given=positional)
             return {"name": "swept", "runs": 3, "done": 3}
 
         return noted
@@ -123,7 +123,7 @@ def called(monkeypatch: pytest.MonkeyPatch) -> Callable[[list[str]], tuple[int, 
         with pytest.raises(SystemExit) as end:
             cli.main(arguments)
         assert isinstance(end.value.code, int)
-        return end.value.code, seen
+        return end.value.code, call_noted
 
     return call
 

@@ -1,4 +1,4 @@
-"""What is made of a sweep's table: indices of functions whose indices are known, and a page that holds them."""
+"""A sweep's table evaluated: indices of functions whose indices are known, and a page that holds them."""
 
 import re
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from sssi_exudyn.reports.plots import svg
 from sssi_exudyn.sweeps.file import sweep_from
 from sssi_exudyn.sweeps.page import render_sweep
 from sssi_exudyn.sweeps.plan import Plan, plan_sweep
-from sssi_exudyn.sweeps.plots import _label
+from sssi_exudyn.sweeps.plots import axis_label
 from sssi_exudyn.sweeps.run import crash_record
 from sssi_exudyn.sweeps.sensitivity_indices import groups_of, indices_of, rank_parameters
 from sssi_exudyn.sweeps.table import table_of
@@ -25,10 +25,10 @@ FIRST, SECOND, THIRD = "friction.mu_t", "friction.mu_n", "skier.mass"
 RANGES = {FIRST: (0.05, 0.15), SECOND: (0.2, 0.8), THIRD: (60.0, 80.0)}
 
 
-def made(
+def swept(
     kind: str, size: int, function: Callable[[float, float, float], float], lost: tuple[int, ...] = ()
 ) -> tuple[Plan, pd.DataFrame]:
-    """A sweep whose mean speed is a function of the three parameters, each brought to 0 … 1; some rows diverged."""
+    """Return a sweep whose mean speed is a function of the parameters, each brought to 0 … 1; some rows diverged."""
     bounds = [{"name": name, "low": low, "high": high} for name, (low, high) in RANGES.items()]
     settings: dict[str, Any] = {"format": 1, "recordings": ["beginner"], "outputs": ["mean_speed_mps"]}
     settings |= {"design": {"kind": kind, "size": size, "seed": 1}, "parameter": bounds}
@@ -50,7 +50,7 @@ def values(indices: pd.DataFrame, kind: str) -> dict[str, float]:
 
 def test_sobol_indices_of_a_sum_and_a_product() -> None:
     # y = 2 a + b: variances 4/12 and 1/12, shares 0.8 and 0.2, nothing shared, nothing from c
-    plan, table = made("sobol_indices", 256, lambda a, b, _c: 2.0 * a + b)
+    plan, table = swept("sobol_indices", 256, lambda a, b, _c: 2.0 * a + b)
     indices = indices_of(plan, table)
     # Sobol's sequence of 256 base points integrates so smooth a function to about a percent
     assert values(indices, "S1") == pytest.approx({FIRST: 0.8, SECOND: 0.2, THIRD: 0.0}, abs=0.02)
@@ -59,14 +59,14 @@ def test_sobol_indices_of_a_sum_and_a_product() -> None:
     ranked = rank_parameters(indices, "beginner", "mean_speed_mps", plan.axes)
     assert [axis.name for axis in ranked][:2] == [FIRST, SECOND]
     # y = (a − ½)(b − ½): all of it is shared
-    indices = indices_of(*made("sobol_indices", 256, lambda a, b, _c: (a - 0.5) * (b - 0.5)))
+    indices = indices_of(*swept("sobol_indices", 256, lambda a, b, _c: (a - 0.5) * (b - 0.5)))
     assert values(indices, "S1") == pytest.approx(dict.fromkeys(RANGES, 0.0), abs=0.05)
     shared = indices[indices["index"] == "S2"].set_index(["parameter", "other"])["value"]
     assert shared[FIRST, SECOND] == pytest.approx(1.0, abs=0.1)
 
 
 def test_morris_effects_of_a_line_are_its_slopes() -> None:
-    plan, table = made("morris", 10, lambda a, b, _c: 3.0 * a - b)
+    plan, table = swept("morris", 10, lambda a, b, _c: 3.0 * a - b)
     indices = indices_of(plan, table)
     # SALib gives effects over the unit range; of a line all are equal to rounding
     assert values(indices, "mu_star") == pytest.approx({FIRST: 3.0, SECOND: 1.0, THIRD: 0.0}, abs=1e-9)
@@ -75,23 +75,23 @@ def test_morris_effects_of_a_line_are_its_slopes() -> None:
 
 @pytest.mark.parametrize("kind", ["morris", "sobol_indices"])
 def test_lost_runs_take_their_blocks_along(kind: str) -> None:
-    whole = made(kind, 16, lambda a, b, c: a + b * c)
-    size = len(whole[0].points) // 16
-    indices = indices_of(*made(kind, 16, lambda a, b, c: a + b * c, lost=(size + 1,)))
+    complete = swept(kind, 16, lambda a, b, c: a + b * c)
+    size = len(complete[0].points) // 16
+    indices = indices_of(*swept(kind, 16, lambda a, b, c: a + b * c, lost=(size + 1,)))
     assert len(indices)
     assert set(indices["runs"]) == {15 * size}
     everything = tuple(range(16 * size))
-    assert indices_of(*made(kind, 16, lambda a, b, c: a + b * c, lost=everything)).empty
+    assert indices_of(*swept(kind, 16, lambda a, b, c: a + b * c, lost=everything)).empty
 
 
 def test_share_of_variance_in_any_design() -> None:
-    plan, table = made("latin_hypercube", 200, lambda a, b, _c: 2.0 * a + b)
-    found = values(indices_of(plan, table), "share")
+    plan, table = swept("latin_hypercube", 200, lambda a, b, _c: 2.0 * a + b)
+    shares = values(indices_of(plan, table), "share")
     # ten groups leave a hundredth of each variance within them; 200 points spread by less than a tenth
-    assert found[FIRST] == pytest.approx(0.8, abs=0.08)
-    assert found[SECOND] == pytest.approx(0.2, abs=0.1)
-    assert found[THIRD] < 0.1
-    constant = indices_of(*made("latin_hypercube", 20, lambda _a, _b, _c: 1.0))
+    assert shares[FIRST] == pytest.approx(0.8, abs=0.08)
+    assert shares[SECOND] == pytest.approx(0.2, abs=0.1)
+    assert shares[THIRD] < 0.1
+    constant = indices_of(*swept("latin_hypercube", 20, lambda _a, _b, _c: 1.0))
     assert constant.empty
 
 
@@ -104,7 +104,7 @@ def test_groups_are_equal_values_where_few_and_near_ones_where_many() -> None:
 
 
 def test_page_shows_every_output_and_asks_nothing_of_a_network() -> None:
-    plan, table = made("sobol_indices", 8, lambda a, b, c: a + b * c, lost=(3,))
+    plan, table = swept("sobol_indices", 8, lambda a, b, c: a + b * c, lost=(3,))
     page = render_sweep(plan, table, indices_of(plan, table), dict(plan.job.versions))
     assert page.count("<svg") == 1 + 3 + 1  # bars, a curve for each parameter, a heat map
     assert "the simulation diverged" in page
@@ -114,7 +114,7 @@ def test_page_shows_every_output_and_asks_nothing_of_a_network() -> None:
 
 
 def test_page_of_a_sweep_of_which_nothing_is_done() -> None:
-    plan, table = made("latin_hypercube", 4, lambda a, _b, _c: a, lost=(0, 1, 2, 3))
+    plan, table = swept("latin_hypercube", 4, lambda a, _b, _c: a, lost=(0, 1, 2, 3))
     page = render_sweep(plan, table, indices_of(plan, table), dict(plan.job.versions))
     assert "0 of them complete" in page
     assert "<svg" not in page
@@ -132,7 +132,7 @@ def test_page_of_a_sweep_of_which_nothing_is_done() -> None:
     ],
 )
 def test_axes_have_names_with_units(name: str, unit: str, label: str) -> None:
-    assert _label(name, unit) == label
+    assert axis_label(name, unit) == label
 
 
 def test_long_names_have_their_room() -> None:
@@ -142,5 +142,5 @@ def test_long_names_have_their_room() -> None:
 
     drawn = svg("x", bars)
     # the frame's left edge, in points of which an inch has 72: 27 letters of some 5.5 points
-    left = min(float(x) for x in re.findall(r'd="M ([\d.]+)', drawn) if float(x) > 0.0)
-    assert left > 27 * 5.5
+    left_edge = min(float(x) for x in re.findall(r'd="M ([\d.]+)', drawn) if float(x) > 0.0)
+    assert left_edge > 27 * 5.5

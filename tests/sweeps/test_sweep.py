@@ -1,4 +1,4 @@
-"""Sweeps as they run: the same bytes whoever does the runs, and nothing lost or done twice whoever is killed."""
+"""Sweeps as they run: the same bytes from any workers, and nothing lost or done twice when processes are killed."""
 
 import json
 import os
@@ -33,11 +33,11 @@ from sssi_exudyn.sweeps.workers import scheduler as sweep_scheduler
 EXAMPLES = Path(__file__).parents[2] / "examples"
 ROOT = EXAMPLES.parent
 PATIENCE = 120.0
-"""s that may pass until something happens that takes seconds; no test measures time."""
+"""Longest wait (s) for what takes seconds; no test measures time."""
 
 
 def settings(**others: Any) -> dict[str, Any]:
-    """A sweep of a second's run, which takes 50 ms."""
+    """Return a sweep of a second's run, which takes 50 ms."""
     parameter = {"name": "friction.mu_t", "low": 0.04, "high": 0.12, "count": 5}
     common = {"format": 1, "recordings": [str(EXAMPLES / "beginner")], "duration_s": 1.0, "parameter": [parameter]}
     return {**common, **others}
@@ -51,7 +51,7 @@ def written(folder: Path, **others: Any) -> Path:
 
 @pytest.fixture
 def within(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Sweeps run within this process."""
+    """Run sweeps within this process."""
     monkeypatch.setattr(sweeps, "pool_of", lambda *_: thread_pool)
 
 
@@ -189,8 +189,8 @@ def test_records_survive_gathering_and_its_interruption(tmp_path: Path, monkeypa
     monkeypatch.setattr(Path, "unlink", lambda _path, missing_ok: None)  # as if killed before it takes them away
     gather(tmp_path)
     assert len(list(read_records(tmp_path))) == 5 + 4
-    found, repeated = last_records(tmp_path)
-    assert (len(found), repeated) == (5, 0)
+    records, repeated = last_records(tmp_path)
+    assert (len(records), repeated) == (5, 0)
     write_record(tmp_path, crash_record(runs[0]))
     assert last_records(tmp_path)[1] == 1  # a run that ended twice is seen
 
@@ -202,8 +202,8 @@ def test_torn_records_are_passed_over_and_their_runs_done_again(torn: bytes, tmp
         write_record(tmp_path, crash_record(run))
     gather(tmp_path)
     (part,) = (tmp_path / "records").glob("part-*.parquet")
-    whole = part.read_bytes()
-    part.write_bytes(whole[: len(whole) // 2] if torn == b"half" else torn)
+    content = part.read_bytes()
+    part.write_bytes(content[: len(content) // 2] if torn == b"half" else torn)
     write_record(tmp_path, crash_record(plan.run(0)))
     (tmp_path / "records" / "x-0.0.json").write_bytes(torn)
     (tmp_path / "records" / "y-0.0.json").write_text('{"key": "y", "attempt": "first"}', encoding="utf-8")
@@ -217,7 +217,7 @@ def test_torn_records_are_passed_over_and_their_runs_done_again(torn: bytes, tmp
 
 @pytest.mark.parametrize("kind", ["plain", "given"])
 def test_sweep_of_an_earlier_version_is_continued(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Folders left by version 0.1.0, one with a ``model =``; two runs of three had ended when it was killed."""
+    """Take folders left by version 0.1.0, one with a ``model =``; two runs of three had ended when it was killed."""
     out = tmp_path / "out"
     shutil.copytree(Path(__file__).with_name("begun") / kind, out)
     file = out / "sweep.toml"
@@ -238,8 +238,8 @@ def test_sweep_of_an_earlier_version_is_continued(kind: str, tmp_path: Path, mon
 
 
 def test_job_and_run_reach_a_worker_as_they_are() -> None:
-    given = settings(term=[{"name": "wind", "w_f": -0.1 - 0.2}], parameter=[{"name": "skier.mass", "values": [70.1]}])
-    plan = plan_sweep(sweeps.sweep_from(given, EXAMPLES / "swept.toml"))
+    file = settings(term=[{"name": "wind", "w_f": -0.1 - 0.2}], parameter=[{"name": "skier.mass", "values": [70.1]}])
+    plan = plan_sweep(sweeps.sweep_from(file, EXAMPLES / "swept.toml"))
     task = encode((plan.job, plan.run(0)))
     assert decode(task, tuple[Job, SweepRun]) == (plan.job, plan.run(0))
     with pytest.raises(ValueError, match="Expected"):
@@ -298,16 +298,16 @@ def test_killed_worker_then_killed_sweep_lose_nothing_and_repeat_nothing(
     process.kill()
     process.wait()
     until(lambda: all(gone(orphan) for orphan in orphans))
-    kept = {record.key: record for _, record in read_records(out)}
-    assert 15 <= len(kept) < count
-    found = sweeps.status(out)
-    assert (found["done"], found["left"], found["running"]) == (len(kept), count - len(kept), False)
+    finished = {record.key: record for _, record in read_records(out)}
+    assert 15 <= len(finished) < count
+    status = sweeps.status(out)
+    assert (status["done"], status["left"], status["running"]) == (len(finished), count - len(finished), False)
     monkeypatch.setattr(sweeps, "pool_of", lambda *_: thread_pool)
     counts = sweeps.resume(out)
     assert (counts["done"], counts["left"], counts["repeated"]) == (count, 0, 0)
     records = [record for _, record in read_records(out)]
     assert len(records) == count
-    assert {record.key: record for record in records if record.key in kept} == kept
+    assert {record.key: record for record in records if record.key in finished} == finished
     assert len(pd.read_parquet(out / "runs.parquet")) == count
 
 

@@ -31,7 +31,7 @@ _MEMORY: Final = 2
 """GB for each core of a Slurm job: a worker takes half a gigabyte, and runs of minutes some more."""
 _LOGGERS: Final = ("asyncio", "distributed", "tornado")
 _SILENT: Final = logging.CRITICAL + 1
-_PATIENCE: Final = "30s"
+SCHEDULER_TIMEOUT: Final = "30s"
 """Time for a scheduler to answer."""
 _LOOPBACK: Final = "127.0.0.1:0"
 """Any free port that other machines cannot reach."""
@@ -132,7 +132,7 @@ def _dask(address: Any, _workers: int) -> Iterator[Crew]:
     dask = import_for("a scheduler or a cluster", "distributed", "sweep")
     with _quiet():
         try:
-            client = dask.Client(address, timeout=_PATIENCE)
+            client = dask.Client(address, timeout=SCHEDULER_TIMEOUT)
         except (OSError, ValueError, TypeError) as error:  # a TypeError where tls:// lacks certificates
             raise SssiError(f"no Dask scheduler answers at {address}: {str(error).splitlines()[0]}") from None
         with client:
