@@ -1,4 +1,4 @@
-"""Figures of technique against runs that are made so that each figure is known."""
+"""Figures of technique against synthetic runs whose figures are known."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ WEDGE, SLIP = np.radians(10.0), np.radians(6.0)
 STANCE, LEAN = 0.30, np.radians(35.0)
 LATE_LOAD, LATE_POSTURE = 0.25, 0.10
 OUTSIDE = 0.7
-"""The made skier: skis STANCE apart in a wedge, slipping by SLIP, leaning up to LEAN, the load shifts too late."""
+"""The skis are STANCE apart in a wedge and slip by SLIP; the skier leans up to LEAN and shifts the load too late."""
 
 
 def skier() -> SimulationResult:
-    """Five linked turns with sine-shaped course, left first, at constant speed."""
+    """Return five linked turns with sine-shaped course, left first, at constant speed."""
     time = np.arange(0.0, 5.0 * TURN, 0.005)
     n = len(time)
     course = -np.radians(35.0) * np.cos(np.pi * time / TURN)
-    way = np.stack([np.cos(course), np.sin(course), 0.0 * course], axis=1)
+    tangent = np.stack([np.cos(course), np.sin(course), 0.0 * course], axis=1)
     aside = np.stack([-np.sin(course), np.cos(course), 0.0 * course], axis=1)
-    ground = np.cumsum(way, axis=0) * SPEED * 0.005
+    ground = np.cumsum(tangent, axis=0) * SPEED * 0.005
     lean = LEAN * np.sin(np.pi * time / TURN)
     height = 0.9
     feet = np.stack([ground + 0.5 * STANCE * aside, ground - 0.5 * STANCE * aside], axis=1)
@@ -67,16 +67,16 @@ def skier() -> SimulationResult:
         moment_names=PRESCRIBED,
         time=time,
         pelvis=com,
-        pelvis_velocity=SPEED * way,
+        pelvis_velocity=SPEED * tangent,
         com=com,
-        com_velocity=SPEED * way,
+        com_velocity=SPEED * tangent,
         antenna=None,
         coordinates=angles,
         foot_load=1.2 * MASS * GRAVITY * share,
         sole_force=np.zeros((n, 2)),
         foot_friction=np.zeros((n, 2, 3)),
         foot_position=feet,
-        foot_velocity=np.repeat(SPEED * way[:, None], 2, axis=1),
+        foot_velocity=np.repeat(SPEED * tangent[:, None], 2, axis=1),
         foot_forward=forward,
         edge_angle=np.radians([-20.0, -30.0]) * np.ones((n, 1)),
         penetration=np.zeros((n, 2)),
@@ -95,26 +95,26 @@ def run() -> SimulationResult:
 
 
 @pytest.fixture(scope="module")
-def found(run: SimulationResult) -> Biomechanics:
+def turn_by_turn(run: SimulationResult) -> Biomechanics:
     return biomechanics(run, MASS)
 
 
 def of_ground(result: SimulationResult) -> SimulationResult:
-    """The same run whose centre of mass is over its feet, so that its path is the one whose turns are known."""
+    """Return the run with its centre of mass over its feet, so that its path is the one whose turns are known."""
     return replace(result, com=result.foot_position.mean(axis=1) + [0.0, 0.0, 0.9])
 
 
 def test_technique_along_the_run(run: SimulationResult) -> None:
-    seen = technique(run)
-    assert seen.speed == pytest.approx(SPEED)
-    assert seen.ski_angle == pytest.approx(WEDGE)
-    assert seen.steering_angle[:, 0] == pytest.approx(SLIP - 0.5 * WEDGE)
-    assert seen.steering_angle[:, 1] == pytest.approx(SLIP + 0.5 * WEDGE)
+    series = technique(run)
+    assert series.speed == pytest.approx(SPEED)
+    assert series.ski_angle == pytest.approx(WEDGE)
+    assert series.steering_angle[:, 0] == pytest.approx(SLIP - 0.5 * WEDGE)
+    assert series.steering_angle[:, 1] == pytest.approx(SLIP + 0.5 * WEDGE)
     lean = LEAN * np.sin(np.pi * run.time / TURN)
     inner = slice(200, -200)  # the filter's ends
     # The share is filtered at 6 Hz, which rounds the corners of its clipped sine: 2 % of 0.3 m of stance at 0.9 m.
-    assert seen.inclination[inner] == pytest.approx(lean[inner], abs=np.radians(0.5))
-    assert seen.total_force == pytest.approx(1.2 * MASS * GRAVITY)
+    assert series.inclination[inner] == pytest.approx(lean[inner], abs=np.radians(0.5))
+    assert series.total_force == pytest.approx(1.2 * MASS * GRAVITY)
 
 
 def test_a_wedge_is_positive_and_opened_tips_are_not(run: SimulationResult) -> None:
@@ -123,9 +123,9 @@ def test_a_wedge_is_positive_and_opened_tips_are_not(run: SimulationResult) -> N
 
 def test_shifts_come_as_late_as_they_were_made(run: SimulationResult) -> None:
     rows = biomechanics(of_ground(run), MASS).table
-    whole = rows[rows["phase"] == WHOLE]
-    linked = whole[whole["turn"] > 1]
-    assert np.isnan(whole["load_shift_s"].iloc[0])  # the run begins with it: no transition is seen
+    whole_turns = rows[rows["phase"] == WHOLE]
+    linked = whole_turns[whole_turns["turn"] > 1]
+    assert np.isnan(whole_turns["load_shift_s"].iloc[0])  # the run begins with it: no transition is seen
     assert linked["load_shift_s"].to_numpy() == pytest.approx(LATE_LOAD, abs=0.03)  # turns are found on a 0.02 s grid
     assert linked["postural_shift_s"].to_numpy() == pytest.approx(LATE_POSTURE, abs=0.03)
     assert linked["load_shift_percent"].to_numpy()[:3] == pytest.approx(100.0 * LATE_LOAD / TURN, abs=2.0)
@@ -155,13 +155,13 @@ def test_crossover(run: SimulationResult) -> None:
     assert np.all(control["com_inside_both_share"] == 1.0)  # 0.6 m to the inside of feet 0.3 m apart
 
 
-def test_figures_of_turns_are_the_mean_of_complete_turns(found: Biomechanics) -> None:
-    figures = turn_figures(found)
-    whole = found.table[(found.table["phase"] == WHOLE) & found.table["complete"]]
-    assert figures.complete == len(whole) == sum(turn.complete for turn in found.turns.turns)
+def test_figures_of_turns_are_the_mean_of_complete_turns(turn_by_turn: Biomechanics) -> None:
+    figures = turn_figures(turn_by_turn)
+    complete_turns = turn_by_turn.table[(turn_by_turn.table["phase"] == WHOLE) & turn_by_turn.table["complete"]]
+    assert figures.complete == len(complete_turns) == sum(turn.complete for turn in turn_by_turn.turns.turns)
     assert figures.each is not None
     assert figures.peak_moments is not None
-    assert figures.each["turn_radius_m"].mean == pytest.approx(whole["turn_radius_m"].mean())
+    assert figures.each["turn_radius_m"].mean == pytest.approx(complete_turns["turn_radius_m"].mean())
     assert figures.peak_moments["knee_angle_outside_moment_min_Nm_per_kg"] == pytest.approx(-2.0)
 
 
@@ -181,9 +181,9 @@ def test_residual_moment_is_graded(run: SimulationResult) -> None:
     assert residual_moment(replace(run, joint_moments=2.0 * run.joint_moments)).verdict == "bad"
 
 
-def test_series_carry_turn_and_phase(run: SimulationResult, found: Biomechanics) -> None:
-    series = label_turns(run.to_frame(np.eye(3)), found.turns)
-    for number, turn in enumerate(found.turns.turns, 1):
+def test_series_carry_turn_and_phase(run: SimulationResult, turn_by_turn: Biomechanics) -> None:
+    series = label_turns(run.to_frame(np.eye(3)), turn_by_turn.turns)
+    for number, turn in enumerate(turn_by_turn.turns.turns, 1):
         rows = series[series["turn"] == number]
         assert rows["time_s"].min() == pytest.approx(turn.start, abs=0.006)
         assert set(rows["turn_side"]) == {turn.side}
@@ -191,7 +191,7 @@ def test_series_carry_turn_and_phase(run: SimulationResult, found: Biomechanics)
 
 
 def swung(run: SimulationResult) -> SimulationResult:
-    """Every angle somewhere else, all within 40°."""
+    """Replace all angles by sines of up to 40°."""
     rng = np.random.default_rng(4)
     amplitude, lag = rng.uniform(0.1, 0.7, len(COORDINATES)), rng.uniform(0.0, 6.0, len(COORDINATES))
     angles = amplitude * np.sin(run.time[:, None] + lag)
@@ -209,20 +209,20 @@ def test_opensim_files_come_back(run: SimulationResult) -> None:
 
 
 def test_the_pelvis_turns_the_same_in_opensims_order(run: SimulationResult) -> None:
-    """Rz(tilt) Rx(list) Ry(rotation), by plain matrices, against the chain's own pelvis."""
+    """Compare Rz(tilt) Rx(list) Ry(rotation), by plain matrices, with the chain's own pelvis."""
     moving, slope = swung(run), 0.27
     table = coordinates(moving, slope)
     tilt, list_, rotation = (
         np.radians(table.values[:, table.columns.index(f"pelvis_{name}")]) for name in ("tilt", "list", "rotation")
     )
-    made = matrix(2, tilt) @ matrix(0, list_) @ matrix(1, rotation)
+    product = matrix(2, tilt) @ matrix(0, list_) @ matrix(1, rotation)
     poses = forward_kinematics(average_geometry(1.75), moving.coordinates, 0.0)  # the level frame's own
     own = GROUND_FROM_LEVEL @ poses.rotation[:, 0] @ GROUND_FROM_LEVEL.T
-    assert made == pytest.approx(own, abs=1e-8)  # degrees are written with 10 figures
+    assert product == pytest.approx(own, abs=1e-8)  # degrees are written with 10 figures
 
 
 def matrix(axis: int, angle: Array) -> Array:
-    """(n, 3, 3): turn about one axis."""
+    """Return the matrices (n, 3, 3) of a turn about one axis."""
     turn = np.zeros((len(angle), 3, 3))
     i, j = (axis + 1) % 3, (axis + 2) % 3
     turn[:, axis, axis] = 1.0

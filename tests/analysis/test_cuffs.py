@@ -1,4 +1,4 @@
-"""A standing skier in boots: what his cuffs take, what is left to his muscles."""
+"""A standing skier in boots: the moment that the cuffs take, and the moment left to the muscles."""
 
 from dataclasses import replace
 from pathlib import Path

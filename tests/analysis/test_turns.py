@@ -1,4 +1,4 @@
-"""Turns of paths that are made so: what is found is what was made."""
+"""Turns of synthetic paths, whose turns are known."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ ANGLE = np.radians(60.0)
 
 
 def path_of(course: Array, speed: Array | float) -> Array:
-    way = np.stack([np.cos(course), np.sin(course)], axis=1)
-    return np.cumsum(way * np.broadcast_to(np.asarray(speed), len(course))[:, None] * STEP, axis=0)
+    tangent = np.stack([np.cos(course), np.sin(course)], axis=1)
+    return np.cumsum(tangent * np.broadcast_to(np.asarray(speed), len(course))[:, None] * STEP, axis=0)
 
 
 def linked(count: int = 8) -> tuple[Array, Array]:
-    """Time and course of ``count`` linked turns, the first to the left, the course's rate a sine."""
+    """Return time and course of ``count`` linked turns, the first to the left, the course's rate a sine."""
     time = np.arange(0.0, TURN * count, STEP)
     return time, -0.5 * ANGLE * np.cos(np.pi * time / TURN)
 
 
 def noise(count: int, rate: float, sigma: float, seed: int) -> Array:
-    """(count, 2) m, correlated over 1 s."""
+    """Draw noise (count, 2) m, correlated over 1 s."""
     rng = np.random.default_rng(seed)
     keep = np.exp(-1.0 / rate)
-    made = np.empty((count, 2))
-    made[0] = rng.normal(0.0, sigma, 2)
+    values = np.empty((count, 2))
+    values[0] = rng.normal(0.0, sigma, 2)
     for i in range(1, count):
-        made[i] = keep * made[i - 1] + rng.normal(0.0, sigma * np.sqrt(1.0 - keep**2), 2)
-    return made
+        values[i] = keep * values[i - 1] + rng.normal(0.0, sigma * np.sqrt(1.0 - keep**2), 2)
+    return values
 
 
 @pytest.mark.parametrize(
@@ -49,52 +49,52 @@ def test_linked_turns(every: int, sigma: float, within: float, seed: int) -> Non
     time, course = linked()
     path = path_of(course, 8.0)[::every]
     path = path + noise(len(path), 1.0 / (STEP * every), sigma, seed) if sigma else path
-    found = find_turns(time[::every], path)
-    assert [turn.side for turn in found.turns] == ["left", "right"] * 4
-    assert [turn.complete for turn in found.turns] == [False, *[True] * 6, False]
-    assert not found.stretches
-    starts = [turn.start for turn in found.turns]
+    course_turns = find_turns(time[::every], path)
+    assert [turn.side for turn in course_turns.turns] == ["left", "right"] * 4
+    assert [turn.complete for turn in course_turns.turns] == [False, *[True] * 6, False]
+    assert not course_turns.stretches
+    starts = [turn.start for turn in course_turns.turns]
     assert np.allclose(starts, TURN * np.arange(8), atol=within)
-    assert len(found.linked_pairs()) == 5
+    assert len(course_turns.linked_pairs()) == 5
 
 
 def test_phases_are_thirds_and_labels_follow_them() -> None:
     time, course = linked(3)
-    found = find_turns(time, path_of(course, 8.0))
-    turn = found.turns[1]
+    course_turns = find_turns(time, path_of(course, 8.0))
+    turn = course_turns.turns[1]
     bounds = [turn.phases[name] for name in PHASES]
     assert bounds[0][0] == turn.start
     assert bounds[-1][1] == pytest.approx(turn.end)
     assert np.diff(bounds, axis=1).ravel() == pytest.approx(turn.duration / 3.0)
-    at = np.array([turn.start + 0.5 * turn.duration, -1.0])
-    number, side, phase = found.labels(at)
+    instants = np.array([turn.start + 0.5 * turn.duration, -1.0])
+    number, side, phase = course_turns.labels(instants)
     assert (list(number), side, phase) == ([2, 0], ["right", ""], ["control", ""])
 
 
 def test_a_single_turn_between_two_traverses() -> None:
     time = np.arange(0.0, 12.0, STEP)
     course = np.interp(time, [0.0, 5.0, 7.0, 12.0], [0.0, 0.0, np.pi / 2.0, np.pi / 2.0])
-    found = find_turns(time, path_of(course, 6.0))
-    assert [(turn.side, turn.complete) for turn in found.turns] == [("left", False)]
-    assert [stretch.kind for stretch in found.stretches] == ["traverse", "traverse"]
-    assert found.turns[0].start == pytest.approx(5.0, abs=0.3)  # corners of the course are rounded over 0.2 s
-    assert found.turns[0].end == pytest.approx(7.0, abs=0.3)
+    course_turns = find_turns(time, path_of(course, 6.0))
+    assert [(turn.side, turn.complete) for turn in course_turns.turns] == [("left", False)]
+    assert [stretch.kind for stretch in course_turns.stretches] == ["traverse", "traverse"]
+    assert course_turns.turns[0].start == pytest.approx(5.0, abs=0.3)  # corners of the course are rounded over 0.2 s
+    assert course_turns.turns[0].end == pytest.approx(7.0, abs=0.3)
 
 
 def test_two_turns_to_one_side_are_two() -> None:
     time = np.arange(0.0, 10.0, STEP)
     course = np.interp(time, [0.0, 2.0, 7.0, 9.0, 10.0], [0.0, 1.0, 1.0, 2.0, 2.0])
-    found = find_turns(time, path_of(course, 6.0))
-    assert [turn.side for turn in found.turns] == ["left", "left"]
-    assert [stretch.kind for stretch in found.stretches] == ["traverse"]
+    course_turns = find_turns(time, path_of(course, 6.0))
+    assert [turn.side for turn in course_turns.turns] == ["left", "left"]
+    assert [stretch.kind for stretch in course_turns.stretches] == ["traverse"]
 
 
 def test_straight_running_has_no_turns() -> None:
     time = np.arange(0.0, 8.0, 0.1)
     path = np.stack([9.0 * time, 0.0 * time], axis=1) + noise(len(time), 10.0, 0.05, 3)
-    found = find_turns(time, path)
-    assert not found.turns
-    assert [stretch.kind for stretch in found.stretches] == ["traverse"]
+    course_turns = find_turns(time, path)
+    assert not course_turns.turns
+    assert [stretch.kind for stretch in course_turns.stretches] == ["traverse"]
 
 
 def test_a_stop_parts_the_run() -> None:
@@ -102,21 +102,21 @@ def test_a_stop_parts_the_run() -> None:
     speed = 8.0 * np.ones(len(time))
     stands = (time > 3.0 * TURN) & (time < 4.0 * TURN)
     fading = np.interp(time, [3.0 * TURN - 2.5, 3.0 * TURN, 4.0 * TURN, 4.0 * TURN + 2.5], [1.0, 0.0, 0.0, 1.0])
-    found = find_turns(time, path_of(course, speed * np.where(stands, 0.0, fading)))
-    stops = [stretch for stretch in found.stretches if stretch.kind == "stop"]
+    course_turns = find_turns(time, path_of(course, speed * np.where(stands, 0.0, fading)))
+    stops = [stretch for stretch in course_turns.stretches if stretch.kind == "stop"]
     assert len(stops) == 1
     assert stops[0].start == pytest.approx(3.0 * TURN, abs=0.5)
     assert stops[0].end == pytest.approx(4.0 * TURN, abs=0.5)
-    assert all(turn.end <= stops[0].start + 0.1 or turn.start >= stops[0].end - 0.1 for turn in found.turns)
+    assert all(turn.end <= stops[0].start + 0.1 or turn.start >= stops[0].end - 0.1 for turn in course_turns.turns)
 
 
 def test_a_fall_is_a_speed_that_breaks_down() -> None:
     time, course = linked(4)
     speed = np.interp(time, [0.0, 5.0, 5.9, 9.6], [11.0, 11.0, 1.5, 0.0])  # 10.6 m/s², more than gravity
-    found = find_turns(time, path_of(course, speed))
-    assert [stretch.kind for stretch in found.stretches] == ["fall"]
-    assert found.stretches[0].start == pytest.approx(5.0, abs=0.4)
-    assert found.turns[-1].end <= found.stretches[0].start + 0.1
+    course_turns = find_turns(time, path_of(course, speed))
+    assert [stretch.kind for stretch in course_turns.stretches] == ["fall"]
+    assert course_turns.stretches[0].start == pytest.approx(5.0, abs=0.4)
+    assert course_turns.turns[-1].end <= course_turns.stretches[0].start + 0.1
     hard_stop = np.interp(time, [0.0, 5.0, 7.0, 9.6], [11.0, 11.0, 0.0, 0.0])  # 5.5 m/s², a hockey stop
     kinds = [stretch.kind for stretch in find_turns(time, path_of(course, hard_stop)).stretches]
     assert kinds == ["stop"]

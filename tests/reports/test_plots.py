@@ -1,4 +1,4 @@
-"""Plots as SVG: what stands at their axes is inside the picture."""
+"""Plots as SVG: the text at their axes is inside the picture."""
 
 from __future__ import annotations
 

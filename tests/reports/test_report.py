@@ -1,4 +1,4 @@
-"""The report: whole without a network, readable by machines that read it aloud, safe with any name, and true."""
+"""The report: whole without a network, accessible to screen readers, safe with any name, and true."""
 
 import json
 import re
@@ -31,7 +31,7 @@ from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis
 
 
 class Outline(HTMLParser):
-    """Every opening tag with its attributes, and all text; raises on a closing tag that closes nothing."""
+    """A page's opening tags with their attributes, and all its text; raises on a closing tag that closes nothing."""
 
     VOID = ("meta", "br", "input")
 
@@ -77,10 +77,10 @@ def outline(page: str) -> Outline:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A result folder as a run leaves it."""
-    made = tmp_path_factory.mktemp("result") / "made"
-    write_run(made, a_run())
-    return made
+    """Write a result folder as a run leaves it."""
+    folder = tmp_path_factory.mktemp("result") / "made"
+    write_run(folder, a_run())
+    return folder
 
 
 def test_page_asks_nothing_of_a_network(page: str, outline: Outline) -> None:
@@ -90,8 +90,8 @@ def test_page_asks_nothing_of_a_network(page: str, outline: Outline) -> None:
             assert (attributes.get(name) or "#").startswith("#")
     assert "@import" not in page
     assert "url(http" not in page
-    for word in ("fetch(", "XMLHttpRequest", "WebSocket", "import("):
-        assert word not in page
+    for call in ("fetch(", "XMLHttpRequest", "WebSocket", "import("):
+        assert call not in page
 
 
 def test_every_picture_says_what_it_shows(outline: Outline) -> None:
@@ -139,7 +139,7 @@ def test_figures_of_the_page_are_those_of_the_summary(outline: Outline) -> None:
 
 def test_every_figure_of_the_paper_is_there(outline: Outline) -> None:
     labels = [str(picture["aria-label"]) for picture in outline.named("svg")]
-    for words, count in (
+    for part, count in (
         ("trajectory: 141 GPS fixes", 1),
         ("foot pressure ratio: simulated against insoles, correlation 1.000", 1),
         ("(°): ", 11),
@@ -147,7 +147,7 @@ def test_every_figure_of_the_paper_is_there(outline: Outline) -> None:
         ("(BW): right", 1),
         ("(N m/kg): ", 5),
     ):
-        assert sum(words in label for label in labels) == count, words
+        assert sum(part in label for label in labels) == count, part
     assert "mean and standard deviation over 2 pairs, right turn first" in outline.text
 
 
@@ -219,12 +219,12 @@ def test_what_is_not_known_is_a_dash() -> None:
 @pytest.mark.long
 def test_a_result_folder_gives_the_page_again(folder: Path, tmp_path: Path, page: str) -> None:
     assert (folder / "report.html").read_text(encoding="utf-8") == page
-    made = commands.report([folder], tmp_path / "again.html")
-    assert made.read_text(encoding="utf-8") == page
+    written = commands.report([folder], tmp_path / "again.html")
+    assert written.read_text(encoding="utf-8") == page
 
 
 def few_sensors_run() -> StoredRun:
-    """A run of few sensors: most of its posture is assumed."""
+    """Return a run of few sensors, most of whose posture is assumed."""
     posture = Posture(
         measured=("both skis",),
         assumed=("knee flexion <90°",),
@@ -246,23 +246,23 @@ def test_every_command_leaves_the_report_that_is_made_from_its_folder(
 ) -> None:
     folder, again = tmp_path / "result", tmp_path / "again.html"
     write_run(folder, replace(few_sensors_run(), diagnosis=convert(whole_version(), Diagnosis)))
-    left = (folder / "report.html").read_bytes()
-    assert commands.report([folder], again).read_bytes() == left
+    report = (folder / "report.html").read_bytes()
+    assert commands.report([folder], again).read_bytes() == report
     sssi_exudyn.muscles(folder, folder)
-    left = (folder / "report.html").read_bytes()
-    assert commands.report([folder], again).read_bytes() == left
-    shown, written = Outline(left.decode()).text, words_on_paper(folder, monkeypatch)
-    for words in (
+    report = (folder / "report.html").read_bytes()
+    assert commands.report([folder], again).read_bytes() == report
+    shown, written = Outline(report.decode()).text, words_on_paper(folder, monkeypatch)
+    for part in (
         *("Muscles", "quadriceps femoris", "Contact forces of knees and L5/S1."),
         *("Few sensors", "knee flexion <90°", "Nothing was fitted beyond the line"),
         *("Diagnosis", "snow patch (97%)", "Force that the model lacks"),
     ):
-        assert words in shown
-        assert words in written
+        assert part in shown
+        assert part in written
 
 
 def words_on_paper(folder: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """All text of the document to print, without what stands in its plots."""
+    """Collect all text of the document to print, without that in its plots."""
     lines: list[str] = []
     text = Figure.text
 
@@ -294,12 +294,12 @@ def test_fitted_numbers_of_terms_carry_their_error() -> None:
 
 @pytest.mark.long
 def test_the_document_to_print_is_whole_and_the_same_each_time(folder: Path, tmp_path: Path) -> None:
-    made = [commands.report([folder], tmp_path / name).read_bytes() for name in ("one.pdf", "two.pdf")]
-    assert made[0].startswith(b"%PDF")
-    assert made[0].rstrip().endswith(b"%%EOF")
+    documents = [commands.report([folder], tmp_path / name).read_bytes() for name in ("one.pdf", "two.pdf")]
+    assert documents[0].startswith(b"%PDF")
+    assert documents[0].rstrip().endswith(b"%%EOF")
     # the sentence with Table 1, five figures, and tables
-    assert made[0].count(b"/Type /Page ") >= 7
-    assert made[0] == made[1]
+    assert documents[0].count(b"/Type /Page ") >= 7
+    assert documents[0] == documents[1]
 
 
 @pytest.mark.long
@@ -307,8 +307,8 @@ def test_the_document_to_print_is_whole_and_the_same_each_time(folder: Path, tmp
 def test_two_results_of_one_recording_are_told_apart(folder: Path, tmp_path: Path) -> None:
     other = tmp_path / "with wind"
     shutil.copytree(folder, other)
-    made = commands.report([folder, other], tmp_path / "both.html")
-    text = Outline(made.read_text(encoding="utf-8")).text
+    written = commands.report([folder, other], tmp_path / "both.html")
+    text = Outline(written.read_text(encoding="utf-8")).text
     assert f"{NAME} (made)" in text
     assert f"{NAME} (with wind)" in text
 
@@ -334,8 +334,8 @@ def test_turn_by_turn_every_turn_is_there(outline: Outline) -> None:
     table = a_run().turn_table
     assert table is not None
     for number, turn in table.groupby("turn"):
-        words = f"{number}, {turn['side'].iloc[0]}"
-        assert (words if turn["complete"].iloc[0] else f"({words})") in outline.text
+        label = f"{number}, {turn['side'].iloc[0]}"
+        assert (label if turn["complete"].iloc[0] else f"({label})") in outline.text
 
 
 def test_a_report_is_html_or_pdf(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The result in words: the bad news too, and no difference that its uncertainty covers."""
+"""The result in words: bad news is included, and a difference within its uncertainty is not stated."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ def test_the_bad_news_is_said_too(run: StoredRun) -> None:
         residual_moment=ResidualMoment(210.0, 93.0, 75.0, 50.0, "bad"),
         notices=("assumed, as it was not stated: skier.mass_kg = 75.0",),
     )
-    (words,) = sentences([shown])
+    (text,) = sentences([shown])
     rmsd = shown.summary.pressure_ratio.rmsd
     assert rmsd is not None
-    assert f"and is {100.0 * rmsd:.0f}\u00a0% of the load off" in words
-    assert "an rms of 93 N\u00a0m, above OpenSim's limit of 50 N\u00a0m" in words
-    assert "a peak of 210 N\u00a0m, above OpenSim's limit of 75 N\u00a0m" in words
-    assert "was assumed" in words
+    assert f"and is {100.0 * rmsd:.0f}\u00a0% of the load off" in text
+    assert "an rms of 93 N\u00a0m, above OpenSim's limit of 50 N\u00a0m" in text
+    assert "a peak of 210 N\u00a0m, above OpenSim's limit of 75 N\u00a0m" in text
+    assert "was assumed" in text
     assert "was assumed" not in sentences([run])[0]
 
 
@@ -73,18 +73,18 @@ def few_sensors(assumed: tuple[str, ...], predicted: float) -> Posture:
 
 
 def test_of_few_sensors_nothing_that_was_assumed_is_a_result(run: StoredRun) -> None:
-    each = {"ski_angle_mean_deg": Spread(8e-7, 3e-7, 4), "steering_angle_mean_deg": Spread(1.0, 0.1, 4)}
-    run = with_figures(run, turns=replace(run.summary.turns, each=each))
+    figures = {"ski_angle_mean_deg": Spread(8e-7, 3e-7, 4), "steering_angle_mean_deg": Spread(1.0, 0.1, 4)}
+    run = with_figures(run, turns=replace(run.summary.turns, each=figures))
     assumed = with_figures(run, posture=few_sensors(("steering angle: skis point along the course",), 3.2))
-    (words,) = sentences([assumed])
-    assert "the skis point" not in words
-    assert "Effective friction, skidding included, is 0.137 ± 0.015." in words
-    assert "is 3.2 m/s off (rms); the first half's mean speed is 0.6 m/s off: the model does not tell" in words
+    (text,) = sentences([assumed])
+    assert "the skis point" not in text
+    assert "Effective friction, skidding included, is 0.137 ± 0.015." in text
+    assert "is 3.2 m/s off (rms); the first half's mean speed is 0.6 m/s off: the model does not tell" in text
     measured = with_figures(run, posture=few_sensors(("arms: held in front",), 0.4))
-    (words,) = sentences([measured])
-    assert "Turns almost carved: the skis point 1° off their direction of travel." in words
-    assert "parallel" not in words
-    assert "the model does not tell" not in words
+    (text,) = sentences([measured])
+    assert "Turns almost carved: the skis point 1° off their direction of travel." in text
+    assert "parallel" not in text
+    assert "the model does not tell" not in text
     assert "skid angle" not in sentences([assumed, measured])[2]
     assert "skid angle" in sentences([measured, measured])[2]
     shown = str(few_sensors_section([assumed]).blocks) + str(turns([assumed]).blocks)
@@ -103,18 +103,18 @@ def friction(value: float, se: float | None) -> Friction:
 
 
 def turns_of(run: StoredRun, speed: float, sd: float, turns: int = 9) -> StoredRun:
-    each = {"mean_speed_mps": Spread(speed, sd, turns)}
-    return with_figures(run, turns=replace(run.summary.turns, each=each))
+    figures = {"mean_speed_mps": Spread(speed, sd, turns)}
+    return with_figures(run, turns=replace(run.summary.turns, each=figures))
 
 
 def test_a_difference_is_said_with_its_uncertainty(run: StoredRun) -> None:
     first = with_figures(turns_of(run, 8.0, 0.3), friction=friction(0.06, 0.003))
     second = with_figures(turns_of(run, 9.0, 0.3), friction=friction(0.062, 0.004), recording="other")
-    words = sentences([first, second])[2]
+    text = sentences([first, second])[2]
     # 0.3 m/s over the root of 9 turns, in both: 0.14 m/s
-    assert "of other the mean speed is higher by 1.0 ± 0.1 m/s" in words
-    assert "no difference beyond its uncertainty in μ_t" in words
-    assert "radius" not in words  # unknown in one of them
+    assert "of other the mean speed is higher by 1.0 ± 0.1 m/s" in text
+    assert "no difference beyond its uncertainty in μ_t" in text
+    assert "radius" not in text  # unknown in one of them
     apart = sentences([first, with_figures(second, friction=friction(0.09, 0.004))])[2]
     assert "μ_t is higher by 0.030 ± 0.005" in apart
 
@@ -131,7 +131,7 @@ def test_what_every_run_assumes_and_what_holds_of_this_one(run: StoredRun) -> No
     fitted = with_figures(run, fit=Fit(method="paper", converged=False, reason="no progress"))
     assert "did not converge: no progress" in lines_of(fitted)
     assert "Standard errors count the track's residual alone" in lines_of(fitted)
-    found = UncertaintyFigures(
+    figures = UncertaintyFigures(
         interval_90={"mu_t": Interval(0.05, 0.07)},
         shares={"mu_t": {"posture": 1.0}},
         posture_rms_deg={},
@@ -139,7 +139,7 @@ def test_what_every_run_assumes_and_what_holds_of_this_one(run: StoredRun) -> No
         noise={"x": Noise(1.0, 1.0)},
         fits_priors=False,
     )
-    sure = with_figures(run, fit=Fit(method="joint", converged=True), uncertainty=found)
+    sure = with_figures(run, fit=Fit(method="joint", converged=True), uncertainty=figures)
     assert "Skier's mass had to be corrected by 4.2 standard deviations" in lines_of(sure)
     assert "residual alone" not in lines_of(sure)
     assumed = with_figures(run, notices=("assumed, as it was not stated: a", "another notice"))

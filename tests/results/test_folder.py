@@ -1,4 +1,4 @@
-"""Disks that fill up, kills in the middle of a result being put in place, parts that were finished before."""
+"""Disks that fill up, processes killed while a result is put in place, and parts that were finished before."""
 
 from __future__ import annotations
 
@@ -101,15 +101,15 @@ def test_a_reader_that_goes_away_is_no_fault_of_the_folder(tmp_path: Path) -> No
 
 
 def test_what_was_made_is_not_made_again(tmp_path: Path) -> None:
-    made = []
+    calls = []
 
     def make() -> dict[str, np.ndarray]:
-        made.append(1)
+        calls.append(1)
         return {"x": np.array([0.1, -0.0]), "why": np.asarray("converged: the objective no longer changes")}
 
     shapes: Shapes = {"x": (2,), "why": ()}
     first = Cache(tmp_path).get_or_make("key", make, shapes)
     again = Cache(tmp_path).get_or_make("key", make, shapes)
-    assert len(made) == 1
+    assert len(calls) == 1
     assert first["x"].tobytes() == again["x"].tobytes()
     assert str(again["why"]) == "converged: the objective no longer changes"

@@ -1,4 +1,4 @@
-"""``summary.json``: every figure typed, null where there is none, older and newer files read, and its JSON Schema."""
+"""``summary.json``: all figures typed, null where there is none, files of other versions read, and its JSON Schema."""
 
 from __future__ import annotations
 
@@ -33,8 +33,9 @@ from sssi_exudyn.results.summary import (
 )
 
 OLD = Path(__file__).parent / "old_result"
-"""Holds the summary of ``sssi simulate examples/beginner`` as version 0.1.0 wrote it before its figures were typed, cut
-short: two segments and four moments."""
+"""Folder with a ``summary.json`` of ``sssi simulate examples/beginner`` by version 0.1.0, before its figures were
+typed, cut short: two segments and four moments.
+"""
 
 
 def schema() -> dict[str, Any]:
@@ -50,16 +51,16 @@ pytestmark = pytest.mark.usefixtures("words_only")
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def run_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("whole") / "result"
     write_run(folder, a_run(6.0, 25.0))
     return folder
 
 
 @pytest.fixture
-def result(whole: Path, tmp_path: Path) -> Path:
-    """The folder of a run."""
-    return Path(shutil.copytree(whole, tmp_path / "result"))
+def result(run_folder: Path, tmp_path: Path) -> Path:
+    """Copy the folder of a run."""
+    return Path(shutil.copytree(run_folder, tmp_path / "result"))
 
 
 def test_the_shipped_schema_is_that_of_the_dataclass() -> None:

@@ -62,7 +62,7 @@ def own() -> SkierMuscles:
 
 
 def mirrored(q: Array) -> Array:
-    """The mirror image of a posture (…, 28): right and left change places, turns about x and z their sign."""
+    """Mirror a posture (…, 28): right and left change places, turns about x and z change their sign."""
     image = np.empty_like(q)
     for i, name in enumerate(PRESCRIBED):
         swapped = name[:-1] + {"r": "l", "l": "r"}[name[-1]] if name.endswith(("_r", "_l")) else name
@@ -72,7 +72,7 @@ def mirrored(q: Array) -> Array:
 
 
 def postures(count: int) -> Array:
-    """Within what the joints allow."""
+    """Draw postures within the joints' ranges."""
     rng = np.random.default_rng(3)
     ranges = {"hip_flexion": (-0.3, 1.6), "knee_angle": (0.0, 1.9), "lumbar_extension": (-0.7, 0.2)}
     bounds = [ranges.get(name.removesuffix("_r").removesuffix("_l"), (-0.3, 0.3)) for name in PRESCRIBED]
@@ -108,22 +108,22 @@ def test_figures_are_within_what_muscles_have() -> None:
 
 def test_moment_arms_are_minus_the_derivative_of_the_length(own: SkierMuscles) -> None:
     q = postures(12)
-    found = muscle_paths(own.model, q)
+    paths = muscle_paths(own.model, q)
     step = 1e-6
     for c in range(len(PRESCRIBED)):
         shift = step * np.eye(len(PRESCRIBED))[c]
-        ahead, behind = (muscle_paths(own.model, q + way * shift).length for way in (1.0, -1.0))
+        ahead, behind = (muscle_paths(own.model, q + sign * shift).length for sign in (1.0, -1.0))
         # rounding of lengths around 0.5 m over 2e-6 rad; on the ellipsoid the plane's angle is found to 1e-6 rad
-        assert np.max(np.abs((ahead - behind) / (2.0 * step) + found.moment_arm[:, :, c])) < 1e-6
+        assert np.max(np.abs((ahead - behind) / (2.0 * step) + paths.moment_arm[:, :, c])) < 1e-6
 
 
 def test_the_left_side_is_the_right_ones_mirror_image(own: SkierMuscles) -> None:
     q = postures(8)
-    here, there = muscle_paths(own.model, q), muscle_paths(own.model, mirrored(q))
+    paths, mirror_paths = muscle_paths(own.model, q), muscle_paths(own.model, mirrored(q))
     half = len(own.named) // 2
     # an ellipsoid's plane is found to 1e-6 rad, and the length is of second order in that
-    assert np.allclose(here.length[:, :half], there.length[:, half:], atol=1e-9)
-    assert np.allclose(here.length[:, half:], there.length[:, :half], atol=1e-9)
+    assert np.allclose(paths.length[:, :half], mirror_paths.length[:, half:], atol=1e-9)
+    assert np.allclose(paths.length[:, half:], mirror_paths.length[:, :half], atol=1e-9)
 
 
 def test_bones_turn_as_the_chains(own: SkierMuscles) -> None:
@@ -137,12 +137,12 @@ def test_bones_turn_as_the_chains(own: SkierMuscles) -> None:
         poses = forward_kinematics(geometry, np.hstack([np.zeros((5, 3)), q]), 0.0)
         back = np.swapaxes(poses.rotation[:, 0], 1, 2)
         for name in ("torso", "femur_l", "tibia_r", "calcn_r", "humerus_l"):
-            found, wanted = stance.rotation[:, bones.index(name)], back @ poses.rotation[:, SEGMENT[name]]
-            assert np.allclose(found, wanted, atol=1e-12)  # rounding
+            turned, wanted = stance.rotation[:, bones.index(name)], back @ poses.rotation[:, SEGMENT[name]]
+            assert np.allclose(turned, wanted, atol=1e-12)  # rounding
 
 
 def test_the_shift_of_a_joint_is_its_way_on_these_bones(own: SkierMuscles) -> None:
-    """Against differences; and none for a lumbar joint where a small shared extension turns the torso about."""
+    """Compare with differences; a lumbar joint where a small shared extension turns the torso about does not shift."""
     q = postures(3)
     bones, geometry = own.model.bones, own_geometry()
     shift = joint_shift(own, geometry, stand(bones, q))
@@ -154,16 +154,16 @@ def test_the_shift_of_a_joint_is_its_way_on_these_bones(own: SkierMuscles) -> No
         for name, moved in shift[segment].items():
             c = step * np.eye(len(PRESCRIBED))[PRESCRIBED.index(name)]
             i = bones.index(segment)
-            ahead, behind = (stand(bones, q + way * c) for way in (1.0, -1.0))
-            places = [each.origin[:, i] + each.rotation[:, i] @ point for each in (ahead, behind)]
+            ahead, behind = (stand(bones, q + sign * c) for sign in (1.0, -1.0))
+            places = [pose.origin[:, i] + pose.rotation[:, i] @ point for pose in (ahead, behind)]
             assert np.allclose((places[0] - places[1]) / (2.0 * step), moved, atol=1e-9)  # rounding over the step
     upright = joint_shift(own, geometry, stand(bones, np.zeros((1, len(PRESCRIBED)))))
     assert np.allclose(upright["torso"]["lumbar_extension"], 0.0, atol=1e-12)  # rounding
 
 
 def test_fibres_of_the_trunk_are_within_what_sarcomeres_say(own: SkierMuscles) -> None:
-    whole = muscle_paths(own.model, np.zeros((1, len(PRESCRIBED)))).length[0]
-    for named, length in zip(own.named, whole, strict=True):
+    lengths = muscle_paths(own.model, np.zeros((1, len(PRESCRIBED)))).length[0]
+    for named, length in zip(own.named, lengths, strict=True):
         if named.region == "lumbar":
             muscle = named.muscle
             fibre = np.hypot(length - muscle.tendon_slack, muscle.optimal_fibre * np.sin(muscle.pennation))
@@ -171,7 +171,7 @@ def test_fibres_of_the_trunk_are_within_what_sarcomeres_say(own: SkierMuscles) -
 
 
 def test_the_vertebrae_share_the_rotations_out(own: SkierMuscles) -> None:
-    """Extension: Christophy et al. 2012, table 3, L5/S1 to L1/L2 9.5, 15.4, 21.9, 26.4, 26.8 %."""
+    """Compare with extension of Christophy et al. 2012, table 3: L5/S1 to L1/L2 9.5, 15.4, 21.9, 26.4, 26.8 %."""
     q = np.zeros((1, len(PRESCRIBED)))
     q[0, PRESCRIBED.index("lumbar_extension")] = 0.5
     bones = own.model.bones
@@ -185,7 +185,7 @@ def test_the_vertebrae_share_the_rotations_out(own: SkierMuscles) -> None:
 
 
 def test_scaled_with_the_skier(own: SkierMuscles) -> None:
-    """A skier who is larger all over has muscles larger all over."""
+    """Scale the whole skier: the muscles are scaled alike."""
     geometry = own_geometry()
     large = skier_muscles(replace(geometry, joint_in_parent=1.1 * geometry.joint_in_parent))
     q = postures(4)
@@ -217,10 +217,10 @@ def test_the_full_set_has_the_papers_muscles_as_they_are(own: SkierMuscles) -> N
     of_full = {muscle.name: muscle for muscle in own.model.muscles}
     assert {muscle.name for muscle in of_paper} < set(of_full)
     q = postures(3)
-    there = muscle_paths(own.model, q).length
-    here = muscle_paths(skier_muscles(own_geometry(), chosen="paper").model, q).length
-    at = [list(of_full).index(muscle.name) for muscle in of_paper]
-    assert np.allclose(here, there[:, at], atol=1e-9)  # an ellipsoid's plane
+    full_length = muscle_paths(own.model, q).length
+    paper_length = muscle_paths(skier_muscles(own_geometry(), chosen="paper").model, q).length
+    columns = [list(of_full).index(muscle.name) for muscle in of_paper]
+    assert np.allclose(paper_length, full_length[:, columns], atol=1e-9)  # an ellipsoid's plane
 
 
 # Moment arms (m) as measured on cadavers and in images by the studies that are named, in wide, rounded ranges: wrong
@@ -253,5 +253,5 @@ def test_within_published_ranges(
     q = np.zeros((1, len(PRESCRIBED)))
     q[0, PRESCRIBED.index(coordinate)] = angle
     arms = muscle_paths(own.model, q, [coordinate]).moment_arm[0, :, 0]
-    (at,) = [i for i, each in enumerate(own.model.muscles) if each.name == muscle]
-    assert low < arms[at] < high
+    (index,) = [i for i, candidate in enumerate(own.model.muscles) if candidate.name == muscle]
+    assert low < arms[index] < high

@@ -22,7 +22,7 @@ ONE_BONE = Bones(
 
 
 def over(kind: str, size: list[float], a: list[float], b: list[float], axis: int = 0, sign: float = 0.0) -> MuscleModel:
-    """One muscle from ``a`` on the ground to ``b`` on an arm that turns about z, over one surface at the origin."""
+    """Return a muscle from ``a`` on the ground to ``b`` on an arm that turns about z, over a surface at the origin."""
     surface = Surface("s", "ground", kind, np.zeros(3), np.eye(3), np.array(size), axis, sign)
     points = (PathPoint("ground", np.array(a)), PathPoint("arm", np.array(b)))
     muscle = Muscle("m", points, 1.0, 0.1, 0.1, 0.0, (Wrap("s", 0, 1),))
@@ -48,8 +48,8 @@ def test_a_side_sends_the_path_the_long_way_round() -> None:
     free = length(over("cylinder", [radius, 1.0, 0.0], a, b))
     held = length(over("cylinder", [radius, 1.0, 0.0], a, b, axis=1, sign=1.0))
     far = math.hypot(a[0], a[1])
-    at, opening = math.atan2(b[1], b[0]), math.acos(radius / far)
-    over_the_top = 2.0 * math.sqrt(far**2 - radius**2) + radius * (math.pi - 2.0 * at - 2.0 * opening)
+    end_angle, opening = math.atan2(b[1], b[0]), math.acos(radius / far)
+    over_the_top = 2.0 * math.sqrt(far**2 - radius**2) + radius * (math.pi - 2.0 * end_angle - 2.0 * opening)
     assert free < held == pytest.approx(over_the_top, rel=1e-12)  # rounding
 
 
@@ -63,19 +63,19 @@ def test_around_a_sphere_on_a_great_circle() -> None:
 
 
 def test_around_an_ellipsoid_in_its_plane_of_symmetry() -> None:
-    """Half axes 1 : 2, third large: the shortest plane is the one of symmetry, its arc an elliptic integral."""
+    """Take half axes 1 : 2, the third large: the shortest plane is that of symmetry, its arc an elliptic integral."""
     p, q, far = 0.04, 0.08, 0.12
     model = over("ellipsoid", [p, q, 1.0], [-far, 1e-12, 0.0], [far, 0.0, 0.0])
     x = p**2 / far  # where the tangent from (far, 0) touches
-    at = math.acos(x / p)  # (p cos φ, q sin φ)
-    touching = math.hypot(far - x, q * math.sin(at))
+    touching_angle = math.acos(x / p)  # (p cos φ, q sin φ)
+    touching = math.hypot(far - x, q * math.sin(touching_angle))
     # ∫ sqrt(p² sin² + q² cos²) = q E(φ, 1 − p²/q²) from 0
-    quarter, start = (q * ellipeinc(phi, 1.0 - p**2 / q**2) for phi in (math.pi / 2.0, at))
+    quarter, start = (q * ellipeinc(phi, 1.0 - p**2 / q**2) for phi in (math.pi / 2.0, touching_angle))
     # 14 Gauss points on an arc of a third of a turn
     assert length(model) == pytest.approx(2.0 * (touching + quarter - start), rel=1e-8)
 
 
-def test_no_wrap_where_the_line_passes_beside() -> None:
+def test_no_wrap_where_the_line_misses_the_surface() -> None:
     a, b = [-0.1, 0.06, 0.0], [0.1, 0.06, 0.0]
     for kind, size in (("cylinder", [0.05, 1.0, 0.0]), ("sphere", [0.05] * 3), ("ellipsoid", [0.05, 0.05, 0.2])):
         assert length(over(kind, size, a, b)) == pytest.approx(0.2, rel=1e-15)  # rounding
@@ -102,11 +102,11 @@ def postures(model: MuscleModel) -> Array:
 
 def test_moment_arms_are_minus_the_derivative_of_the_length(leg: MuscleModel) -> None:
     q = postures(leg)
-    found = muscle_paths(leg, q)
+    paths = muscle_paths(leg, q)
     step = 1e-6
-    for c, name in enumerate(found.coordinates):
+    for c, name in enumerate(paths.coordinates):
         if name == "rolling":  # follows the knee
-            assert np.all(found.moment_arm[:, :, c] == 0.0)
+            assert np.all(paths.moment_arm[:, :, c] == 0.0)
             continue
         ahead, behind = q.copy(), q.copy()
         ahead[:, c] += step
@@ -114,13 +114,13 @@ def test_moment_arms_are_minus_the_derivative_of_the_length(leg: MuscleModel) ->
         slope = (muscle_paths(leg, ahead).length - muscle_paths(leg, behind).length) / (2.0 * step)
         # rounding of lengths around 0.3 m over 2e-6 rad is 1e-10, the step's own error 1e-12; on the ellipsoid the
         # plane's angle is found to 1e-6 rad
-        assert np.max(np.abs(slope + found.moment_arm[:, :, c])) < 1e-6
+        assert np.max(np.abs(slope + paths.moment_arm[:, :, c])) < 1e-6
 
 
 def test_every_kind_of_point_and_surface_is_met(leg: MuscleModel) -> None:
-    """In the postures above paths do wrap, and conditional points come and go: else the test above shows nothing."""
+    """Check that paths do wrap and conditional points come and go here; else the test above shows nothing."""
     q = postures(leg)
-    found = muscle_paths(leg, q)
+    paths = muscle_paths(leg, q)
     bare = MuscleModel(
         leg.name,
         leg.bones,
@@ -128,7 +128,7 @@ def test_every_kind_of_point_and_surface_is_met(leg: MuscleModel) -> None:
         (),
         leg.defaults,
     )
-    longer = found.length - muscle_paths(bare, q).length
+    longer = paths.length - muscle_paths(bare, q).length
     for k, muscle in enumerate(leg.muscles):
         assert np.any(longer[:, k] > 1e-4) == bool(muscle.wraps)
     knee = q[:, leg.bones.coordinates.index("knee")]
@@ -170,7 +170,7 @@ def _without(text: str, part: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("spoil", "said"),
+    ("spoil", "message"),
     [
         (lambda text: "not xml", "broken XML"),
         (lambda text: "<a/>", "this is not an OpenSim model"),
@@ -184,29 +184,29 @@ def _without(text: str, part: str) -> str:
         (lambda text: text.replace("<parent_body>femur", "<parent_body>shank"), "hangs on nothing"),
     ],
 )
-def test_a_bad_file_is_one_clear_line(spoil: Callable[[str], str], said: str, tmp_path: Path) -> None:
+def test_a_bad_file_is_one_clear_line(spoil: Callable[[str], str], message: str, tmp_path: Path) -> None:
     path = tmp_path / "leg.osim"
     path.write_text(spoil(osim_example.version_3()), encoding="utf-8")
-    with pytest.raises(InputError, match=said) as caught:
+    with pytest.raises(InputError, match=message) as caught:
         read_osim(path)
     assert "\n" not in str(caught.value)
 
 
 def test_curves() -> None:
     x, y = np.array([-1.0, 0.0, 0.7, 2.0, 2.5]), np.array([0.3, -0.1, 0.4, 0.2, 0.0])
-    at = np.linspace(-2.0, 4.0, 61)
+    points = np.linspace(-2.0, 4.0, 61)
     smooth = spline(x, y)
     assert np.allclose(smooth(x)[0], y)
-    inside = (at > -1.0) & (at < 2.5)
+    inside = (points > -1.0) & (points < 2.5)
     # the end conditions are a cubic's own, so a cubic is met exactly
     cubic = spline(x, x**3 - x)
-    assert np.allclose(cubic(at[inside])[0], at[inside] ** 3 - at[inside])
-    assert np.allclose(np.diff(smooth(at[at > 2.6])[0], 2), 0.0)  # straight beyond the ends
-    slope = smooth(at)[1]
+    assert np.allclose(cubic(points[inside])[0], points[inside] ** 3 - points[inside])
+    assert np.allclose(np.diff(smooth(points[points > 2.6])[0], 2), 0.0)  # straight beyond the ends
+    slope = smooth(points)[1]
     step = 1e-6
     # third derivatives of order 10 times the step squared, and rounding over the step
-    assert np.allclose(slope, (smooth(at + step)[0] - smooth(at - step)[0]) / (2.0 * step), atol=1e-9)
+    assert np.allclose(slope, (smooth(points + step)[0] - smooth(points - step)[0]) / (2.0 * step), atol=1e-9)
     for curve in (smooth, polygon(x, y), line(2.0, 1.0)):
         for stretch, factor in ((2.0, 3.0), (-0.5, 0.7)):
-            assert np.allclose(curve.scale(stretch, factor)(at * stretch)[0], factor * curve(at)[0])
-        assert np.allclose(curve.lift(0.25)(at)[0], curve(at)[0] + 0.25)
+            assert np.allclose(curve.scale(stretch, factor)(points * stretch)[0], factor * curve(points)[0])
+        assert np.allclose(curve.lift(0.25)(points)[0], curve(points)[0] + 0.25)

@@ -23,7 +23,7 @@ FLAT_SLALOM = dataclasses.replace(slalom(), height=FLAT)
 
 
 def integral(ski: Ski, function, start: float, stop: float) -> float:
-    """∫ function(x) dx between two places s on the ski, to 1e-10, with the profiles' break points given to quad."""
+    """Integrate function(x) dx between two places s on the ski, to 1e-10; quad is given the profiles' break points."""
     cuts = sorted({s for s in (*ski.width.s, *ski.thickness.s) if start < s < stop})
     ends = [start, *cuts, stop]
     parts = [quad(lambda s: function(s * ski.length), a, b, epsrel=1e-10)[0] for a, b in pairwise(ends)]
@@ -31,7 +31,7 @@ def integral(ski: Ski, function, start: float, stop: float) -> float:
 
 
 def bent(ski: Ski, left: float, load: float, right: float) -> float:
-    """Deflection under a unit force at s = load on supports at left and right (m/N): ∫ M²/EI + V²/κGA dx."""
+    """Return the deflection under a unit force at s = load on supports at left and right (m/N): ∫ M²/EI + V²/κGA dx."""
     a, b, c = (s * ski.length for s in (left, load, right))
 
     def compliance(x: float) -> float:
@@ -44,7 +44,7 @@ def bent(ski: Ski, left: float, load: float, right: float) -> float:
 
 
 def cantilever(ski: Ski, root: float) -> float:
-    """Deflection of the tip under a unit force there, held at s = root (m/N)."""
+    """Return the tip's deflection under a unit force there, held at s = root (m/N)."""
 
     def compliance(x: float) -> float:
         s = x / ski.length
@@ -81,7 +81,7 @@ def test_three_point_bending_against_timoshenko(ski: Ski, ends: tuple[int, int],
 
 
 def test_twist_against_saint_venant() -> None:
-    """A torque at the tip, the boot centre held: the angle is ∫ dx/GJ, exact for elements of mean compliance."""
+    """Twist the tip, the boot centre held: the angle is ∫ dx/GJ, exact for elements of mean compliance."""
     cut = mesh(FLAT_SLALOM)
     bench = Bench(cut)
     bench.hold(cut.clamped)
@@ -98,7 +98,7 @@ def test_twist_against_saint_venant() -> None:
 
 
 def test_rolls_up_into_a_full_circle() -> None:
-    """A moment 2π EI/L bends a bar into a circle that closes, far beyond small rotations."""
+    """Load a bar with the moment 2π EI/L: it bends into a circle that closes, far beyond small rotations."""
     bench = Bench(mesh(BAR))
     bench.hold(0)
     bench.twist(50, [0.0, -2 * np.pi * float(BAR.bending_stiffness(0.5)) / BAR.length, 0.0])
@@ -129,7 +129,7 @@ def test_camber_is_pressed_flat_by_the_force_of_beam_theory() -> None:
 
 
 def ritz_free_frequencies(ski: Ski, twisting: bool, count: int) -> np.ndarray:
-    """Free ski by Ritz with Legendre polynomials over its whole length (Euler-Bernoulli, Saint-Venant)."""
+    """Return a free ski's frequencies by Ritz with Legendre polynomials (Euler-Bernoulli, Saint-Venant)."""
     ends = np.unique([*ski.width.s, *ski.thickness.s])
     node, weight = np.polynomial.legendre.leggauss(40)
     s = np.concatenate([0.5 * (a + b) + 0.5 * (b - a) * node for a, b in pairwise(ends)])
@@ -148,10 +148,10 @@ def ritz_free_frequencies(ski: Ski, twisting: bool, count: int) -> np.ndarray:
 
 
 def free_frequencies_by_kind(ski: Ski, elements: int) -> tuple[np.ndarray, np.ndarray]:
-    """The Exudyn ski's own: nearest to each frequency of Ritz (bending three, twisting one)."""
-    found = Bench(mesh(ski, elements)).frequencies()[6:]
-    nearest = [found[np.argmin(np.abs(found - f))] for f in ritz_free_frequencies(ski, False, 3)]
-    twist = [found[np.argmin(np.abs(found - f))] for f in ritz_free_frequencies(ski, True, 1)]
+    """Return the frequencies of the ski in Exudyn that are nearest to those of Ritz (three bending, one twisting)."""
+    frequencies = Bench(mesh(ski, elements)).frequencies()[6:]
+    nearest = [frequencies[np.argmin(np.abs(frequencies - f))] for f in ritz_free_frequencies(ski, False, 3)]
+    twist = [frequencies[np.argmin(np.abs(frequencies - f))] for f in ritz_free_frequencies(ski, True, 1)]
     return np.array(nearest), np.array(twist)
 
 
@@ -164,7 +164,7 @@ def test_ritz_gives_the_closed_form_of_a_uniform_bar() -> None:
 
 @pytest.mark.parametrize("ski", [BAR, FLAT_SLALOM], ids=["bar", "slalom"])
 def test_free_frequencies(ski: Ski) -> None:
-    """First three bending and first twisting frequencies of the free ski."""
+    """Compare the free ski's first three bending frequencies and its first twisting one."""
     bending, twisting = free_frequencies_by_kind(ski, 100)
     # Elements with linear shapes overestimate by (βL/n)²/24 to /12 = 1e-3 in the third mode at n = 100; shear and
     # rotary inertia, which Ritz leaves out, take 1e-4 (bar) to 2e-3 (slalom).
@@ -177,11 +177,11 @@ def test_free_frequencies(ski: Ski) -> None:
 def test_linear_frame_has_the_free_frequencies_too(ski: Ski) -> None:
     stiffness, mass = frame_matrices(mesh(ski))
     squares = eigh(stiffness, mass, eigvals_only=True, subset_by_index=[6, 20])
-    found = np.sqrt(squares) / (2 * np.pi)
+    frequencies = np.sqrt(squares) / (2 * np.pi)
     for twisting, count in ((False, 3), (True, 1)):
         for wanted in ritz_free_frequencies(ski, twisting, count):
             # 2e-3 for shear and rotary inertia as above, 1e-3 for 50 pieces of even section.
-            assert np.abs(found / wanted - 1.0).min() < 3e-3
+            assert np.abs(frequencies / wanted - 1.0).min() < 3e-3
 
 
 def test_modal_ski_has_the_frequencies_of_the_held_beam() -> None:
@@ -195,7 +195,7 @@ def test_modal_ski_has_the_frequencies_of_the_held_beam() -> None:
 
 
 def test_modal_ski_sags_like_a_beam_under_steady_acceleration() -> None:
-    """Held at the boot centre and accelerated, the ski bends as a cantilever under its own weight."""
+    """Accelerate the ski, held at the boot centre: it bends as a cantilever under its own weight."""
     ski = FLAT_SLALOM
     modal = modal_ski(mesh(ski), 12)
     boot = float(ski.s_of_x(0.0))
@@ -230,9 +230,9 @@ def test_a_boot_centre_on_stiff_springs_is_held_and_on_soft_ones_swings() -> Non
     slow = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(mass, np.diag(springs))).real)) / (2.0 * np.pi)
     # it bends by 10⁻⁵ of how far it swings: the springs against its own bending stiffness, some kN/m
     np.testing.assert_allclose(soft.frequency[:2], slow, rtol=3e-3)
-    given = soft.held / (2.0 * np.pi * soft.frequency[:, None]) ** 2
+    amplitude = soft.held / (2.0 * np.pi * soft.frequency[:, None]) ** 2
     # what the boot centre gives to a force and to a moment there: the springs' compliance, whatever the ski
-    np.testing.assert_allclose(soft.held.T @ given, np.diag(1.0 / springs), rtol=1e-3, atol=1e-5)
+    np.testing.assert_allclose(soft.held.T @ amplitude, np.diag(1.0 / springs), rtol=1e-3, atol=1e-5)
 
 
 def test_modal_contact_points_move_as_the_mesh_says() -> None:

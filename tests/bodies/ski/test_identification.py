@@ -1,4 +1,4 @@
-"""A ski found again from made-up bench tests with noise."""
+"""A ski identified from synthetic bench tests with noise."""
 
 import csv
 import dataclasses
@@ -24,7 +24,7 @@ LEFT, LOAD, RIGHT = 0.2, 0.5, 0.8  # of the length
 
 @cache
 def deflection_per_newton(ski: Ski) -> float:
-    """Three-point bending on a fine linear frame: another way than the integral that the identification uses."""
+    """Return the deflection in three-point bending on a fine linear frame, which identification does not use."""
     cut = mesh(dataclasses.replace(ski, height=dataclasses.replace(ski.height, value=(0.0,) * 5)), 400)
     stiffness, _ = frame_matrices(cut)
     node = {place: round(place * 400) for place in (LEFT, LOAD, RIGHT)}
@@ -40,7 +40,7 @@ TIP = int(np.argmax(np.abs(MODES.shape[:, -1, 2])))
 
 
 def measurements(random: np.random.Generator, noise: float = 1.0) -> Measurements:
-    """Bench tests of TRUE: 0.2 mm of dial gauge, 1 % of the vibration's start, calipers off by 0.05 mm."""
+    """Draw bench tests of TRUE with 0.2 mm of dial gauge, 1 % of the vibration's start, and calipers off by 0.05 mm."""
     place = np.linspace(0.0, 1.65, 331)
     s = place / 1.65
     thickness = TRUE.thickness(s) + noise * 5e-5 * random.standard_normal()
@@ -72,13 +72,13 @@ def true_density() -> float:
 
 
 def test_without_noise_the_ski_comes_back() -> None:
-    found = identify_ski(measurements(np.random.default_rng(1), noise=0.0))
+    identified = identify_ski(measurements(np.random.default_rng(1), noise=0.0))
     # Straight lines between scan points 5 mm apart, and the frame's even sections of 4 mm: 1e-4 each.
-    assert found.young_modulus.value == pytest.approx(8.37e9, rel=5e-4)
-    assert found.density.value == pytest.approx(true_density(), rel=5e-4)
+    assert identified.young_modulus.value == pytest.approx(8.37e9, rel=5e-4)
+    assert identified.density.value == pytest.approx(true_density(), rel=5e-4)
     # After three periods 1e-8 of the second bending is left in the signal.
-    assert found.ski.damping_ratio == pytest.approx(0.05, rel=1e-3)
-    assert found.predicted_frequency == pytest.approx(found.frequency.value, rel=1e-3)
+    assert identified.ski.damping_ratio == pytest.approx(0.05, rel=1e-3)
+    assert identified.predicted_frequency == pytest.approx(identified.frequency.value, rel=1e-3)
 
 
 @pytest.mark.long
@@ -93,9 +93,9 @@ def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
         "frequency": MODES.frequency[TIP],
     }
     for _ in range(runs):
-        found = identify_ski(measurements(random))
+        identified = identify_ski(measurements(random))
         for name, value in truth.items():
-            estimate = getattr(found, name)
+            estimate = getattr(identified, name)
             hits[name] += estimate.low <= value <= estimate.high
     # 95 % intervals: the number of hits is binomial, 95 ± 2.2; three and a half of these, and 100 at most.
     for name, count in hits.items():
@@ -142,12 +142,12 @@ def write_folder(folder: Path, measured: Measurements) -> None:
 def test_a_folder_of_tests_becomes_a_ski_file(tmp_path: Path) -> None:
     measured = measurements(np.random.default_rng(4))
     write_folder(tmp_path, measured)
-    found = identify_ski(read_measurements(tmp_path))
+    by_file = identify_ski(read_measurements(tmp_path))
     direct = identify_ski(measured)
-    assert found.young_modulus.value == pytest.approx(direct.young_modulus.value, rel=1e-9)  # decimal text and back
-    again = ski_from_table("found", ski_to_table(found.ski), "found.toml")
-    assert again.young_modulus == found.ski.young_modulus
-    assert again.width(0.3) == pytest.approx(found.ski.width(0.3), rel=1e-9)
+    assert by_file.young_modulus.value == pytest.approx(direct.young_modulus.value, rel=1e-9)  # decimal text and back
+    again = ski_from_table("found", ski_to_table(by_file.ski), "found.toml")
+    assert again.young_modulus == by_file.ski.young_modulus
+    assert again.width(0.3) == pytest.approx(by_file.ski.width(0.3), rel=1e-9)
 
 
 def test_the_command_leaves_a_ski_that_recordings_can_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

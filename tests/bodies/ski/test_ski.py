@@ -1,4 +1,4 @@
-"""Skis as data: profiles by hand, the catalogue, ski files and what can be wrong with them."""
+"""Skis as data: profiles by hand, the catalogue, and ski files with the errors that they may hold."""
 
 import pickle
 from pathlib import Path

@@ -12,7 +12,7 @@ GEOMETRY = average_geometry(1.75)
 
 
 def whole_body(bodies: tuple[SegmentInertia, ...]) -> SegmentInertia:
-    """The standing skier as one body, in the frame of the pelvis."""
+    """Combine the standing skier into one body, in the frame of the pelvis."""
     poses = forward_kinematics(GEOMETRY, np.zeros(31), 0.0)
     moved = [
         SegmentInertia(b.mass, place + turn @ b.com, turn @ b.inertia @ turn.T)
@@ -56,7 +56,7 @@ def test_thigh_by_hand() -> None:
 
 
 def test_trunk_in_the_mean_subjects_size_is_the_published_trunk() -> None:
-    """Middle, upper and lower trunk put together give the table's own line for the whole trunk (CERV to MIDH)."""
+    """Combine middle, upper and lower trunk: they give the table's own line for the whole trunk (CERV to MIDH)."""
     bodies = body_inertia(GEOMETRY, 73.0, "male")
     poses = forward_kinematics(GEOMETRY, np.zeros(31), 0.0)
     parts = [

@@ -1,4 +1,4 @@
-"""A boot's cuff as a spring, and how one is found that nobody stated."""
+"""A boot's cuff as a spring, and the estimate of a stiffness that is not stated."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ MASS = 70.0
 
 
 def test_a_static_boot_by_hand() -> None:
-    """5 N m/° pressed 6° beyond its lean pushes with 30 N m, upwards behind it and downwards ahead."""
+    """Press a boot of 5 N m/° 6° beyond its lean: it pushes with 30 N m, upwards behind it and downwards ahead."""
     cuff = FoundCuffs(5.0 * 180.0 / np.pi, 0.0, np.radians([14.0, 14.0]))
     assert cuff.moment(np.radians([[20.0, 8.0]])) == pytest.approx(np.array([[-30.0, 30.0]]), rel=1e-12)
 
@@ -34,33 +34,32 @@ def test_a_cuff_gives_its_work_back() -> None:
 
 
 def test_what_is_stated_stands() -> None:
-    found = find_cuffs(TIME, ANGLE, np.zeros_like(ANGLE), MASS, 300.0, 0.2)
-    assert (found.stiffness, found.se) == (300.0, 0.0)
-    assert found.lean.tolist() == [0.2, 0.2]
+    cuffs = find_cuffs(TIME, ANGLE, np.zeros_like(ANGLE), MASS, 300.0, 0.2)
+    assert (cuffs.stiffness, cuffs.se) == (300.0, 0.0)
+    assert cuffs.lean.tolist() == [0.2, 0.2]
 
 
 def test_a_stated_stiffness_leaves_the_lean_that_bears_the_mean_moment() -> None:
     moment = np.column_stack([np.full(len(TIME), 30.0), np.full(len(TIME), -15.0)])
-    found = find_cuffs(TIME, ANGLE, moment, MASS, 300.0, None)
-    assert found.lean - ANGLE.mean(axis=0) == pytest.approx([0.1, -0.05], rel=1e-12)
-    assert found.moment(ANGLE).mean(axis=0) == pytest.approx([30.0, -15.0], rel=1e-9)
+    cuffs = find_cuffs(TIME, ANGLE, moment, MASS, 300.0, None)
+    assert cuffs.lean - ANGLE.mean(axis=0) == pytest.approx([0.1, -0.05], rel=1e-12)
+    assert cuffs.moment(ANGLE).mean(axis=0) == pytest.approx([30.0, -15.0], rel=1e-9)
 
 
 def test_an_ankle_that_is_a_spring_shows_its_stiffness() -> None:
-    """Muscles that do nothing: the moment is the cuff's, and what is found lies between it and the usual one, at the
-    weights of both."""
+    """Give all moment to the cuff: the estimate is the mean of its stiffness and the usual one, by their weights."""
     true = FoundCuffs(120.0, 0.0, np.array([0.25, 0.05]))
-    found = find_cuffs(TIME, ANGLE, true.moment(ANGLE), MASS, None, None)
+    cuffs = find_cuffs(TIME, ANGLE, true.moment(ANGLE), MASS, None, None)
     known = 40.0 / (0.5 * MASS) ** 2 * ANGLE.var(axis=0).sum()
     usual = USUAL_SPREAD**-2
-    assert found.stiffness == pytest.approx((known * 120.0 + usual * Cuff().cuff_flexion) / (known + usual), rel=1e-9)
-    assert found.se == pytest.approx((known + usual) ** -0.5, rel=1e-9)
-    assert abs(found.stiffness - 120.0) < 2.0 * found.se
+    assert cuffs.stiffness == pytest.approx((known * 120.0 + usual * Cuff().cuff_flexion) / (known + usual), rel=1e-9)
+    assert cuffs.se == pytest.approx((known + usual) ** -0.5, rel=1e-9)
+    assert abs(cuffs.stiffness - 120.0) < 2.0 * cuffs.se
 
 
 def test_a_moment_that_grows_with_the_angle_is_no_cuffs() -> None:
-    found = find_cuffs(TIME, ANGLE, 600.0 * (ANGLE - ANGLE.mean(axis=0)), MASS, None, None)
-    assert found.stiffness == SOFTEST
+    cuffs = find_cuffs(TIME, ANGLE, 600.0 * (ANGLE - ANGLE.mean(axis=0)), MASS, None, None)
+    assert cuffs.stiffness == SOFTEST
 
 
 def test_edging_is_shared_by_stiffness() -> None:

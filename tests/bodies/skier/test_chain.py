@@ -40,7 +40,7 @@ def pose(**degrees: float) -> Array:
 
 
 def direction(segment: str, axis: Array | tuple[float, float, float], **degrees: float) -> Array:
-    """Where a direction fixed in the segment points on level ground."""
+    """Return where a direction fixed in the segment points on level ground."""
     poses = forward_kinematics(GEOMETRY, pose(**degrees), 0.0)
     return np.asarray(poses.rotation[SEGMENT[segment]] @ np.asarray(axis, dtype=float))
 
@@ -142,7 +142,7 @@ def test_joint_rotation_is_the_chain_between_parent_and_segment() -> None:
 
 
 def _smooth(t: Array) -> tuple[Array, Array, Array]:
-    """A movement of all 31 coordinates with its exact derivatives, (n, 31) each."""
+    """Return a movement of all 31 coordinates with its exact derivatives, (n, 31) each."""
     rng = np.random.default_rng(7)
     amplitude, omega, phase = rng.uniform(0.2, 1.0, 31), rng.uniform(1.0, 6.0, 31), rng.uniform(0.0, 6.0, 31)
     x = omega * t[:, None] + phase
@@ -158,29 +158,29 @@ def test_rates_are_the_derivatives_of_the_poses() -> None:
     t = np.linspace(0.0, 2.0, 9)
     h = 1e-3
 
-    def at(shift: float) -> tuple[Array, Array, Array, Array]:
+    def poses_at(shift: float) -> tuple[Array, Array, Array, Array]:
         q, qd, qdd = _smooth(t + shift)
         poses = forward_kinematics(CROOKED, q, SLOPE)
         r = rates(poses, qd, qdd)
         return poses.rotation, poses.origin, r.angular_velocity, r.velocity
 
     def difference(which: int) -> Array:
-        """Sixth-order central difference, error h⁶ f⁽⁷⁾/140."""
-        d = [at(k * h)[which] - at(-k * h)[which] for k in (1, 2, 3)]
+        """Return the sixth-order central difference, error h⁶ f⁽⁷⁾/140."""
+        d = [poses_at(k * h)[which] - poses_at(-k * h)[which] for k in (1, 2, 3)]
         return np.asarray((45 * d[0] - 9 * d[1] + d[2]) / (60 * h))
 
     q, qd, qdd = _smooth(t)
     poses = forward_kinematics(CROOKED, q, SLOPE)
-    found = rates(poses, qd, qdd)
+    moving = rates(poses, qd, qdd)
     # Products of up to ten sines at 6 rad/s: f⁽⁷⁾ < (60/s)⁷ ≈ 3e12 at worst, so h⁶ f⁽⁷⁾/140 < 2e-8; rounding adds
     # 1e-12/h.
     tolerance = 2e-8
-    np.testing.assert_allclose(found.velocity, difference(1), atol=tolerance, rtol=0.0)
+    np.testing.assert_allclose(moving.velocity, difference(1), atol=tolerance, rtol=0.0)
     np.testing.assert_allclose(
-        found.angular_velocity, _skew_part(difference(0), poses.rotation), atol=tolerance, rtol=0.0
+        moving.angular_velocity, _skew_part(difference(0), poses.rotation), atol=tolerance, rtol=0.0
     )
-    np.testing.assert_allclose(found.angular_acceleration, difference(2), atol=tolerance, rtol=0.0)
-    np.testing.assert_allclose(found.acceleration, difference(3), atol=tolerance, rtol=0.0)
+    np.testing.assert_allclose(moving.angular_acceleration, difference(2), atol=tolerance, rtol=0.0)
+    np.testing.assert_allclose(moving.acceleration, difference(3), atol=tolerance, rtol=0.0)
 
 
 def test_jacobians_map_rates_of_coordinates_to_rates_of_segments() -> None:
@@ -189,11 +189,11 @@ def test_jacobians_map_rates_of_coordinates_to_rates_of_segments() -> None:
     angular, linear = jacobians(poses, range(len(SEGMENTS)), poses.origin)
     weights = np.linspace(0.0, 2.0, len(SEGMENTS)) / len(SEGMENTS)
     mean = mean_jacobian(poses, weights, poses.origin)
-    found = rates(poses, qd, qdd)
+    moving = rates(poses, qd, qdd)
     # 1e-12: rounding of sums of 31 terms of order 10.
-    np.testing.assert_allclose(np.einsum("tsij,tj->tsi", angular, qd), found.angular_velocity, atol=1e-12)
-    np.testing.assert_allclose(np.einsum("tsij,tj->tsi", linear, qd), found.velocity, atol=1e-12)
-    np.testing.assert_allclose(np.einsum("tij,tj->ti", mean, qd), weights @ found.velocity, atol=1e-12)
+    np.testing.assert_allclose(np.einsum("tsij,tj->tsi", angular, qd), moving.angular_velocity, atol=1e-12)
+    np.testing.assert_allclose(np.einsum("tsij,tj->tsi", linear, qd), moving.velocity, atol=1e-12)
+    np.testing.assert_allclose(np.einsum("tij,tj->ti", mean, qd), weights @ moving.velocity, atol=1e-12)
 
 
 def test_average_skier_stands_on_the_ground() -> None:

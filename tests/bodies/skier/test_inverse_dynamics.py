@@ -1,7 +1,7 @@
 """Joint moments from Lagrange multipliers against a recursive Newton-Euler that shares nothing with the solver.
 
 The recursion takes the recorded movement as it happened (places and velocities of pelvis and ski nodes, accelerations
-by differences), the snow's forces from the law applied anew to the places of the contact points, and goes from the
+by differences).  It applies the law of the snow's force again to the places of the contact points, and goes from the
 tips of the chain to the pelvis.
 """
 
@@ -26,7 +26,7 @@ STEP = 0.0025
 
 @pytest.fixture(scope="module")
 def run() -> tuple[FullRun, SimulationResult]:
-    """2 s of the beginner, with an edge change; steps short enough to differentiate."""
+    """Simulate 2 s of the beginner, with an edge change, in steps short enough to differentiate."""
     recording, motion = bundled("beginner")
     model = model_of(recording, motion)
     model = replace(model, solver=replace(model.solver, step=STEP))
@@ -36,7 +36,7 @@ def run() -> tuple[FullRun, SimulationResult]:
 
 
 def ski_on_foot(run: FullRun, result: SimulationResult, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Force (n, 2, 3) and moment about the foot's point (n, 2, 3) with which each ski acts on its foot."""
+    """Return force (n, 2, 3) and moment about the foot's point (n, 2, 3) with which each ski acts on its foot."""
     posture, cut, parts = run.posture, run.parts.mesh, run.parts
     law = run.parts.model.term("penetration")
     assert isinstance(law, HuntCrossley)
@@ -76,7 +76,7 @@ def ski_on_foot(run: FullRun, result: SimulationResult, gravity: np.ndarray) -> 
 
 
 def newton_euler(run: FullRun, result: SimulationResult) -> np.ndarray:
-    """(n, 28) N m."""
+    """Return the joint moments (n, 28) N m."""
     parts, posture = run.parts, run.posture
     gravity = gravity_in_slope(parts.model.inclination)
     n = len(result.time)
@@ -110,15 +110,15 @@ def newton_euler(run: FullRun, result: SimulationResult) -> np.ndarray:
         pushed = ski[:, side] + result.foot_friction[:, side]
         force[foot] -= pushed
         moment[foot] -= torque[:, side] + np.cross(result.foot_position[:, side] - poses.origin[:, foot], pushed)
-    found = np.zeros((n, len(PRESCRIBED)))
+    joint_moments = np.zeros((n, len(PRESCRIBED)))
     for i in reversed(range(len(JOINTS))):
         for name, _ in JOINTS[i].rotations:
             c = COORDINATE[name]
-            found[:, c - 3] = np.einsum("ni,ni->n", poses.axes[:, c], moment[i])
+            joint_moments[:, c - 3] = np.einsum("ni,ni->n", poses.axes[:, c], moment[i])
         if PARENT[i] >= 0:
             force[PARENT[i]] += force[i]
             moment[PARENT[i]] += moment[i] + np.cross(poses.origin[:, i] - poses.origin[:, PARENT[i]], force[i])
-    return found
+    return joint_moments
 
 
 @pytest.mark.long

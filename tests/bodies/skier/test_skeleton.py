@@ -23,7 +23,7 @@ INCLINATION = 0.28
 
 @pytest.mark.parametrize("seed", range(3))
 def test_poses_and_velocities_are_the_chains(seed: int) -> None:
-    """At random coordinates, with joints that stand askew in their parents as a capture's knees and ankles do."""
+    """Take random coordinates, with joints that stand askew in their parents as a capture's knees and ankles do."""
     generator = np.random.default_rng(seed)
     geometry = average_geometry(1.78)
     askew = Rotation.from_rotvec(0.2 * generator.normal(size=(len(SEGMENTS), 3))).as_matrix()
@@ -60,7 +60,7 @@ def test_poses_and_velocities_are_the_chains(seed: int) -> None:
 
 
 def test_free_fall() -> None:
-    """Held in its posture and let go, the skeleton falls with gravity and no joint feels anything."""
+    """Let the skeleton go, held in its posture: it falls with gravity and no joint feels anything."""
     geometry = average_geometry(1.78)
     gravity = np.array([2.5, 0.0, -9.4])
     q = 0.3 * np.random.default_rng(5).normal(size=len(COORDINATES))
@@ -82,7 +82,7 @@ def test_free_fall() -> None:
 
 
 def test_a_freed_knee_swings_as_a_physical_pendulum() -> None:
-    """Upright, all else held: shank and foot swing about the knee with T = 2π √(I/(m g d))."""
+    """Free one knee, upright, all else held: shank and foot swing about it with T = 2π √(I/(m g d))."""
     geometry = average_geometry(1.78)
     inertias = body_inertia(geometry, 75.0, "male", boot_mass=1.9)
     knee = COORDINATES.index("knee_angle_r")

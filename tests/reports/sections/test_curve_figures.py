@@ -14,7 +14,7 @@ from sssi_exudyn.results.stored import StoredRun
 
 
 def curve(run: StoredRun, title: str) -> np.ndarray:
-    """The first curve of the panel of that title."""
+    """Return the first curve of the panel of that title."""
     (block,) = figure_5([run]).blocks
     assert isinstance(block, Panels)
     axes = Figure().add_subplot()

@@ -1,4 +1,4 @@
-"""Two linked turns: which ones, and what their mean is."""
+"""Two linked turns: which ones the page shows, and their mean."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ PHASE = 2.0 * np.pi * TIME / PERIOD
 
 
 def swinging(side: float = 1.0) -> Array:
-    """(n, 2) m: turns to both sides, 2 s each; the course is straightest where it points to the left or right most."""
+    """Return a path (n, 2) m with turns to both sides, 2 s each; where it points to a side most, it is straightest."""
     return np.column_stack([8.0 * TIME, side * 2.0 * np.sin(PHASE)])
 
 
@@ -65,11 +65,11 @@ def test_a_spike_at_the_transition_is_found_and_none_elsewhere(cycle: Cycle) -> 
     time = cycle.curve(TIME).time
     middle = cycle.transitions[1]
 
-    def bump(at: float) -> Array:
-        return np.exp(-(((time - at) / 0.05) ** 2))
+    def bump(instant: float) -> Array:
+        return np.exp(-(((time - instant) / 0.05) ** 2))
 
-    (found,) = spikes(time, bump(middle + 0.1) + bump(0.5), cycle)
-    assert time[found] == pytest.approx(middle + 0.1, abs=0.02)
-    (found,) = spikes(time, -bump(middle - 0.1), cycle)
-    assert time[found] == pytest.approx(middle - 0.1, abs=0.02)
+    (spike,) = spikes(time, bump(middle + 0.1) + bump(0.5), cycle)
+    assert time[spike] == pytest.approx(middle + 0.1, abs=0.02)
+    (spike,) = spikes(time, -bump(middle - 0.1), cycle)
+    assert time[spike] == pytest.approx(middle - 0.1, abs=0.02)
     assert spikes(time, np.sin(2.0 * np.pi * (time - middle) / PERIOD), cycle) == []

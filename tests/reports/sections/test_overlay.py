@@ -1,4 +1,4 @@
-"""Two runs over each other: who is ahead, by how much time, at the same place."""
+"""Two runs over each other: the runner ahead, and the time gap at the same place."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def run() -> StoredRun:
 
 
 def slower(run: StoredRun, factor: float) -> StoredRun:
-    """The same way in ``factor`` times the time."""
+    """Return the same path in ``factor`` times the time."""
     series = run.series.assign(time_s=run.series["time_s"] * factor)
     return replace(run, series=series, summary=replace(run.summary, recording="slower"))
 

@@ -1,4 +1,4 @@
-"""The replay's numbers: what is packed for the page is where the run was."""
+"""The replay's numbers: the page is packed with the places where the run was."""
 
 import base64
 import re
@@ -85,7 +85,7 @@ def test_a_plane_is_drawn_as_one(run: StoredRun) -> None:
 
 
 def test_a_hill_is_packed_where_it_is(run: StoredRun) -> None:
-    """A bump across the way, 0.5 m over the plane: as high, straight up, where its place on the slope says."""
+    """Raise a bump across the path, 0.5 m over the plane: it is as high, straight up, at its place on the slope."""
     assert run.geometry is not None
     com = a_result().com
     bump = TerrainBump(0.5, float(com[len(com) // 2, 0]), 8.0)
@@ -98,10 +98,10 @@ def test_a_hill_is_packed_where_it_is(run: StoredRun) -> None:
     expected = model.snow(places)[0].reshape(heights.shape) / np.cos(INCLINATION)
     np.testing.assert_allclose(hill["step"] * heights, expected, atol=hill["step"])  # rounded to steps
     assert np.max(expected) > 0.4
-    # the snow reaches beyond the way on all sides
-    way = com @ slope_to_level(INCLINATION).T
-    assert x[0] < way[:, 0].min() - 10.0
-    assert y[-1] > way[:, 1].max() + 10.0
+    # the snow reaches beyond the path on all sides
+    path = com @ slope_to_level(INCLINATION).T
+    assert x[0] < path[:, 0].min() - 10.0
+    assert y[-1] > path[:, 1].max() + 10.0
 
 
 def test_every_segment_is_drawn(run: StoredRun) -> None:

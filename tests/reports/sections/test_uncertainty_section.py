@@ -1,4 +1,4 @@
-"""What is uncertain, in the report: interval, budget, corrections; and a warning where one is not believable."""
+"""The report's section of uncertainty: interval, budget, corrections, and a warning where one is not believable."""
 
 from __future__ import annotations
 
