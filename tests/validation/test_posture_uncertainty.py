@@ -1,4 +1,4 @@
-"""What an assumed posture adds to friction's error, and a second half that is predicted from the first."""
+"""The share of an assumed posture in friction's error, and a second half that is predicted from the first."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ TRUE = {"friction.mu_t": 0.06, "friction.mu_n": 0.55}
 
 @pytest.fixture(scope="module")
 def case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Motion, Problem, Fitted]:
-    """Sensors on both skis and the chest, fitted with the reduced model."""
+    """Fit sensors on both skis and the chest with the reduced model."""
     folder = tmp_path_factory.mktemp("few") / "skis"
     recording = read_recording(write_few(read_recording(EXAMPLE), ("left_ski", "right_ski", "chest"), folder))
     motion = motion_from_recording(recording)
     problem = problem_of(recording, motion, model_of(recording, motion), "joint")
     prepared = prepare(problem.model, motion, step=COARSE_STEP)
-    found = fit_reduced(problem, prepared, tolerance=1.0)  # friction to a fraction of its error
-    model = problem.model_at(found.values)
+    fit = fit_reduced(problem, prepared, tolerance=1.0)  # friction to a fraction of its error
+    model = problem.model_at(fit.values)
     residual, slopes = sensitivities(
         model, prepared, problem.names, lambda model, run: problem.residual(model, run.time, run.antenna)
     )
     noise = fit_noise(problem.track.time, residual)
     covariance = uncertainty(problem.with_noise(noise), -slopes, noise)
     fitted = Fitted(
-        "joint", model, problem.names, found.values, covariance, problem.track.time, residual, noise, found, found, 0.0
+        "joint", model, problem.names, fit.values, covariance, problem.track.time, residual, noise, fit, fit, 0.0
     )
     return recording, motion, problem, fitted
 
@@ -58,25 +58,25 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recording, Motion, P
 def test_effective_friction_is_right_within_what_is_said_of_it(
     case: tuple[Recording, Motion, Problem, Fitted],
 ) -> None:
-    """Whatever is taken for friction along the ski and for skidding, their sum is the captured run's."""
+    """Compare the sum of friction along the ski and skidding, however they are parted, with the captured run's."""
     recording, motion, problem, fitted = case
     assert recording.completed is not None
     shares = shares_of(fitted, problem, motion, recording.completed, 0.0)
-    at = problem.names.index("friction.mu_t")
-    error = float(np.sqrt(shares.covariance[at, at]))
-    assert error > shares.track[at]
-    whole = read_recording(EXAMPLE)
-    captured = motion_from_recording(whole)
-    start = problem_of(whole, captured, model_of(whole, captured), "joint").model.with_values(TRUE)
+    index = problem.names.index("friction.mu_t")
+    error = float(np.sqrt(shares.covariance[index, index]))
+    assert error > shares.track[index]
+    complete = read_recording(EXAMPLE)
+    captured = motion_from_recording(complete)
+    start = problem_of(complete, captured, model_of(complete, captured), "joint").model.with_values(TRUE)
     true = effective_friction(simulate_reduced(start, prepare(start, captured)))
     # steering exchanges friction along the ski for friction across it, and leaves their sum
-    said = float(np.linalg.norm([shares.track[at], shares.posture[at], shares.slope[at]]))
-    assert abs(shares.effective - true) < 2.0 * said
-    assert said < 0.1 * true
+    stated_error = float(np.linalg.norm([shares.track[index], shares.posture[index], shares.slope[index]]))
+    assert abs(shares.effective - true) < 2.0 * stated_error
+    assert stated_error < 0.1 * true
     # A wedge's skis, 9° apart, are taken as parallel, and headings are 8° off besides (standard deviation): the skier
     # seems to skid less than he does, and what is missed of friction across, up to μ_n sin 9°, is found along the ski.
-    assert 0.0 < fitted.values[at] - TRUE["friction.mu_t"] < TRUE["friction.mu_n"] * np.sin(np.radians(9.0))
-    assert shares.effective > fitted.values[at]
+    assert 0.0 < fitted.values[index] - TRUE["friction.mu_t"] < TRUE["friction.mu_n"] * np.sin(np.radians(9.0))
+    assert shares.effective > fitted.values[index]
 
 
 @pytest.mark.long
@@ -86,12 +86,12 @@ def test_a_slope_that_is_a_degree_off_moves_friction_by_its_tangent(
     recording, motion, problem, fitted = case
     assert recording.completed is not None
     sigma = replace(recording.completed.sigma, roll=0.0, pitch=0.0, yaw=0.0, height=0.0)
-    known = replace(recording.completed, sigma=sigma)
-    shares = shares_of(fitted, problem, motion, known, float(np.radians(1.0)))
-    at = problem.names.index("friction.mu_t")
-    assert shares.posture[at] == 0.0
-    # d(tan α) = 0.019 straight down; in turns the way falls less, and start and heading take up a part
-    assert 0.004 < shares.slope[at] < 0.022
+    known_posture = replace(recording.completed, sigma=sigma)
+    shares = shares_of(fitted, problem, motion, known_posture, float(np.radians(1.0)))
+    index = problem.names.index("friction.mu_t")
+    assert shares.posture[index] == 0.0
+    # d(tan α) = 0.019 straight down; in turns the path falls less, and start and heading take up a part
+    assert 0.004 < shares.slope[index] < 0.022
 
 
 @pytest.mark.long
@@ -121,8 +121,8 @@ def test_the_diagnosis_doubts_an_assumed_posture_more(case: tuple[Recording, Mot
     assert recording.completed is not None
 
     def sigmas(assumed: FootSigma | None) -> dict[str, float]:
-        found = posture_errors(recording.uncertainty, motion.start, motion.stop, assumed)
-        return {error.kind: error.sigma for error in found if error.support < 0}
+        errors = posture_errors(recording.uncertainty, motion.start, motion.stop, assumed)
+        return {error.kind: error.sigma for error in errors if error.support < 0}
 
     assert sigmas(motion.foot_sigma)["roll"] == recording.completed.sigma.roll
     assert sigmas(motion.foot_sigma)["roll"] > sigmas(None)["roll"]
@@ -131,6 +131,6 @@ def test_the_diagnosis_doubts_an_assumed_posture_more(case: tuple[Recording, Mot
 def test_speed_over_ground_of_a_straight_descent() -> None:
     time = np.linspace(0.0, 10.0, 201)
     path = np.stack([6.0 * time, 8.0 * time, np.zeros(201)], axis=1)
-    at = np.array([0.2, 5.0, 9.9])
+    instants = np.array([0.2, 5.0, 9.9])
     flat = np.hypot(6.0 * np.cos(0.3), 8.0)
-    np.testing.assert_allclose(over_ground(time, path, 0.3)(at), flat, rtol=1e-12)
+    np.testing.assert_allclose(over_ground(time, path, 0.3)(instants), flat, rtol=1e-12)

@@ -1,4 +1,4 @@
-"""The flat model in one file against the assembled one: other beams, another integrator, no mechanics in common."""
+"""The flat model in one file against the assembled one, which has other beams, another integrator and other code."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ from sssi_exudyn.simulation.ski_on_snow.structs import Carrier
 from sssi_exudyn.validation.reference import FlatModel, flat_ski, simulate_flat
 
 
-def given(name: str) -> tuple[Model, Motion]:
+def bundled_model(name: str) -> tuple[Model, Motion]:
     recording, motion = bundled(name)
     return model_of(recording, motion), motion
 
@@ -35,8 +35,8 @@ def given(name: str) -> tuple[Model, Motion]:
 def test_the_assembled_model_is_the_flat_one(
     name: str, begin: float, friction: tuple[float, float], velocity: tuple[float, float]
 ) -> None:
-    """Half a second of a turn, the intermediate's with an edge change; both start at rest on the snow."""
-    model, motion = given(name)
+    """Simulate half a second of a turn, the intermediate's with an edge change; both start at rest on the snow."""
+    model, motion = bundled_model(name)
     numbers = ("friction.mu_t", "friction.mu_n", "start.velocity_f", "start.velocity_l")
     model = model.with_values(dict(zip(numbers, (*friction, *velocity), strict=True)))
     full = simulate(model, motion, start=begin, stop=begin + 0.5)
@@ -59,12 +59,12 @@ def test_the_assembled_model_is_the_flat_one(
 @pytest.mark.parametrize("above", [1.0, 0.0, -0.02, -0.05, -0.1])
 @pytest.mark.parametrize("name", ["beginner", "intermediate"])
 def test_the_same_forces_where_the_skis_are_the_same(name: str, above: float) -> None:
-    """Unbent skis have the same masses and contact points in both: so have their forces, to rounding.
+    """Compare unbent skis, which have the same masses and contact points in both: so have their forces, to rounding.
 
     Feet ``above`` the snow (m), at a random time and speed: in the air, on the shovels, deep.
     """
     generator = np.random.default_rng(round(1000 * above) + 200)
-    model, motion = given(name)
+    model, motion = bundled_model(name)
     flat = FlatModel(model, motion)
     parts = flat.parts
     time = generator.uniform(motion.start, motion.stop, 1)
@@ -103,7 +103,7 @@ def test_the_same_forces_where_the_skis_are_the_same(name: str, above: float) ->
 
 
 def test_the_flat_skis_vibrations_are_the_frames() -> None:
-    flat = FlatModel(*given("beginner"))
+    flat = FlatModel(*bundled_model("beginner"))
     ski = flat_ski(flat.parts)
     frame = modal_ski(mesh(flat.parts.model.ski, 50), 12).frequency
     # every one of the flat ski's is in the frame, which has sideways bending besides: 4 % for shear, lumped masses and

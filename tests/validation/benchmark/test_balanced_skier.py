@@ -1,4 +1,4 @@
-"""The benchmark's skier balances: no steady moment is left over on other snow."""
+"""The benchmark's skier balances: on other snow the steady residual moment stays small."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from sssi_exudyn.validation.benchmark.balanced_skier import balance_skier
 
 
 def steady_moment(model: Model, motion: Motion) -> float:
-    """N m across the skier, mean over the run but for its ends."""
+    """Return the moment (N m) across the skier, mean over the run but for its ends."""
     prepared = prepare(model, motion, step=0.01)
     run = simulate_reduced(model, prepared)
     inside = slice(40, -40)
@@ -25,8 +25,8 @@ def steady_moment(model: Model, motion: Motion) -> float:
 
 @pytest.mark.long
 def test_more_friction_is_leant_against() -> None:
-    recording, whole = bundled("beginner")
-    motion = replace(whole, stop=whole.start + 4.0)
+    recording, full_motion = bundled("beginner")
+    motion = replace(full_motion, stop=full_motion.start + 4.0)
     model = model_of(recording, motion).with_values({"friction.mu_t": 0.16, "friction.mu_n": 0.55})
     # 0.1 more friction of 80 kg on a slope, a metre below the pelvis' place, is a moment of 50 N m and more
     before = steady_moment(model, motion)

@@ -1,4 +1,4 @@
-"""Known answers against what was found."""
+"""Known answers compared with those of diagnoses."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Faults that are concealed in the data of a recording, and what is made of their diagnoses."""
+"""Faults that are concealed in the data of a recording, and their diagnoses."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def test_a_stretch_is_the_middle_of_its_run() -> None:
     assert run.end - run.begin == pytest.approx(6.0)
     assert run.begin - motion.start == pytest.approx(motion.stop - run.end)
     assert (run.motion.start, run.motion.stop) == (run.begin, run.end)
-    whole = middle(recording, motion, 1000.0)
-    assert (whole.begin, whole.end) == (motion.start, motion.stop)
+    full_run = middle(recording, motion, 1000.0)
+    assert (full_run.begin, full_run.end) == (motion.start, motion.stop)
     with pytest.raises(ValueError, match=r"fixes in 1 s are too few"):
         middle(recording, motion, 1.0)
     with pytest.raises(ValueError, match="no GPS"):
@@ -53,9 +53,9 @@ def test_a_fault_is_what_its_hypothesis_takes_off_again(name: str, run: Stretch)
         turned = turn_motion(
             replace(run, recording=recording).motion, lambda time: np.full(len(time), numbers["heading_offset"])
         )
-        # the chain is fitted anew to the turned capture
-        at = np.linspace(run.begin, run.end, 50)
-        assert np.max(np.abs(turned.evaluate(at)[0] - run.motion.evaluate(at)[0])) < 1e-6
+        # the chain is fitted again to the turned capture
+        instants = np.linspace(run.begin, run.end, 50)
+        assert np.max(np.abs(turned.evaluate(instants)[0] - run.motion.evaluate(instants)[0])) < 1e-6
         return
     if fault.window is not None:
         jump = GpsJump(numbers["x"], numbers["y"], *fault.window)
@@ -82,7 +82,7 @@ def test_faults_of_all_sizes_are_alike_and_within_the_model_s_bounds(name: str, 
     assert len(drawn) == 1 if name == "gps_delay" else len(drawn) > 1  # a clock is always late, a turn goes either way
 
 
-def found(*findings: Finding) -> Diagnosis:
+def diagnosis_with(*findings: Finding) -> Diagnosis:
     return replace(diagnosis_of(*findings), adequacy=Adequacy(0.1, 0.5))
 
 
@@ -93,55 +93,55 @@ def case_of(fault: str, diagnosis: Diagnosis | None) -> SemiReal:
 
 def test_what_was_found_against_what_was_concealed() -> None:
     jump = finding_of("gps_jump", 0.9)
-    answer = judge(case_of("gps_jump", found(jump)))
+    answer = judge(case_of("gps_jump", diagnosis_with(jump)))
     assert (answer.answer, answer.found, answer.probability, answer.sized) == ("right", "gps_jump", 0.9, True)
     assert answer.times == pytest.approx(3.0)
     assert answer.overlap == pytest.approx(1.5 / 2.5)  # 2 s to 4 s against 2.5 s to 4.5 s
     far = replace(
         jump, parameters={"w_f": Number(0.0, -1.0, 1.0, "m/s")}, where=Where(5.0, 6.0, (0.0, 1.0), "both", ())
     )
-    wrong = judge(case_of("gps_jump", found(far)))
+    wrong = judge(case_of("gps_jump", diagnosis_with(far)))
     assert (wrong.overlap, wrong.sized) == (0.0, False)
     other = finding_of("gust", 0.5, ("gps_jump", 0.4))
-    assert judge(case_of("gps_jump", found(other))).answer == "in the set"
-    assert judge(case_of("gps_delay", found(other))).answer == "wrong name"
-    assert judge(case_of("gps_delay", found())).answer == "not found"
+    assert judge(case_of("gps_jump", diagnosis_with(other))).answer == "in the set"
+    assert judge(case_of("gps_delay", diagnosis_with(other))).answer == "wrong name"
+    assert judge(case_of("gps_delay", diagnosis_with())).answer == "not found"
     assert judge(case_of("gps_delay", None)).answer == "failed"
-    assert judge(case_of("none", found(other))).answer == "nothing claimed"
-    assert judge(case_of("none", found(jump))).answer == "claimed"
+    assert judge(case_of("none", diagnosis_with(other))).answer == "nothing claimed"
+    assert judge(case_of("none", diagnosis_with(jump))).answer == "claimed"
 
 
 @pytest.fixture
 def diagnosed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """The names of the recordings that were diagnosed; those named "lost" cannot be."""
+    """Return the names of the recordings that were diagnosed; those named "lost" cannot be."""
     names: list[str] = []
 
     def diagnose(recording: Any, *_: Any, **__: Any) -> Any:
         names.append(recording.name)
         if recording.name == "lost":
             raise SimulationDiverged(1.0, "the run")
-        return SimpleNamespace(diagnosis=found())
+        return SimpleNamespace(diagnosis=diagnosis_with())
 
     monkeypatch.setattr(semi_real, "diagnose", diagnose)
     return names
 
 
 def test_a_benchmark_goes_on_where_it_was(tmp_path: Path, run: Stretch, diagnosed: list[str]) -> None:
-    said: list[str] = []
+    messages: list[str] = []
 
     def again(runs: list[Stretch], sizes: list[float]) -> Any:
-        return run_semi_real(tmp_path, runs, sizes=sizes, seed=1, progress=lambda _share, text: said.append(text))
+        return run_semi_real(tmp_path, runs, sizes=sizes, seed=1, progress=lambda _share, text: messages.append(text))
 
     lost = replace(run, recording=replace(run.recording, name="lost"))
     answers = again([run, lost], [3.0])
     assert [answer.answer for answer in answers] == ["nothing claimed", *["not found"] * 3, "failed"]
     assert [answer.times for answer in answers[1:4]] == pytest.approx([3.0] * 3)
     assert diagnosed == [*[run.recording.name] * 4, "lost"]
-    assert said[-1] == "5 of 8 at most"
-    kept = read_json(tmp_path / run.recording.name / "gps_jump_3.json", SemiReal)
-    assert kept.noise_m == 0.1
-    assert kept.diagnosis is not None
-    assert kept.diagnosis.tier == "reduced"
+    assert messages[-1] == "5 of 8 at most"
+    stored = read_json(tmp_path / run.recording.name / "gps_jump_3.json", SemiReal)
+    assert stored.noise_m == 0.1
+    assert stored.diagnosis is not None
+    assert stored.diagnosis.tier == "reduced"
     (tmp_path / run.recording.name / "gps_jump_3.json").unlink()
     assert again([run, lost], [3.0]) == answers
     assert len(diagnosed) == 6

@@ -1,4 +1,4 @@
-"""Intervals of friction are judged as the user is shown them."""
+"""Intervals of friction, judged as they are shown to the user."""
 
 import json
 
