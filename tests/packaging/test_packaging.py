@@ -1,6 +1,7 @@
 """The installed package: the packages that exist, under their one name, with their data and without anything else."""
 
 import ast
+import json
 import re
 import shutil
 import subprocess
@@ -143,10 +144,10 @@ def test_every_recipe_has_the_same_version_and_dependencies(declared: dict[str, 
 
 
 def test_every_version_of_python_is_tried_on_every_platform(declared: dict[str, Any]) -> None:
-    workflow = (ROOT / ".github" / "workflows" / "platforms.yml").read_text(encoding="utf-8")
+    workflows = ROOT / ".github" / "workflows"
     stated = [entry.rpartition(":: ")[2] for entry in declared["project"]["classifiers"] if "Python :: 3." in entry]
-    assert f"python: [{', '.join(repr(version) for version in stated)}]".replace("'", '"') in workflow
-    assert "[ubuntu-latest, windows-latest, macos-latest]" in workflow
+    assert f"pythons: '{json.dumps(stated)}'" in (workflows / "platforms.yml").read_text(encoding="utf-8")
+    assert "os: [ubuntu-latest, windows-latest, macos-latest]" in (workflows / "tests.yml").read_text(encoding="utf-8")
 
 
 def test_wheel_works_away_from_its_source(wheel: Path, tmp_path: Path) -> None:

@@ -146,4 +146,4 @@ def test_what_every_run_assumes_and_what_holds_of_this_one(run: StoredRun) -> No
     assert "assumed, as it was not stated: a" in lines_of(assumed)
     assert "another notice" not in lines_of(assumed)
     bad = with_figures(run, residual_moment=ResidualMoment(210.0, 40.0, 75.0, 50.0, "bad"))
-    assert "(40 N m rms, 210 N m at most) is bad" in lines_of(bad)
+    assert "(40 N m rms, 210 N m at most) exceeds OpenSim's limits (50 and 75 N m)" in lines_of(bad)
