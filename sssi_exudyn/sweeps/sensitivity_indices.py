@@ -118,7 +118,7 @@ def _additive_shares(levels: pd.DataFrame, y: Array) -> list[tuple[str, float]]:
     """What the sum of effects of single parameters explains less of ``y`` (n,) without each of them; none with too few
     runs to tell.
     """
-    columns = {name: pd.get_dummies(levels[name], drop_first=True).to_numpy(dtype=float) for name in levels}
+    columns = {str(name): pd.get_dummies(levels[name], drop_first=True).to_numpy(dtype=float) for name in levels}
     if len(y) <= 1 + sum(column.shape[1] for column in columns.values()):
         return []
     whole, total = _unexplained(list(columns.values()), y), len(y) * float(np.var(y))
