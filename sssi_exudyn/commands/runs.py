@@ -66,6 +66,7 @@ from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.runtime.plugins import origin_of, origins_of
 from sssi_exudyn.runtime.progress import Progress
 from sssi_exudyn.runtime.provenance import provenance
+from sssi_exudyn.simulation.assembly import Parts
 from sssi_exudyn.simulation.full.run import simulate as simulate_model
 from sssi_exudyn.simulation.reduced.balanced_lean import balance
 from sssi_exudyn.simulation.result import SimulationResult
@@ -383,7 +384,7 @@ def write_outcome(
     run = StoredRun(
         summary, series, model, measured, motion.geometry, turns, outcome.second_half, diagnosis, outcome.draws
     )
-    made = Made(run, opensim_texts(result, motion.geometry, model.inclination))
+    made = Made(run, opensim_texts(result, Parts(model, motion)))
     if out is not None:
         write_run(out, run, made.opensim)
     return made

@@ -74,10 +74,12 @@ class SteadyTurn:
     """A steady turn to the left.
 
     curvature : 1/m, of the boot centre's path;  wobble : 1/m, its standard deviation where it never settles
-    sideslip : rad, > 0 where the ski points into the turn;  sinking, pitch : m, rad of the boot centre
-    normal, lateral, drag : N, of the snow along its normal, to the inside, and against the way
+    sideslip : velocity across the ski over that along it, > 0 where the ski points into the turn
+    sinking, pitch : m, rad of the boot centre
+    normal, lateral, resistance : N, of the snow along its normal, to the inside, and backwards along the ski
     side_reserve : share of what the groove's wall bears along the edge that is not used
-    friction, compaction, skid : W that the snow takes
+    power : W that the skier gives: the work of the snow's force and moment on the ski, reversed
+    friction, compaction, skid : W that the snow takes; together they are the power
     place : (m,) m along the ski, ahead of the boot centre
     pressure, across, most : (m,) N/m of edge: along the normal, to the inside, and what the wall bears at most
     depth, groove : (m,) m of the edge and of the groove that it leaves;  offset : (m,) m from the groove's wall
@@ -92,8 +94,9 @@ class SteadyTurn:
     pitch: float
     normal: float
     lateral: float
-    drag: float
+    resistance: float
     side_reserve: float
+    power: float
     friction: float
     compaction: float
     skid: float
@@ -106,6 +109,13 @@ class SteadyTurn:
     offset: Array
     slip: Array
     local_edge: Array
+
+    @property
+    def drag(self) -> float:
+        """N, of the snow against the path of the boot centre: the resistance, and the lateral force's part on a path
+        that leads out of the ski's direction by the sideslip.
+        """
+        return (self.resistance + self.lateral * self.sideslip) / float(np.hypot(1.0, self.sideslip))
 
     @property
     def radius(self) -> float | None:
@@ -211,8 +221,9 @@ def _turn_of(case: TurnCase, on: Rolling, curvature: Array) -> SteadyTurn:
         pitch=float(sought[3]),
         normal=float(force[2]),
         lateral=float(force[1]),
-        drag=float(-force[0]),
+        resistance=float(-force[0]),
         side_reserve=float(1.0 - np.sum(borne) / np.sum(most)),
+        power=-float(force[0] * case.speed + force[1] * sought[0] + force[5] * sought[1]),
         friction=float(-np.sum(along * v_t)) - compaction,
         compaction=compaction,
         skid=float(-np.sum(across * v_n)),
