@@ -156,7 +156,7 @@ def log_prior(measurements: Measurements, levels: NoiseLevels) -> float:
 
 
 def log_evidence(linear: LinearModel, levels: NoiseLevels, extra: Freedom | None = None) -> float:
-    """log p(measurements), amplitudes integrated out, but for a constant that all explanations share."""
+    """Log probability density of the measurements (SI units), all amplitudes integrated out."""
     return _Evidence(linear, extra).at(levels)[0]
 
 
@@ -197,6 +197,7 @@ class _Evidence:
             pulled = white @ by_product
             slopes[which] += float(np.sum(pulled * white)) - len(white)
             slopes[which + 1] -= float(np.sum(pulled * slope)) + by_volume
+        value -= 0.5 * len(self.linear.residual) * float(np.log(2.0 * np.pi))
         return value - log_volume(self.linear, levels), slopes
 
 

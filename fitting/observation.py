@@ -15,7 +15,13 @@ from sssi_exudyn.core.noise import ExponentialNoise, Scale, tail_weight
 from sssi_exudyn.fitting.autocorrelated_noise import log_divisors, whiten
 from sssi_exudyn.fitting.balance import Balance
 from sssi_exudyn.fitting.gps_observation import predict_fixes
-from sssi_exudyn.fitting.observations import averages, height_noise, measurements_of, total_and_difference
+from sssi_exudyn.fitting.observations import (
+    HEIGHT_ORIGIN,
+    averages,
+    height_noise,
+    measurements_of,
+    total_and_difference,
+)
 from sssi_exudyn.model.faults import insole_readings
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
@@ -117,24 +123,30 @@ class Observation:
         return replace(self, scale=Scale(self.scale.lasting * lasting, self.scale.total * more))
 
     def whiten(self, levels: Mapping[str, ExponentialNoise], columns: Array) -> Array:
-        """Columns (N, c) as they are in units of independent noise, heights without what all of them have in common."""
+        """Columns (N, c) in units of independent noise, with the origin of heights, known to ``HEIGHT_ORIGIN``, as part
+        of the heights' noise.
+        """
         out = np.array(columns, dtype=np.float64)
         for name, place in self.blocks.items():
             if place.stop > place.start:
                 out[place] = whiten(self.times[name], out[place], levels[name], self.scale[place])
         if self.has_heights:
             place, origin = self.blocks["height"], self._origin(levels)
-            out[place] -= np.outer(origin, origin @ out[place]) / (origin @ origin)
+            square = float(origin @ origin)
+            share = 1.0 - 1.0 / np.sqrt(1.0 + HEIGHT_ORIGIN**2 * square)
+            out[place] -= share / square * np.outer(origin, origin @ out[place])
         return out
 
     def _origin(self, levels: Mapping[str, ExponentialNoise]) -> Array:
-        """(n,) one metre of all heights, in units of independent noise: where they count from is not known."""
+        """(n,) one metre of all heights, in units of independent noise."""
         time = self.times["height"]
         return whiten(time, np.ones((len(time), 1)), levels["height"], self.scale[self.blocks["height"]])[:, 0]
 
     def log_volume(self, levels: Mapping[str, ExponentialNoise]) -> float:
         """Σ log of what ``whiten`` divides by."""
-        origin = 0.5 * float(np.log(np.sum(self._origin(levels) ** 2))) if self.has_heights else 0.0
+        origin = 0.0
+        if self.has_heights:
+            origin = 0.5 * float(np.log1p(HEIGHT_ORIGIN**2 * np.sum(self._origin(levels) ** 2)))
         return origin + sum(
             log_divisors(self.times[name], levels[name], self.scale[place])
             for name, place in self.blocks.items()

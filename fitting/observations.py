@@ -26,6 +26,9 @@ _LEAST_COUNT: Final = 1e-4
 _HEIGHT_NOISE: Final = (1.4, 1.5)
 """Of a height, in standard deviations of a fix's place where heights are as much worse as usual, and its correlation
 time (s)."""
+HEIGHT_ORIGIN: Final = 100.0
+"""m; standard deviation of where heights count from, which is the first fix: wider than any receiver's error, so that
+heights alone decide, and a proper density, so that evidences with heights may be compared."""
 _MARGIN: Final = 0.3
 """s at both ends in which the insoles are not used: the simulated skier is still settling, splines end."""
 

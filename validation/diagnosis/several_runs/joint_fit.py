@@ -114,6 +114,7 @@ def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = Non
     along = x.T @ y
     found = cho_solve(factor, along)
     evidence = -0.5 * float(y @ y - along @ found) - float(np.sum(np.log(np.diag(factor[0])))) - volume
+    evidence -= 0.5 * len(y) * float(np.log(2.0 * np.pi))
     count = shared[0].shape[1]
     first = runs[0].linear.free.scales[list(runs[0].shared)]
     scales = first if extra is None else np.concatenate([first, extra[0].scales])
