@@ -23,8 +23,8 @@ from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise, fit_noise
-from sssi_exudyn.fitting.gps_observation import correct_fixes, track_of
 from sssi_exudyn.fitting.objective import Prior, Problem, correlations, counts_of, uncertainty, weight_of
+from sssi_exudyn.fitting.observations import correct_fixes, track_of
 from sssi_exudyn.fitting.optimise import Optimum, minimise, minimise_squares
 from sssi_exudyn.model.from_recording import guess_with_error
 from sssi_exudyn.model.heading import REPLAY

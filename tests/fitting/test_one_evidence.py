@@ -7,26 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from a_linear_model import LEVELS
 from bundled import bundled
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.core.noise import ExponentialNoise
-from sssi_exudyn.fitting.evidence import Freedom, LinearModel, NoiseLevels, log_evidence
-from sssi_exudyn.fitting.noise import LinearRun
-from sssi_exudyn.fitting.observation import observation_of
-from sssi_exudyn.fitting.observations import HEIGHT_ORIGIN, measurements_of
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, LinearProblem, log_evidence
+from sssi_exudyn.fitting.noise import HEIGHT_ORIGIN
+from sssi_exudyn.fitting.observations import measurements_of, observation_of
 from sssi_exudyn.model.from_recording import model_of
-
-LEVELS = NoiseLevels(
-    gps=ExponentialNoise(0.025, 3.1),
-    height=ExponentialNoise(0.04, 1.2),
-    load=ExponentialNoise(35.0, 0.07),
-    difference=ExponentialNoise(50.0, 0.4),
-    posture=0.8,
-    surface=1.3,
-)
-BY_BLOCK = {"x": LEVELS.gps, "y": LEVELS.gps, "height": LEVELS.height}
-BY_BLOCK |= {"load": LEVELS.load, "difference": LEVELS.difference}
 
 
 def test_both_evidences_agree_at_equal_levels() -> None:
@@ -49,10 +37,17 @@ def test_both_evidences_agree_at_equal_levels() -> None:
 
     fitted, compared = stacked(by_fit.blocks, len(by_fit.measured)), stacked(seen.blocks, len(seen.measured))
     usual = np.array([0.7, 0.2, 1.9])
-    run = LinearRun(by_fit, fitted[:, 0], fitted[:, 1:] * [*usual, *[LEVELS.posture] * 3, *[LEVELS.surface] * 3])
     origin = np.zeros((len(compared), 1))
     origin[seen.blocks["height"]] = 1.0
     free = Freedom(compared[:, 1:4], usual).with_more(origin, np.array([HEIGHT_ORIGIN]))
     linear = LinearModel(seen, compared[:, 0], free, compared[:, 4:7], compared[:, 7:])
+    free_of_fit = Freedom(fitted[:, 1:4], usual).with_more(by_fit.height_origin, np.ones(1))
+    problem = LinearProblem(by_fit, fitted[:, 0], free_of_fit, fitted[:, 4:7], fitted[:, 7:])
     # rounding of sums of hundreds of numbers of 1 and of the origin, 1e4 standard deviations wide
-    assert log_evidence(linear, LEVELS) == pytest.approx(run.log_evidence(BY_BLOCK), rel=0.0, abs=1e-9)
+    assert log_evidence(linear, LEVELS) == pytest.approx(log_evidence(problem, LEVELS), rel=0.0, abs=1e-9)
+    # once the posture and the waves are of their levels' size, they are as free as all else
+    sizes = [*usual, *[LEVELS.posture] * 3, *[LEVELS.surface] * 3]
+    none = np.zeros((len(fitted), 0))
+    every = Freedom(fitted[:, 1:], np.array(sizes)).with_more(by_fit.height_origin, np.ones(1))
+    whole = log_evidence(LinearProblem(by_fit, fitted[:, 0], every, none, none), LEVELS)
+    assert whole == pytest.approx(log_evidence(problem, LEVELS), rel=0.0, abs=1e-9)

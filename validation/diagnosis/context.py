@@ -11,9 +11,17 @@ import numpy as np
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.evidence import Freedom, fewer_columns
 from sssi_exudyn.fitting.first_fit import problem_of
+from sssi_exudyn.fitting.noise import HEIGHT_ORIGIN
 from sssi_exudyn.fitting.objective import Problem, counts_of
-from sssi_exudyn.fitting.observations import HEIGHT_ORIGIN, Measurements, averages, measurements_of
-from sssi_exudyn.fitting.parameters import FREE, USUAL_CUFF, drag_coefficient, posture_errors, started_anywhere
+from sssi_exudyn.fitting.observations import Measurements, averages, measurements_of
+from sssi_exudyn.fitting.parameters import (
+    FREE,
+    USUAL_CUFF,
+    Parameter,
+    drag_coefficient,
+    posture_errors,
+    started_anywhere,
+)
 from sssi_exudyn.fitting.posture_errors import PostureError, PostureErrors
 from sssi_exudyn.fitting.snow_surface import SurfaceProcess, on_snow_surface
 from sssi_exudyn.model.faults import InsoleGain, LeverArm
@@ -31,7 +39,6 @@ from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.terrain.from_heights import TILTS
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import probes_by, responses_of
-from sssi_exudyn.validation.diagnosis.refit import Parameter
 
 Progress = Callable[[float | None, str], None]
 """Takes the share that is done, where it is known, and what is being done."""
