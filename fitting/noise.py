@@ -325,7 +325,7 @@ def level_priors(usual: NoiseLevels) -> dict[str, LevelPrior]:
         about = quantities(declared)
         for key, name in (("size", "sigma"), ("memory", "correlation_time")):
             value = getattr(noise, name)
-            low, high = (bound * value / about[key].default for bound in (about[key].low, about[key].high))
+            low, high = (value * (bound / about[key].default) for bound in (about[key].low, about[key].high))
             priors[f"{instrument}.{name}"] = LevelPrior(value, getattr(declared, f"{key}_spread"), low, high)
     about = quantities(SCALES)
     for key in ("posture", "surface"):
