@@ -41,5 +41,5 @@ def draw_run(model: Model, setting: Setting, rng: np.random.Generator) -> DrawnR
     seen = setting.seen
     for name, rows in seen.blocks.items():
         if rows.stop > rows.start:
-            measured[rows] += draw_uneven_noise(rng, seen.times[name], seen.usual[name], seen.scale[rows])
+            measured[rows] += draw_uneven_noise(rng, seen.times[name], seen.usual.of(name), seen.scale[rows])
     return DrawnRun(replace(setting, seen=replace(seen, measured=measured)), values, sizes)

@@ -28,8 +28,8 @@ from sssi_exudyn.core.frames import Array, slope_to_enu
 from sssi_exudyn.fitting.estimate import estimate, is_estimated
 from sssi_exudyn.fitting.first_fit import Fitted, problem_of
 from sssi_exudyn.fitting.first_fit import fit as fit_problem
-from sssi_exudyn.fitting.gps_observation import correct_fixes
-from sssi_exudyn.fitting.more_parameters import seek_too
+from sssi_exudyn.fitting.observations import correct_fixes
+from sssi_exudyn.fitting.parameters import seek_too
 from sssi_exudyn.fitting.snow_surface import on_snow_surface
 from sssi_exudyn.io.writing import folder_lock, to_plain, write_atomically
 from sssi_exudyn.model.from_recording import model_of

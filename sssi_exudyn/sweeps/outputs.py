@@ -12,7 +12,7 @@ from sssi_exudyn.bodies.skier.chain import PRESCRIBED
 from sssi_exudyn.core.choices import Method
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.fitting.first_fit import FRICTION, NUISANCES, Fitted
-from sssi_exudyn.fitting.gps_observation import predict_fixes, track_of
+from sssi_exudyn.fitting.observations import predict_fixes, track_of
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.simulation.reduced.prepared import ReducedRun

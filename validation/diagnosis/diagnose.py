@@ -14,6 +14,7 @@ import numpy as np
 
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel
+from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.motion.motion import Motion
 from sssi_exudyn.recording.recording import Recording
@@ -21,7 +22,6 @@ from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.simulation.full.run import simulate
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem, Progress, diagnosis_problem
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE, STEADY_LAWS
-from sssi_exudyn.validation.diagnosis.refit import Refit
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round, compare_hypotheses
 from sssi_exudyn.validation.diagnosis.search.form_error import form_error
 from sssi_exudyn.validation.diagnosis.search.held_out_turns import best_residual, folds_of, held_out_errors

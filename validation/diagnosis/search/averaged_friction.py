@@ -12,11 +12,11 @@ from typing import Final
 
 import numpy as np
 
+from sssi_exudyn.fitting.linear_fit import Refit, linear_values
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Number
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.refit import Refit, linear_values
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search.probabilities import SPREAD, Mixture
 

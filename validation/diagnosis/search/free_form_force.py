@@ -14,11 +14,12 @@ from typing import Final
 from sssi_exudyn.contact.terms.body_forces import UnexplainedForce
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import LinearModel, NoiseLevels
+from sssi_exudyn.fitting.evidence import LinearModel
+from sssi_exudyn.fitting.linear_fit import Refit, linear_values, with_parameters
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import responses_of
-from sssi_exudyn.validation.diagnosis.refit import Refit, linear_values, with_parameters
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import AnyForm, Explanation, Round, without_law
 from sssi_exudyn.validation.diagnosis.search.unlisted_force import ForceOfAnyForm, unlisted_force
 from sssi_exudyn.validation.diagnosis.state import (

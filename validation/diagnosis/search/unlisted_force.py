@@ -15,15 +15,8 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
-from sssi_exudyn.fitting.evidence import (
-    Freedom,
-    LinearModel,
-    NoiseLevels,
-    log_evidence,
-    log_prior,
-    uncertain,
-    whiten_columns,
-)
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_posterior, uncertain, whiten_columns
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun
 from sssi_exudyn.validation.diagnosis.search.missing_force import (
     DIRECTIONS,
@@ -67,7 +60,7 @@ def unlisted_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, 
     cosine, sine = course_of(fitted)
     sizes, directions = np.linalg.eigh(best)
     kept = sizes > _NEGLIGIBLE * sizes[-1]
-    without = log_evidence(linear, levels) + log_prior(linear.measurements, levels)
+    without = log_posterior(linear, levels)
     return ForceOfAnyForm(
         log_evidence=without + half_each(*([factor for _, factor in some] for some in found)),
         force=np.stack([along * cosine - across * sine, along * sine + across * cosine, normal]),

@@ -18,7 +18,8 @@ from scipy.stats import norm
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
-from sssi_exudyn.fitting.evidence import NoiseLevels, uncertain, usual_levels, whiten_columns
+from sssi_exudyn.fitting.evidence import uncertain, whiten_columns
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Next
@@ -82,7 +83,7 @@ def _passes(searched: Round, levels: NoiseLevels) -> Sequence[_Pass]:
         _Pass("the same slope once more, begun a fifth slower", 0.8, levels),
     ]
     if levels.gps.sigma > _WORSE * _GOOD_RECEIVER:
-        better = ExponentialNoise(_GOOD_RECEIVER, usual_levels(searched.linear.measurements).gps.correlation_time)
+        better = ExponentialNoise(_GOOD_RECEIVER, searched.linear.measurements.usual.gps.correlation_time)
         words = f"the same slope once more, with a receiver good to {_GOOD_RECEIVER * 100.0:.0f} cm"
         passes.append(_Pass(words, 1.0, replace(levels, gps=better)))
     return passes

@@ -6,12 +6,13 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from a_linear_model import LEVELS, linear_model
 from scipy.stats import norm
-from test_evidence import LEVELS, linear_model
 
-from sssi_exudyn.fitting.evidence import Freedom, NoiseLevels, whiten_columns
+from sssi_exudyn.fitting.evidence import Freedom, whiten_columns
+from sssi_exudyn.fitting.noise import NoiseLevels
 from sssi_exudyn.fitting.objective import Prior
-from sssi_exudyn.validation.diagnosis.refit import Parameter
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.validation.diagnosis.search.averaged_friction import averaged_friction
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search.probabilities import INTERVAL_90, Mixture

@@ -6,14 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_hypotheses import five_seconds
+from a_missing_force import five_seconds
 
-from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_evidence, usual_levels
+from sssi_exudyn.fitting.evidence import Freedom, LinearModel, log_evidence
+from sssi_exudyn.fitting.linear_fit import Refit
 from sssi_exudyn.fitting.objective import Prior
+from sssi_exudyn.fitting.parameters import Parameter
 from sssi_exudyn.validation.diagnosis.diagnose import _form_error as form_error
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, LATENT_FORCE
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import responses_of
-from sssi_exudyn.validation.diagnosis.refit import Parameter, Refit
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Explanation, Round
 from sssi_exudyn.validation.diagnosis.search.form_error import FORM
 
@@ -49,7 +50,7 @@ def found(latest: Round, name: str, begin: int, end: int) -> Explanation:
         sensitivity=candidate.free.columns,
         covariance=np.eye(3),
     )
-    return Explanation(name, 0.0, 0.9, candidate, fit, usual_levels(latest.linear.measurements))
+    return Explanation(name, 0.0, 0.9, candidate, fit, latest.linear.measurements.usual)
 
 
 def test_the_form_is_wrong_where_the_finding_acts_by_a_share_of_its_force(latest: Round) -> None:
@@ -77,7 +78,7 @@ def test_beside_it_what_a_wrong_form_leaves_is_no_finding_and_another_force_is(l
     responses = latest.responses[LATENT_FORCE.name]
     begin, end = cells // 3, cells // 3 + 3
     form = form_error(latest, found(latest, "gust", begin, end))
-    levels = usual_levels(latest.linear.measurements)
+    levels = latest.linear.measurements.usual
 
     def gain(residual: np.ndarray, beside: bool) -> float:
         """Log Bayes factor of some other force in the cells where the residual was made."""

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from a_linear_model import LEVELS
 from scipy.stats import norm
-from test_evidence import LEVELS
 
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.terrain.from_heights import AMPLITUDE, STEEPNESS, WAVES
