@@ -21,7 +21,7 @@ from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.core.errors import SssiError
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.quantity import quantity
-from sssi_exudyn.simulation.reduced.edge_setup import MODES, POINTS, bending_edges, carving_module, edge_work
+from sssi_exudyn.simulation.reduced.edge_setup import MODES, POINTS, bending_edges, carving_module
 from sssi_exudyn.simulation.ski_on_snow.edge import EdgeSki, EdgeWork
 from sssi_exudyn.simulation.ski_on_snow.groove import Groove
 from sssi_exudyn.simulation.turns.turn_kernel import Turn, TurnState
@@ -151,11 +151,10 @@ def edges_of(ski: Ski, points: int = POINTS, modes: int = MODES) -> EdgeSki:
 def start_rolling(ski: EdgeSki) -> Rolling:
     """The ski on fresh snow, straight, little edged and just touching it."""
     points, modes = len(ski.width), len(ski.omega)
-    state = TurnState(np.zeros(4 + modes), np.zeros(2), np.zeros(6 + modes))
+    state = TurnState(np.zeros(4 + modes), np.zeros(2))
     state.sought[2] = 0.5 * float(ski.width.min()) * np.sin(_FIRST_EDGE)
     memory = Groove.fresh(2, points)
-    work = edge_work(points, modes)
-    return Rolling(ski, state, memory, work, float(_FIRST_EDGE))
+    return Rolling(ski, state, memory, EdgeWork.room(points, modes), float(_FIRST_EDGE))
 
 
 def steady_turn(case: TurnCase, rolling: Rolling, step_points: float = 1.0) -> tuple[SteadyTurn, Rolling]:
@@ -209,7 +208,7 @@ def _turn_of(case: TurnCase, on: Rolling, curvature: Array) -> SteadyTurn:
     """The figures of a ski that runs."""
     normal, along, across, most, depth, groove, offset, v_t, v_n, edge, rise, _, borne = on.work.seen.T
     length = on.ski.length
-    force, sought = on.state.force, on.state.sought
+    force, sought = on.work.force, on.state.sought
     climbing = np.where(v_t > 0.0, np.maximum(rise, 0.0), np.minimum(rise, 0.0))
     compaction = float(np.sum(normal * climbing * v_t))
     return SteadyTurn(

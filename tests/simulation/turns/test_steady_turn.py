@@ -14,6 +14,7 @@ from sssi_exudyn.bodies.ski.ski import Profile, Ski, catalogue, read_ski
 from sssi_exudyn.contact.codegen.compiled import law_parameters
 from sssi_exudyn.contact.terms.carving import Carving
 from sssi_exudyn.simulation.reduced.edge_setup import carving_module
+from sssi_exudyn.simulation.ski_on_snow.edge import SkiPose
 from sssi_exudyn.simulation.turns.steady_turn import (
     NoSteadyTurn,
     Rolling,
@@ -23,7 +24,6 @@ from sssi_exudyn.simulation.turns.steady_turn import (
     start_rolling,
     steady_turn,
 )
-from sssi_exudyn.simulation.turns.turn_kernel import HELD
 
 pytestmark = pytest.mark.long
 SLALOM = read_ski("slalom_165", ".")
@@ -167,32 +167,26 @@ def test_derivatives_of_the_edges_forces_are_those_of_differences() -> None:
     size = 6 + modes
     frame = _frame(0.0, 0.0, -turn.case.edge)
     eta, step = on.state.sought[4:], 1e-3
-    ones = np.ones(size)
+    free = (0.0, 0.0, 0.0)  # no axes to heave and pitch about
 
     def force(moved: np.ndarray) -> np.ndarray:
-        found = np.zeros(size)
         place, turned = moved[:3], _frame(moved[5], moved[4], moved[3])
-        foot = (
+        pose = SkiPose(
             float(on.state.sought[2] + place[2]),
             (10.0 + place[0], float(on.state.sought[0] + place[1]), float(place[2])),
             turned @ frame,
             (float(moved[3]), float(moved[4]), float(on.state.sought[1] + moved[5])),
-            HELD,
-            HELD,
+            free,
+            free,
+            eta + moved[6:],
+            moved[6:].copy(),
         )
-        kernel.press_edges(
-            parameters, on.ski, on.memory, foot, eta + moved[6:], moved[6:], step,
-            ones, ones, found, np.zeros((size, size)), on.work,
-        )  # fmt: skip
-        return found
+        kernel.press_edges(parameters, on.ski, on.memory, pose, step, on.work)
+        return on.work.force.copy()
 
     # every coordinate moves, and its rate by as much
-    matrix, found = np.zeros((size, size)), np.zeros(size)
-    speed, spin = (10.0, float(on.state.sought[0]), 0.0), (0.0, 0.0, on.state.sought[1])
-    foot = (float(on.state.sought[2]), speed, frame, spin, HELD, HELD)
-    kernel.press_edges(
-        parameters, on.ski, on.memory, foot, eta, np.zeros(modes), step, ones, ones, found, matrix, on.work
-    )
+    on.work.by_place[:] = on.work.by_rate[:] = 1.0
+    found, matrix = force(np.zeros(size)), on.work.matrix.copy()
     for column in (1, 2, 5, 6, 7, 9, 12):  # the last one is a torsion, which edges the sections
         moved = np.zeros(size)
         moved[column] = 1e-7
