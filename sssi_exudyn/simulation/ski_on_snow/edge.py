@@ -12,11 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sssi_exudyn.contact.codegen.vectors import cross, dot, into, plus, three, times
+from sssi_exudyn.contact.codegen.vectors import cross, dot, into, out_of, plus, three, times
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.runtime.jit import njit
 
-bent_vector: Callable[..., tuple[float, float, float]]
 section_angle: Callable[..., float]
 angle_by_depths: Callable[..., float]
 edge_derivatives: Callable[..., tuple[float, ...]]
@@ -179,6 +178,20 @@ def deeper_edge(ski, foot, eta, rate, i):
     bending = bent_vector(frame, (0.0, 0.0, 0.0), ski.shape, rate, i, low)
     moving = plus(plus(velocity, cross(spin, arm)), bending)
     return low, lower, upper, edge, arm, other, tangent, bending, moving
+
+
+@njit(cache=True, error_model="numpy")
+def bent_vector(frame, unloaded, shape, eta, i, edge):
+    """A vector of an edge point in the bent ski, or with the modes' rates its rate, turned out of the foot's frame.
+
+    unloaded : (3) of the ski as it was made
+    """
+    a, b, c = unloaded
+    for k in range(eta.shape[0]):
+        a += shape[i, edge, 0, k] * eta[k]
+        b += shape[i, edge, 1, k] * eta[k]
+        c += shape[i, edge, 2, k] * eta[k]
+    return out_of(frame, (a, b, c))
 
 
 @njit(cache=True, error_model="numpy")
