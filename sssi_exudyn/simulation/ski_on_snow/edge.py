@@ -201,9 +201,7 @@ def press_edges(parameters, ski, memory, pose, step, work):
         memory.next_groove[low, i], memory.next_offset[low, i] = edge_memory(parameters, *section)
         see_station(work.seen, i, pressed, section, edge_capacity(parameters, *section), memory, low)
         axes = axes_on_plane(tangent)
-        flat_edge_linearisation(
-            heights[0], heights[1], tangent, velocity, ski.width[i], side, work.state
-        )  # fmt: skip
+        flat_edge_linearisation(heights[0], heights[1], tangent, velocity, ski.width[i], side, work.state)
         steer(work.pull, work.state, pressed, axes)
         pull = pull_of(pressed[0], pressed[1], pressed[2], pressed[3], axes)
         steer_station(ski, pose, i, low, (arm, other, tangent), pull, work)
