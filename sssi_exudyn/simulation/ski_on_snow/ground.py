@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from sssi_exudyn.contact.codegen.law_parameters import LawParameters
-from sssi_exudyn.runtime.jit import njit
+from sssi_exudyn.runtime.jit import inlined, njit
 from sssi_exudyn.terrain.surface import PATCH, grid_patch, on_patch, patch_under
 
 terrain_height: Callable[..., tuple[float, float, float]]
@@ -23,7 +23,7 @@ def heights(parameters, under, f, l):
     return h + more, h_f + more_f, h_l + more_l
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def snow_over(parameters, under, shaped, point):
     """The gap (m) of snow over a point near a patch along the slope's normal, and the snow's two slopes there.
 
