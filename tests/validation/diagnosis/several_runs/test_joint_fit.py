@@ -35,7 +35,7 @@ from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import (
 from sssi_exudyn.validation.diagnosis.several_runs.second_pass import Pass, SamePlace
 from sssi_exudyn.validation.diagnosis.state import fitted_run
 
-EXAMPLE = Path(__file__).parents[3] / "examples" / "intermediate"
+EXAMPLE = Path(__file__).parents[4] / "examples" / "intermediate"
 
 
 def test_runs_that_share_nothing_have_separate_evidence() -> None:
