@@ -16,11 +16,10 @@ from sssi_exudyn.results.day import Day
 from sssi_exudyn.results.folder import LAW, MODEL
 from sssi_exudyn.validation.diagnosis.diagnosis_data import NOTHING_MISSING, Alternative, Number
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
-from sssi_exudyn.validation.diagnosis.search.probabilities import STANDS_OUT
-from sssi_exudyn.validation.diagnosis.search.search_result import SURE, WORTH_NAMING
 from sssi_exudyn.validation.diagnosis.several_runs.friction_regression import FoundLaw
 from sssi_exudyn.validation.diagnosis.several_runs.joint_fit import DayExplanation
 from sssi_exudyn.validation.diagnosis.several_runs.second_pass import SamePlace, gains_of
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
 from sssi_exudyn.validation.diagnosis.wording.sentence import list_alternatives
 
 
@@ -40,7 +39,7 @@ def sentence_of_day(
             f"μ_n is {_around(law.numbers['friction.mu_n'])}."
         )
     nothing = next(explanation for explanation in explanations if explanation.name == NOTHING_MISSING)
-    best = nothing if nothing.probability > STANDS_OUT else explanations[0]
+    best = nothing if nothing.probability > THRESHOLDS.stands_out else explanations[0]
     numbers = {name.partition(".")[2]: number for name, number in best.numbers.items()}
     named = best.name != NOTHING_MISSING
     what = BY_NAME[best.name].sentence(numbers, model) if named else "nothing is missing that acts on all alike"
@@ -49,11 +48,11 @@ def sentence_of_day(
     others = [
         Alternative(explanation.name, explanation.probability * (1.0 - unlisted))
         for explanation in explanations
-        if explanation is not best and explanation.probability >= WORTH_NAMING
+        if explanation is not best and explanation.probability >= THRESHOLDS.worth_naming
     ]
-    if unlisted >= WORTH_NAMING:
+    if unlisted >= THRESHOLDS.worth_naming:
         others.append(Alternative("a law in no list", unlisted))
-    unsure = named and probability < SURE and others
+    unsure = named and probability < THRESHOLDS.sure and others
     alternatives = f"; {list_alternatives(best.name, others)}" if unsure else ""
     friction = f"μ_t is {_around(numbers['mu_t'])} and μ_n {_around(numbers['mu_n'])}"
     return f"In {runs} runs together {what} ({probability:.0%} probable{alternatives}); {friction}."

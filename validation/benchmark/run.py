@@ -43,8 +43,7 @@ from sssi_exudyn.validation.benchmark.world import Instruments
 from sssi_exudyn.validation.diagnosis.context import Progress
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose, fit_without_findings
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Friction
-from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
-from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import Round
+from sssi_exudyn.validation.diagnosis.search.explanation import Round
 
 ANSWERS, SEAL = "answers.json", "answers.sha256"
 Bases = list[Recorded]
@@ -121,16 +120,15 @@ def _baselines(searched: Round) -> tuple[str, str]:
 
     nothing = remaining(np.zeros((count, 0)))
     best_bic, best_fit = ("none", count * np.log(nothing)), ("none", nothing)
-    for hypothesis in HYPOTHESES:
-        explanation = next((v for v in searched.explanations if v.name == hypothesis.name), None)
-        if explanation is None or explanation.candidate is None:
-            continue
+    by_name = {each.name: each for each in searched.hypotheses}
+    for name in (each for each in searched.responses if each in by_name):
+        explanation = by_name[name]
         columns = explanation.candidate.free.columns
         remains = remaining(columns)
         places = len(explanation.candidate.places)
         bic = count * np.log(remains) + (columns.shape[1] + places) * np.log(count)
-        best_bic = min(best_bic, (hypothesis.name, bic), key=lambda item: item[1])
-        best_fit = min(best_fit, (hypothesis.name, remains), key=lambda item: item[1])
+        best_bic = min(best_bic, (name, bic), key=lambda item: item[1])
+        best_fit = min(best_fit, (name, remains), key=lambda item: item[1])
     return best_bic[0], best_fit[0]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -30,8 +30,10 @@ from sssi_exudyn.simulation.reduced.prepared import Prepared, prepare
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
 from sssi_exudyn.simulation.reduced.sensitivities import sensitivities
 from sssi_exudyn.terrain.from_heights import TILTS
-from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import probes_by, responses_of
+from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import HYPOTHESES
+from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Hypothesis, probes_by, responses_of
 from sssi_exudyn.validation.diagnosis.refit import Parameter
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
 Progress = Callable[[float | None, str], None]
 """Takes the share that is done, where it is known, and what is being done."""
@@ -53,6 +55,7 @@ class DiagnosisProblem:
         estimated
     parameters : what every fit has free, with priors;  fitting : the ordinary fit of the same recording
     key : of all of these, for the cache
+    hypotheses : what is compared;  thresholds : the chosen numbers of the search
     """
 
     recording: Recording
@@ -66,6 +69,8 @@ class DiagnosisProblem:
     key: str
     progress: Progress
     cache: Cache | None
+    hypotheses: tuple[Hypothesis, ...]
+    thresholds: Thresholds = THRESHOLDS
 
     @property
     def about(self) -> Uncertainty:
@@ -106,7 +111,14 @@ def _silent(_share: float | None, _detail: str) -> None:
 
 
 def diagnosis_problem(
-    recording: Recording, motion: Motion, model: Model, progress: Progress = _silent, cache: Cache | None = None
+    recording: Recording,
+    motion: Motion,
+    model: Model,
+    progress: Progress = _silent,
+    cache: Cache | None = None,
+    *,
+    hypotheses: Sequence[Hypothesis] = HYPOTHESES,
+    thresholds: Thresholds = THRESHOLDS,
 ) -> DiagnosisProblem:
     """Prepare a recording.  Raises ValueError when it has no GPS."""
     fitting = problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint")
@@ -128,6 +140,8 @@ def diagnosis_problem(
         ),
         progress=progress,
         cache=cache,
+        hypotheses=tuple(hypotheses),
+        thresholds=thresholds,
     )
 
 

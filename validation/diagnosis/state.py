@@ -67,6 +67,15 @@ class State:
         return np.asarray(self.nuisances.mean + self.beyond - (modes @ amounts if modes.shape[1] else 0.0))
 
 
+@dataclass(frozen=True)
+class Reestimate:
+    """A fit about an estimate of its own: the problem and the state about that."""
+
+    problem: DiagnosisProblem
+    state: State
+    fit: Refit
+
+
 def first_fit(problem: DiagnosisProblem, *, full: bool = False) -> tuple[DiagnosisProblem, State, Refit]:
     """The fit of the model without anything added, about the estimate of all that is uncertain; and the problem
     prepared for it, with fixes that count by how far off they are.  With ``full`` the full model judges the estimate.
@@ -249,7 +258,7 @@ def fitted_run(problem: DiagnosisProblem, state: State, fit: Refit) -> FittedRun
     prediction = _reduced_prediction(problem, state, fit)
     stated = {name: parameter.prior.sigma for parameter in problem.parameters for name in parameter.names}
     stated["start.clock_offset"] = problem.about.clock
-    return FittedRun(fit.model, problem.prepared, run, problem.measurements, prediction, stated)
+    return FittedRun(fit.model, problem.prepared, run, problem.measurements, prediction, stated, problem.thresholds)
 
 
 def _reduced_prediction(problem: DiagnosisProblem, state: State, fit: Refit) -> Array:

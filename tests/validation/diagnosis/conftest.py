@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from five_seconds import five_seconds
 
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import LATENT_FORCE
@@ -11,8 +12,6 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, re
 
 @pytest.fixture(scope="session")
 def fitted() -> FittedRun:
-    from test_hypotheses import five_seconds  # once pytest has rewritten that module's assertions
-
     return five_seconds()
 
 

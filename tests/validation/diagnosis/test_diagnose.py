@@ -13,6 +13,7 @@ import pytest
 import tomli_w
 from a_diagnosis import diagnosis_of, finding_of
 from bundled import bundled
+from explanations import NOWHERE, refitted
 from schema_check import check_against_schema
 from test_evidence import LEVELS
 
@@ -46,26 +47,26 @@ from sssi_exudyn.validation.benchmark.run import seal
 from sssi_exudyn.validation.benchmark.scores import CaseResult, score, share
 from sssi_exudyn.validation.diagnosis import diagnose as diagnose_module
 from sssi_exudyn.validation.diagnosis.context import DiagnosisProblem, diagnosis_problem, no_nuisances
-from sssi_exudyn.validation.diagnosis.diagnose import diagnose
+from sssi_exudyn.validation.diagnosis.diagnose import compare_again, diagnose
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Alternative, Diagnosis, Finding
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate, FittedRun, responses_of
 from sssi_exudyn.validation.diagnosis.refit import Parameter, refit
-from sssi_exudyn.validation.diagnosis.search import compare_hypotheses as search_module
 from sssi_exudyn.validation.diagnosis.search.compare_hypotheses import compare_hypotheses, extended_parameters
-from sssi_exudyn.validation.diagnosis.search.reestimate_rivals import Anew
 from sssi_exudyn.validation.diagnosis.search.search_result import Accepted
 from sssi_exudyn.validation.diagnosis.state import (
+    Reestimate,
     State,
     first_fit,
     fit_model,
     noise_whitener,
     remove,
 )
-from sssi_exudyn.validation.diagnosis.wording import description
+from sssi_exudyn.validation.diagnosis.wording.description import verdict_of
 
 ROOT = Path(__file__).parents[3]
 SCHEMA = ROOT / "validation" / "diagnosis" / "diagnosis.schema.json"
+FEW = [BY_NAME[name] for name in ("gps_jump", "unexplained_force")]
 KEYS = {"format", "recording", "verdict", "sentence", "findings", "friction", "noise"}
 
 
@@ -218,19 +219,21 @@ class Scripted:
     def remove(self, problem: Any, state: State, fit: str, candidate: str) -> tuple[State, str]:
         return state, f"{fit} less {candidate}"
 
-    def estimate_rivals(self, problem: Any, state: State, latest: Any, *, full: bool) -> tuple[Any, dict[str, Anew]]:
-        return latest, {latest.best.name: Anew(problem, state, latest.best.fit)}
+    def estimate_rivals(
+        self, problem: Any, state: State, latest: Any, *, full: bool
+    ) -> tuple[Any, dict[str, Reestimate]]:
+        return latest, {latest.best.name: Reestimate(problem, state, latest.best.fit)}
 
     def linear_model(self, problem: Any, state: State, fit: str) -> str:
         return f"about {fit}"
 
     def compare_again(self, accepted: list[Any]) -> list[Any]:
-        state = State(LEVELS, no_nuisances(0), np.zeros(0))
-        return diagnose_module._compare_again(cast(Any, None), state, accepted, full=False)[1]
+        state, problem = State(LEVELS, no_nuisances(0), np.zeros(0)), cast(Any, NOWHERE)
+        return compare_again(problem, state, accepted, full=False)[1]
 
 
 def round_with(name: str, nothing: float) -> Any:
-    best = SimpleNamespace(name=name, candidate=name, fit=f"with {name}", levels=LEVELS)
+    best = refitted(name, candidate=name, fit=f"with {name}", levels=LEVELS)
     return SimpleNamespace(best=best, nothing=SimpleNamespace(probability=nothing))
 
 
@@ -375,7 +378,7 @@ def test_a_verdict_of_no_known_cause_is_more_probable_than_not() -> None:
         finding: Any = SimpleNamespace(
             name=name, kind=BY_NAME[name].kind, probability=probability, alternatives=alternatives
         )
-        return description._verdict([finding], near, 0.0)
+        return verdict_of([finding], near, 0.0)
 
     assert verdict("unexplained_force", 0.95) == "unexplained"
     assert verdict("unexplained_force", 0.4, unexplained_drag=0.2, snow_patch=0.4) == "unexplained"
@@ -422,16 +425,14 @@ def test_a_turned_capture_is_found_by_the_fit_s_own_derivatives(base: Any) -> No
 
 
 @pytest.mark.long(seconds=30)
-def test_the_model_that_is_written_meets_the_track_as_is_claimed(
-    base: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_the_model_that_is_written_meets_the_track_as_is_claimed(base: Any, tmp_path: Path) -> None:
     """The full model's run of ``model.toml``, read back, against the figure of the sentence."""
     recording, motion, model = base
     motion = replace(motion, stop=motion.start + 4.0)
     displaced = (recording.gps.time > motion.start + 1.5) & (recording.gps.time < motion.start + 2.5)
     enu = recording.gps.enu + np.where(displaced[:, None], [[0.6, -0.4, 0.0]], 0.0)
-    monkeypatch.setattr(search_module, "HYPOTHESES", (BY_NAME["gps_jump"], BY_NAME["unexplained_force"]))
-    found = diagnose(replace(recording, gps=replace(recording.gps, enu=enu)), motion, model)
+    displaced_recording = replace(recording, gps=replace(recording.gps, enu=enu))
+    found = diagnose(displaced_recording, motion, model, hypotheses=FEW)
     assert [finding.name for finding in found.diagnosis.findings] == ["gps_jump"]
     claimed = found.diagnosis.findings[0].evidence.trajectory_error_m
     assert claimed.after < 0.04 < 0.1 < claimed.before
@@ -454,8 +455,6 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
     # the fixes jump by 1 m, 50 standard deviations
     jump = np.where(recording.gps.time[:, None] > motion.start + 2.0, [[1.0, 0.0, 0.0]], 0.0)
     jumped = replace(recording, gps=replace(recording.gps, enu=recording.gps.enu + jump))
-    few = tuple(BY_NAME[name] for name in ("gps_jump", "unexplained_force"))
-    monkeypatch.setattr(search_module, "HYPOTHESES", few)
     asked = []
 
     def once(problem: DiagnosisProblem, state: State, fit: Any) -> Any:
@@ -465,7 +464,7 @@ def test_what_cannot_be_simulated_ends_the_search_and_not_the_diagnosis(
         return compare_hypotheses(problem, state, fit)
 
     monkeypatch.setattr(diagnose_module, "compare_hypotheses", once)
-    found = diagnose(jumped, motion, model, full=False)
+    found = diagnose(jumped, motion, model, full=False, hypotheses=FEW)
     assert len(asked) == 2
     assert found.diagnosis.verdict == "not_adequate"  # the jump is still there
     assert found.fit is found.first

@@ -40,18 +40,6 @@ NAMES = 22
 """The twenty that the format of ``diagnosis.json`` lists, ``unexplained_friction`` and ``unexplained_drag``."""
 
 
-def five_seconds() -> FittedRun:
-    """Five seconds of a run, which have transitions, by the reduced model."""
-    recording, motion = bundled("beginner")
-    motion = replace(motion, stop=motion.start + 5.0)
-    model = problem_of(recording, motion, model_of(recording, motion), "joint").model
-    model = model.with_values({"start.clock_offset": 0.003})  # fixes between the run's instants, where its course bends
-    prepared = prepare(model, motion, step=0.01)
-    run = simulate_reduced(model, prepared)
-    measurements = measurements_of(recording, model, motion.start, motion.stop)
-    return FittedRun(model, prepared, run, measurements, measurements.predict(model, run))
-
-
 def test_a_clock_may_be_late_by_as_much_as_a_slow_receiver_takes() -> None:
     recording, motion = bundled("beginner")
     assert recording.gps is not None

@@ -25,13 +25,10 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced.prepared import Prepared, ReducedRun
 from sssi_exudyn.simulation.reduced.sensitivities import responses_to_additions
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Kind, Number
+from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
-_CELL: Final = 0.4
-"""s; the finest division of a run in the search for a place."""
-_MOST_CELLS: Final = 48
-"""Cells at most."""
-_FAULTY: Final = 3.0
-"""Standard deviations that an instrument states, beyond which it is at fault."""
+_LEAST_CELLS: Final = 4
+"""Cells of the shortest run: with fewer no stretch has a beginning and an end."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +37,7 @@ class FittedRun:
 
     prediction : (N,) what the instruments would measure of it, by the reduced model
     stated : standard deviations of the model's numbers, as their instruments state them
+    thresholds : the chosen numbers of the search
     """
 
     model: Model
@@ -48,12 +46,13 @@ class FittedRun:
     measurements: Measurements
     prediction: Array
     stated: Mapping[str, float] = field(default_factory=dict)
+    thresholds: Thresholds = THRESHOLDS
 
     @property
     def time_edges(self) -> Array:
         """Edges of the cells in time (s)."""
         begin, end = float(self.run.time[0]), float(self.run.time[-1])
-        count = int(np.clip(round((end - begin) / _CELL), 4, _MOST_CELLS))
+        count = min(max(round((end - begin) / self.thresholds.cell), _LEAST_CELLS), self.thresholds.most_cells)
         return np.linspace(begin, end, count + 1)
 
     @property
@@ -61,7 +60,7 @@ class FittedRun:
         """Edges of the cells along the fall line (m); every cell takes some time to pass."""
         f = np.maximum.accumulate(self.run.foot_position[..., 0].mean(axis=1))
         edges = np.interp(self.time_edges, self.run.time, f)
-        return np.asarray(edges[np.concatenate([[True], np.diff(edges) > 0.2])])
+        return np.asarray(edges[np.concatenate([[True], np.diff(edges) > self.thresholds.cell_length])])
 
     def time_at(self, f: float) -> float:
         """Time (s) at which the skier passes the place f (m) along the fall line."""
@@ -313,7 +312,7 @@ class KnownNumber(Hypothesis):
 
     def usual(self, fitted: FittedRun) -> float:
         """Its usual size in a run: ``scale``, or more where the instrument states that it may be off by more."""
-        return max(self.scale, _FAULTY * fitted.stated.get(self.number, 0.0))
+        return max(self.scale, fitted.thresholds.faulty * fitted.stated.get(self.number, 0.0))
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
         return None
@@ -379,6 +378,20 @@ class InTime(Hypothesis):
                 )
             )
         return found
+
+
+class FreeFormForce(InTime):
+    """A force without a law: for a while as its term has it, and in the place of a law in any form.
+
+    Its three amplitudes are newtons down the fall line, to the left and away from the snow.
+    """
+
+    def in_cells(self, force: Array, edges: Array) -> list[Term]:
+        """Return terms that act as the ``force`` (3, c) N in the cells between ``edges`` (c + 1,) s."""
+        return [
+            replace(self.cell(float(begin), float(end)), **dict(zip(self.keys, map(float, newtons), strict=True)))
+            for newtons, begin, end in zip(force.T, edges[:-1], edges[1:], strict=True)
+        ]
 
 
 class Terrain(Hypothesis):

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from forces_in_cells import courses, shaped
 
 from sssi_exudyn.contact.maths import Math
 from sssi_exudyn.contact.term import FootState, FootTerm, Number
@@ -17,7 +18,7 @@ from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import FittedRun, pr
 from sssi_exudyn.validation.diagnosis.search.missing_force import (
     ForceOnFeet,
     MissingForce,
-    _carried_by_soles,
+    carried_by_soles,
     missing_force,
 )
 
@@ -38,20 +39,6 @@ class PushOnLeftSki(FootTerm):
         return self.along * share, self.across * share
 
 
-def courses(fitted: FittedRun, foot: int) -> Array:
-    """(2, c) the direction of a ski in the snow's plane in each cell."""
-    middles = 0.5 * (fitted.time_edges[1:] + fitted.time_edges[:-1])
-    forward = fitted.run.foot_forward[:, foot]
-    found = np.stack([np.interp(middles, fitted.run.time, forward[:, axis]) for axis in range(2)])
-    return np.asarray(found / np.linalg.norm(found, axis=0))
-
-
-def shaped(responses: Array, course: Array) -> Array:
-    """(N, 2, c) responses to a newton along and across ``course`` at the centre of mass."""
-    by_f, by_l, _ = responses.reshape(len(responses), 3, -1).transpose(1, 0, 2)
-    return np.stack([by_f * course[0] + by_l * course[1], by_l * course[0] - by_f * course[1]], axis=1)
-
-
 @pytest.mark.parametrize(("way", "key"), [(0, "along"), (1, "across")])
 def test_a_force_on_a_ski_is_one_on_the_body_and_what_the_sole_carries(
     fitted: FittedRun, responses: Array, way: int, key: str
@@ -60,7 +47,7 @@ def test_a_force_on_a_ski_is_one_on_the_body_and_what_the_sole_carries(
     true = responses_of(probe, fitted.prepared, fitted.measurements)[:, 0]
     course = courses(fitted, 0)
     body = shaped(responses, course)[:, way].sum(axis=1)
-    carried = _carried_by_soles(fitted, course)[0].reshape(len(true), 3, -1)[:, way].sum(axis=1)
+    carried = carried_by_soles(fitted, course)[0].reshape(len(true), 3, -1)[:, way].sum(axis=1)
     for name in ("x", "y", "load", "difference"):
         block = fitted.measurements.blocks[name]
         off = np.linalg.norm((body + carried - true)[block]) / np.linalg.norm(true[block])
@@ -81,7 +68,7 @@ def test_it_is_found_on_the_ski_that_it_pushes(fitted: FittedRun, responses: Arr
     cells = len(fitted.time_edges) - 1
     acting = slice(cells // 3, cells // 3 + 5)
     columns = responses.reshape(len(responses), 3, cells)[:, 2]
-    carried = _carried_by_soles(fitted, courses(fitted, 0)).reshape(2, len(responses), 3, cells)[:, :, 2]
+    carried = carried_by_soles(fitted, courses(fitted, 0)).reshape(2, len(responses), 3, cells)[:, :, 2]
     for foot in (0, 1):
         on_body, on_feet = found_in(fitted, responses, PUSH * (columns + carried[foot])[:, acting].sum(axis=1))
         force, band = on_feet.force[acting, :, 2].mean(axis=0), on_feet.band[acting, :, 2].mean(axis=0)
