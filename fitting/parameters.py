@@ -7,6 +7,18 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from sssi_exudyn.contact.registry import is_carved
+from sssi_exudyn.core.number_ref import (
+    CLOCK_OFFSET,
+    HEADING_OFFSET,
+    MU_N,
+    MU_T,
+    START_F,
+    START_L,
+    STIFFNESS,
+    VELOCITY_F,
+    VELOCITY_L,
+    NumberRef,
+)
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.posture_errors import LEANS, TURNS, PostureError, errors_of
 from sssi_exudyn.model.faults import BootCuff, InsoleGain, LeverArm, Sensor
@@ -15,19 +27,19 @@ from sssi_exudyn.recording.few_sensors.complete import FootSigma
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.uncertainty import Uncertainty
 
-FREE: Final = {"friction.mu_t": Prior(0.1, 0.1), "friction.mu_n": Prior(0.6, 0.4)}
+FREE: Final = {MU_T: Prior(0.1, 0.1), MU_N: Prior(0.6, 0.4)}
 """Friction beforehand: published values of gliding and of skidding, widely."""
 CUTTING: Final = {
-    "carving.mu": Prior(0.1, 0.1),
-    "carving.hardness": Prior(1e8, 4e7),
-    "carving.strength": Prior(4e5, 1e5),
+    NumberRef("carving.mu"): Prior(0.1, 0.1),
+    NumberRef("carving.hardness"): Prior(1e8, 4e7),
+    NumberRef("carving.strength"): Prior(4e5, 1e5),
 }
 """The same where edges cut: friction widely, hardness and strength about a firm piste's (``docs/carving.md``)."""
 _START: Final = {
-    "start.f": (3.0, 1.0),
-    "start.l": (3.0, 1.0),
-    "start.velocity_f": (2.0, 4.0),
-    "start.velocity_l": (2.0, 4.0),
+    START_F: (3.0, 1.0),
+    START_L: (3.0, 1.0),
+    VELOCITY_F: (2.0, 4.0),
+    VELOCITY_L: (2.0, 4.0),
 }
 """m and m/s, at least, and errors of the first guess: where and how fast a run starts, so widely that the fixes alone
 decide.  These are measurements; counted beforehand too, as a fit to the track alone takes them, they hold the start
@@ -65,19 +77,19 @@ class Unknown:
     beforehand.
     """
 
-    names: tuple[str, ...]
+    names: tuple[NumberRef, ...]
     prior: Prior
 
     @property
-    def name(self) -> str:
+    def name(self) -> NumberRef:
         """The first of its names."""
         return self.names[0]
 
     @property
     def group(self) -> str:
         """Where its uncertainty is counted."""
-        special = {"start.heading_offset": "heading", "start.clock_offset": "clock"}
-        return special.get(self.name) or _GROUPS.get(self.name.partition(".")[0], "what was found")
+        special = {HEADING_OFFSET: "heading", CLOCK_OFFSET: "clock"}
+        return special.get(self.name) or _GROUPS.get(self.name.owner, "what was found")
 
 
 def group_of(error: PostureError) -> str:
@@ -94,13 +106,13 @@ def with_instruments(model: Model, recording: Recording) -> Model:
     return replace(model, sensors=(*model.sensors, *(part for part in parts if part.name not in known)))
 
 
-def drag_coefficient(model: Model) -> str:
-    """The name of the drag coefficient: the posture's law, or the paper's."""
+def drag_coefficient(model: Model) -> NumberRef:
+    """The drag coefficient: the posture's law, or the paper's."""
     names = [term.name for term in model.terms]
-    return "posture_air.c_d" if "posture_air" in names else "air.c_d"
+    return NumberRef("posture_air.c_d" if "posture_air" in names else "air.c_d")
 
 
-def started_anywhere(priors: Mapping[str, Prior]) -> dict[str, Prior]:
+def started_anywhere(priors: Mapping[NumberRef, Prior]) -> dict[NumberRef, Prior]:
     """The priors, those of the start so wide that the fixes alone decide."""
     found = dict(priors)
     for name in _START.keys() & priors.keys():
@@ -109,29 +121,29 @@ def started_anywhere(priors: Mapping[str, Prior]) -> dict[str, Prior]:
     return found
 
 
-def snow_beforehand(model: Model) -> Mapping[str, Prior]:
+def snow_beforehand(model: Model) -> Mapping[NumberRef, Prior]:
     """Friction, and where edges cut what the snow bears, as known before anything is measured."""
     return CUTTING if is_carved(model.terms) else FREE
 
 
-def unknown_numbers(model: Model, priors: Mapping[str, Prior], recording: Recording) -> tuple[Unknown, ...]:
+def unknown_numbers(model: Model, priors: Mapping[NumberRef, Prior], recording: Recording) -> tuple[Unknown, ...]:
     """The numbers that the model's laws, start and instruments know; ``priors`` are those of the fit to the track."""
     about = recording.uncertainty
     found = {**snow_beforehand(model), **started_anywhere(priors)}
-    shares = {"penetration.k": about.snow_stiffness, drag_coefficient(model): about.drag}
+    shares = {STIFFNESS: about.snow_stiffness, drag_coefficient(model): about.drag}
     if is_carved(model.terms):
-        del shares["penetration.k"]
+        del shares[STIFFNESS]
     for name, share in shares.items():
         found[name] = Prior(model.value(name), share * model.value(name))
-    found["start.clock_offset"] = Prior(model.value("start.clock_offset"), about.clock)
+    found[CLOCK_OFFSET] = Prior(model.value(CLOCK_OFFSET), about.clock)
     for axis in ("forward", "left", "up"):
-        name = f"{LeverArm.name}.{axis}"
+        name = NumberRef.of(LeverArm.name, axis)
         found[name] = Prior(model.value(name), about.antenna)
     if recording.insoles is not None:
-        cuff = f"{BootCuff.name}.share"
+        cuff = NumberRef.of(BootCuff.name, "share")
         found[cuff] = Prior(model.value(cuff), about.boot_cuff)
         for side in ("left", "right"):
-            gain = f"{InsoleGain.name}.{side}"
+            gain = NumberRef.of(InsoleGain.name, side)
             found[gain] = Prior(model.value(gain), about.insole_gain)
     return tuple(Unknown((name,), prior) for name, prior in found.items() if prior.sigma > 0.0)
 

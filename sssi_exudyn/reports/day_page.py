@@ -8,6 +8,7 @@ from urllib.parse import quote
 
 from matplotlib.axes import Axes
 
+from sssi_exudyn.core.number_ref import MU_N, number_ref
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.reports import plots
 from sssi_exudyn.reports.html import document, grid
@@ -36,11 +37,11 @@ def sentence_of_day(
         return (
             f"In {runs} runs together friction along the ski follows a law that is in no list ({law.probability:.0%} "
             f"probable): {law.formula}; the nearest in the list is {law.best_named}; "
-            f"μ_n is {_around(law.numbers['friction.mu_n'])}."
+            f"μ_n is {_around(law.numbers[MU_N])}."
         )
     nothing = next(explanation for explanation in explanations if explanation.name == NOTHING_MISSING)
     best = nothing if nothing.probability > THRESHOLDS.stands_out else explanations[0]
-    numbers = {name.partition(".")[2]: number for name, number in best.numbers.items()}
+    numbers = {number_ref(name).key: number for name, number in best.numbers.items()}
     named = best.name != NOTHING_MISSING
     what = BY_NAME[best.name].sentence(numbers, model) if named else "nothing is missing that acts on all alike"
     unlisted = 0.0 if law is None else law.probability

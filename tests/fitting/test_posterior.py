@@ -12,6 +12,7 @@ from bundled import bundled
 from scipy.linalg import cho_solve
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting import posterior as module
 from sssi_exudyn.fitting.estimate import setting_of
 from sssi_exudyn.fitting.first_fit import problem_of
@@ -151,7 +152,9 @@ def test_a_damped_step_is_that_of_a_problem_held_where_it_is() -> None:
 def test_waves_are_as_high_as_the_measurements_show(monkeypatch: pytest.MonkeyPatch) -> None:
     rng = np.random.default_rng(3)
     _, setting = example()
-    setting = replace(setting, unknowns=tuple(Unknown((f"surface.m{i}",), Prior(0.0, 1.0)) for i in range(60)))
+    setting = replace(
+        setting, unknowns=tuple(Unknown((NumberRef(f"surface.m{i}"),), Prior(0.0, 1.0)) for i in range(60))
+    )
     columns = rng.normal(size=(300, 60))
     measured = columns @ (2.0 * rng.normal(size=60)) + rng.normal(size=300)
 

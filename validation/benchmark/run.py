@@ -23,6 +23,7 @@ import numpy as np
 from sssi_exudyn.core.choices import Concealed
 from sssi_exudyn.core.errors import InputError, SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import MU_N, MU_T
 from sssi_exudyn.fitting.estimate import estimate
 from sssi_exudyn.fitting.evidence import LinearModel, uncertain
 from sssi_exudyn.fitting.first_fit import problem_of
@@ -93,7 +94,7 @@ def diagnose_case(made: Made, *, full: bool) -> CaseResult:
         index=made.case.index,
         full=full,
         diagnosis=outcome.diagnosis,
-        friction=Friction(outcome.model.value("friction.mu_t"), outcome.model.value("friction.mu_n")),
+        friction=Friction(outcome.model.value(MU_T), outcome.model.value(MU_N)),
         held_out_m=outcome.figures[-1].held_out_error,
         held_out_plain_m=held_out_plain,
         bic=bic,

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import CLOCK_OFFSET, STIFFNESS, NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, fewer_columns
 from sssi_exudyn.fitting.first_fit import problem_of
 from sssi_exudyn.fitting.objective import Problem, counts_of
@@ -123,7 +124,7 @@ def diagnosis_problem(
     """Prepare a recording.  Raises ValueError when it has no GPS."""
     fitting = problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint")
     model = fitting.model
-    beside = {name: prior for name, prior in fitting.priors.items() if not name.startswith("surface.")}
+    beside = {name: prior for name, prior in fitting.priors.items() if name.part != "surface"}
     priors = {**FREE, **started_anywhere(beside)}
     measurements = measurements_of(recording, model, motion.start, motion.stop)
     return DiagnosisProblem(
@@ -178,7 +179,7 @@ def no_nuisances(size: int) -> Nuisances:
     return Nuisances(Freedom(none, np.zeros(0)), none, none, np.zeros(size))
 
 
-def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[str]) -> Nuisances:
+def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[NumberRef]) -> Nuisances:
     """About a run of ``model``, corrected by errors of posture and mass of ``sizes`` (m,); numbers that are ``fitted``
     with a prior of their own are as they should be.
 
@@ -195,8 +196,8 @@ def nuisances_of(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: 
     stated = problem.model
     drag = drag_coefficient(stated)
     numbers = {
-        "start.clock_offset": about.clock,
-        "penetration.k": about.snow_stiffness * stated.value("penetration.k"),
+        CLOCK_OFFSET: about.clock,
+        STIFFNESS: about.snow_stiffness * stated.value(STIFFNESS),
         drag: about.drag * stated.value(drag),
     }
     moved = [0.0 if name in fitted else model.value(name) - stated.value(name) for name in numbers]

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.linalg import cho_solve
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import LinearModel, NoiseLevels, Whitener, uncertain
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.fitting.observations import Measurements
@@ -33,7 +34,7 @@ _MOST = 30
 class Parameter:
     """A number that is fitted: its names in the model (several move together), and what is known of it beforehand."""
 
-    names: tuple[str, ...]
+    names: tuple[NumberRef, ...]
     prior: Prior
 
 
@@ -96,22 +97,20 @@ def refit_of(arrays: Mapping[str, np.ndarray], model: Model, parameters: tuple[P
 
 def with_parameters(model: Model, parameters: tuple[Parameter, ...], values: Array) -> Model:
     """The model with those values."""
-    found: Mapping[str, float] = {
-        name: float(value) for p, value in zip(parameters, values, strict=True) for name in p.names
-    }
+    found = {name: float(value) for p, value in zip(parameters, values, strict=True) for name in p.names}
     return model.with_values(found)
 
 
 def linear_values(
     linear: LinearModel, levels: NoiseLevels, parameters: Sequence[Parameter], first: int
-) -> dict[str, tuple[float, float]]:
+) -> dict[NumberRef, tuple[float, float]]:
     """Values of ``parameters`` and their standard deviations by a linear model, all else integrated out; ``first`` is
     where they begin among what is free.
     """
     known = uncertain(linear, levels)
     amounts = known.share(known.residual)
     sigmas = np.sqrt(np.diag(cho_solve(known.factor, np.eye(len(amounts)))))
-    found: dict[str, tuple[float, float]] = {}
+    found: dict[NumberRef, tuple[float, float]] = {}
     for i, parameter in enumerate(parameters, first):
         scale = float(linear.free.scales[i])
         value = parameter.prior.mean + scale * float(amounts[i]), scale * float(sigmas[i])

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import CLOCK_OFFSET, NumberRef
 from sssi_exudyn.fitting.estimate import estimate, estimate_from, judging_run
 from sssi_exudyn.fitting.evidence import (
     Freedom,
@@ -170,7 +171,7 @@ def linearise_about(
     Instruments are as they are stated: what is uncertain of them acts linearly.
     """
     sought = [name for parameter in parameters for name in parameter.names]
-    owners = {name.partition(".")[0] for name in sought}
+    owners = {name.owner for name in sought}
     sensors = tuple(each for each in posterior.model.sensors if each.name in owners or not isinstance(each, _STATED))
     model = replace(posterior.model, sensors=sensors)
     problem = replace(
@@ -230,8 +231,8 @@ def remove(problem: DiagnosisProblem, state: State, fit: Refit, candidate: Candi
 def model_without(problem: DiagnosisProblem, model: Model, candidate: Candidate) -> Model:
     """The model without what the candidate brought."""
     names = candidate.strengths | set(candidate.places)
-    owners = {name.partition(".")[0] for name in names}
-    if owners == {"start"}:
+    owners = {name.owner for name in names}
+    if owners == {CLOCK_OFFSET.owner}:
         return model.with_values({name: problem.model.value(name) for name in names})
     return model.without(owners)
 
@@ -257,7 +258,7 @@ def fitted_run(problem: DiagnosisProblem, state: State, fit: Refit) -> FittedRun
     run = simulate_reduced(fit.model, problem.prepared)
     prediction = _reduced_prediction(problem, state, fit)
     stated = {name: parameter.prior.sigma for parameter in problem.parameters for name in parameter.names}
-    stated["start.clock_offset"] = problem.about.clock
+    stated[CLOCK_OFFSET] = problem.about.clock
     return FittedRun(fit.model, problem.prepared, run, problem.measurements, prediction, stated, problem.thresholds)
 
 
@@ -277,7 +278,7 @@ def _full_surplus(problem: DiagnosisProblem, model: Model) -> Array:
     return full - problem.measurements.predict(model, simulate_reduced(model, problem.prepared))
 
 
-def _nuisances(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[str]) -> Nuisances:
+def _nuisances(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Collection[NumberRef]) -> Nuisances:
     """``nuisances_of``, kept in the cache."""
 
     def run() -> Arrays:

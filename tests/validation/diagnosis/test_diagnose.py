@@ -22,6 +22,7 @@ from sssi_exudyn.contact.terms.friction_corrections import SnowPatch, Unexplaine
 from sssi_exudyn.contact.terms.terrain import SlopeChange
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.errors import SimulationDiverged
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, usual_levels
 from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
 from sssi_exudyn.fitting.gps_observation import predict_fixes, track_of
@@ -262,8 +263,8 @@ def test_what_is_put_in_and_taken_out_leaves_the_fit_as_it_was(base: Any) -> Non
     candidate = Candidate(
         replace(fit.model, terms=(*fit.model.terms, part)),
         Freedom(np.zeros((len(fit.predicted), 1)), np.array([0.02])),
-        (("slope_change.delta",),),
-        {"slope_change.f0": 1.0},
+        ((NumberRef("slope_change.delta"),),),
+        {NumberRef("slope_change.f0"): 1.0},
     )
     parameters, places = extended_parameters(fit, candidate)
     more = fit_model(problem, state, candidate.model, (*parameters, *places), state.levels)

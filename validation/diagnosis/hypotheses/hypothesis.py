@@ -18,6 +18,7 @@ import numpy as np
 from sssi_exudyn.analysis.turns import edge_changes
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.frames import GRAVITY, Array
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.fitting.observations import Measurements
 from sssi_exudyn.model.faults import Sensor
@@ -45,7 +46,7 @@ class FittedRun:
     run: ReducedRun
     measurements: Measurements
     prediction: Array
-    stated: Mapping[str, float] = field(default_factory=dict)
+    stated: Mapping[NumberRef, float] = field(default_factory=dict)
     thresholds: Thresholds = THRESHOLDS
 
     @property
@@ -78,7 +79,7 @@ class Probe:
     """A model to which a hypothesis is added, all amplitudes zero, and the name of its number that is the amplitude."""
 
     model: Model
-    number: str
+    number: NumberRef
 
 
 @dataclass(frozen=True)
@@ -94,16 +95,18 @@ class Candidate:
 
     model: Model
     free: Freedom
-    amplitudes: tuple[tuple[str, ...], ...]
-    places: dict[str, float] = field(default_factory=dict)
+    amplitudes: tuple[tuple[NumberRef, ...], ...]
+    places: dict[NumberRef, float] = field(default_factory=dict)
     window: tuple[float, float] | None = None
 
     @property
-    def strengths(self) -> set[str]:
+    def strengths(self) -> set[NumberRef]:
         """All names in ``amplitudes``."""
         return {name for group in self.amplitudes for name in group}
 
 
+Shifts = tuple[Mapping[NumberRef, float], ...]
+"""By how much numbers of a model would be larger, one mapping a way in which they may be."""
 Numbers = Mapping[str, Number]
 """Fitted numbers of a hypothesis by their names in its term or fault."""
 
@@ -168,7 +171,7 @@ class Hypothesis(ABC):
         """The same in a coach's words and sizes, without symbols; where ``sentence`` has none, it does."""
         return self.sentence(numbers, model)
 
-    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> tuple[Mapping[str, float], ...]:
+    def shifts_if_usual(self, fitted: FittedRun, candidate: Candidate, model: Model) -> Shifts:
         """By how much the model's numbers, by their names, would be larger, were another part of the run, or another
         ski, the usual one: of each that fits alike.  None where the usual can be distinguished.
         """
@@ -221,7 +224,7 @@ def name_in_model(model: Model, part: Term | Sensor) -> str:
 def probes_by(model: Model, part: Term | Sensor, keys: Sequence[str]) -> list[Probe]:
     """Probes by the numbers ``keys`` of a part that is added to the model."""
     extended, owner = add_part(model, part), name_in_model(model, part)
-    return [Probe(extended, f"{owner}.{key}") for key in keys]
+    return [Probe(extended, NumberRef.of(owner, key)) for key in keys]
 
 
 def responses_of(probes: Sequence[Probe], prepared: Prepared, measurements: Measurements) -> Array:
@@ -260,7 +263,7 @@ class Everywhere(Hypothesis):
             return []  # of an instrument that the recording lacks
         part = self.part(fitted)
         owner = name_in_model(fitted.model, part)
-        names = tuple((f"{owner}.{key}",) for key, _ in self.amplitudes)
+        names = tuple((NumberRef.of(owner, key),) for key, _ in self.amplitudes)
         return [Candidate(add_part(fitted.model, part), Freedom(responses, self.scales), names)]
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
@@ -301,7 +304,7 @@ class KnownNumber(Hypothesis):
 
     kind = "sensor"
     moves_all = True
-    number: ClassVar[str]
+    number: ClassVar[NumberRef]
     scale: ClassVar[float]
 
     def probes(self, fitted: FittedRun) -> list[Probe]:
@@ -372,8 +375,8 @@ class InTime(Hypothesis):
                 Candidate(
                     add_part(fitted.model, part),
                     Freedom(shaped[:, :, i:j] @ profile, np.full(count, self.scale)),
-                    tuple((f"{owner}.{key}",) for key in self.keys),
-                    {f"{owner}.t0": spread, f"{owner}.t1": spread},
+                    tuple((NumberRef.of(owner, key),) for key in self.keys),
+                    {NumberRef.of(owner, "t0"): spread, NumberRef.of(owner, "t1"): spread},
                     (float(edges[i]), float(edges[j])),
                 )
             )
@@ -432,8 +435,11 @@ class Terrain(Hypothesis):
                 Candidate(
                     add_part(fitted.model, part),
                     Freedom(responses[:, [k]], np.array([self.scale])),
-                    ((f"{owner}.{self.amplitude}",),),
-                    {f"{owner}.f0": 2.0 * float(edges[-1] - edges[0]) / len(edges), f"{owner}.width": width},
+                    ((NumberRef.of(owner, self.amplitude),),),
+                    {
+                        NumberRef.of(owner, "f0"): 2.0 * float(edges[-1] - edges[0]) / len(edges),
+                        NumberRef.of(owner, "width"): width,
+                    },
                     self.span(fitted, f, width),
                 )
             )

@@ -11,14 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from sssi_exudyn.core.number_ref import FRICTION, NumberRef
 from sssi_exudyn.fitting.posterior import Posterior
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Number
 from sssi_exudyn.validation.diagnosis.refit import Refit, linear_values
 from sssi_exudyn.validation.diagnosis.search.explanation import Explanation, Nothing, Refitted, Round, Screened, Values
 from sssi_exudyn.validation.diagnosis.search.probabilities import Mixture
-
-FRICTION = ("friction.mu_t", "friction.mu_n")
 
 
 def averaged_friction(
@@ -48,11 +47,11 @@ def averaged_friction(
         mixture = Mixture(weights / np.sum(weights), means, sigmas)
         least, most = final.model.bounds(name)
         low, up = max(mixture.quantile(0.05), least), min(mixture.quantile(0.95), most)
-        averaged[name.partition(".")[2]] = Number(mixture.mean, low, up, "1")
+        averaged[name.key] = Number(mixture.mean, low, up, "1")
     return averaged
 
 
-def _if_usual(accepted: Sequence[tuple[Round, Refitted]], model: Model) -> list[Mapping[str, float]]:
+def _if_usual(accepted: Sequence[tuple[Round, Refitted]], model: Model) -> list[Mapping[NumberRef, float]]:
     """By how much frictions would be larger, were another part of the run, or another ski, the usual one."""
     return [
         {name: shift.get(name, 0.0) for name in FRICTION}
@@ -63,7 +62,7 @@ def _if_usual(accepted: Sequence[tuple[Round, Refitted]], model: Model) -> list[
 
 def _other_explanations(
     searched: Round, chosen: Nothing | Refitted
-) -> list[tuple[float, dict[str, tuple[float, float]]]]:
+) -> list[tuple[float, dict[NumberRef, tuple[float, float]]]]:
     """Of all explanations but the ``chosen`` one, the probability, and by how much more each friction is and by how
     many times less certain than by that.
     """

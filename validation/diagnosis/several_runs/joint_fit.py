@@ -22,6 +22,7 @@ from scipy.linalg import block_diag, cho_solve
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import FRICTION, NumberRef
 from sssi_exudyn.fitting.evidence import (
     Freedom,
     LinearModel,
@@ -53,7 +54,7 @@ from sssi_exudyn.validation.diagnosis.search.search_result import SeparateFit
 from sssi_exudyn.validation.diagnosis.state import fit_model, fitted_run, linear_model
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
-SHARED: Final = ("friction.mu_t", "friction.mu_n")
+SHARED: Final = FRICTION
 
 
 @dataclass(frozen=True)
@@ -137,20 +138,20 @@ class Law:
     possible: Callable[[Model], bool] = lambda _model: True
 
     @property
-    def amplitudes(self) -> tuple[str, ...]:
+    def amplitudes(self) -> tuple[NumberRef, ...]:
         """Names of the amplitudes, as the day lists them."""
-        return tuple(f"{self.name}.{key}" for key in self.keys)
+        return tuple(NumberRef.of(self.name, key) for key in self.keys)
 
     def probes(self, model: Model, run: int) -> list[Probe]:
         """By each amplitude, in the model of a run."""
         return probes_by(model, self.parts[run], self.keys) if self.parts else []
 
-    def added_to(self, model: Model, run: int) -> tuple[Model, tuple[str, ...]]:
+    def added_to(self, model: Model, run: int) -> tuple[Model, tuple[NumberRef, ...]]:
         """The model of a run with the law, and the names of its amplitudes there."""
         if not self.parts:
             return model, ()
         owner = name_in_model(model, self.parts[run])
-        return add_part(model, self.parts[run]), tuple(f"{owner}.{key}" for key in self.keys)
+        return add_part(model, self.parts[run]), tuple(NumberRef.of(owner, key) for key in self.keys)
 
 
 def named_law(hypothesis: SteadyLaw, first: FittedRun, runs: int) -> Law:
@@ -348,5 +349,5 @@ def numbers_of(law: Law, first: SeparateFit, joint: Joint) -> dict[str, Number]:
     for name, apart, error in zip((*SHARED, *law.amplitudes), joint.values, joint.errors, strict=True):
         value, half = known.get(name, 0.0) + float(apart), first.problem.thresholds.interval_90 * float(error)
         value, low, high = np.clip([value, value - half, value + half], *model.bounds(name)).tolist()
-        numbers[name] = Number(value, low, high, model.about(name).unit)
+        numbers[str(name)] = Number(value, low, high, model.about(name).unit)
     return numbers

@@ -24,6 +24,7 @@ from scipy.spatial import cKDTree
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array, slope_to_enu, slope_to_level
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import best_levels
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.recording.instruments.gps import enu_from
@@ -238,13 +239,13 @@ def gains_of(passes: Sequence[Pass]) -> dict[str, float]:
 def _known(explanation: Refitted, thresholds: Thresholds) -> _Known:
     fit, candidate = explanation.fit, explanation.candidate
     names = [*(group[0] for group in candidate.amplitudes), *candidate.places]
-    part = fit.model.owner(names[0].partition(".")[0])
+    part = fit.model.owner(names[0].owner)
     assert isinstance(part, Term)
-    numbers = {name.partition(".")[2]: _what_is_known(fit, name, thresholds) for name in names}
+    numbers = {name.key: _what_is_known(fit, name, thresholds) for name in names}
     return _Known(part, explanation.hypothesis.lines, numbers)
 
 
-def _what_is_known(fit: Refit, name: str, thresholds: Thresholds) -> Prior:
+def _what_is_known(fit: Refit, name: NumberRef, thresholds: Thresholds) -> Prior:
     value, low, _ = fit.interval(name, thresholds.spread)
     return Prior(value, value - low)
 
@@ -253,7 +254,7 @@ def _window(run: _Run, explanation: Refitted) -> tuple[float, float]:
     """When an explanation that keeps to a place acts on its own run (s)."""
     candidate, model = explanation.candidate, explanation.fit.model
     names = [*candidate.strengths, *candidate.places]
-    values = {name.partition(".")[2]: model.value(name) for name in names}
+    values = {name.key: model.value(name) for name in names}
     numbers = {key: Number(value, value, value, "") for key, value in values.items()}
     window = explanation.hypothesis.window(run.fitted, candidate, numbers)
     return window or (float(run.way.time[0]), float(run.way.time[-1]))
@@ -357,7 +358,7 @@ def _meet_again(run: _Run, other: _Run, without: Reestimate, known: _Known) -> t
     }
     part = replace(known.part, **{key: prior.mean for key, prior in priors.items()})
     owner = name_in_model(without.fit.model, part)
-    more = tuple(Parameter((f"{owner}.{key}",), prior) for key, prior in priors.items())
+    more = tuple(Parameter((NumberRef.of(owner, key),), prior) for key, prior in priors.items())
     start = add_part(without.fit.model, part)
     fit = fit_model(without.problem, without.state, start, (*without.fit.parameters, *more), without.state.levels)
     return Reestimate(*estimate_again(without.problem, without.state, fit, full=other.end.full)), lines

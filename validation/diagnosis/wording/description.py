@@ -209,7 +209,7 @@ def _finding(
     numbers: dict[str, Number] = {}
     for names in (*candidate.amplitudes, *((name,) for name in candidate.places)):
         value, low, high = final.interval(names[0], thresholds.interval_90)
-        numbers[names[0].partition(".")[2]] = Number(value, low, high, final.model.about(names[0]).unit)
+        numbers[names[0].key] = Number(value, low, high, final.model.about(names[0]).unit)
     window = hypothesis.window(fitted, candidate, numbers)
     acting = window or (float(fitted.run.time[0]), float(fitted.run.time[-1]))
     return Finding(

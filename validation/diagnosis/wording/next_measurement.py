@@ -17,6 +17,7 @@ from scipy.stats import norm
 from sssi_exudyn.core.errors import SimulationDiverged
 from sssi_exudyn.core.frames import Array
 from sssi_exudyn.core.noise import ExponentialNoise
+from sssi_exudyn.core.number_ref import VELOCITY_F, VELOCITY_L
 from sssi_exudyn.fitting.evidence import NoiseLevels, uncertain, usual_levels, whiten_columns
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.simulation.reduced.run import simulate_reduced
@@ -93,7 +94,7 @@ def _difference(searched: Round, first: Nothing | Refitted, second: Nothing | Re
 def _predicted(searched: Round, explanation: Nothing | Refitted, each: _Pass) -> Array:
     """(N,) what the instruments would measure of another pass."""
     model = on_another_pass(explanation)
-    start = ("start.velocity_f", "start.velocity_l")
+    start = (VELOCITY_F, VELOCITY_L)
     model = model.with_values({name: each.speed * model.value(name) for name in start})
     fitted = searched.fitted
     return fitted.measurements.predict(model, simulate_reduced(model, fitted.prepared))
@@ -104,4 +105,4 @@ def on_another_pass(explanation: Nothing | Refitted) -> Model:
     model = explanation.fit.model
     if isinstance(explanation, Nothing) or explanation.hypothesis.comes_again:
         return model
-    return model.without({name.partition(".")[0] for name in explanation.candidate.strengths})
+    return model.without({name.owner for name in explanation.candidate.strengths})

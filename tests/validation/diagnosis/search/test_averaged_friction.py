@@ -10,6 +10,7 @@ from explanations import explained, round_of
 from scipy.stats import norm
 from test_evidence import LEVELS, linear_model
 
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, whiten_columns
 from sssi_exudyn.fitting.objective import Prior
 from sssi_exudyn.validation.diagnosis.refit import Parameter
@@ -42,7 +43,9 @@ class Fit:
 
 
 def explanation(name: str, probability: float, fit: Any) -> Any:
-    candidate: Any = SimpleNamespace(amplitudes=((f"{name}.delta_mu_t",), (f"{name}.delta_mu_n",)))
+    candidate: Any = SimpleNamespace(
+        amplitudes=tuple((NumberRef.of(name, f"delta_{key}"),) for key in ("mu_t", "mu_n"))
+    )
     return explained(name, probability=probability, fit=fit, candidate=candidate)
 
 
@@ -111,7 +114,7 @@ def test_faster_snow_at_one_end_of_a_run_may_be_slower_snow_on_the_rest(begin: f
 
 
 def test_either_ski_may_be_the_usual_one() -> None:
-    law: Any = SimpleNamespace(amplitudes=(("unexplained_friction.delta_mu",),))
+    law: Any = SimpleNamespace(amplitudes=((NumberRef("unexplained_friction.delta_mu"),),))
     chosen = replace(explanation("unexplained_friction", 1.0, Fit(0.10, 0.55, 0.002)), candidate=law)
     final: Any = Fit(0.10, 0.55, 0.002)
     final.values["unexplained_friction.delta_mu"] = 0.06

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from test_evidence import LEVELS, instruments, linear_model
 
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, log_factors, overlaps, uncertain
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.hypotheses.catalogue import BY_NAME, HYPOTHESES
@@ -25,7 +26,7 @@ def test_an_effect_of_the_smallest_size_is_found_as_often_as_not(monkeypatch: py
     )
     hypothesis = BY_NAME["gust"]
     monkeypatch.setattr(Model, "about", lambda _self, _name: type("About", (), {"unit": "m/s"}))
-    candidate = Candidate(Model.__new__(Model), freedom, (("gust.w_f",),))
+    candidate = Candidate(Model.__new__(Model), freedom, ((NumberRef("gust.w_f"),),))
     information, _ = overlaps(given, LEVELS, uncertain(given, LEVELS), [freedom])
     found = smallest_noticed(hypothesis, [candidate], information, HYPOTHESES)
     assert (found.number, found.unit) == ("w_f", "m/s")

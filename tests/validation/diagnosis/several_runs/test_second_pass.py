@@ -16,6 +16,7 @@ from test_evidence import LEVELS
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.contact.terms.wind import Gust
 from sssi_exudyn.core.frames import Array, slope_to_enu
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom, LinearModel, whiten_columns
 from sssi_exudyn.fitting.first_fit import fit_reduced, problem_of
 from sssi_exudyn.fitting.objective import Prior
@@ -196,8 +197,8 @@ class Day:
         for name, evidence in log_evidence.items():
             part, keys, places = parts[name]
             model = add_part(end.fit.model, part)
-            amplitudes = tuple(Parameter((f"{name}.{key}",), Prior(0.0, scales[name])) for key in keys)
-            spots = {f"{name}.{key}": 0.3 for key in places}
+            amplitudes = tuple(Parameter((NumberRef.of(name, key),), Prior(0.0, scales[name])) for key in keys)
+            spots = {NumberRef.of(name, key): 0.3 for key in places}
             more = tuple(Parameter((key,), Prior(model.value(key), spread)) for key, spread in spots.items())
             fit = self.fit(end.problem, end.state, model, (*end.fit.parameters, *amplitudes, *more), LEVELS)
             columns = fit.sensitivity[:, len(end.fit.parameters) :][:, : len(keys)]

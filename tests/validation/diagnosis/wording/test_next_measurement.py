@@ -12,6 +12,7 @@ from sssi_exudyn.contact.registry import PAPER_TERMS
 from sssi_exudyn.contact.term import Term
 from sssi_exudyn.contact.terms.friction_corrections import SnowPatch
 from sssi_exudyn.contact.terms.wind import Gust
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import Candidate
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS
@@ -44,7 +45,7 @@ def test_settling_is_as_frequent_as_in_draws() -> None:
 )
 def test_a_patch_is_there_again_and_a_gust_is_not(term: Term, name: str, number: str, stays: bool) -> None:
     with_it = model((*PAPER_TERMS, term))
-    candidate = Candidate(with_it, Freedom(np.zeros((1, 1)), np.ones(1)), ((number,),))
+    candidate = Candidate(with_it, Freedom(np.zeros((1, 1)), np.ones(1)), ((NumberRef(number),),))
     fit: Any = SimpleNamespace(model=with_it)
     again = on_another_pass(refitted(name, candidate=candidate, fit=fit))
     assert (term in again.terms) is stays

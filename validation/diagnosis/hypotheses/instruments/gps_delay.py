@@ -3,6 +3,7 @@
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import CLOCK_OFFSET
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.model.model import Model
 from sssi_exudyn.validation.diagnosis.hypotheses.hypothesis import (
@@ -20,7 +21,7 @@ class GpsDelay(KnownNumber):
 
     name = "gps_delay"
     caption = "a GPS clock that is not on time"
-    number = "start.clock_offset"
+    number = CLOCK_OFFSET
     scale = 0.25
     distinctions = (Distinction(("lever_arm",), "the receiver's time pulse, or the antenna's place measured"),)
 

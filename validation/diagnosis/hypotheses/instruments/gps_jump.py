@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 
 from sssi_exudyn.core.frames import Array
+from sssi_exudyn.core.number_ref import NumberRef
 from sssi_exudyn.fitting.evidence import Freedom
 from sssi_exudyn.model.faults import GpsJump
 from sssi_exudyn.model.model import Model
@@ -58,7 +59,7 @@ class DisplacedFixes(Hypothesis):
                     Candidate(
                         add_part(fitted.model, part),
                         Freedom(columns, np.full(2, usual)),
-                        ((f"{owner}.x",), (f"{owner}.y",)),
+                        ((NumberRef.of(owner, "x"),), (NumberRef.of(owner, "y"),)),
                         {},
                         (max(t0, float(time[0])), min(t1, float(time[-1]))),
                     )
