@@ -5,31 +5,36 @@ into the file, goes on with those that it lacks, and prints which numbers change
 
 A case is diagnosed once with numbers that keep what they were compared with.  Where a number was compared alone, and
 no comparison would have come out otherwise, the diagnosis would be the same: it is not repeated.  All others are
-diagnosed again; estimates, refits and responses whose inputs are the same are taken from memory.
+diagnosed again; estimates, refits, responses and noise levels whose inputs are the same are taken from memory.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import operator
-from collections.abc import Callable, Mapping, Sequence
+import pickle
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sssi_exudyn.fitting.evidence import best_levels
 from sssi_exudyn.io.typed import read_json
 from sssi_exudyn.io.writing import to_json, write_atomically
 from sssi_exudyn.model.from_recording import model_of
 from sssi_exudyn.motion.from_recording import motion_from_recording
 from sssi_exudyn.recording.read import read_recording
-from sssi_exudyn.runtime.cache import Arrays, Cache, Shapes
+from sssi_exudyn.runtime.cache import Cache
 from sssi_exudyn.validation.benchmark.cases import Case, Made, make, plan
 from sssi_exudyn.validation.benchmark.run import base_of
+from sssi_exudyn.validation.diagnosis import state
 from sssi_exudyn.validation.diagnosis.diagnose import diagnose
 from sssi_exudyn.validation.diagnosis.diagnosis_data import Diagnosis, Number
+from sssi_exudyn.validation.diagnosis.search import compare_hypotheses, reestimate_rivals
 from sssi_exudyn.validation.diagnosis.thresholds import THRESHOLDS, Thresholds
 
 EXAMPLES: Final = Path(__file__).parents[1] / "examples"
@@ -56,28 +61,6 @@ class Row:
     changed: dict[str, tuple[str, str]]
 
 
-class MemoryCache(Cache):
-    """A cache of one process: nothing is written."""
-
-    def __init__(self) -> None:
-        super().__init__(Path())
-        object.__setattr__(self, "entries", dict[str, Arrays]())
-
-    def get_or_make(self, key: str, make: Callable[[], Mapping[str, NDArray[np.generic]]], shapes: Shapes) -> Arrays:
-        entries: dict[str, Arrays] = self.entries  # type: ignore[attr-defined]
-        if key not in entries:
-            entries[key] = dict(make())
-        return entries[key]
-
-    def get(self, key: str) -> Arrays | None:
-        entries: dict[str, Arrays] = self.entries  # type: ignore[attr-defined]
-        return entries.get(key)
-
-    def put(self, key: str, arrays: Mapping[str, NDArray[np.generic]]) -> None:
-        entries: dict[str, Arrays] = self.entries  # type: ignore[attr-defined]
-        entries[key] = dict(arrays)
-
-
 class Traced(float):
     """A number that keeps what it is compared with (``compared``), and whether it was computed with (``used``)."""
 
@@ -92,8 +75,10 @@ class Traced(float):
 
     def same_with(self, value: float) -> bool:
         """Whether every comparison would have come out the same with another ``value``, and nothing else was done."""
-        sides = [(each > self, each == self, each > value, each == value) for each in map(float, self.compared)]
-        return not self.used and all(a is c and b is d for a, b, c, d in sides)
+        plain = float.__add__(self, 0.0)
+        return not self.used and all(
+            (each > plain, each == plain) == (each > value, each == value) for each in self.compared
+        )
 
 
 def _comparison(by: Callable[[Any, Any], Any]) -> Callable[[Traced, Any], Any]:
@@ -105,7 +90,7 @@ def _comparison(by: Callable[[Any, Any], Any]) -> Callable[[Traced, Any], Any]:
 
 
 def _computation(name: str) -> Callable[..., Any]:
-    plain = getattr(operator, name.strip("_").removeprefix("r") if name not in ("__round__",) else name)
+    plain = getattr(operator, name.strip("_").removeprefix("r"))
 
     def compute(self: Traced, *others: Any) -> Any:
         self.used = True
@@ -121,6 +106,19 @@ for _name in ("add", "sub", "mul", "truediv", "pow"):
     setattr(Traced, f"__{_name}__", _computation(f"__{_name}__"))
     setattr(Traced, f"__r{_name}__", _computation(f"__r{_name}__"))
 Traced.__neg__ = _computation("__neg__")
+
+
+def remembered(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the function with a memory of what it gave of the same arguments."""
+    memory: dict[bytes, Any] = {}
+
+    def recall(*arguments: Any) -> Any:
+        key = hashlib.sha256(pickle.dumps(arguments)).digest()
+        if key not in memory:
+            memory[key] = function(*arguments)
+        return memory[key]
+
+    return recall
 
 
 def scaled(value: float | tuple[float, ...], factor: float) -> Any:
@@ -154,9 +152,11 @@ def outcome_of(diagnosis: Diagnosis, case: Case) -> Outcome:
     }
 
 
-def study(made: Made, done: set[tuple[str, float]], write: Callable[[Row], None]) -> None:
+def study(made: Made, done: set[tuple[str, float]], write: Callable[[Row], None], cache: Cache) -> None:
     """Diagnose a case with each number changed, but for what is ``done``, and ``write`` a row of each."""
-    cache = MemoryCache()
+    levels = remembered(best_levels)
+    for module in (compare_hypotheses, reestimate_rivals, state):
+        module.best_levels = levels  # type: ignore[attr-defined]
 
     def outcome(thresholds: Thresholds) -> Outcome:
         result = diagnose(made.recording, made.motion, made.model, full=False, cache=cache, thresholds=thresholds)
@@ -217,7 +217,8 @@ def main() -> None:
     for index, planned in enumerate(plan(CASES, options.seed)[: options.cases]):
         done = {(row.threshold, row.factor) for row in rows if row.case == index}
         if len(done) < 2 * len(fields(THRESHOLDS)):
-            study(make(index, planned, bases, options.seed), done, write)
+            with TemporaryDirectory() as folder:
+                study(make(index, planned, bases, options.seed), done, write, Cache(Path(folder)))
     print(summary(rows))
 
 

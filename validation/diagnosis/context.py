@@ -22,6 +22,7 @@ from sssi_exudyn.model.model import Model
 from sssi_exudyn.model.toml import model_to_dict
 from sssi_exudyn.motion.correction import correct_posture
 from sssi_exudyn.motion.motion import Motion
+from sssi_exudyn.recording.instruments.gps import Gps
 from sssi_exudyn.recording.recording import Recording
 from sssi_exudyn.recording.uncertainty import Uncertainty
 from sssi_exudyn.runtime.cache import Cache, fingerprint
@@ -51,7 +52,7 @@ explanations; what the full model predicts beyond is added to every prediction.
 class DiagnosisProblem:
     """A recording prepared for diagnosis.
 
-    model : as it is given, on the snow surface that the heights show
+    gps : the recording's fixes;  model : as it is given, on the snow surface that the heights show
     ground : the snow as a process, None on the plane;  prepared : the reduced model's tables; both as
         estimated
     parameters : what every fit has free, with priors;  fitting : the ordinary fit of the same recording
@@ -60,6 +61,7 @@ class DiagnosisProblem:
     """
 
     recording: Recording
+    gps: Gps
     motion: Motion
     model: Model
     ground: SurfaceProcess | None
@@ -122,6 +124,8 @@ def diagnosis_problem(
     thresholds: Thresholds = THRESHOLDS,
 ) -> DiagnosisProblem:
     """Prepare a recording.  Raises ValueError when it has no GPS."""
+    if recording.gps is None:
+        raise ValueError("the recording has no GPS")
     fitting = problem_of(recording, motion, on_snow_surface(model, recording, motion), "joint")
     model = fitting.model
     beside = {name: prior for name, prior in fitting.priors.items() if name.part != "surface"}
@@ -129,6 +133,7 @@ def diagnosis_problem(
     measurements = measurements_of(recording, model, motion.start, motion.stop)
     return DiagnosisProblem(
         recording=recording,
+        gps=recording.gps,
         motion=motion,
         model=model,
         ground=None,

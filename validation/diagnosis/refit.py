@@ -97,8 +97,8 @@ def refit_of(arrays: Mapping[str, np.ndarray], model: Model, parameters: tuple[P
 
 def with_parameters(model: Model, parameters: tuple[Parameter, ...], values: Array) -> Model:
     """The model with those values."""
-    found = {name: float(value) for p, value in zip(parameters, values, strict=True) for name in p.names}
-    return model.with_values(found)
+    by_name = {name: float(value) for p, value in zip(parameters, values, strict=True) for name in p.names}
+    return model.with_values(by_name)
 
 
 def linear_values(
@@ -110,12 +110,12 @@ def linear_values(
     known = uncertain(linear, levels)
     amounts = known.share(known.residual)
     sigmas = np.sqrt(np.diag(cho_solve(known.factor, np.eye(len(amounts)))))
-    found: dict[NumberRef, tuple[float, float]] = {}
+    by_name: dict[NumberRef, tuple[float, float]] = {}
     for i, parameter in enumerate(parameters, first):
         scale = float(linear.free.scales[i])
         value = parameter.prior.mean + scale * float(amounts[i]), scale * float(sigmas[i])
-        found |= dict.fromkeys(parameter.names, value)
-    return found
+        by_name |= dict.fromkeys(parameter.names, value)
+    return by_name
 
 
 def refit(
@@ -150,15 +150,15 @@ def refit(
         seen[at.tobytes()] = predicted, sensitivity, curvature
         return 0.5 * float(residual @ residual + pull @ pull), -slopes.T @ residual + pull / sigmas, curvature
 
-    found = minimise_squares(evaluate, values, bounds, objective_tolerance=_ENOUGH, most=_MOST)
-    predicted, sensitivity, curvature = seen[found.values.tobytes()]
+    minimum = minimise_squares(evaluate, values, bounds, objective_tolerance=_ENOUGH, most=_MOST)
+    predicted, sensitivity, curvature = seen[minimum.values.tobytes()]
     return Refit(
-        place(with_parameters(model, parameters, found.values))[0],
+        place(with_parameters(model, parameters, minimum.values))[0],
         parameters,
-        found.values,
+        minimum.values,
         predicted,
         sensitivity,
-        found.objective,
+        minimum.objective,
         np.asarray(np.linalg.inv(curvature)),
     )
 

@@ -209,8 +209,8 @@ def fit_model(
     # NumPy's arrays and numbers alone are kept; the model follows from them
     key = fingerprint("refit", problem.key, model_to_dict(model), parameters, levels, state.beyond, state.nuisances)
     shapes = kept_shapes(len(state.beyond), len(parameters))
-    found = refit_of(problem.cache.get_or_make(key, lambda: arrays_of(run()), shapes), model, parameters)
-    return replace(found, model=problem.place(found.model)[0])
+    fit = refit_of(problem.cache.get_or_make(key, lambda: arrays_of(run()), shapes), model, parameters)
+    return replace(fit, model=problem.place(fit.model)[0])
 
 
 def settle(problem: DiagnosisProblem, state: State, fit: Refit) -> tuple[State, Refit]:
@@ -282,13 +282,13 @@ def _nuisances(problem: DiagnosisProblem, model: Model, sizes: Array, fitted: Co
     """``nuisances_of``, kept in the cache."""
 
     def run() -> Arrays:
-        found = nuisances_of(problem, model, sizes, fitted)
+        made = nuisances_of(problem, model, sizes, fitted)
         return {
-            "columns": found.free.columns,
-            "scales": found.free.scales,
-            "posture": found.posture,
-            "surface": found.surface,
-            "mean": found.mean,
+            "columns": made.free.columns,
+            "scales": made.free.scales,
+            "posture": made.posture,
+            "surface": made.surface,
+            "mean": made.mean,
         }
 
     size = len(problem.measurements.measured)

@@ -362,7 +362,7 @@ class InTime(Hypothesis):
         return [probe for key in self.keys for part in cells for probe in probes_by(fitted.model, part, [key])]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        edges, found = fitted.time_edges, []
+        edges, candidates = fitted.time_edges, []
         cells, count = len(edges) - 1, len(self.keys)
         shaped = responses.reshape(len(responses), count, cells)
         spread = float(edges[1] - edges[0])
@@ -371,7 +371,7 @@ class InTime(Hypothesis):
             part = self.part(float(edges[i]), float(edges[j]), rise)
             owner = name_in_model(fitted.model, part)
             profile = self.profile((np.arange(j - i) + 0.5) / (j - i), rise)
-            found.append(
+            candidates.append(
                 Candidate(
                     add_part(fitted.model, part),
                     Freedom(shaped[:, :, i:j] @ profile, np.full(count, self.scale)),
@@ -380,7 +380,7 @@ class InTime(Hypothesis):
                     (float(edges[i]), float(edges[j])),
                 )
             )
-        return found
+        return candidates
 
 
 class FreeFormForce(InTime):
@@ -426,12 +426,12 @@ class Terrain(Hypothesis):
         return [probe for part in parts for probe in probes_by(fitted.model, part, [self.amplitude])]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        found = []
+        candidates = []
         edges = fitted.place_edges
         for k, (f, width) in enumerate(self._spots(fitted)):
             part = self.part(f, width)
             owner = name_in_model(fitted.model, part)
-            found.append(
+            candidates.append(
                 Candidate(
                     add_part(fitted.model, part),
                     Freedom(responses[:, [k]], np.array([self.scale])),
@@ -443,4 +443,4 @@ class Terrain(Hypothesis):
                     self.span(fitted, f, width),
                 )
             )
-        return found
+        return candidates

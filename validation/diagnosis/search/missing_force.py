@@ -79,14 +79,14 @@ class MissingForce:
 
     def stretches(self) -> list[tuple[float, float]]:
         """Windows (s) in which some direction stands out, neighbours joined."""
-        found: list[tuple[float, float]] = []
+        windows: list[tuple[float, float]] = []
         for k in np.flatnonzero(self.stands_out.any(axis=1)):
             begin, end = float(self.edges[k]), float(self.edges[k + 1])
-            if found and begin - found[-1][1] < 1e-9:
-                found[-1] = (found[-1][0], end)
+            if windows and begin - windows[-1][1] < 1e-9:
+                windows[-1] = (windows[-1][0], end)
             else:
-                found.append((begin, end))
-        return found
+                windows.append((begin, end))
+        return windows
 
 
 def missing_force(linear: LinearModel, levels: NoiseLevels, fitted: FittedRun, responses: Array) -> MissingForce:
@@ -167,13 +167,13 @@ def carried_by_soles(fitted: FittedRun, course: Array) -> Array:
 def _readings(fitted: FittedRun, sole: Array, foot: int) -> Array:
     """(N, k) what the insoles show of forces (n, k) N square to one foot's sole, at the run's instants."""
     measurements = fitted.measurements
-    found = np.zeros((len(measurements.measured), sole.shape[1]))
+    readings = np.zeros((len(measurements.measured), sole.shape[1]))
     place = slice(measurements.blocks["load"].start, measurements.blocks["difference"].stop)
     for k, column in enumerate(averages(fitted.run.time, sole, measurements.windows).T):
         both = np.zeros((len(column), 2))
         both[:, foot] = column
-        found[place, k] = total_and_difference(insole_readings(fitted.model.sensors, both))
-    return found
+        readings[place, k] = total_and_difference(insole_readings(fitted.model.sensors, both))
+    return readings
 
 
 @dataclass(frozen=True)

@@ -211,7 +211,7 @@ def find_law(
     offered = possible and probability > thresholds.law_offered
     named = max((each for each in explanations if each is not nothing), key=lambda each: each.log_evidence)
     numbers = numbers_of(law, runs_alone[0], joint)
-    found = FoundLaw(
+    law_found = FoundLaw(
         offered=offered,
         formula=formula_of(numbers, variables),
         products=tuple(BASIS[i] for i in selection.chosen),
@@ -225,7 +225,7 @@ def find_law(
         inclusion_probability={name: selection.inclusion(i) for i, name in enumerate(BASIS)},
         fitted=bool(fits),
     )
-    return found, fits if offered else ()
+    return law_found, fits if offered else ()
 
 
 def _about_own_fits(
@@ -253,8 +253,8 @@ def _about_itself(
         before, shared = selection.chosen, len(SHARED)
         all_values = np.zeros(shared + len(BASIS))
         all_values[[*range(shared), *(shared + i for i in before)]] = values
-        found = fit_beside(every, all_values, runs_alone)
-        runs, columns = [run for run, _, _ in found], [some for _, some, _ in found]
+        runs_with_law = fit_beside(every, all_values, runs_alone)
+        runs, columns = [run for run, _, _ in runs_with_law], [some for _, some, _ in runs_with_law]
         selection = select(*what_runs_know(runs, columns, thresholds.product_size), thresholds)
         law = law_of(selection.chosen)
         values = by_size(law, runs, [each[:, selection.chosen] for each in columns], thresholds).values
@@ -304,9 +304,7 @@ def _feet(own: SeparateFit) -> FootState:
 
 def downhill(own: SeparateFit, first: SeparateFit) -> float:
     """By how much (m) a run's first fix, from which its places count, lies below the first run's."""
-    here, there = own.problem.recording.gps, first.problem.recording.gps
-    assert here is not None
-    assert there is not None
+    here, there = own.problem.gps, first.problem.gps
     model = first.fit.model
     apart = enu_from(np.zeros((1, 3)), here.origin, there.origin)[0]
     return float(apart @ slope_to_enu(model.inclination, model.fall_line_azimuth)[:, 0])
@@ -318,14 +316,14 @@ def _variables(feet: Sequence[FootState], away: Sequence[float]) -> dict[str, Va
     """
     seen = [FrictionLaw().variables(ArrayMath(), replace(run, f=run.f + d)) for run, d in zip(feet, away, strict=True)]
     loads, about = np.concatenate([run.load.ravel() for run in feet]), quantities(FrictionLaw)
-    found = {}
+    variables = {}
     for name in VARIABLES:
         values = np.concatenate([each[name].ravel() for each in seen])
         mean = float(np.average(values, weights=loads))
         width = float(np.sqrt(np.average((values - mean) ** 2, weights=loads)))
         scale = about[f"{name}_scale"]
-        found[name] = Variable(mean, float(np.clip(width, scale.low, scale.high)), scale.unit)
-    return found
+        variables[name] = Variable(mean, float(np.clip(width, scale.low, scale.high)), scale.unit)
+    return variables
 
 
 def _law(products: Sequence[str], variables: dict[str, Variable], away: Sequence[float], thresholds: Thresholds) -> Law:

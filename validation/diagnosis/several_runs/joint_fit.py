@@ -105,13 +105,13 @@ def joint_evidence(runs: Sequence[DayRun], extra: Sequence[Freedom] | None = Non
     y, x = np.concatenate(rows), np.hstack([np.vstack(shared), block_diag(*own)])
     factor = precision(x)
     along = x.T @ y
-    found = cho_solve(factor, along)
-    evidence = -0.5 * float(y @ y - along @ found) - float(np.sum(np.log(np.diag(factor[0])))) - volume
+    amounts = cho_solve(factor, along)
+    evidence = -0.5 * float(y @ y - along @ amounts) - float(np.sum(np.log(np.diag(factor[0])))) - volume
     count = shared[0].shape[1]
     first = runs[0].linear.free.scales[list(runs[0].shared)]
     scales = first if extra is None else np.concatenate([first, extra[0].scales])
     inverse = cho_solve(factor, np.eye(x.shape[1])[:, :count])
-    return evidence, scales * found[:count], scales * np.sqrt(np.diag(inverse[:count]))
+    return evidence, scales * amounts[:count], scales * np.sqrt(np.diag(inverse[:count]))
 
 
 def day_run(own: SeparateFit, linear: LinearModel, levels: NoiseLevels) -> DayRun:
@@ -206,10 +206,12 @@ def fit_to_all(law: Law, runs_alone: Sequence[SeparateFit], start: Array) -> Joi
     joint, thresholds = Joint(-np.inf, start, np.ones(len(start))), runs_alone[0].problem.thresholds
     for _ in range(thresholds.day_turns):
         values = joint.values
-        found = fit_beside(law, values, runs_alone)
-        beforehand = sum(log_prior(run.linear.measurements, run.levels) for run, _, _ in found)
-        joint = by_size(law, [run for run, _, _ in found], [columns for _, columns, _ in found], thresholds)
-        fits = tuple(fit for _, _, fit in found)
+        runs_with_law = fit_beside(law, values, runs_alone)
+        beforehand = sum(log_prior(run.linear.measurements, run.levels) for run, _, _ in runs_with_law)
+        joint = by_size(
+            law, [run for run, _, _ in runs_with_law], [columns for _, columns, _ in runs_with_law], thresholds
+        )
+        fits = tuple(fit for _, _, fit in runs_with_law)
         joint = replace(joint, evidence=joint.evidence + beforehand, fits=fits)
         if np.all(np.abs(joint.values - values) < thresholds.day_settled * joint.errors):
             break
@@ -313,17 +315,17 @@ def compare_for_day(
         0,
         *(i for i in ranked[: thresholds.day_finalists] if linearly[i].evidence > best - thresholds.day_worthwhile),
     ]
-    found: dict[int, Joint] = {}
+    fitted_laws: dict[int, Joint] = {}
     for i in finalists:
         added = laws[i].name if i else "nothing added"
         progress(None, f"all runs fitted with {added}")
         try:
-            found[i] = fit_to_all(laws[i], runs_alone, linearly[i].values)
+            fitted_laws[i] = fit_to_all(laws[i], runs_alone, linearly[i].values)
         except SimulationDiverged as error:
             progress(None, f"{added} is compared by its linear response: {error}")
-    gains = [found[i].evidence - linearly[i].evidence for i in found]
+    gains = [fitted_laws[i].evidence - linearly[i].evidence for i in fitted_laws]
     gain = min((each for each in gains if np.isfinite(each)), default=0.0)
-    joint = {i: found.get(i) or replace(each, evidence=each.evidence + gain) for i, each in enumerate(linearly)}
+    joint = {i: fitted_laws.get(i) or replace(each, evidence=each.evidence + gain) for i, each in enumerate(linearly)}
     joint = {i: each for i, each in joint.items() if np.isfinite(each.evidence)}
     nothing, *others = joint.items()
     evidence, weights = np.array([(each.evidence, laws[i].weight) for i, each in others]).reshape(-1, 2).T
@@ -334,7 +336,7 @@ def compare_for_day(
             float(probability),
             each.evidence,
             numbers_of(laws[i], first, each),
-            fitted=i in found,
+            fitted=i in fitted_laws,
         )
         for probability, (i, each) in zip(odds, joint.items(), strict=True)
     ]

@@ -161,21 +161,20 @@ def ask_other_runs(
     another run passed that place.
     """
     runs = [_run(name, end) for name, end in ends.items()]
-    found = []
+    answers = []
     for run in runs:
         for each in run.end.accepted:
             progress(None, f"{each.explanation.name} of {run.name} in the other runs")
             asked = _ask(run, each, [other for other in runs if other is not run])
             if asked is not None:
-                found.append(asked)
-    return tuple(found)
+                answers.append(asked)
+    return tuple(answers)
 
 
 def _run(name: str, end: SearchEnd) -> _Run:
-    fitted, gps = fitted_run(end.problem, end.state, end.fit), end.problem.recording.gps
-    assert gps is not None
+    fitted = fitted_run(end.problem, end.state, end.fit)
     places = fitted.run.foot_position.mean(axis=1)
-    way = Way(fitted.run.time, places, fitted.model.inclination, fitted.model.fall_line_azimuth, gps.origin)
+    way = Way(fitted.run.time, places, fitted.model.inclination, fitted.model.fall_line_azimuth, end.problem.gps.origin)
     return _Run(name, end, fitted, way)
 
 

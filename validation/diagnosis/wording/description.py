@@ -89,18 +89,19 @@ def describe(
     accepted: Sequence[Accepted],
     estimates: tuple[Posterior, Posterior] | None,
 ) -> tuple[Diagnosis, tuple[Figures, ...]]:
-    """The diagnosis of a recording of that name, and the figures of the fit without anything and with each finding.
+    """Return the diagnosis of a recording of that name, and the figures of the fit without anything and with each
+    finding.
 
     estimates : the first and the final model with all that is uncertain estimated; None where the search's fits do
     """
     before_model, after_model = (first, final) if estimates is None else estimates
     measurements, thresholds = problem.measurements, problem.thresholds
-    every = [rounds[0].linear, *(each.linear for each in accepted)]
+    lines = [rounds[0].linear, *(each.linear for each in accepted)]
     folds = folds_of(measurements, rounds[0].fitted.edge_changes)
-    residuals = [best_residual(linear, state.levels) for linear in every]
-    left_out = [held_out_errors(linear, state.levels, folds)[:, 0] for linear in every]
+    residuals = [best_residual(linear, state.levels) for linear in lines]
+    left_out = [held_out_errors(linear, state.levels, folds)[:, 0] for linear in lines]
     figures = [
-        figures_of(linear, state.levels, *each) for linear, *each in zip(every, residuals, left_out, strict=True)
+        figures_of(linear, state.levels, *each) for linear, *each in zip(lines, residuals, left_out, strict=True)
     ]
     if estimates is not None:  # what the model does that is written
         for i, posterior in ((0, estimates[0]), (-1, estimates[1])):
@@ -109,13 +110,11 @@ def describe(
         missing_force(each.linear, state.levels, each.fitted, each.responses[LATENT_FORCE.name])
         for each in (rounds[0], rounds[-1])
     )
-    findings = []
-    for found, linear, worse, better in zip(accepted, every[:-1], figures[:-1], figures[1:], strict=True):
-        each, best = found.searched, found.explanation
-        columns = placebos(each.fitted, each.responses[LATENT_FORCE.name])
-        errors = np.nanmean(held_out_errors(linear, state.levels, folds, columns), axis=0)
-        evidence = _evidence(worse, better, errors)
-        findings.append(_finding(each, best, after_model, rounds[-1].fitted, missing, evidence))
+    evidence = _evidence_of_each(accepted, lines, figures, state.levels, folds)
+    findings = [
+        _finding(each.searched, each.explanation, after_model, rounds[-1].fitted, missing, its)
+        for each, its in zip(accepted, evidence, strict=True)
+    ]
     near = adequacy(residuals[-1], measurements, thresholds)
     verdict = verdict_of(findings, near, rounds[-1].nothing.probability, thresholds)
     models = before_model.model, after_model.model
@@ -229,6 +228,25 @@ def _finding(
     )
 
 
+def _evidence_of_each(
+    accepted: Sequence[Accepted],
+    lines: Sequence[LinearModel],
+    figures: Sequence[Figures],
+    levels: NoiseLevels,
+    folds: list[tuple[float, float]],
+) -> list[Evidence]:
+    """How much better the model meets the recording with each finding: ``lines`` and ``figures`` of the model without
+    any, and with each after the other.
+    """
+    evidence = []
+    for finding, linear, before, after in zip(accepted, lines[:-1], figures[:-1], figures[1:], strict=True):
+        searched = finding.searched
+        columns = placebos(searched.fitted, searched.responses[LATENT_FORCE.name])
+        errors = np.nanmean(held_out_errors(linear, levels, folds, columns), axis=0)
+        evidence.append(_evidence(before, after, errors))
+    return evidence
+
+
 def _evidence(before: Figures, after: Figures, placebo_errors: Array) -> Evidence:
     return Evidence(
         trajectory_error_m=Change(before.trajectory_error, after.trajectory_error),
@@ -266,14 +284,14 @@ def held_out_stretches(
     turn that it covers most of.
     """
     fixes, turns = fitted.measurements.fixes, find_turns(fitted.run.time, fitted.run.com).turns
-    found = []
+    stretches = []
     for begin, end in folds:
         inside = (fixes >= begin) & (fixes < end)
         covered = [(min(end, turn.end) - max(begin, turn.start)) / turn.duration for turn in turns]
         number = next((count for count, share in enumerate(covered, 1) if share > fitted.thresholds.turn_covered), None)
         if np.any(inside):
-            found.append(HeldOut(begin, end, number, float(np.mean(before[inside])), float(np.mean(after[inside]))))
-    return tuple(found)
+            stretches.append(HeldOut(begin, end, number, float(np.mean(before[inside])), float(np.mean(after[inside]))))
+    return tuple(stretches)
 
 
 def _memory(residual: Array, measurements: Measurements, levels: NoiseLevels) -> float:

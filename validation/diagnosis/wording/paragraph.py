@@ -61,8 +61,8 @@ def paragraph_of(
     elif near.adequate:
         sentences += _without_finding(verdict, last, figures[0])
     if near.adequate:
-        found = {finding.name for finding in findings}
-        sentences += _too_small({name: each for name, each in last.noticed.items() if name not in found})
+        names = {finding.name for finding in findings}
+        sentences += _too_small({name: each for name, each in last.noticed.items() if name not in names})
     sentences.append(_what_next(findings, near, verdict, following, thresholds))
     return ". ".join(sentences) + "."
 
@@ -122,10 +122,12 @@ def _without_finding(verdict: Outcome, last: Round, figures: Figures) -> list[st
 def _too_small(noticed: dict[str, Smallest]) -> list[str]:
     """From which size on the usual effects would have been noticed."""
     listed = []
-    for name, found in noticed.items():
+    for name, smallest in noticed.items():
         text = BY_NAME[name].plain_smallest or BY_NAME[name].smallest
         if text:
-            listed.append(text.format(value=found.value, degrees=np.degrees(found.value), kmh=_KMH * found.value))
+            listed.append(
+                text.format(value=smallest.value, degrees=np.degrees(smallest.value), kmh=_KMH * smallest.value)
+            )
     return [f"Too small to be noticed here would be less than {', '.join(listed)}"] if listed else []
 
 

@@ -219,7 +219,7 @@ def test_places_count_from_the_first_run() -> None:
     moved = replace(recording, gps=replace(recording.gps, origin=origin))
 
     def fit(of: Any) -> Any:
-        return SimpleNamespace(problem=SimpleNamespace(recording=of), fit=SimpleNamespace(model=model))
+        return SimpleNamespace(problem=SimpleNamespace(gps=of.gps), fit=SimpleNamespace(model=model))
 
     assert downhill(fit(moved), fit(recording)) == pytest.approx(50.0, abs=0.01)  # the earth's curvature
     assert downhill(fit(recording), fit(recording)) == pytest.approx(0.0, abs=1e-6)  # rounding of degrees

@@ -139,7 +139,7 @@ class Day:
         problem: Any = SimpleNamespace(
             measurements=seen,
             stamped_by=lambda _model: seen,
-            recording=self.recording,
+            gps=self.recording.gps,
             columns=columns,
             speed=at,
             beside=beside,

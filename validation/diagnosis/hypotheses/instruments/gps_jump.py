@@ -38,7 +38,7 @@ class DisplacedFixes(Hypothesis):
         return []
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        time, found = fitted.measurements.fixes, []
+        time, candidates = fitted.measurements.fixes, []
         n = len(time)
         usual = max(self._USUAL, self._TIMES * fitted.measurements.gps_sigma)
         step = max(1, n // 80)
@@ -55,7 +55,7 @@ class DisplacedFixes(Hypothesis):
                 columns[n + i : n + j, 1] = 1.0
                 part = GpsJump(t0=t0, t1=t1)
                 owner = name_in_model(fitted.model, part)
-                found.append(
+                candidates.append(
                     Candidate(
                         add_part(fitted.model, part),
                         Freedom(columns, np.full(2, usual)),
@@ -64,7 +64,7 @@ class DisplacedFixes(Hypothesis):
                         (max(t0, float(time[0])), min(t1, float(time[-1]))),
                     )
                 )
-        return found
+        return candidates
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float] | None:
         return candidate.window

@@ -44,7 +44,7 @@ class PolePlants(Hypothesis):
         ]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        found = []
+        candidates = []
         plants = len(fitted.edge_changes)
         if not plants:
             return []
@@ -56,8 +56,8 @@ class PolePlants(Hypothesis):
                 owners.append(name_in_model(model, part))
                 model = add_part(model, part)
             names = tuple(tuple(NumberRef.of(owner, key) for owner in owners) for key in self._KEYS)
-            found.append(Candidate(model, Freedom(of_all[:, k], np.full(2, self._USUAL)), names))
-        return found
+            candidates.append(Candidate(model, Freedom(of_all[:, k], np.full(2, self._USUAL)), names))
+        return candidates
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> None:
         return None

@@ -51,7 +51,7 @@ class PatchOfSnow(Hypothesis):
         return [probe for key in self._USUAL for part in cells for probe in probes_by(fitted.model, part, [key])]
 
     def candidates(self, fitted: FittedRun, responses: Array) -> list[Candidate]:
-        edges, found = fitted.place_edges, []
+        edges, candidates = fitted.place_edges, []
         cells = len(edges) - 1
         shaped = responses.reshape(len(responses), len(self._USUAL), cells)
         summed = np.concatenate([np.zeros((*shaped.shape[:2], 1)), np.cumsum(shaped, axis=2)], axis=2)
@@ -59,7 +59,7 @@ class PatchOfSnow(Hypothesis):
         for i, j in intervals(cells, 2, max(2, round(0.6 * cells))):
             part = SnowPatch(0.0, float(edges[i]), float(edges[j]), 0.5)
             owner = name_in_model(fitted.model, part)
-            found.append(
+            candidates.append(
                 Candidate(
                     add_part(fitted.model, part),
                     Freedom(summed[:, :, j] - summed[:, :, i], np.array(list(self._USUAL.values()))),
@@ -68,7 +68,7 @@ class PatchOfSnow(Hypothesis):
                     (fitted.time_at(edges[i]), fitted.time_at(edges[j])),
                 )
             )
-        return found
+        return candidates
 
     def window(self, fitted: FittedRun, candidate: Candidate, numbers: Numbers) -> tuple[float, float]:
         return fitted.time_at(numbers["f0"].value), fitted.time_at(numbers["f1"].value)
